@@ -1,0 +1,123 @@
+r"""The optimiser: what to command so that the real tool goes where it shall.
+
+Decided is the correction c_n of the commanded pose at every waypoint, all in one problem: three of position in base
+axes [m] and three of rotation in tool axes [rad],
+
+    commanded_n = target_n (+) c_n,      e_n(c) = actual(theta(commanded_n), rise_n) (-) target_n
+
+    minimise   sum_n ds_n [ |W e_n|^2 + l1 |W c'_n|^2 + l2 |W c''_n|^2 ]         ' = d/ds, not across a stop for c''
+
+    subject to lower <= theta_n <= upper,   |c_n| <= clamp,   |c_{n+1} - c_n| <= rate ds
+
+l1 = (L1 / 2 pi)^2 and l2 = (L2 / 2 pi)^4 halve what has a period of L1 or L2 along the path and leave what is longer.
+W makes an angle count as the distance it moves a point one lever away; spin about the tool's own axis may be free.
+
+Because the real arm differs from the nominal one by parts in 10^4, de/dc = I + O(1e-4). So with z_n = c_n - e_n(c) the
+problem is linear least squares, pentadiagonal and separate for each of the six components: solving it and refreshing z
+shrinks the step about a thousandfold each time. ``limits`` takes over, for the stretch concerned, where a constraint binds.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from compgen.arrays import Array, BoolArray, own
+from compgen.limits import hold, violated
+from compgen.problem import Problem, Settings, measure, weights
+
+STEP_TOLERANCE = 1e-12  # m, and rad times lever
+MAX_ITERATIONS = 20
+
+
+class Status(Enum):
+    """How it ended, in the user's words."""
+
+    CONVERGED = "every waypoint reaches its target within the smoothness asked for"
+    LIMITED = "limits hold some waypoints off their targets; the best legal correction is taken there"
+    FAILED = "the optimiser found no legal correction; see the findings"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solution:
+    """The correction and how it was found."""
+
+    correction: Array  # (N, 6)
+    theta: Array  # (N, 6) [rad] joints of the commanded poses
+    residual: Array  # (N, 6) predicted error that stays
+    status: Status
+    iterations: int
+    step: float  # [m] last change of the correction
+    active: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
+
+    def __post_init__(self) -> None:
+        own(self, correction=("N", 6), theta=("N", 6), residual=("N", 6))
+
+
+def bands(arc: Array, stop: BoolArray, settings: Settings, fidelity: float = 1.0) -> Array:
+    """diag(ds) fidelity + l1 D1'D1 + l2 D2'D2 in upper banded form, (3, N)."""
+    h = np.maximum(np.diff(arc), 1e-12)
+    N = len(arc)
+    diagonal, first, second = measure(arc) * fidelity, np.zeros(N), np.zeros(N)
+    k = (settings.rate_period / (2 * np.pi)) ** 2 / h
+    diagonal[:-1] += k
+    diagonal[1:] += k
+    first[1:] -= k
+    if N > 2:
+        h0, h1 = h[:-1], h[1:]
+        a, b, c = 2 / (h0 * (h0 + h1)), -2 / (h0 * h1), 2 / (h1 * (h0 + h1))
+        k = (settings.curvature_period / (2 * np.pi)) ** 4 * (h0 + h1) / 2 * ~stop[1:-1]
+        diagonal[:-2] += k * a * a
+        diagonal[1:-1] += k * b * b
+        diagonal[2:] += k * c * c
+        first[1:-1] += k * a * b
+        first[2:] += k * b * c
+        second[2:] += k * a * c
+    return np.array([second, first, diagonal])
+
+
+def optimise(
+    problem: Problem, settings: Settings, progress: Callable[[float], None] = lambda share: None
+) -> Solution:
+    """Best legal correction of a program.
+
+    Args:
+        problem: Targets, joints, warmth.
+        settings: Smoothness and limits.
+        progress: Called with the share done.
+
+    Returns:
+        The correction. Where a limit binds, ``status`` is LIMITED and ``active`` names waypoints and limits.
+    """
+    ds = measure(problem.arc)[:, None]
+    stiff = bands(problem.arc, problem.stop, settings)
+    w = weights(settings)
+    lever = w.copy()
+    lever[5] = settings.lever
+    correction = np.zeros((len(problem.arc), 6))
+    fixed = [i for i in range(6) if w[i] == lever[i]]
+    step = np.inf
+    iterations = 0
+    while step > STEP_TOLERANCE and iterations < MAX_ITERATIONS:
+        wanted = correction - problem.error(correction)
+        new = np.zeros_like(correction)
+        new[:, fixed] = solveh_banded(stiff, ds * wanted[:, fixed])
+        if len(fixed) < 6:
+            trust = (w[5] / lever[5]) ** 2
+            new[:, 5] = solveh_banded(bands(problem.arc, problem.stop, settings, trust), trust * ds[:, 0] * wanted[:, 5])
+        step = float(np.abs((new - correction) * lever).max())
+        correction = new
+        iterations += 1
+        progress(min(0.9, iterations / 5))
+    active: tuple[tuple[int, str], ...] = ()
+    status = Status.CONVERGED if step <= STEP_TOLERANCE else Status.FAILED
+    rows = violated(problem, settings, correction)
+    if rows.any():
+        correction, active, legal = hold(problem, settings, correction, rows)
+        status = Status.LIMITED if legal else Status.FAILED
+    theta, _ = problem.joints(correction)
+    progress(1.0)
+    return Solution(correction, theta, problem.error(correction), status, iterations, step, active)
+

@@ -1,0 +1,1 @@
+"""Program text of robot controllers; the only rooms with millimetres and degrees."""

@@ -1,0 +1,85 @@
+"""What a program means: poses in SI, the motion that leads to each, and CONFIG."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.arrays import Array, BoolArray, IntArray, own
+from compgen.ik import Posture
+from compgen.robot import Robot
+
+#: Fitted over real exports: a store's bytes for a program, a single-group position and a motion line.
+MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Program:
+    """N positions in user frame ``uframe`` and tool ``utool``, driven in order.
+
+    The first is reached by a joint motion, the others by straight lines.
+    """
+
+    name: str
+    comment: str
+    date: str  # "YY-MM-DD"
+    remarks: tuple[str, ...]
+    uframe: int
+    utool: int
+    position: Array  # (N, 3) [m]
+    rotation: Array  # (N, 3, 3)
+    posture: Posture
+    turns: IntArray  # (N, 3) the three digits of CONFIG
+    speed: Array  # (N - 1,) [m/s] of the line that ends at position n + 1
+    fine: BoolArray  # (N,) stops there
+
+    def __post_init__(self) -> None:
+        own(self, position=("N", 3), rotation=("N", 3, 3), turns=("N", 3), speed=("S",), fine=("N",))
+
+
+def program_name(text: str, length: int) -> str:
+    """A name the controller takes: capitals, digits and _, a letter first, no longer than ``length``."""
+    name = re.sub(r"[^A-Z0-9_]", "_", text.upper())
+    return (name if name[:1].isalpha() else f"P{name}")[:length].rstrip("_") or "P"
+
+
+def turn_digits(robot: Robot, theta: Array) -> IntArray:
+    """CONFIG's digits: 0 for -179..179 deg, 1 for 180..539, -1 for -180..-539, (N, 3)."""
+    angle = robot.to_pendant(theta)[:, np.array(robot.controller.turn_joints) - 1]
+    # a hair short of 180 deg is 180: the controller sees three decimals
+    turns = np.sign(angle) * np.floor((np.abs(angle) + np.pi) / (2 * np.pi) + 1e-9)
+    return np.asarray(turns, dtype=np.int64)
+
+
+def apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
+    """The joint angles that CONFIG's digits mean, from angles of any turn, (N, 6) [rad]."""
+    pendant = robot.to_pendant(theta)
+    for column, joint in enumerate(robot.controller.turn_joints):
+        a, n = pendant[:, joint - 1], turns[:, column]
+        # into [-180, 180) for n >= 0 and (-180, 180] for n < 0, then n whole turns
+        up = np.mod(a + np.pi + 1e-9, 2 * np.pi) - np.pi - 1e-9
+        down = np.pi + 1e-9 - np.mod(np.pi + 1e-9 - a, 2 * np.pi)
+        near_zero = np.where(n == 0, np.pi - np.mod(np.pi - a, 2 * np.pi), np.where(n > 0, up, down))
+        pendant[:, joint - 1] = near_zero + 2 * np.pi * n
+    return robot.to_theta(pendant)
+
+
+def posture_of(robot: Robot, theta: Array) -> list[Posture]:
+    """CONFIG's letters from joint angles, by FANUC's rules, (N,).
+
+    Flip when J5 > 0; up when cos(theta_3 + g) > 0 with g = atan2(a3, d4); front when the wrist centre lies before
+    axis 1.
+    """
+    a, d = robot.a, robot.d
+    beta = -theta[:, 1]
+    forearm = beta + theta[:, 2] - np.pi / 2
+    reach = a[0] + a[1] * np.cos(beta) - d[3] * np.cos(forearm) - a[2] * np.sin(forearm)
+    up = np.cos(theta[:, 2] + np.arctan2(a[2], -d[3])) > 0
+    flip = theta[:, 4] - robot.pendant_zero[4] > 0
+    return [Posture(bool(f), bool(u), bool(w)) for f, u, w in zip(reach > 0, up, flip)]
+
+
+def estimated_memory(program: Program) -> float:
+    """Bytes of the controller's program store."""
+    return MEMORY_PROGRAM + len(program.position) * (MEMORY_POSITION + MEMORY_MOTION)
+

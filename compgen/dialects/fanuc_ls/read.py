@@ -1,0 +1,85 @@
+"""Text to meaning, for programs of the canonical form; anything else is refused with its line."""
+
+import re
+
+import numpy as np
+
+from compgen.dialects.fanuc_ls.program import Program
+from compgen.dialects.fanuc_ls.write import letters, speed_said
+from compgen.exceptions import InputError
+from compgen.ik import ALL_POSTURES
+from compgen.rotations import from_wpr
+from compgen.units import DEG, MM
+
+_STATEMENT = re.compile(r"\s*\d*:\s*(.*?)\s*;\s*$")
+_MOTION = re.compile(r"([JL]) P\[(\d+)\] ([\d.]+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)$")
+_FRAME = re.compile(r"(UFRAME|UTOOL)_NUM=(\d+)$")
+_NUMBER = r"\s*=\s*(-?\d*\.\d+)\s*"
+_POSITION = re.compile(
+    r"P\[(\d+)\]\{\s*GP1:\s*UF : (\d+), UT : (\d+),\s*CONFIG : '([FN]) ([UD]) ([TB]), (-?\d+), (-?\d+), (-?\d+)',"
+    rf"\s*X{_NUMBER}mm,\s*Y{_NUMBER}mm,\s*Z{_NUMBER}mm,\s*W{_NUMBER}deg,\s*P{_NUMBER}deg,\s*R{_NUMBER}deg\s*\}};\s*"
+)
+
+
+def loads(data: bytes) -> Program:
+    """The program that a text means.
+
+    Raises:
+        InputError: The text is not a program of this form; names the line.
+    """
+    text = data.decode("latin-1").replace("\r\n", "\n")
+    sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)
+    if len(sections) < 7 or sections[1::2][:3] != ["MN", "POS", "END"] or not text.startswith("/PROG"):
+        raise InputError("program: sections /PROG, /MN, /POS and /END are not all there; is this a complete .LS file?")
+    head, moves, places = sections[0], sections[2], sections[4]
+    name = re.match(r"/PROG\s+(\S+)", head)
+    comment = re.search(r'^COMMENT\s*= "(.*)";', head, re.MULTILINE)
+    date = re.search(r"^CREATE\s*= DATE (\S+)", head, re.MULTILINE)
+
+    remarks, frames, motions = [], {"UFRAME": 0, "UTOOL": 0}, []
+    first = head.count("\n") + 2
+    for number, line in enumerate(moves.splitlines(), first):
+        statement = _STATEMENT.match(line)
+        body = statement.group(1) if statement else ""
+        if body.startswith("!"):
+            remarks.append(body[1:].rstrip())
+        elif motion := _MOTION.match(body):
+            motions.append((number, *motion.groups()))
+        elif frame := _FRAME.match(body):
+            frames[frame.group(1)] = int(frame.group(2))
+        else:
+            raise InputError(f"program: line {number}: '{line.strip()}' is not a statement this reader knows")
+
+    rows, end = [], 0
+    for match in _POSITION.finditer(places):
+        if match.start() != end:
+            break
+        rows.append(match.groups())
+        end = match.end()
+    if end != len(places):
+        number = first + moves.count("\n") + 1 + places[:end].count("\n")
+        raise InputError(f"program: line {number}: not a position this reader knows")
+    order = list(range(1, len(rows) + 1))
+    if [int(m[2]) for m in motions] != order or [int(r[0]) for r in rows] != order:
+        raise InputError("program: positions are not driven once each in order P[1], P[2], ...")
+    if not motions or motions[0][1] != "J" or any(m[1] != "L" for m in motions[1:]):
+        raise InputError("program: it does not start with one J motion followed by L motions")
+    if {r[1:3] for r in rows} != {(str(frames["UFRAME"]), str(frames["UTOOL"]))} or len({r[3:6] for r in rows}) != 1:
+        raise InputError("program: positions differ in frame, tool or CONFIG letters")
+
+    numbers = np.array([r[9:15] for r in rows], dtype=float)
+    posture = next(p for p in ALL_POSTURES if letters(p).split() == list(rows[0][3:6]))
+    return Program(
+        name=name.group(1) if name else "",
+        comment=comment.group(1) if comment else "",
+        date=date.group(1) if date else "",
+        remarks=tuple(remarks),
+        uframe=frames["UFRAME"],
+        utool=frames["UTOOL"],
+        position=numbers[:, :3] * MM,
+        rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
+        posture=posture,
+        turns=np.array([r[6:9] for r in rows], dtype=np.int64),
+        speed=np.array([speed_said(f"{m[3]}{m[4]}") for m in motions[1:]]),
+        fine=np.array([m[5] == "FINE" for m in motions]),
+    )

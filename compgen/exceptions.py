@@ -1,0 +1,58 @@
+"""The error tree. An *error* is metres; an *exception* is Python."""
+
+
+class CompgenError(Exception):
+    """Anything compgen refuses to do; ``exit_code`` is what the command line returns."""
+
+    exit_code = 2
+
+
+class InputError(CompgenError):
+    """Bad input: names the file, the key or line, the value, and the mend."""
+
+
+class ImpossibleError(CompgenError):
+    """The job cannot be done by this robot: names the waypoint, the joint and the distance."""
+
+    exit_code = 3
+
+
+class UnreachableError(ImpossibleError):
+    """A waypoint lies outside the reach of the arm."""
+
+    def __init__(self, waypoint: int, position: tuple[float, float, float], distance: float, side: str) -> None:
+        self.waypoint, self.position, self.distance, self.side = waypoint, position, distance, side
+        x, y, z = (1e3 * v for v in position)
+        super().__init__(
+            f"waypoint {waypoint} at X {x:.1f} Y {y:.1f} Z {z:.1f} mm is out of reach: the wrist centre is "
+            f"{1e3 * distance:.1f} mm {side} of joint 3; move the path or make it smaller"
+        )
+
+
+class JointLimitError(ImpossibleError):
+    """A waypoint needs a joint angle beyond its limit."""
+
+    def __init__(
+        self, waypoint: int, joint: str, value: float, lower: float, upper: float, posture: str = ""
+    ) -> None:
+        self.waypoint, self.joint, self.value, self.lower, self.upper = waypoint, joint, value, lower, upper
+        over = max(lower - value, value - upper)
+        super().__init__(
+            f"waypoint {waypoint}: joint {joint} needs {_deg(value)}, {_deg(over)} beyond its limits "
+            f"{_deg(lower)} to {_deg(upper)}{posture}; move the path, or choose another posture"
+        )
+
+
+class SingularityError(ImpossibleError):
+    """A waypoint, or the way to it, passes a singularity of the arm."""
+
+    def __init__(self, waypoint: int, joint: str, kind: str, distance: str, limit: str) -> None:
+        self.waypoint, self.joint, self.kind, self.distance = waypoint, joint, kind, distance
+        super().__init__(
+            f"waypoint {waypoint}: the path passes the {kind} singularity (joint {joint}) at {distance}, "
+            f"closer than {limit}; move the path away from it"
+        )
+
+
+def _deg(angle: float) -> str:
+    return f"{angle * 57.29577951308232:.3f} deg"

@@ -1,0 +1,212 @@
+r"""Closed-form inverse kinematics of a six-axis arm with a spherical wrist, for many poses at once.
+
+Arm class: alpha = (-90, 180, -90, 90, -90, 180 or 0) deg, d1 = d2 = d3 = d5 = 0, a4 = a5 = a6 = 0, d4 and d6 negative:
+FANUC M-710iC and its relatives. With W the wrist centre, r its distance from the J1 axis, R = +/- r - a1 and Z = W_z,
+
+    joint 1     theta_1 = atan2(+/- W_y, +/- W_x)                                 front: +, back: -
+    triangle    a2, L = hypot(a3, d4), side R^2 + Z^2                             elbow up: +, down: -
+    wrist       Rz(theta_4) Rx(90) Rz(theta_5) Rx(-90) Rz(theta_6) = R_03^T R_06   no flip: J5 <= 0, flip: J5 > 0
+
+``follow`` picks one branch for a whole program, keeps the turns of joints 1, 4 and 6 continuous, and refuses, with the
+waypoint and joint named, what cannot be driven.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.arrays import Array
+from compgen.exceptions import InputError, JointLimitError, SingularityError, UnreachableError
+from compgen.robot import Robot
+from compgen.units import DEG, MM
+
+
+@dataclass(frozen=True, slots=True)
+class Posture:
+    """One of the eight branches."""
+
+    front: bool = True
+    up: bool = True
+    flip: bool = False
+
+
+ALL_POSTURES = tuple(Posture(f, u, w) for f in (True, False) for u in (True, False) for w in (False, True))
+
+
+def check_arm_class(robot: Robot) -> None:
+    """Raises InputError unless the closed form covers this arm."""
+    twist = np.array([-90, 180, -90, 90, -90]) * DEG
+    zero = np.concatenate([robot.d[[0, 1, 2, 4]], robot.a[3:]])
+    right = np.allclose(robot.alpha[:5], twist) and np.isclose(abs(np.cos(robot.alpha[5])), 1) and not zero.any()
+    if not (right and robot.d[3] < 0 and robot.d[5] < 0):
+        raise InputError(
+            f"robots/{robot.name}.toml: dh: no closed-form inverse kinematics for this arm; "
+            "generate needs the layout of the M-710iC (parallel J2 and J3, spherical wrist)"
+        )
+
+
+def solve(robot: Robot, position: Array, rotation: Array, posture: Posture) -> tuple[Array, Array]:
+    """DH joint angles of flange poses on one branch.
+
+    Args:
+        robot: Arm of the class above.
+        position: Flange, (N, 3) [m].
+        rotation: Flange, (N, 3, 3).
+        posture: The branch.
+
+    Returns:
+        theta (N, 6) [rad] in (-pi, pi], and the margin (N,) [m] by which the wrist centre lies inside the reach of
+        joints 2 and 3 (negative: out of reach, and theta there is the nearest stretched or folded arm).
+    """
+    a1, a2, a3 = robot.a[:3]
+    d4, d6 = robot.d[3], robot.d[5]
+    sign6 = np.cos(robot.alpha[5])  # the flange's z runs along sign6 times joint 6's axis
+    W = position - sign6 * d6 * rotation[:, :, 2]
+    front, up = (1.0 if posture.front else -1.0), (1.0 if posture.up else -1.0)
+    theta1 = np.arctan2(front * W[:, 1], front * W[:, 0])
+    R = front * np.hypot(W[:, 0], W[:, 1]) - a1
+    Z = W[:, 2]
+
+    L = np.hypot(a3, d4)
+    D2 = R * R + Z * Z
+    D = np.sqrt(D2)
+    margin = np.minimum(a2 + L - D, D - abs(a2 - L))
+    cos_e = np.clip((D2 - a2 * a2 - L * L) / (2 * a2 * L), -1.0, 1.0)
+    e = up * np.arccos(cos_e)  # turn from the upper arm down to the line elbow - wrist
+    upper_arm = np.arctan2(Z, R) + np.arctan2(L * np.sin(e), a2 + L * np.cos(e))  # elevation
+    forearm = upper_arm - e - np.arctan2(a3, -d4)  # elevation of the forearm's axis
+    theta2 = _wrap(-upper_arm)
+    theta3 = _wrap(forearm - upper_arm + np.pi / 2)
+
+    c1, s1, cf, sf = np.cos(theta1), np.sin(theta1), np.cos(forearm), np.sin(forearm)
+    # columns of R_03: x3 (up across the forearm), y3 (-joint 3 axis), z3 (back along the forearm)
+    x3 = np.stack([-c1 * sf, -s1 * sf, cf], axis=1)
+    z3 = np.stack([-c1 * cf, -s1 * cf, -sf], axis=1)
+    y3 = np.cross(z3, x3)
+    M = np.stack([x3, y3, z3], axis=1) @ rotation
+    m13, m23, m33 = sign6 * M[:, 0, 2], sign6 * M[:, 1, 2], sign6 * M[:, 2, 2]
+    flip = 1.0 if posture.flip else -1.0
+    s5 = flip * np.hypot(m13, m23)
+    theta5 = np.arctan2(s5, m33)
+    theta4 = np.arctan2(-flip * m23, -flip * m13)
+    theta6 = np.arctan2(-flip * sign6 * M[:, 2, 1], flip * M[:, 2, 0])
+    return np.column_stack([theta1, theta2, theta3, theta4, theta5, theta6]), margin
+
+
+def solve_all(robot: Robot, position: Array, rotation: Array) -> Array:
+    """All eight branches, (N, 8, 6) [rad], in the order of ``ALL_POSTURES``; NaN where out of reach."""
+    branches = []
+    for posture in ALL_POSTURES:
+        theta, margin = solve(robot, position, rotation, posture)
+        branches.append(np.where(margin[:, None] >= 0, theta, np.nan))
+    return np.stack(branches, axis=1)
+
+
+def nearest_turns(theta: Array, reference: Array) -> Array:
+    """The same angles with the whole turns that bring each nearest to a reference, (N, 6)."""
+    return np.asarray(theta + 2 * np.pi * np.round((reference - theta) / (2 * np.pi)))
+
+
+def _unwrapped(robot: Robot, theta: Array) -> Array:
+    """Continuous turns along a program; it starts with the legal turns nearest to pendant zero."""
+    start = nearest_turns(theta[0], robot.pendant_zero)
+    for turn in (2 * np.pi, -2 * np.pi):
+        legal = (start >= robot.lower) & (start <= robot.upper)
+        other = start + turn
+        start = np.where(~legal & (other >= robot.lower) & (other <= robot.upper), other, start)
+    return np.asarray(np.unwrap(np.vstack([start, theta]), axis=0)[1:])
+
+
+def follow(robot: Robot, position: Array, rotation: Array, posture: Posture) -> Array:
+    """Joint angles of a continuous program on one branch.
+
+    Args:
+        robot: Arm of the class above.
+        position: Flange, (N, 3) [m].
+        rotation: Flange, (N, 3, 3).
+        posture: The branch kept throughout.
+
+    Returns:
+        theta, (N, 6) [rad], continuous.
+
+    Raises:
+        UnreachableError: A waypoint is out of reach.
+        SingularityError: A waypoint, or the straight way to it, comes too near a singularity.
+        JointLimitError: A waypoint needs an angle beyond a limit.
+    """
+    theta, margin = solve(robot, position, rotation, posture)
+    _refuse_out_of_reach(position, margin)
+    _refuse_shoulder(robot, position, rotation)
+    _refuse_stretched(robot, margin)
+    theta = _unwrapped(robot, theta)
+    refuse_limits(robot, theta)
+    _refuse_wrist(robot, theta)
+    return theta
+
+
+def _refuse_out_of_reach(position: Array, margin: Array) -> None:
+    out = np.flatnonzero(margin < 0)
+    if len(out):
+        n = int(out[0])
+        x, y, z = (float(v) for v in position[n])
+        raise UnreachableError(n + 1, (x, y, z), float(-margin[n]), "beyond the stretch or fold")
+
+
+def _refuse_shoulder(robot: Robot, position: Array, rotation: Array) -> None:
+    """The wrist centre's distance from the J1 axis, at and between waypoints."""
+    W = (position - np.cos(robot.alpha[5]) * robot.d[5] * rotation[:, :, 2])[:, :2]
+    step = np.diff(W, axis=0)
+    size = np.einsum("ni,ni->n", step, step)
+    u = np.clip(-np.einsum("ni,ni->n", W[:-1], step) / np.where(size > 0, size, 1.0), 0, 1)
+    distance = np.concatenate([np.hypot(*W[:1].T), np.hypot(*(W[:-1] + u[:, None] * step).T)])
+    near = np.flatnonzero(distance < robot.shoulder_margin)
+    if len(near):
+        n = int(near[np.argmin(distance[near])])
+        raise SingularityError(
+            n + 1, "J1", "shoulder", f"{distance[n] / MM:.1f} mm from the J1 axis", f"{robot.shoulder_margin / MM:g} mm"
+        )
+
+
+def _refuse_stretched(robot: Robot, margin: Array) -> None:
+    near = np.flatnonzero(margin < robot.elbow_margin)
+    if len(near):
+        n = int(near[0])
+        raise SingularityError(
+            n + 1, "J3", "elbow", f"{margin[n] / MM:.2f} mm from full stretch or fold", f"{robot.elbow_margin / MM:g} mm"
+        )
+
+
+def _refuse_wrist(robot: Robot, theta: Array) -> None:
+    """|J5| at waypoints; on one branch J5 keeps its sign, so it cannot cross zero unseen between them."""
+    q5 = np.abs(theta[:, 4] - robot.pendant_zero[4])
+    near = np.flatnonzero(q5 < robot.wrist_margin)
+    # a wrist that swings round between two waypoints has passed zero
+    jump = np.flatnonzero(np.abs(np.diff(theta[:, 3])) > np.pi / 2) + 1
+    found = np.union1d(near, jump)
+    if len(found):
+        n = int(found[0])
+        raise SingularityError(
+            n + 1, "J5", "wrist", f"J5 = {q5[n] / DEG:.3f} deg from zero", f"{robot.wrist_margin / DEG:g} deg"
+        )
+
+
+def refuse_limits(robot: Robot, theta: Array) -> None:
+    """Raises JointLimitError at the first waypoint beyond a limit, naming the joint that is farthest over."""
+    over = np.maximum(robot.lower - theta, theta - robot.upper)
+    bad = np.flatnonzero((over > 1e-12).any(axis=1))
+    if len(bad):
+        n = int(bad[0])
+        i = int(np.argmax(over[n]))
+        zero = robot.pendant_zero[i]
+        raise JointLimitError(
+            n + 1,
+            robot.joint_names[i],
+            float(theta[n, i] - zero),
+            float(robot.lower[i] - zero),
+            float(robot.upper[i] - zero),
+        )
+
+
+def _wrap(angle: Array) -> Array:
+    """Into (-pi, pi]; theta_3 of a legal arm may be quoted a turn away, which ``nearest_turns`` mends."""
+    return np.asarray(np.pi - np.mod(np.pi - angle, 2 * np.pi))

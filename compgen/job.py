@@ -1,0 +1,46 @@
+"""What one run needs, in SI, with nothing left to look up."""
+
+from dataclasses import dataclass
+
+from compgen.arrays import Array, own
+from compgen.boundaries import Boundary
+from compgen.ik import Posture
+from compgen.pieces import Pieces
+from compgen.problem import Settings
+from compgen.robot import Robot
+from compgen.sources import Source
+from compgen.surfaces import Quadric
+from compgen.thermal import Duty, NodeModel, Profile
+from compgen.verify import Bounds
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Job:
+    """A planned program, the robot that shall run it, and what went before."""
+
+    name: str
+    title: str
+    pattern: Pieces
+    surface: Quadric
+    boundary: Boundary
+    chord: float  # [m] largest distance of the path from the line between two waypoints
+    lift: float  # [m] approach and retract
+    feed: float  # [m/s]
+    spin: float  # [rad] the tool's x axis against base x
+    tool_number: int
+    tool_position: Array  # (3,) [m] TCP in the flange
+    tool_rotation: Array  # (3, 3)
+    posture: Posture
+    settings: Settings
+    start_drift: float  # [m] how much a late start may add
+    before: tuple[Duty, ...]
+    bounds: Bounds
+    robot: Robot
+    heat: NodeModel
+    profiles: tuple[Profile, ...]
+    sources: tuple[Source, ...]
+    overrides: tuple[str, ...]
+    inputs_hash: str
+
+    def __post_init__(self) -> None:
+        own(self, tool_position=(3,), tool_rotation=(3, 3))

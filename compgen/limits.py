@@ -1,0 +1,173 @@
+r"""The same problem where a constraint binds: a general nonlinear program in CasADi over a stretch of waypoints.
+
+Variables are the joints, theta_n = theta_n(free solution) + 1e-4 x_n, so joint limits are bounds; the commanded pose is
+the nominal forward kinematics, and c_n and e_n follow from it. Waypoints around the stretch keep the free solution and
+tie its ends. Costs milliseconds a waypoint, and is the oracle of the fast solution in the tests.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from compgen.arrays import Array, BoolArray, IntArray
+from compgen.kinematics import nominal_chain, with_tool_expr
+from compgen.problem import Problem, Settings, measure, weights
+
+AROUND = 60  # waypoints free on either side of a violation
+SCALE = 1e-4  # [rad] of one unit of x
+UM = 1e-6
+TIGHT = 1e-9  # [rad] or relative: how near a limit counts as on it
+
+
+def violated(problem: Problem, settings: Settings, correction: Array) -> BoolArray:
+    """Which waypoints break a limit, (N,)."""
+    theta, margin = problem.joints(correction)
+    robot = problem.robot
+    bad = ((theta < robot.lower - 1e-12) | (theta > robot.upper + 1e-12)).any(axis=1) | (margin < 0)
+    bad |= np.linalg.norm(correction[:, :3], axis=1) > settings.clamp_position
+    bad |= np.linalg.norm(correction[:, 3:], axis=1) > settings.clamp_rotation
+    steep = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1) > settings.rate * np.diff(problem.arc) + 1e-12
+    bad[:-1] |= steep
+    bad[1:] |= steep
+    return np.asarray(bad)
+
+
+def hold(
+    problem: Problem, settings: Settings, correction: Array, rows: BoolArray
+) -> tuple[Array, tuple[tuple[int, str], ...], bool]:
+    """Solve the stretches around violating waypoints.
+
+    Args:
+        problem: The whole program.
+        settings: Smoothness and limits.
+        correction: Free solution, (N, 6).
+        rows: Waypoints that break a limit, (N,).
+
+    Returns:
+        The legal correction (N, 6), the limits that bind as (waypoint from 1, name), and whether all is legal.
+    """
+    N = len(rows)
+    correction = correction.copy()
+    for _ in range(4):  # a stretch that still binds at its edge is widened
+        free = binary_dilation(rows, iterations=AROUND)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
+        for first, last in zip(edges[::2], edges[1::2]):
+            low, high = max(0, first - 2), min(N, last + 2)
+            inside = slice(low, high)
+            loose = np.zeros(high - low, dtype=bool)
+            loose[first - low : last - low] = True
+            correction[inside] = _solve(problem.window(inside), settings, correction[inside], loose)
+        still = violated(problem, settings, correction)
+        if not still.any():
+            break
+        rows = rows | still
+    return correction, _active(problem, settings, correction), not still.any()
+
+
+def pose_functions(problem: Problem) -> Any:
+    """(theta, rise, target position, target rotation column-major) -> c (6), e (6)."""
+    theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", problem.rise.shape[1])
+    p, r = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
+    R = ca.reshape(r, 3, 3)
+    nominal = with_tool_expr(
+        nominal_chain(problem.robot, theta).pose_expr(), problem.tool_position, problem.tool_rotation
+    )
+    actual = problem.model.actual(theta, rise)
+    c = ca.vertcat(nominal[0] - p, _vector_expr(R.T @ nominal[1]))
+    e = ca.vertcat(actual[0] - p, _vector_expr(R.T @ actual[1]))
+    return ca.Function("pose", [theta, rise, p, r], [c, e])
+
+
+def _vector_expr(rotation: Any) -> Any:
+    """Rotation vector of a small rotation: (axial / 2) asin(s) / s with asin(s) / s = 1 + s^2/6 + 3 s^4/40."""
+    axial = (
+        ca.vertcat(
+            rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]
+        )
+        / 2
+    )
+    s2 = ca.dot(axial, axial)
+    return axial * (1 + s2 / 6 + 3 * s2 * s2 / 40)
+
+
+def _solve(problem: Problem, settings: Settings, start: Array, loose: BoolArray) -> Array:
+    """One stretch: minimise over the loose waypoints, the others as they are."""
+    N = len(loose)
+    robot = problem.robot
+    theta0, _ = problem.joints(start)
+    function = pose_functions(problem)
+    x = ca.MX.sym("x", 6, N)
+    targets = np.swapaxes(problem.rotation, 1, 2).reshape(N, 9)
+    c, e = function.map(N)(
+        ca.DM(theta0.T) + SCALE * x, ca.DM(problem.rise.T), ca.DM(problem.position.T), ca.DM(targets.T)
+    )
+    w = ca.DM(weights(settings)) / UM
+    h = np.diff(problem.arc)
+    ds = measure(problem.arc)
+    lever = ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM
+    scaled = ca.repmat(lever, 1, N) * c
+    fidelity = ca.sum2(ca.sum1((ca.repmat(w, 1, N) * e) ** 2) * ca.DM(ds).T)
+    first = (scaled[:, 1:] - scaled[:, :-1]) / ca.repmat(ca.DM(h).T, 6, 1)
+    rough = (settings.rate_period / (2 * np.pi)) ** 2 * ca.sum2(ca.sum1(first**2) * ca.DM(h).T)
+    if N > 2:
+        between = (h[:-1] + h[1:]) / 2
+        bend = (first[:, 1:] - first[:, :-1]) / ca.repmat(ca.DM(between).T, 6, 1)
+        rough += (settings.curvature_period / (2 * np.pi)) ** 4 * ca.sum2(
+            ca.sum1(bend**2) * ca.DM(between * ~problem.stop[1:-1]).T
+        )
+    clamp = ca.vertcat(
+        ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
+    )
+    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) / ca.DM((settings.rate * h) ** 2).T
+    constraints = ca.vertcat(ca.vec(clamp), ca.vec(rate))
+    lower = np.where(loose[:, None], (robot.lower - theta0) / SCALE, 0.0)
+    upper = np.where(loose[:, None], (robot.upper - theta0) / SCALE, 0.0)
+    solver = ca.nlpsol(
+        "limits",
+        "ipopt",
+        {"x": ca.vec(x), "f": (fidelity + rough) / float(ds.sum()), "g": constraints},
+        {
+            "print_time": False,
+            "ipopt": {
+                "print_level": 0,
+                "sb": "yes",
+                "tol": 1e-11,
+                "acceptable_tol": 1e-10,
+                "constr_viol_tol": 1e-12,
+                "bound_relax_factor": 0.0,
+                "honor_original_bounds": "yes",
+                "max_iter": 200,
+                "fixed_variable_treatment": "make_parameter",
+            },
+        },
+    )
+    # constraints between two waypoints that both stay as they are cannot be changed
+    bounds = np.ones(constraints.numel())
+    bounds[: 2 * N] = np.where(np.repeat(loose, 2), 1.0, np.inf)
+    bounds[2 * N :] = np.where(loose[:-1] | loose[1:], 1.0, np.inf)
+    found = solver(x0=0, lbx=lower.ravel(), ubx=upper.ravel(), lbg=-np.inf, ubg=bounds)
+    theta = theta0 + SCALE * np.asarray(found["x"]).reshape(N, 6)
+    theta = np.clip(theta, robot.lower, robot.upper)
+    c_of, _ = function.map(N)(ca.DM(theta.T), ca.DM(problem.rise.T), ca.DM(problem.position.T), ca.DM(targets.T))
+    result = start.copy()
+    result[loose] = np.asarray(c_of).T[loose]
+    return result
+
+
+def _active(problem: Problem, settings: Settings, correction: Array) -> tuple[tuple[int, str], ...]:
+    theta, _ = problem.joints(correction)
+    robot = problem.robot
+    found: list[tuple[int, str]] = []
+    for i, name in enumerate(robot.joint_names):
+        on = (theta[:, i] < robot.lower[i] + TIGHT * 10) | (theta[:, i] > robot.upper[i] - TIGHT * 10)
+        found += [(int(n) + 1, f"joint {name} limit") for n in np.flatnonzero(on)]
+    for size, clamp, name in (
+        (np.linalg.norm(correction[:, :3], axis=1), settings.clamp_position, "position clamp"),
+        (np.linalg.norm(correction[:, 3:], axis=1), settings.clamp_rotation, "rotation clamp"),
+    ):
+        found += [(int(n) + 1, name) for n in np.flatnonzero(size > clamp * (1 - 1e-6))]
+    step = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1)
+    steep: IntArray = np.flatnonzero(step > settings.rate * np.diff(problem.arc) * (1 - 1e-6))
+    return tuple(sorted(found + [(int(n) + 1, "rate limit") for n in steep]))

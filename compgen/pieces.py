@@ -1,0 +1,119 @@
+r"""Pieces of plane curve: every pattern is a table of them.
+
+One formula covers straight sweeps, arcs, Archimedean spirals, smooth turns and moves along the tool axis, so that
+nothing downstream asks which it is. On each piece, t from 0 to 1:
+
+    p(t) = sum_k c_k t^k + (r0 + r1 t) (cos, sin)(f0 + f1 t)        h(t) = h0 + h1 t
+
+with p in the local plane of the surface and h the height above it along the normal. Pieces join end to end; where
+``stop`` is false the next piece continues with the same direction and curvature, where it is true the robot stops.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from compgen.arrays import Array, BoolArray, IntArray, own
+
+DEGREE = 7
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pieces:
+    """K pieces, in the order they are driven."""
+
+    poly: Array  # (K, 8, 2) [m] c_k
+    polar: Array  # (K, 4) [m, m, rad, rad] r0, r1, f0, f1
+    lift: Array  # (K, 2) [m] h0, h1
+    stop: BoolArray  # (K,) the robot stops at the end of the piece
+    working: BoolArray  # (K,) the tool may touch the part here
+
+    def __post_init__(self) -> None:
+        own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), lift=("K", 2), stop=("K",), working=("K",))
+
+    def plane_curve(self, piece: IntArray, t: Array) -> tuple[Array, Array, Array]:
+        """p, dp/dt and d2p/dt2 at parameter t of a piece, (M, 2) each [m]."""
+        c = self.poly[piece]
+        p = c[:, DEGREE]
+        d1 = np.zeros_like(p)
+        d2 = np.zeros_like(p)
+        tt = t[:, None]
+        for k in range(DEGREE - 1, -1, -1):
+            d2 = d2 * tt + 2 * d1
+            d1 = d1 * tt + p
+            p = p * tt + c[:, k]
+        r0, r1, f0, f1 = self.polar[piece].T
+        r, angle = r0 + r1 * t, f0 + f1 * t
+        out = np.column_stack([np.cos(angle), np.sin(angle)])
+        across = np.column_stack([-out[:, 1], out[:, 0]])
+        p = p + r[:, None] * out
+        d1 = d1 + r1[:, None] * out + (r * f1)[:, None] * across
+        d2 = d2 + (2 * r1 * f1)[:, None] * across - (r * f1**2)[:, None] * out
+        return p, d1, d2
+
+    def height(self, piece: IntArray, t: Array) -> tuple[Array, Array]:
+        """h and dh/dt, (M,) each [m]."""
+        h0, h1 = self.lift[piece].T
+        return h0 + h1 * t, h1
+
+    def end(self) -> tuple[float, float]:
+        """Where the last piece ends [m]."""
+        p, _, _ = self.plane_curve(np.array([len(self.poly) - 1]), np.array([1.0]))
+        return float(p[0, 0]), float(p[0, 1])
+
+    def start(self) -> tuple[float, float]:
+        """Where the first piece starts [m]."""
+        p, _, _ = self.plane_curve(np.array([0]), np.array([0.0]))
+        return float(p[0, 0]), float(p[0, 1])
+
+
+def join(*parts: Pieces) -> Pieces:
+    """One after the other."""
+    return Pieces(*(np.concatenate([getattr(p, f) for p in parts]) for f in Pieces.__slots__))
+
+
+def line(start: Sequence[float], end: Sequence[float], *, stop: bool = False, working: bool = True) -> Pieces:
+    """Straight from start to end, (x, y) or (x, y, height) [m]."""
+    a, b = np.zeros(3), np.zeros(3)
+    a[: len(start)], b[: len(end)] = start, end
+    poly = np.zeros((1, DEGREE + 1, 2))
+    poly[0, 0], poly[0, 1] = a[:2], (b - a)[:2]
+    return Pieces(poly, np.zeros((1, 4)), np.array([[a[2], b[2] - a[2]]]), np.array([stop]), np.array([working]))
+
+
+def spiral(
+    centre: Sequence[float],
+    radii: tuple[float, float],
+    angles: tuple[float, float],
+    *,
+    stop: bool = False,
+    working: bool = True,
+) -> Pieces:
+    """Archimedean spiral about a centre, cut into quarter turns; equal radii make an arc."""
+    quarters = max(1, int(np.ceil(abs(angles[1] - angles[0]) / (pi / 2) - 1e-9)))
+    r, f = np.linspace(*radii, quarters + 1), np.linspace(*angles, quarters + 1)
+    poly = np.zeros((quarters, DEGREE + 1, 2))
+    poly[:, 0] = centre
+    polar = np.column_stack([r[:-1], np.diff(r), f[:-1], np.diff(f)])
+    stops = np.zeros(quarters, dtype=bool)
+    stops[-1] = stop
+    return Pieces(poly, polar, np.zeros((quarters, 2)), stops, np.full(quarters, working))
+
+
+def turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float], reach: float) -> Pieces:
+    r"""Smooth way back: leaves along ``heading``, arrives against it, with no curvature at either end.
+
+    Septic Hermite with p' = +/- ``reach`` heading and p'' = p''' = 0 at the ends, so that curvature and its rate
+    run on without a jump and the robot need not stop.
+    """
+    a, b, v = (np.asarray(x, dtype=float) for x in (start, end, heading))
+    c = np.zeros((DEGREE + 1, 2))
+    c[0], c[1] = a, reach * v
+    gap, slope = b - a - c[1], -reach * v - c[1]
+    # c4..c7 from p(1), p'(1), p''(1) = 0, p'''(1) = 0
+    system = np.array([[1, 1, 1, 1], [4, 5, 6, 7], [12, 20, 30, 42], [24, 60, 120, 210]], dtype=float)
+    c[4:] = np.linalg.solve(system, np.array([gap, slope, [0, 0], [0, 0]]))
+    off = np.array([False])
+    return Pieces(c[None], np.zeros((1, 4)), np.zeros((1, 2)), off, off)

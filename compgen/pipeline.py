@@ -1,0 +1,262 @@
+"""The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen import __version__, compensate, ik, timing, toolpath, verify
+from compgen.arrays import Array
+from compgen.compensate import Solution, Status
+from compgen.dialects import fanuc_ls
+from compgen.dialects.fanuc_ls import Program
+from compgen.dialects.fanuc_ls.program import turn_digits
+from compgen.exceptions import ImpossibleError
+from compgen.job import Job
+from compgen.predict import ErrorModel, build_error_model
+from compgen.problem import Problem
+from compgen.thermal import Duty
+from compgen.timing import Trajectory
+from compgen.toolpath import ToolPath
+from compgen.twin import Ride, Twin
+from compgen.units import HOUR, UM
+from compgen.verify import Deviation, Finding
+
+Progress = Callable[[str, float], None]
+DATE = "26-01-01"
+LONGEST_DELAY = 16 * HOUR
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Planned:
+    """The job before any correction."""
+
+    job: Job
+    path: ToolPath
+    model: ErrorModel
+    theta: Array  # (N, 6) [rad]
+    trajectory: Trajectory
+    rise: Array  # (N, K) [K]
+    error: Array  # (N, 6) predicted, uncorrected
+    program: Program  # uncorrected
+    deviation: Deviation  # of the uncorrected text
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Corrected:
+    """The job with its correction, its text and the proof."""
+
+    solution: Solution
+    trajectory: Trajectory
+    program: Program
+    text: bytes
+    ride: Ride
+    deviation: Deviation
+    start_window: float  # [s] how late the program may start
+    findings: tuple[Finding, ...]
+
+    @property
+    def inside(self) -> bool:
+        """Whether every bound is kept."""
+        return not any(f.level == "outside" for f in self.findings)
+
+
+def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
+    """What would go wrong if the planned program ran as it is.
+
+    Raises:
+        ImpossibleError: The robot cannot drive the path.
+    """
+    progress("path", 0.0)
+    path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    flange = path.rotation @ job.tool_rotation.T
+    theta = ik.follow(job.robot, path.position - flange @ job.tool_position, flange, job.posture)
+    progress("timing", 0.0)
+    trajectory = timing.retime(
+        job.robot, path.arc, theta, path.stop, job.feed, lambda share: progress("timing", share)
+    )
+    start = job.heat.after(job.before)
+    rise = job.heat.during(start, trajectory.time, trajectory.speed)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    error = model.error(theta, rise, path.position, path.rotation)
+    program = _program(job, path.position, path.rotation, theta, trajectory, path, date, start, None)
+    program = fanuc_ls.loads(fanuc_ls.dumps(program))
+    ride = _twin(job).ride(program, job.before, lambda share: progress("twin before", share))
+    found = [Finding("warning", "thermal.box", text) for text in job.heat.strays(job.before, job.feed, rise)]
+    if not job.before:
+        found.append(Finding("note", "thermal.cold", "no [[before]]: the cell starts cold"))
+    if job.robot.controller.compensation == "signature":
+        text = "the controller corrects its own geometry: only sources it does not know may be active"
+        found.append(Finding("note", "controller.signature", text))
+    deviation = verify.deviation(path, ride)
+    return Planned(job, path, model, theta, trajectory, rise, error, program, deviation, tuple(found))
+
+
+def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, Corrected]:
+    """The corrected program, proven from its text.
+
+    Raises:
+        ImpossibleError: The robot cannot drive the path, or no legal correction exists.
+    """
+    planned = predict(job, progress, date)
+    path = planned.path
+    problem = Problem(
+        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
+        path.position, path.rotation, planned.theta, planned.rise, path.arc, path.stop,
+    )  # fmt: skip
+    solution = compensate.optimise(problem, job.settings, lambda share: progress("correction", share))
+    if solution.status is Status.FAILED:
+        where = solution.active[0] if solution.active else (1, "the smoothness asked for")
+        raise ImpossibleError(f"waypoint {where[0]}: {Status.FAILED.value}: {where[1]} cannot be kept; relax it")
+    position, rotation = problem.commanded(solution.correction)
+    trajectory = timing.retime(
+        job.robot, path.arc, solution.theta, path.stop, job.feed, lambda share: progress("final timing", share)
+    )
+    start = job.heat.after(job.before)
+    window = start_window(planned, solution)
+    program = _program(job, position, rotation, solution.theta, trajectory, path, date, start, window)
+    text = fanuc_ls.dumps(program)
+    written = fanuc_ls.loads(text)
+    ride = _twin(job).ride(written, job.before, lambda share: progress("twin after", share))
+    deviation = verify.deviation(path, ride)
+    found = [
+        *verify.judge(deviation, job.bounds),
+        *_limited(solution, job),
+        *_timing_findings(job, path, trajectory),
+        *_controller_findings(job, written, text),
+        *planned.findings,
+    ]
+    return planned, Corrected(solution, trajectory, written, text, ride, deviation, window, tuple(found))
+
+
+def start_window(planned: Planned, solution: Solution) -> float:
+    """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s].
+
+    A delay changes the rise at the start by r(t) - r(0), and that difference fades during the program with each
+    node's time constant. Every waypoint is moved by what it does to the error there.
+    """
+    job = planned.job
+    some = np.unique(np.linspace(0, len(planned.path.arc) - 1, 400).astype(int))
+    theta, rise = solution.theta[some], planned.rise[some]
+    fade = np.exp(-planned.trajectory.time[some][:, None] / job.heat.tau)
+    now, _ = planned.model.actual_pose(theta, rise)
+    start = job.heat.after(job.before)
+
+    def drift(delay: float) -> float:
+        late = job.heat.after([Duty("idle", 0.0, delay)], start)
+        moved, _ = planned.model.actual_pose(theta, rise + fade * (late - start))
+        return float(np.linalg.norm(moved - now, axis=1).max())
+
+    low, high = 0.0, 60.0
+    while drift(high) <= job.start_drift:
+        low, high = high, 2 * high
+        if low >= LONGEST_DELAY:
+            return LONGEST_DELAY
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if drift(middle) <= job.start_drift else (low, middle)
+    return low
+
+
+def _twin(job: Job) -> Twin:
+    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
+
+
+def _program(
+    job: Job,
+    position: Array,
+    rotation: Array,
+    theta: Array,
+    trajectory: Trajectory,
+    path: ToolPath,
+    date: str,
+    start: Array,
+    window: float | None,
+) -> Program:
+    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
+    remarks = [f"compgen {__version__} {job.robot.name}"[:32], f"inputs {job.inputs_hash[:24]}"]
+    if window is None:
+        remarks.append("planned, not corrected")
+    else:
+        remarks += [f"rise K {' '.join(pair)}"[:32] for pair in (state[i : i + 2] for i in range(0, len(state), 2))]
+        remarks.append(f"start within {window:.0f} s of that")
+    return Program(
+        name=program_name_of(job),
+        comment=f"compgen {job.inputs_hash[:8]}",
+        date=date,
+        remarks=tuple(remarks),
+        uframe=0,
+        utool=job.tool_number,
+        position=position,
+        rotation=rotation,
+        posture=job.posture,
+        turns=turn_digits(job.robot, theta),
+        speed=trajectory.speed,
+        fine=path.stop,
+    )
+
+
+def _limited(solution: Solution, job: Job) -> list[Finding]:
+    if solution.status is not Status.LIMITED:
+        return []
+    kinds: dict[str, list[int]] = {}
+    for waypoint, limit in solution.active:
+        kinds.setdefault(limit, []).append(waypoint)
+    off = np.linalg.norm(solution.residual[:, :3], axis=1)
+    worst = int(np.argmax(off))
+    text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
+    message = f"{text}; farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
+    return [Finding("warning", "compensation.limited", message)]
+
+
+def _timing_findings(job: Job, path: ToolPath, trajectory: Trajectory) -> list[Finding]:
+    found = []
+    if trajectory.use.max() > 1:
+        kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
+        found.append(
+            Finding(
+                "outside",
+                "timing.limit",
+                f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
+                f"{100 * trajectory.use.max():.0f} % of its limit; lower process.feed_mm_s",
+            )
+        )
+    slow = float(np.diff(path.arc)[trajectory.speed < job.feed * (1 - 1e-9)].sum() / path.arc[-1])
+    if slow > 0:
+        period = job.robot.controller.period
+        short = bool(np.any(np.diff(path.arc) < job.feed * period))
+        why = "segments there are shorter than feed x the interpolation period, or joint limits bind" if short else (
+            "joint limits bind there"
+        )
+        message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
+        found.append(Finding("note", "timing.below_feed", message))
+    error = fanuc_ls.largest_feed_error(trajectory.speed)
+    if error > 0.001:
+        found.append(Finding("note", "timing.feed_error", f"written speeds are up to {100 * error:.2f} % below the wanted"))
+    return found
+
+
+def _controller_findings(job: Job, program: Program, text: bytes) -> list[Finding]:
+    controller = job.robot.controller
+    memory = fanuc_ls.estimated_memory(program)
+    checks = [
+        ("max_positions", len(program.position), controller.max_positions, "positions"),
+        ("max_lines", text.count(b"\r\n", text.index(b"/MN"), text.index(b"/POS")) - 1, controller.max_lines, "lines"),
+        ("memory_kB", memory / 1000, controller.memory / 1000, "kB estimated"),
+    ]
+    return [
+        Finding(
+            "warning",
+            f"controller.{key}",
+            f"{value:.0f} {what} is more than controller.{key} = {limit:g}: this controller cannot hold the program "
+            "as one file; raise process.chord_um, or split it",
+        )
+        for key, value, limit, what in checks
+        if value > limit
+    ]
+
+
+def program_name_of(job: Job) -> str:
+    """The name of the job's program on the controller."""
+    return fanuc_ls.program_name(job.name, job.robot.controller.name_length)

@@ -1,0 +1,210 @@
+"""The report as one page that opens offline: findings first, then the error, the path, the warmth, the joints."""
+
+from html import escape
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+from plotly.subplots import make_subplots
+
+from compgen.arrays import Array, IntArray
+from compgen.pipeline import Corrected, Planned
+from compgen.report.json import summary
+from compgen.units import MM, UM
+from compgen.verify import Deviation
+
+POINTS = 4000  # of a curve: what a screen can show
+WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"
+LINES = ("#c2410c", "#b45309", "#7c3aed", "#0f766e", "#1d4ed8", "#64748b")
+
+_STYLE = """
+body{font:15px/1.5 system-ui,sans-serif;color:#1e293b;max-width:1080px;margin:2rem auto;padding:0 1rem}
+h1{font-size:1.5rem;margin:0}h2{font-size:1.1rem;margin:2rem 0 .5rem}
+.lead{color:#64748b;margin:.2rem 0 1rem}
+.big{font-size:1.15rem;margin:1rem 0;padding:.7rem 1rem;border-left:5px solid}
+.inside{border-color:#0f766e;background:#f0fdfa}.outside{border-color:#b91c1c;background:#fef2f2}
+.predicted{border-color:#c2410c;background:#fff7ed}
+table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
+th,td{padding:.3rem .6rem;text-align:right;border-bottom:1px solid #e2e8f0}
+th:first-child,td:first-child{text-align:left}thead th{color:#64748b;font-weight:600}
+li.outside{color:#b91c1c;font-weight:600;background:none}li.warning{color:#b45309}li.note{color:#475569}
+footer{color:#64748b;font-size:.85rem;margin:2rem 0;overflow-wrap:anywhere}
+"""
+
+
+def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
+    """One self-contained page, the same bytes for the same inputs."""
+    data = summary(planned, corrected)
+    figures = [
+        ("Error over time", _error_over_time(planned, corrected), "time"),
+        ("The path, coloured by error", _path_in_space(planned, corrected), "space"),
+        ("Temperature while the program runs", _temperatures(planned), "heat"),
+        ("Use of the joints", _joints(data), "joints"),
+    ]
+    body = "".join(
+        f"<h2>{title}</h2>{figure.to_html(full_html=False, include_plotlyjs=False, div_id=key)}"
+        for title, figure, key in figures
+    )
+    name = escape(data["title"] or data["name"])
+    page = (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>'
+        f"<script>{get_plotlyjs()}</script></head><body><h1>{name}</h1>"
+        f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
+        f"{data['path']['waypoints']} waypoints, {data['path']['length_m']:.2f} m, "
+        f"{data['timing']['duration_s']:.1f} s, {100 * data['timing']['at_feed']:.1f} % of the length at feed</p>"
+        f"{_verdict(data)}{_findings(data)}{_table(data)}{body}{_footer(data)}</body></html>\n"
+    )
+    return page.encode()
+
+
+def _verdict(data: dict[str, Any]) -> str:
+    before = data["before"]["total"]["max_um"]
+    if data["after"] is None:
+        text = f"Uncorrected, the tool will be up to <b>{before:.1f} &micro;m</b> off. Nothing has been corrected."
+    else:
+        after, window = data["after"]["total"]["max_um"], data["thermal"]["start_window_s"]
+        text = (
+            f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
+            f"written text: {data['ratio']:.0f} times smaller, <b>{data['verdict']}</b> its bounds. Right for a start "
+            f"within {window:.0f} s of the stated warmth."
+        )
+    return f'<p class="big {data["verdict"]}">{text}</p>'
+
+
+def _findings(data: dict[str, Any]) -> str:
+    rows = "".join(f'<li class="{f["level"]}">{f["level"]}: {escape(f["message"])}</li>' for f in data["findings"])
+    return f"<h2>Findings</h2><ul>{rows or '<li class=note>none</li>'}</ul>"
+
+
+def _table(data: dict[str, Any]) -> str:
+    sides = [("before", data["before"])] + ([("after", data["after"])] if data["after"] else [])
+    head = "".join(f"<th>{side} {part}</th>" for side, _ in sides for part in ("max", "p99", "rms"))
+    labels = {
+        "total": "total [&micro;m]",
+        "feed": "along feed [&micro;m]",
+        "cross": "cross feed [&micro;m]",
+        "normal": "normal to the surface [&micro;m]",
+        "axis_angle": "tool axis [mdeg]",
+    }
+    rows = "".join(
+        f"<tr><td>{label}</td>" + "".join(f"<td>{v:.2f}</td>" for _, s in sides for v in s[key].values()) + "</tr>"
+        for key, label in labels.items()
+    )
+    bounds = ", ".join(f"{k} = {v:g}" for k, v in data["bounds"].items())
+    return (
+        f"<h2>Error of the tool centre point</h2><table><thead><tr><th>component</th>{head}</tr></thead>"
+        f"<tbody>{rows}</tbody></table><p class=lead>Bounds: {bounds or 'none'}</p>"
+    )
+
+
+def _footer(data: dict[str, Any]) -> str:
+    made = data["provenance"]
+    over = "; overrides " + escape(", ".join(made["overrides"])) if made["overrides"] else ""
+    return (
+        f"<footer>compgen {made['compgen']}, inputs sha256 {made['inputs_sha256']}{over}. CNT is taken as passing "
+        "through the points; only the error sources active in the robot file are known to it.</footer>"
+    )
+
+
+def _thin(values: Array) -> IntArray:
+    """Rows to draw: from each of many bins the one with the largest value, and both ends."""
+    count = len(values)
+    if count <= POINTS:
+        return np.arange(count)
+    edges = np.linspace(0, count, POINTS + 1).astype(int)[:-1]
+    top = np.maximum.reduceat(values, edges)
+    owner = np.searchsorted(edges, np.arange(count), side="right") - 1
+    hit = np.flatnonzero(values == top[owner])
+    first = hit[np.unique(owner[hit], return_index=True)[1]]
+    return np.unique(np.concatenate([[0], first, [count - 1]]))
+
+
+def _error_over_time(planned: Planned, corrected: Corrected | None) -> go.Figure:
+    rows: list[tuple[str, Deviation, str]] = [("before", planned.deviation, WARM)]
+    if corrected:
+        rows.append(("after", corrected.deviation, COOL))
+    figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.08)
+    for i, (name, deviation, colour) in enumerate(rows, 1):
+        keep = _thin(deviation.total())
+        time = np.round(deviation.time[keep], 4)
+        for part, values, dash, tint in (
+            ("total", deviation.total(), "solid", colour),
+            ("normal", deviation.normal, "dot", GREY),
+        ):
+            line = {"color": tint, "width": 1.4 if part == "total" else 1, "dash": dash}
+            figure.add_scatter(x=time, y=np.round(values[keep] / UM, 3), name=f"{name}: {part}", line=line, row=i, col=1)
+        figure.update_yaxes(title_text=f"{name} [µm]", row=i, col=1)
+    bound = planned.job.bounds.max
+    if corrected and bound is not None:
+        figure.add_hline(y=bound / UM, line={"color": "#b91c1c", "dash": "dash", "width": 1}, row=2, col=1)
+    figure.update_xaxes(title_text="time from leaving P[1] [s]", row=len(rows), col=1)
+    return _dress(figure, 260 * len(rows))
+
+
+def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
+    sides = [("before", planned.deviation)] + ([("after", corrected.deviation)] if corrected else [])
+    count = len(sides)
+    figure = make_subplots(
+        rows=1, cols=count, specs=[[{"type": "scene"}] * count], subplot_titles=[name for name, _ in sides]
+    )
+    path = planned.path
+    for i, (_, deviation) in enumerate(sides, 1):
+        total = deviation.total()
+        keep = _thin(total)
+        place = [np.interp(deviation.arc[keep], path.arc, path.position[:, k]) / MM for k in range(3)]
+        bar = {"title": "µm", "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
+        marker = {
+            "size": 2.2,
+            "color": np.round(total[keep] / UM, 3),
+            "colorscale": "Turbo",
+            "colorbar": bar,
+            "cmin": 0,
+            "line": {"width": 0},
+        }
+        x, y, z = (np.round(p, 2) for p in place)
+        figure.add_scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, showlegend=False, row=1, col=i)
+    scene = {
+        "xaxis_title": "X [mm]",
+        "yaxis_title": "Y [mm]",
+        "zaxis_title": "Z [mm]",
+        "aspectmode": "data",
+        "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.7}},
+    }
+    figure.update_scenes(**scene)
+    return _dress(figure, 460)
+
+
+def _temperatures(planned: Planned) -> go.Figure:
+    figure = go.Figure()
+    keep = _thin(np.arange(len(planned.rise), dtype=float))
+    for i, name in enumerate(planned.job.heat.names):
+        figure.add_scatter(
+            x=np.round(planned.trajectory.time[keep], 3),
+            y=np.round(planned.rise[keep, i], 4),
+            name=name,
+            line={"color": LINES[i % len(LINES)], "width": 1.6},
+        )
+    figure.update_yaxes(title_text="rise [K]", rangemode="tozero")
+    figure.update_xaxes(title_text="time from leaving P[1] [s]")
+    return _dress(figure, 320)
+
+
+def _joints(data: dict[str, Any]) -> go.Figure:
+    figure = go.Figure()
+    for (kind, shares), colour in zip(data["timing"]["joint_use"].items(), LINES[2:]):
+        figure.add_bar(x=list(shares), y=[round(100 * v, 2) for v in shares.values()], name=kind, marker_color=colour)
+    figure.add_hline(y=100, line={"color": "#b91c1c", "dash": "dash", "width": 1})
+    figure.update_yaxes(title_text="largest share of the limit [%]")
+    return _dress(figure, 320)
+
+
+def _dress(figure: go.Figure, height: int) -> go.Figure:
+    figure.update_layout(
+        template="plotly_white",
+        height=height,
+        margin={"l": 60, "r": 20, "t": 30, "b": 45},
+        legend={"orientation": "h", "y": 1.08, "x": 1, "xanchor": "right"},
+        font={"family": "system-ui, sans-serif", "size": 12},
+    )
+    return figure

@@ -1,0 +1,120 @@
+"""The report as data; its schema is documented in docs/report.md and changes only with ``schema``."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__
+from compgen.dialects import fanuc_ls
+from compgen.pipeline import Corrected, Planned
+from compgen.units import DEG, MDEG, MM, UM
+from compgen.verify import statistics
+
+SCHEMA = 1
+
+
+def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
+    """Everything a run found, in plain types."""
+    job, path = planned.job, planned.path
+    trajectory = corrected.trajectory if corrected else planned.trajectory
+    before = statistics(planned.deviation)
+    after = statistics(corrected.deviation) if corrected else None
+    findings = corrected.findings if corrected else planned.findings
+    names = job.heat.names
+    report: dict[str, Any] = {
+        "schema": SCHEMA,
+        "name": job.name,
+        "title": job.title,
+        "verdict": "predicted" if corrected is None else "inside" if corrected.inside else "outside",
+        "before": before,
+        "after": after,
+        "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
+        "bounds": {
+            key: value
+            for key, value in {
+                "max_um": _in(job.bounds.max, UM),
+                "p99_um": _in(job.bounds.p99, UM),
+                "rms_um": _in(job.bounds.rms, UM),
+                "feed_um": _in(job.bounds.feed, UM),
+                "cross_um": _in(job.bounds.cross, UM),
+                "normal_um": _in(job.bounds.normal, UM),
+                "axis_mdeg": _in(job.bounds.axis, MDEG),
+            }.items()
+            if value is not None
+        },
+        "findings": [{"level": f.level, "code": f.code, "message": f.message} for f in findings],
+        "path": {
+            "waypoints": len(path.arc),
+            "length_m": float(path.arc[-1]),
+            "contact_m": float(np.diff(path.arc)[path.contact[1:] & path.contact[:-1]].sum()),
+            "stops": int(path.stop.sum()),
+        },
+        "timing": {
+            "duration_s": float(trajectory.time[-1]),
+            "at_feed": trajectory.at_feed,
+            "joint_use": {
+                kind: dict(zip(job.robot.joint_names, row.tolist()))
+                for kind, row in zip(("speed", "acceleration", "jerk"), trajectory.use)
+            },
+        },
+        "thermal": {
+            "start_K": dict(zip(names, planned.rise[0].tolist())),
+            "end_K": dict(zip(names, planned.rise[-1].tolist())),
+        },
+    }
+    if corrected:
+        solution = corrected.solution
+        report["thermal"]["start_window_s"] = corrected.start_window
+        report["compensation"] = {
+            "status": solution.status.name.lower(),
+            "meaning": solution.status.value,
+            "iterations": solution.iterations,
+            "last_step_m": solution.step,
+            "active_limits": len(solution.active),
+            "largest_um": float(np.linalg.norm(solution.correction[:, :3], axis=1).max() / UM),
+            "largest_mdeg": float(np.linalg.norm(solution.correction[:, 3:], axis=1).max() / MDEG),
+            "predicted_residual_um": float(np.linalg.norm(solution.residual[:, :3], axis=1).max() / UM),
+        }
+        report["program"] = {
+            "file": f"{corrected.program.name}.LS",
+            "positions": len(corrected.program.position),
+            "bytes": len(corrected.text),
+            "memory_kB": fanuc_ls.estimated_memory(corrected.program) / 1000,
+            "largest_feed_error": fanuc_ls.largest_feed_error(trajectory.speed),
+            "rounding_um": float(np.sqrt(3) / 2),
+        }
+    report["provenance"] = {
+        "compgen": __version__,
+        "inputs_sha256": job.inputs_hash,
+        "robot": job.robot.name,
+        "overrides": list(job.overrides),
+        "tool": {
+            "number": job.tool_number,
+            "position_mm": (job.tool_position / MM).tolist(),
+            "rotation": job.tool_rotation.tolist(),
+        },
+        "before": [
+            {"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / 3600} for d in job.before
+        ],
+        "joint_range_deg": _joint_range(planned, corrected),
+    }
+    return report
+
+
+def report_json(planned: Planned, corrected: Corrected | None) -> bytes:
+    """The summary as text, the same bytes for the same inputs."""
+    return (json.dumps(summary(planned, corrected), indent=2, allow_nan=False) + "\n").encode()
+
+
+def _in(value: float | None, factor: float) -> float | None:
+    return None if value is None else round(value / factor, 9)
+
+
+def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, list[float]]:
+    robot = planned.job.robot
+    theta = (corrected.solution.theta if corrected else planned.theta) - robot.pendant_zero
+    return {
+        name: [float(low / DEG), float(high / DEG)]
+        for name, low, high in zip(robot.joint_names, theta.min(axis=0), theta.max(axis=0))
+    }

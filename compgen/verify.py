@@ -1,0 +1,120 @@
+"""The verdict: what the twin did with the text, against the true path, against the bounds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.arrays import Array, BoolArray, dot, own
+from compgen.toolpath import ToolPath
+from compgen.twin import Ride
+from compgen.units import MDEG, UM
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Deviation:
+    """Actual against true pose at M samples of a ride."""
+
+    arc: Array  # (M,) [m]
+    time: Array  # (M,) [s]
+    contact: BoolArray  # (M,) both ends of the segment are in contact
+    error: Array  # (M, 3) [m] base axes
+    feed: Array  # (M,) [m] along the direction of travel
+    cross: Array  # (M,) [m] across it, in the surface
+    normal: Array  # (M,) [m] along the tool axis, away from the surface
+    angle: Array  # (M,) [rad] between the tool axes
+
+    def __post_init__(self) -> None:
+        own(self, error=("M", 3), **{n: ("M",) for n in ("arc", "time", "contact", "feed", "cross", "normal", "angle")})
+
+    def total(self) -> Array:
+        """Size of the position error, (M,) [m]."""
+        return np.asarray(np.linalg.norm(self.error, axis=1))
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The promise of a path: largest allowed values after correction; None asks for nothing."""
+
+    max: float | None = None  # [m]
+    p99: float | None = None  # [m]
+    rms: float | None = None  # [m]
+    feed: float | None = None  # [m] largest along feed
+    cross: float | None = None  # [m]
+    normal: float | None = None  # [m]
+    axis: float | None = None  # [rad]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something the user must know. ``outside`` fails the job, ``warning`` and ``note`` do not."""
+
+    level: str  # "outside", "warning", "note"
+    code: str
+    message: str
+
+
+def deviation(path: ToolPath, ride: Ride) -> Deviation:
+    """Compare each sample with the true path at the same fraction of the same segment."""
+    position, rotation, travel = path.at(ride.segment, ride.fraction)
+    axis = rotation[:, :, 2]
+    error = ride.position - position
+    cross = np.cross(travel, axis)
+    size = np.linalg.norm(cross, axis=1)
+    # approach and retract run along the axis: cross feed is then the tool's y, feed its x
+    along = np.where(size[:, None] > 1e-3, travel, rotation[:, :, 0])
+    side = np.cross(along, axis)
+    side = side / np.linalg.norm(side, axis=1, keepdims=True)
+    ahead = np.cross(axis, side)
+    real = ride.rotation[:, :, 2]
+    angle = np.arctan2(np.linalg.norm(np.cross(axis, real), axis=1), dot(axis, real))
+    arc = path.arc[ride.segment] + ride.fraction * np.diff(path.arc)[ride.segment]
+    contact = path.contact[ride.segment] & path.contact[ride.segment + 1]
+    return Deviation(
+        arc, ride.time, contact, error, dot(error, ahead), dot(error, side), dot(error, -axis), angle
+    )
+
+
+def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:
+    """Largest, 99th percentile and rms of each component: total, feed, cross, normal [um], axis angle [mdeg]."""
+    parts = {
+        "total": (deviation.total(), UM, "um"),
+        "feed": (np.abs(deviation.feed), UM, "um"),
+        "cross": (np.abs(deviation.cross), UM, "um"),
+        "normal": (np.abs(deviation.normal), UM, "um"),
+        "axis_angle": (deviation.angle, MDEG, "mdeg"),
+    }
+    return {
+        name: {
+            f"max_{unit}": float(values.max() / factor),
+            f"p99_{unit}": float(np.percentile(values, 99) / factor),
+            f"rms_{unit}": float(np.sqrt(np.mean(values**2)) / factor),
+        }
+        for name, (values, factor, unit) in parts.items()
+    }
+
+
+def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
+    """One finding for each bound that is broken, naming where it is worst."""
+    total = deviation.total()
+    checks = [
+        ("max_um", total, bounds.max, total.max(), UM, "um"),
+        ("p99_um", total, bounds.p99, np.percentile(total, 99), UM, "um"),
+        ("rms_um", total, bounds.rms, np.sqrt(np.mean(total**2)), UM, "um"),
+        ("feed_um", np.abs(deviation.feed), bounds.feed, np.abs(deviation.feed).max(), UM, "um"),
+        ("cross_um", np.abs(deviation.cross), bounds.cross, np.abs(deviation.cross).max(), UM, "um"),
+        ("normal_um", np.abs(deviation.normal), bounds.normal, np.abs(deviation.normal).max(), UM, "um"),
+        ("axis_mdeg", deviation.angle, bounds.axis, deviation.angle.max(), MDEG, "mdeg"),
+    ]
+    found = []
+    for key, values, bound, value, factor, unit in checks:
+        if bound is not None and not value <= bound:
+            m = int(np.argmax(values))
+            found.append(
+                Finding(
+                    "outside",
+                    f"bounds.{key}",
+                    f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}; "
+                    f"worst {deviation.arc[m]:.3f} m along the path",
+                )
+            )
+    return found
