@@ -19,10 +19,11 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from compgen import __version__, outbox, pipeline
-from compgen.config import load_job, shipped
+from compgen.config import load_job
 from compgen.exceptions import CompgenError, InputError
 from compgen.job import Job
 from compgen.pipeline import Corrected, Planned
+from compgen.reading import shipped
 from compgen.report import report_html, report_json, summary, waypoints_csv
 
 app = typer.Typer(
@@ -34,7 +35,9 @@ app = typer.Typer(
 
 PathFile = Annotated[str, typer.Argument(help="A path file, e.g. paths/spiral_1300.toml", show_default=False)]
 RobotName = Annotated[str | None, typer.Option("--robot", help="Robot name or file; default: what the path file says.")]
-OutDir = Annotated[str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>.")]
+OutDir = Annotated[
+    str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>.")
+]
 Set = Annotated[
     list[str] | None, typer.Option("--set", help="Override a key of the path or robot file, key=value; repeatable.")
 ]
@@ -133,7 +136,9 @@ def init(folder: Annotated[str, typer.Argument(help="Where to; default here.")] 
             if not (target / source.name).exists():
                 shutil.copyfile(source, target / source.name)
                 laid += 1
-    sys.stdout.write(f"{laid} files laid down in {place / 'robots'} and {place / 'paths'}; files already there are kept\n")
+    sys.stdout.write(
+        f"{laid} files laid down in {place / 'robots'} and {place / 'paths'}; files already there are kept\n"
+    )
 
 
 @app.callback(invoke_without_command=True)
@@ -197,7 +202,9 @@ def _junit(data: dict[str, Any]) -> bytes:
     cases = [f"bounds.{key}" for key in data["bounds"]]
     cases += [code for code in broken if code not in cases]
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']
-    lines.append(f'<testsuite name={quoteattr("compgen." + data["name"])} tests="{len(cases)}" failures="{len(broken)}">')
+    lines.append(
+        f'<testsuite name={quoteattr("compgen." + data["name"])} tests="{len(cases)}" failures="{len(broken)}">'
+    )
     for case in cases:
         start = f"  <testcase classname={quoteattr('compgen.' + data['name'])} name={quoteattr(case)}"
         if case in broken:
@@ -226,19 +233,25 @@ def _show(planned: Planned, corrected: Corrected | None, folder: Path | None, fi
     data = summary(planned, corrected)
     console = Console(width=None if sys.stdout.isatty() else 100)
     table = Table(title=planned.job.title or planned.job.name, title_justify="left", title_style="bold")
-    table.add_column("error of the TCP")
+    table.add_column("TCP error", no_wrap=True)
     names = ["before", "after"] if corrected else ["predicted"]
     for name in names:
         for part in ("max", "p99", "rms"):
             table.add_column(f"{name} {part}", justify="right")
     table.add_column("bound", justify="right")
-    bound_keys = {"total": "max_um", "feed": "feed_um", "cross": "cross_um", "normal": "normal_um", "axis_angle": "axis_mdeg"}
+    bound_keys = {
+        "total": "max_um",
+        "feed": "feed_um",
+        "cross": "cross_um",
+        "normal": "normal_um",
+        "axis_angle": "axis_mdeg",
+    }
     for row, label in (
-        ("total", "total [um]"),
-        ("feed", "along feed [um]"),
-        ("cross", "cross feed [um]"),
-        ("normal", "normal [um]"),
-        ("axis_angle", "tool axis [mdeg]"),
+        ("total", "total, um"),
+        ("feed", "along feed, um"),
+        ("cross", "cross feed, um"),
+        ("normal", "normal, um"),
+        ("axis_angle", "tool axis, mdeg"),
     ):
         cells = [f"{v:.2f}" for side in ("before", "after") if data[side] for v in data[side][row].values()]
         bound = data["bounds"].get(bound_keys[row])

@@ -14,7 +14,7 @@ W makes an angle count as the distance it moves a point one lever away; spin abo
 
 Because the real arm differs from the nominal one by parts in 10^4, de/dc = I + O(1e-4). So with z_n = c_n - e_n(c) the
 problem is linear least squares, pentadiagonal and separate for each of the six components: solving it and refreshing z
-shrinks the step about a thousandfold each time. ``limits`` takes over, for the stretch concerned, where a constraint binds.
+shrinks the step about a thousandfold each time. Where a constraint binds, ``limits`` takes over for that stretch.
 """
 
 from collections.abc import Callable
@@ -78,9 +78,7 @@ def bands(arc: Array, stop: BoolArray, settings: Settings, fidelity: float = 1.0
     return np.array([second, first, diagonal])
 
 
-def optimise(
-    problem: Problem, settings: Settings, progress: Callable[[float], None] = lambda share: None
-) -> Solution:
+def optimise(problem: Problem, settings: Settings, progress: Callable[[float], None] = lambda share: None) -> Solution:
     """Best legal correction of a program.
 
     Args:
@@ -106,7 +104,9 @@ def optimise(
         new[:, fixed] = solveh_banded(stiff, ds * wanted[:, fixed])
         if len(fixed) < 6:
             trust = (w[5] / lever[5]) ** 2
-            new[:, 5] = solveh_banded(bands(problem.arc, problem.stop, settings, trust), trust * ds[:, 0] * wanted[:, 5])
+            new[:, 5] = solveh_banded(
+                bands(problem.arc, problem.stop, settings, trust), trust * ds[:, 0] * wanted[:, 5]
+            )
         step = float(np.abs((new - correction) * lever).max())
         correction = new
         iterations += 1
@@ -120,4 +120,3 @@ def optimise(
     theta, _ = problem.joints(correction)
     progress(1.0)
     return Solution(correction, theta, problem.error(correction), status, iterations, step, active)
-

@@ -1,15 +1,11 @@
 """Files to domain objects: TOML with overrides, checked against ``schema``, turned into SI."""
 
-import difflib
 import json
-import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, TypeVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
 
 from compgen import __version__, boundaries, patterns, surfaces
 from compgen import schema as sc
@@ -19,6 +15,7 @@ from compgen.ik import Posture, check_arm_class
 from compgen.job import Job
 from compgen.pieces import Pieces
 from compgen.problem import Settings
+from compgen.reading import check, find_robot, override, path_model, read_toml, suggest
 from compgen.robot import Controller, Robot
 from compgen.rotations import from_wpr
 from compgen.sources import ThermalGrowth
@@ -26,14 +23,7 @@ from compgen.thermal import Duty, NodeModel, Profile, Section, growth_weights
 from compgen.units import DEG, HOUR, KB, MDEG, MM, MS, UM
 from compgen.verify import Bounds
 
-Model = TypeVar("Model", bound=BaseModel)
 LENGTHS = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
-
-
-def shipped() -> Path:
-    """The folder with the robots and paths that come with compgen."""
-    inside = Path(__file__).parent / "data"
-    return inside if inside.is_dir() else Path(__file__).parent.parent
 
 
 def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
@@ -51,17 +41,17 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         InputError: Anything wrong, naming file and key.
     """
     source = Path(path_file)
-    path_data = _read(source, "paths")
+    path_data = read_toml(source, "paths")
     for_robot = [o for o in overrides if o.startswith("robot.")]
-    for override in overrides:
-        if override not in for_robot:
-            _override(path_data, override, override)
-    path = _path_model(path_data, str(source))
-    robot_source = _find_robot(robot or path.robot, source)
-    robot_data = _read(robot_source, "robots")
-    for override in for_robot:
-        _override(robot_data, override.removeprefix("robot."), override)
-    facts = _check(sc.RobotFile, robot_data, str(robot_source))
+    for item in overrides:
+        if item not in for_robot:
+            override(path_data, item, item)
+    path = path_model(path_data, str(source))
+    robot_source = find_robot(robot or path.robot, source)
+    robot_data = read_toml(robot_source, "robots")
+    for item in for_robot:
+        override(robot_data, item.removeprefix("robot."), item)
+    facts = check(sc.RobotFile, robot_data, str(robot_source))
     where = str(robot_source)
     if facts.controller.compensation == "unknown":
         raise InputError(
@@ -106,112 +96,6 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     )
 
 
-def _read(source: Path, folder: str) -> dict[str, Any]:
-    try:
-        text = source.read_bytes().decode("utf-8")
-        return tomllib.loads(text)
-    except FileNotFoundError:
-        known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
-        raise InputError(f"{source}: no such file; 'compgen init' lays down {', '.join(known)}") from None
-    except (OSError, UnicodeDecodeError) as failure:
-        raise InputError(f"{source}: cannot be read as text: {failure}") from None
-    except tomllib.TOMLDecodeError as failure:
-        raise InputError(f"{source}: not TOML: {failure}; see paths/ for examples") from None
-
-
-def _find_robot(name: str, path_file: Path) -> Path:
-    if name.endswith(".toml"):
-        return Path(name)
-    folders = [Path("robots"), path_file.parent.parent / "robots", shipped() / "robots"]
-    for folder in folders:
-        if (folder / f"{name}.toml").is_file():
-            return folder / f"{name}.toml"
-    known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
-    raise InputError(f"{path_file}: robot '{name}' is unknown; known: {', '.join(known)}{_suggest(name, known)}")
-
-
-def _override(data: dict[str, Any], item: str, said: str) -> None:
-    """Put one ``key=value`` into a tree of tables."""
-    key, equals, text = item.partition("=")
-    if not equals or not key.strip():
-        raise InputError(f"--set {said}: expected key=value, as in --set process.feed_mm_s=100")
-    try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()
-    *parents, last = key.strip().split(".")
-    place: Any = data
-    try:
-        for step in parents:
-            place = place[int(step)] if isinstance(place, list) else place.setdefault(step, {})
-        if isinstance(place, list):
-            place[int(last)] = value
-        else:
-            place[last] = value
-    except (IndexError, ValueError, TypeError, AttributeError):
-        raise InputError(f"--set {said}: there is no '{key}' in the file to set") from None
-
-
-def _path_model(data: dict[str, Any], where: str) -> sc.PathFile:
-    """The path file's model, with ``path`` read by its pattern's own table."""
-    table = data.get("path")
-    if not isinstance(table, dict):
-        raise InputError(f"{where}: path: missing table; give [path] with a pattern and its sizes")
-    name = table.get("pattern")
-    if name not in sc.PATTERNS:
-        raise InputError(
-            f"{where}: path.pattern: '{name}' is unknown; known: {', '.join(sc.PATTERNS)}"
-            f"{_suggest(str(name), list(sc.PATTERNS))}"
-        )
-    pattern = _check(sc.PATTERNS[name], table, where, "path")
-    rest = _check(sc.PathFile, {**data, "path": {k: table[k] for k in ("x_mm", "y_mm", "z_mm")}}, where)
-    return rest.model_copy(update={"path": pattern})
-
-
-def _check(model: type[Model], data: Mapping[str, Any], where: str, prefix: str = "") -> Model:
-    """Validate, and say the first thing that is wrong in one line."""
-    try:
-        return model.model_validate(data)
-    except ValidationError as failure:
-        errors = failure.errors()
-        # an unknown key is the cause of a missing one more often than the other way round
-        error = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
-    steps = [str(s) for s in error["loc"] if not str(s).startswith(("float", "dict["))]
-    key = ".".join([*([prefix] if prefix else []), *steps])
-    value = error.get("input")
-    match error["type"]:
-        case "extra_forbidden":
-            raise InputError(f"{where}: {key}: unknown key{_suggest(steps[-1], _keys(model, error['loc'][:-1]))}")
-        case "missing":
-            raise InputError(f"{where}: {key}: missing; add it")
-        case "finite_number":
-            raise InputError(f"{where}: {key}: {value} is not a number; give a finite one")
-        case _:
-            told = str(error["msg"]).replace("Input should be", "must be")
-            raise InputError(f"{where}: {key}: {value!r}: {told[0].lower()}{told[1:]}")
-
-
-def _keys(model: type[BaseModel], steps: Sequence[int | str]) -> list[str]:
-    """Keys that the table at a place may have."""
-    for step in steps:
-        field = model.model_fields.get(str(step))
-        if field is None:
-            continue
-        found = [t for t in _types(field.annotation) if isinstance(t, type) and issubclass(t, BaseModel)]
-        if found:
-            model = found[0]
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
-def _types(annotation: Any) -> list[Any]:
-    return [annotation, *(t for a in get_args(annotation) for t in _types(a))]
-
-
-def _suggest(word: str, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-    return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(known)}" if len(known) < 12 else ""
-
-
 def _boundary(path: sc.PathFile, where: str) -> Boundary | None:
     table = path.boundary
     if table is None:
@@ -245,7 +129,11 @@ def _pattern(path: sc.PathFile, boundary: Boundary | None, where: str) -> tuple[
             if (table.diameter_mm is None) == (boundary is None):
                 raise InputError(
                     f"{where}: path.diameter_mm: "
-                    + ("missing; give it, or a [boundary]" if boundary is None else "conflicts with [boundary]; remove one")
+                    + (
+                        "missing; give it, or a [boundary]"
+                        if boundary is None
+                        else "conflicts with [boundary]; remove one"
+                    )
                 )
             clip = boundary or boundaries.circle((table.diameter_mm or 0.0) * MM)
             smooth = table.turn == "smooth"
@@ -395,7 +283,7 @@ def _profiles(facts: sc.RobotFile, robot: Robot, where: str) -> tuple[Profile, .
         for s in profile.sections:
             for node in (s.from_, s.to):
                 if node not in rises:
-                    raise InputError(f"{key}: node '{node}' is unknown{_suggest(node, list(rises))}")
+                    raise InputError(f"{key}: node '{node}' is unknown{suggest(node, list(rises))}")
             if s.to_mm * MM <= start:
                 raise InputError(f"{key}: to_mm {s.to_mm:g} must be above the section before it")
             if s.shape == "exponential" and not (rises[s.from_] > 0 and rises[s.to] > 0):

@@ -32,9 +32,7 @@ class UnreachableError(ImpossibleError):
 class JointLimitError(ImpossibleError):
     """A waypoint needs a joint angle beyond its limit."""
 
-    def __init__(
-        self, waypoint: int, joint: str, value: float, lower: float, upper: float, posture: str = ""
-    ) -> None:
+    def __init__(self, waypoint: int, joint: str, value: float, lower: float, upper: float, posture: str = "") -> None:
         self.waypoint, self.joint, self.value, self.lower, self.upper = waypoint, joint, value, lower, upper
         over = max(lower - value, value - upper)
         super().__init__(

@@ -172,7 +172,11 @@ def _refuse_stretched(robot: Robot, margin: Array) -> None:
     if len(near):
         n = int(near[0])
         raise SingularityError(
-            n + 1, "J3", "elbow", f"{margin[n] / MM:.2f} mm from full stretch or fold", f"{robot.elbow_margin / MM:g} mm"
+            n + 1,
+            "J3",
+            "elbow",
+            f"{margin[n] / MM:.2f} mm from full stretch or fold",
+            f"{robot.elbow_margin / MM:g} mm",
         )
 
 

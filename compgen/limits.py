@@ -18,7 +18,8 @@ from compgen.problem import Problem, Settings, measure, weights
 AROUND = 60  # waypoints free on either side of a violation
 SCALE = 1e-4  # [rad] of one unit of x
 UM = 1e-6
-TIGHT = 1e-9  # [rad] or relative: how near a limit counts as on it
+ON = 1e-8  # [rad] how near a joint limit counts as on it
+OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
 
 
 def violated(problem: Problem, settings: Settings, correction: Array) -> BoolArray:
@@ -26,9 +27,10 @@ def violated(problem: Problem, settings: Settings, correction: Array) -> BoolArr
     theta, margin = problem.joints(correction)
     robot = problem.robot
     bad = ((theta < robot.lower - 1e-12) | (theta > robot.upper + 1e-12)).any(axis=1) | (margin < 0)
-    bad |= np.linalg.norm(correction[:, :3], axis=1) > settings.clamp_position
-    bad |= np.linalg.norm(correction[:, 3:], axis=1) > settings.clamp_rotation
-    steep = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1) > settings.rate * np.diff(problem.arc) + 1e-12
+    bad |= np.linalg.norm(correction[:, :3], axis=1) > settings.clamp_position * OVER
+    bad |= np.linalg.norm(correction[:, 3:], axis=1) > settings.clamp_rotation * OVER
+    step = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1)
+    steep = step > settings.rate * np.diff(problem.arc) * OVER + 1e-12
     bad[:-1] |= steep
     bad[1:] |= steep
     return np.asarray(bad)
@@ -83,9 +85,7 @@ def pose_functions(problem: Problem) -> Any:
 def _vector_expr(rotation: Any) -> Any:
     """Rotation vector of a small rotation: (axial / 2) asin(s) / s with asin(s) / s = 1 + s^2/6 + 3 s^4/40."""
     axial = (
-        ca.vertcat(
-            rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]
-        )
+        ca.vertcat(rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
         / 2
     )
     s2 = ca.dot(axial, axial)
@@ -127,17 +127,19 @@ def _solve(problem: Problem, settings: Settings, start: Array, loose: BoolArray)
     solver = ca.nlpsol(
         "limits",
         "ipopt",
-        {"x": ca.vec(x), "f": (fidelity + rough) / float(ds.sum()), "g": constraints},
+        {"x": ca.vec(x), "f": (fidelity + rough) / float(ds.mean()), "g": constraints},
         {
             "print_time": False,
             "ipopt": {
                 "print_level": 0,
                 "sb": "yes",
-                "tol": 1e-11,
-                "acceptable_tol": 1e-10,
+                "tol": 1e-7,
+                "compl_inf_tol": 1e-11,  # um^2 a waypoint: how exactly an active limit is met
                 "constr_viol_tol": 1e-12,
+                "acceptable_iter": 0,
                 "bound_relax_factor": 0.0,
                 "honor_original_bounds": "yes",
+                "nlp_scaling_method": "none",
                 "max_iter": 200,
                 "fixed_variable_treatment": "make_parameter",
             },
@@ -161,13 +163,13 @@ def _active(problem: Problem, settings: Settings, correction: Array) -> tuple[tu
     robot = problem.robot
     found: list[tuple[int, str]] = []
     for i, name in enumerate(robot.joint_names):
-        on = (theta[:, i] < robot.lower[i] + TIGHT * 10) | (theta[:, i] > robot.upper[i] - TIGHT * 10)
+        on = (theta[:, i] < robot.lower[i] + ON) | (theta[:, i] > robot.upper[i] - ON)
         found += [(int(n) + 1, f"joint {name} limit") for n in np.flatnonzero(on)]
     for size, clamp, name in (
         (np.linalg.norm(correction[:, :3], axis=1), settings.clamp_position, "position clamp"),
         (np.linalg.norm(correction[:, 3:], axis=1), settings.clamp_rotation, "rotation clamp"),
     ):
-        found += [(int(n) + 1, name) for n in np.flatnonzero(size > clamp * (1 - 1e-6))]
+        found += [(int(n) + 1, name) for n in np.flatnonzero(size > clamp / OVER)]
     step = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1)
-    steep: IntArray = np.flatnonzero(step > settings.rate * np.diff(problem.arc) * (1 - 1e-6))
+    steep: IntArray = np.flatnonzero(step > settings.rate * np.diff(problem.arc) / OVER)
     return tuple(sorted(found + [(int(n) + 1, "rate limit") for n in steep]))

@@ -73,9 +73,7 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
     flange = path.rotation @ job.tool_rotation.T
     theta = ik.follow(job.robot, path.position - flange @ job.tool_position, flange, job.posture)
     progress("timing", 0.0)
-    trajectory = timing.retime(
-        job.robot, path.arc, theta, path.stop, job.feed, lambda share: progress("timing", share)
-    )
+    trajectory = timing.retime(job.robot, path.arc, theta, path.stop, job.feed, lambda share: progress("timing", share))
     start = job.heat.after(job.before)
     rise = job.heat.during(start, trajectory.time, trajectory.speed)
     model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
@@ -223,17 +221,21 @@ def _timing_findings(job: Job, path: ToolPath, trajectory: Trajectory) -> list[F
             )
         )
     slow = float(np.diff(path.arc)[trajectory.speed < job.feed * (1 - 1e-9)].sum() / path.arc[-1])
-    if slow > 0:
+    if slow > 0.001:
         period = job.robot.controller.period
         short = bool(np.any(np.diff(path.arc) < job.feed * period))
-        why = "segments there are shorter than feed x the interpolation period, or joint limits bind" if short else (
-            "joint limits bind there"
+        why = (
+            "segments there are shorter than feed x the interpolation period, or joint limits bind"
+            if short
+            else ("joint limits bind there")
         )
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
         found.append(Finding("note", "timing.below_feed", message))
     error = fanuc_ls.largest_feed_error(trajectory.speed)
     if error > 0.001:
-        found.append(Finding("note", "timing.feed_error", f"written speeds are up to {100 * error:.2f} % below the wanted"))
+        found.append(
+            Finding("note", "timing.feed_error", f"written speeds are up to {100 * error:.2f} % below the wanted")
+        )
     return found
 
 
@@ -245,16 +247,11 @@ def _controller_findings(job: Job, program: Program, text: bytes) -> list[Findin
         ("max_lines", text.count(b"\r\n", text.index(b"/MN"), text.index(b"/POS")) - 1, controller.max_lines, "lines"),
         ("memory_kB", memory / 1000, controller.memory / 1000, "kB estimated"),
     ]
-    return [
-        Finding(
-            "warning",
-            f"controller.{key}",
-            f"{value:.0f} {what} is more than controller.{key} = {limit:g}: this controller cannot hold the program "
-            "as one file; raise process.chord_um, or split it",
-        )
-        for key, value, limit, what in checks
-        if value > limit
-    ]
+    over = [f"{value:.0f} {what} (controller.{key} = {limit:g})" for key, value, limit, what in checks if value > limit]
+    if not over:
+        return []
+    message = f"{', '.join(over)}: more than this controller holds in one file; raise process.chord_um, or split it"
+    return [Finding("warning", "controller.size", message)]
 
 
 def program_name_of(job: Job) -> str:

@@ -167,16 +167,16 @@ def _run(arc: Array, theta: Array, first: int, last: int) -> _Run:
     return _Run(first, last, make_interp_spline(arc[first : last + 1], theta[first : last + 1], k=degree))
 
 
-def _blocks(
-    robot: Robot, arc: Array, run: _Run, followable: Array, feed: float
-) -> tuple[Array, Array, Array, Array]:
+def _blocks(robot: Robot, arc: Array, run: _Run, followable: Array, feed: float) -> tuple[Array, Array, Array, Array]:
     """Block edges (B + 1,) and the speed, acceleration and jerk along the arc that each block allows, (B,)."""
     begin, end = arc[run.first], arc[run.last]
     count = max(1, int((end - begin) / BLOCK))
     edges = np.linspace(begin, end, count + 1)
     points = arc[run.first : run.last + 1]
     s = np.unique(np.concatenate([points, (points[1:] + points[:-1]) / 2, edges]))
-    d1, d2, d3 = (d / (MARGIN * limit) for d, limit in zip(run.derivatives(s), (robot.speed, robot.acceleration, robot.jerk)))
+    d1, d2, d3 = (
+        d / (MARGIN * limit) for d, limit in zip(run.derivatives(s), (robot.speed, robot.acceleration, robot.jerk))
+    )
     d1a, d1j, d2j = (
         np.abs(run.spline(s, 1)) / (MARGIN * robot.acceleration),
         np.abs(run.spline(s, 1)) / (MARGIN * robot.jerk),
@@ -269,7 +269,9 @@ def _join(s: float, length: float, v0: float, v1: float, v: float, a: float, j: 
         _OTG.validate_input(_INPUT, True, True)
         result = _OTG.calculate(_INPUT, _TRAJECTORY)
     except Exception as failure:  # ruckig raises its own untyped errors
-        raise ImpossibleError(f"timing: no motion at arc length {s:.4f} m within the joint limits: {failure}") from failure
+        raise ImpossibleError(
+            f"timing: no motion at arc length {s:.4f} m within the joint limits: {failure}"
+        ) from failure
     if result not in (Result.Working, Result.Finished):
         raise ImpossibleError(f"timing: no motion at arc length {s:.4f} m within the joint limits ({result.name})")
     p = _TRAJECTORY.profiles[0][0]

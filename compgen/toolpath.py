@@ -136,24 +136,22 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
     for node, weight in zip(_NODES, _WEIGHTS):
         speed, spacing = geometry.spacing(piece, middle + half * node, SAFETY**2 * chord)
         work += weight * half * speed / spacing
-    work = work.reshape(K, CELLS)
-    segments = np.ceil(work.sum(axis=1) - 1e-6).astype(np.int64)
+    cells = work.reshape(K, CELLS)
+    segments = np.ceil(cells.sum(axis=1) - 1e-6).astype(np.int64)
     if segments.sum() == 0:
         raise InputError("path: it has zero length; give it a size")
     keep = segments > 0
     segments = np.where(keep, np.maximum(segments, MIN_SEGMENTS), 0)
 
     # invert the running work of each piece: piece k occupies [k, k + 1] on both axes
-    share = np.cumsum(work, axis=1) / np.where(keep, work.sum(axis=1), 1.0)[:, None]
+    share = np.cumsum(cells, axis=1) / np.where(keep, cells.sum(axis=1), 1.0)[:, None]
     done = (np.arange(K)[:, None] + np.column_stack([np.zeros(K), share])).ravel()
     where = (np.arange(K)[:, None] + edges).ravel()
     seg_piece = np.repeat(np.arange(K), segments)
     first = np.concatenate([[0], np.cumsum(segments)[:-1]])
     step = np.arange(len(seg_piece)) - first[seg_piece]
     n = segments[seg_piece]
-    span = np.column_stack(
-        [np.interp(seg_piece + s / n, done, where) - seg_piece for s in (step, step + 1)]
-    )
+    span = np.column_stack([np.interp(seg_piece + s / n, done, where) - seg_piece for s in (step, step + 1)])
     span[step == 0, 0], span[step == n - 1, 1] = 0.0, 1.0
 
     point_piece = np.concatenate([[seg_piece[0]], seg_piece])

@@ -69,9 +69,7 @@ def deviation(path: ToolPath, ride: Ride) -> Deviation:
     angle = np.arctan2(np.linalg.norm(np.cross(axis, real), axis=1), dot(axis, real))
     arc = path.arc[ride.segment] + ride.fraction * np.diff(path.arc)[ride.segment]
     contact = path.contact[ride.segment] & path.contact[ride.segment + 1]
-    return Deviation(
-        arc, ride.time, contact, error, dot(error, ahead), dot(error, side), dot(error, -axis), angle
-    )
+    return Deviation(arc, ride.time, contact, error, dot(error, ahead), dot(error, side), dot(error, -axis), angle)
 
 
 def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:

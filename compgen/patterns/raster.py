@@ -29,7 +29,7 @@ def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> Pi
         raise InputError("path.stepover_mm: no sweep meets the part; make it smaller")
     signs = [1 if i % 2 == 0 else -1 for i in range(len(spans))]
     # sweep i runs from begin[i] to finish[i]; a turn's two ends share the outer x
-    ends = [tuple(sorted((low - lead, high + lead), key=lambda x, s=s: s * x)) for (_, low, high), s in zip(spans, signs)]
+    ends = [(low - lead, high + lead)[::s] for (_, low, high), s in zip(spans, signs)]
     begin, finish = [e[0] for e in ends], [e[1] for e in ends]
     for i, s in enumerate(signs[:-1]):
         finish[i] = begin[i + 1] = s * max(s * finish[i], s * begin[i + 1])

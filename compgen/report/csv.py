@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from compgen.arrays import Array
+from compgen.arrays import Array, IntArray
 from compgen.pipeline import Corrected, Planned
 from compgen.units import DEG, MM, UM
 
@@ -17,7 +17,7 @@ def waypoints_csv(planned: Planned, corrected: Corrected | None) -> bytes:
     trajectory = corrected.trajectory if corrected else planned.trajectory
     theta = corrected.solution.theta if corrected else planned.theta
     count = len(path.arc)
-    columns: dict[str, tuple[str, Array]] = {"n": ("%d", np.arange(1, count + 1))}
+    columns: dict[str, tuple[str, Array | IntArray]] = {"n": ("%d", np.arange(1, count + 1))}
 
     def add(names: list[str], form: str, values: Array) -> None:
         # rounding first, so that nothing prints as a negative zero

@@ -16,7 +16,7 @@ from compgen.verify import Deviation
 
 POINTS = 4000  # of a curve: what a screen can show
 WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"
-LINES = ("#c2410c", "#b45309", "#7c3aed", "#0f766e", "#1d4ed8", "#64748b")
+LINES = ("#c2410c", "#ca8a04", "#7c3aed", "#0f766e", "#1d4ed8", "#64748b")
 
 _STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;color:#1e293b;max-width:1080px;margin:2rem auto;padding:0 1rem}
@@ -42,10 +42,7 @@ def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
         ("Temperature while the program runs", _temperatures(planned), "heat"),
         ("Use of the joints", _joints(data), "joints"),
     ]
-    body = "".join(
-        f"<h2>{title}</h2>{figure.to_html(full_html=False, include_plotlyjs=False, div_id=key)}"
-        for title, figure, key in figures
-    )
+    body = "".join(f"<h2>{title}</h2>{_div(figure, key)}" for title, figure, key in figures)
     name = escape(data["title"] or data["name"])
     page = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>'
@@ -56,6 +53,11 @@ def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
         f"{_verdict(data)}{_findings(data)}{_table(data)}{body}{_footer(data)}</body></html>\n"
     )
     return page.encode()
+
+
+def _div(figure: go.Figure, key: str) -> str:
+    config = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
+    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=key, config=config))
 
 
 def _verdict(data: dict[str, Any]) -> str:
@@ -133,7 +135,9 @@ def _error_over_time(planned: Planned, corrected: Corrected | None) -> go.Figure
             ("normal", deviation.normal, "dot", GREY),
         ):
             line = {"color": tint, "width": 1.4 if part == "total" else 1, "dash": dash}
-            figure.add_scatter(x=time, y=np.round(values[keep] / UM, 3), name=f"{name}: {part}", line=line, row=i, col=1)
+            figure.add_scatter(
+                x=time, y=np.round(values[keep] / UM, 3), name=f"{name}: {part}", line=line, row=i, col=1
+            )
         figure.update_yaxes(title_text=f"{name} [µm]", row=i, col=1)
     bound = planned.job.bounds.max
     if corrected and bound is not None:
@@ -169,7 +173,7 @@ def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
         "yaxis_title": "Y [mm]",
         "zaxis_title": "Z [mm]",
         "aspectmode": "data",
-        "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.7}},
+        "camera": {"eye": {"x": 0.3, "y": -1.6, "z": 2.2}},
     }
     figure.update_scenes(**scene)
     return _dress(figure, 460)
@@ -203,8 +207,8 @@ def _dress(figure: go.Figure, height: int) -> go.Figure:
     figure.update_layout(
         template="plotly_white",
         height=height,
-        margin={"l": 60, "r": 20, "t": 30, "b": 45},
-        legend={"orientation": "h", "y": 1.08, "x": 1, "xanchor": "right"},
+        margin={"l": 60, "r": 20, "t": 40, "b": 45},
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0},
         font={"family": "system-ui, sans-serif", "size": 12},
     )
     return figure

@@ -94,9 +94,7 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
             "position_mm": (job.tool_position / MM).tolist(),
             "rotation": job.tool_rotation.tolist(),
         },
-        "before": [
-            {"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / 3600} for d in job.before
-        ],
+        "before": [{"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / 3600} for d in job.before],
         "joint_range_deg": _joint_range(planned, corrected),
     }
     return report

@@ -82,4 +82,3 @@ def posture_of(robot: Robot, theta: Array) -> list[Posture]:
 def estimated_memory(program: Program) -> float:
     """Bytes of the controller's program store."""
     return MEMORY_PROGRAM + len(program.position) * (MEMORY_POSITION + MEMORY_MOTION)
-

@@ -97,14 +97,12 @@ def speed_text(speed: float) -> str:
     Raises:
         InputError: Slower or faster than any unit says.
     """
-    best = ("", 0.0)
-    for unit, step, decimals, highest in _UNITS:
-        count = min(int(speed / step + 1e-6), highest)
-        if count > 0 and count * step > best[1] * (1 + 1e-9):
-            best = (f"{count * 10.0**-decimals:.{decimals}f}{unit}", count * step)
-            if abs(best[1] - speed) <= FEED_TOLERANCE * speed:
-                break
-    if not best[0] or best[1] < 0.5 * speed:
+    steps = [(unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in _UNITS]
+    said = [(f"{n * 10.0**-decimals:.{decimals}f}{unit}", n * step) for unit, step, decimals, n in steps]
+    best = max(said, key=lambda s: s[1])
+    for tolerance in (FEED_TOLERANCE, 1e-6):  # an exact unit comes before a fine enough one
+        best = next((s for s in said if abs(s[1] - speed) <= tolerance * speed), best)
+    if best[1] < 0.5 * speed:
         raise InputError(f"program: a speed of {speed / MM:g} mm/s cannot be written; use 0.05 to 2000 mm/s")
     return best[0]
 

@@ -1,0 +1,5 @@
+"""``python -m compgen``."""
+
+from compgen.cli import main
+
+main()

@@ -1,0 +1,133 @@
+"""TOML files to checked tables: defaults, overrides, and one line for whatever is wrong."""
+
+import difflib
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from compgen import schema as sc
+from compgen.exceptions import InputError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def shipped() -> Path:
+    """The folder with the robots and paths that come with compgen."""
+    inside = Path(__file__).parent / "data"
+    return inside if inside.is_dir() else Path(__file__).parent.parent
+
+
+def read_toml(source: Path, folder: str) -> dict[str, Any]:
+    """A file's tables; ``folder`` names where its kind is shipped.
+
+    Raises:
+        InputError: It is not there, not readable or not TOML.
+    """
+    try:
+        text = source.read_bytes().decode("utf-8")
+        return tomllib.loads(text)
+    except FileNotFoundError:
+        known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
+        raise InputError(f"{source}: no such file; 'compgen init' lays down {', '.join(known)}") from None
+    except (OSError, UnicodeDecodeError) as failure:
+        raise InputError(f"{source}: cannot be read as text: {failure}") from None
+    except tomllib.TOMLDecodeError as failure:
+        raise InputError(f"{source}: not TOML: {failure}; see paths/ for examples") from None
+
+
+def find_robot(name: str, path_file: Path) -> Path:
+    """The file of a robot: as named, or from robots/ here, beside the path file's folder, or shipped."""
+    if name.endswith(".toml"):
+        return Path(name)
+    folders = [Path("robots"), path_file.parent.parent / "robots", shipped() / "robots"]
+    for folder in folders:
+        if (folder / f"{name}.toml").is_file():
+            return folder / f"{name}.toml"
+    known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
+    raise InputError(f"{path_file}: robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known)}")
+
+
+def override(data: dict[str, Any], item: str, said: str) -> None:
+    """Put one ``key=value`` into a tree of tables."""
+    key, equals, text = item.partition("=")
+    if not equals or not key.strip():
+        raise InputError(f"--set {said}: expected key=value, as in --set process.feed_mm_s=100")
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    *parents, last = key.strip().split(".")
+    place: Any = data
+    try:
+        for step in parents:
+            place = place[int(step)] if isinstance(place, list) else place.setdefault(step, {})
+        if isinstance(place, list):
+            place[int(last)] = value
+        else:
+            place[last] = value
+    except (IndexError, ValueError, TypeError, AttributeError):
+        raise InputError(f"--set {said}: there is no '{key}' in the file to set") from None
+
+
+def path_model(data: dict[str, Any], where: str) -> sc.PathFile:
+    """The path file's model, with ``path`` read by its pattern's own table."""
+    table = data.get("path")
+    if not isinstance(table, dict):
+        raise InputError(f"{where}: path: missing table; give [path] with a pattern and its sizes")
+    name = table.get("pattern")
+    if name not in sc.PATTERNS:
+        raise InputError(
+            f"{where}: path.pattern: '{name}' is unknown; known: {', '.join(sc.PATTERNS)}"
+            f"{suggest(str(name), list(sc.PATTERNS))}"
+        )
+    pattern = check(sc.PATTERNS[name], table, where, "path")
+    rest = check(sc.PathFile, {**data, "path": {k: table[k] for k in ("x_mm", "y_mm", "z_mm")}}, where)
+    return rest.model_copy(update={"path": pattern})
+
+
+def check(model: type[Model], data: Mapping[str, Any], where: str, prefix: str = "") -> Model:
+    """Validate, and say the first thing that is wrong in one line."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as failure:
+        errors = failure.errors()
+        # an unknown key is the cause of a missing one more often than the other way round
+        error = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
+    steps = [str(s) for s in error["loc"] if not str(s).startswith(("float", "dict["))]
+    key = ".".join([*([prefix] if prefix else []), *steps])
+    value = error.get("input")
+    match error["type"]:
+        case "extra_forbidden":
+            raise InputError(f"{where}: {key}: unknown key{suggest(steps[-1], _keys(model, error['loc'][:-1]))}")
+        case "missing":
+            raise InputError(f"{where}: {key}: missing; add it")
+        case "finite_number":
+            raise InputError(f"{where}: {key}: {value} is not a number; give a finite one")
+        case _:
+            told = str(error["msg"]).replace("Input should be", "must be")
+            raise InputError(f"{where}: {key}: {value!r}: {told[0].lower()}{told[1:]}")
+
+
+def _keys(model: type[BaseModel], steps: Sequence[int | str]) -> list[str]:
+    """Keys that the table at a place may have."""
+    for step in steps:
+        field = model.model_fields.get(str(step))
+        if field is None:
+            continue
+        found = [t for t in _types(field.annotation) if isinstance(t, type) and issubclass(t, BaseModel)]
+        if found:
+            model = found[0]
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _types(annotation: Any) -> list[Any]:
+    return [annotation, *(t for a in get_args(annotation) for t in _types(a))]
+
+
+def suggest(word: str, known: Sequence[str]) -> str:
+    """The end of a message: the word that was probably meant, or all there are."""
+    close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(known)}" if len(known) < 12 else ""
