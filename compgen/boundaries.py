@@ -44,6 +44,20 @@ class Boundary:
                 low = max(low, room / nx)
         return (low, high) if high - low > EDGE_M else None
 
+    def widest(self, y0: float, y1: float) -> tuple[float, float]:
+        """Smallest and largest x of the part between two lines that meet it [m]."""
+        points = [(x, y) for y in (y0, y1) for x in self.clip(y) or ()]
+        points += [(x, y) for x, y in self._extremes() if min(y0, y1) < y < max(y0, y1)]
+        return min(x for x, _ in points), max(x for x, _ in points)
+
+    def _extremes(self) -> list[tuple[float, float]]:
+        """Corners, or the circle's points of smallest and largest x."""
+        if not len(self.normals):
+            return [(-self.radius, 0.0), (self.radius, 0.0)]
+        pairs = zip(self.normals, np.roll(self.normals, -1, axis=0), self.offsets, np.roll(self.offsets, -1))
+        corners = [np.linalg.solve(np.array([a, b]), np.array([c, d])) for a, b, c, d in pairs]
+        return [(float(x), float(y)) for x, y in corners]
+
     def circumradius(self) -> float:
         """Radius of the circle about the centre that holds the whole part [m]."""
         if not len(self.normals):

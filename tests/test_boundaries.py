@@ -81,9 +81,7 @@ def test_clip_finds_where_the_line_crosses_the_polygon(rotation_deg):
     part, top = hexagon(rotation_deg), np.abs(corners(rotation_deg)[:, 1]).max()
     for y in np.linspace(-top, top, 203)[1:-1]:
         crossings = [
-            x1 + (y - y1) / (y2 - y1) * (x2 - x1)
-            for (x1, y1), (x2, y2) in edges(rotation_deg)
-            if (y1 > y) != (y2 > y)
+            x1 + (y - y1) / (y2 - y1) * (x2 - x1) for (x1, y1), (x2, y2) in edges(rotation_deg) if (y1 > y) != (y2 > y)
         ]
         assert_allclose(part.clip(float(y)), [min(crossings), max(crossings)], atol=1e-11)
 

@@ -55,9 +55,7 @@ def test_sphere_normal_points_at_its_centre():
 
 def test_off_axis_segment_of_a_sphere_is_the_same_sphere():
     R, xy = 2.5, disc(0.5)
-    assert_allclose(
-        surfaces.conic(ORIGIN, R, 0.0, 0.8).height(xy), R - np.sqrt(R**2 - (xy**2).sum(1)), atol=ATOL_M
-    )
+    assert_allclose(surfaces.conic(ORIGIN, R, 0.0, 0.8).height(xy), R - np.sqrt(R**2 - (xy**2).sum(1)), atol=ATOL_M)
 
 
 def test_paraboloid_height_is_r2_over_2r():

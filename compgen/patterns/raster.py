@@ -15,8 +15,8 @@ TURN_REACH = 1.6
 def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> Pieces:
     """Sweeps from -y to +y, each longer than the part by ``lead`` at both ends [m].
 
-    Where the part widens or narrows, both sweeps of a turn run to the longer one's end, so the step between them
-    lies outside the edge. Square turns stop at both corners; smooth ones do not.
+    Where the part widens or narrows, both sweeps of a turn run past all of the part that lies between them, so the
+    step lies outside the edge. Square turns stop at both corners; smooth ones do not.
 
     Raises:
         InputError: No sweep meets the part.
@@ -28,11 +28,12 @@ def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> Pi
     if not spans:
         raise InputError("path.stepover_mm: no sweep meets the part; make it smaller")
     signs = [1 if i % 2 == 0 else -1 for i in range(len(spans))]
-    # sweep i runs from begin[i] to finish[i]; a turn's two ends share the outer x
+    # sweep i runs from begin[i] to finish[i]; a turn's two ends share an x outside all of the part between them
     ends = [(low - lead, high + lead)[::s] for (_, low, high), s in zip(spans, signs)]
     begin, finish = [e[0] for e in ends], [e[1] for e in ends]
     for i, s in enumerate(signs[:-1]):
-        finish[i] = begin[i + 1] = s * max(s * finish[i], s * begin[i + 1])
+        low, high = boundary.widest(spans[i][0], spans[i + 1][0])
+        finish[i] = begin[i + 1] = high + lead if s > 0 else low - lead
 
     parts: list[Pieces] = []
     for i, ((y, low, high), s) in enumerate(zip(spans, signs)):
