@@ -20,6 +20,7 @@ SCALE = 1e-4  # [rad] of one unit of x
 UM = 1e-6
 ON = 1e-8  # [rad] how near a joint limit counts as on it
 OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
+NEAR = 1 - 1e-4  # how near it counts as on it
 
 
 def violated(problem: Problem, settings: Settings, correction: Array) -> BoolArray:
@@ -103,47 +104,30 @@ def _solve(problem: Problem, settings: Settings, start: Array, loose: BoolArray)
     c, e = function.map(N)(
         ca.DM(theta0.T) + SCALE * x, ca.DM(problem.rise.T), ca.DM(problem.position.T), ca.DM(targets.T)
     )
-    w = ca.DM(weights(settings)) / UM
-    h = np.diff(problem.arc)
-    ds = measure(problem.arc)
-    lever = ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM
-    scaled = ca.repmat(lever, 1, N) * c
-    fidelity = ca.sum2(ca.sum1((ca.repmat(w, 1, N) * e) ** 2) * ca.DM(ds).T)
-    first = (scaled[:, 1:] - scaled[:, :-1]) / ca.repmat(ca.DM(h).T, 6, 1)
-    rough = (settings.rate_period / (2 * np.pi)) ** 2 * ca.sum2(ca.sum1(first**2) * ca.DM(h).T)
+    h, ds = np.diff(problem.arc), measure(problem.arc)
+    share = 1 / float(ds.mean())  # a waypoint counts about one
+    lever = ca.repmat(ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM, 1, N) * c
+    first = lever[:, 1:] - lever[:, :-1]
+    residuals = [
+        ca.repmat(ca.DM(weights(settings)) / UM, 1, N) * e * _rows(np.sqrt(ds * share)),
+        settings.rate_period / (2 * np.pi) * first * _rows(np.sqrt(share / h)),
+    ]
     if N > 2:
         between = (h[:-1] + h[1:]) / 2
-        bend = (first[:, 1:] - first[:, :-1]) / ca.repmat(ca.DM(between).T, 6, 1)
-        rough += (settings.curvature_period / (2 * np.pi)) ** 4 * ca.sum2(
-            ca.sum1(bend**2) * ca.DM(between * ~problem.stop[1:-1]).T
-        )
+        bend = first[:, 1:] / _rows(h[1:]) - first[:, :-1] / _rows(h[:-1])
+        size = (settings.curvature_period / (2 * np.pi)) ** 2
+        residuals.append(size * bend * _rows(np.sqrt(share / between) * ~problem.stop[1:-1]))
+    r = ca.vertcat(*(ca.vec(part) for part in residuals))
     clamp = ca.vertcat(
         ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
     )
-    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) / ca.DM((settings.rate * h) ** 2).T
+    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) * _rows(1 / (settings.rate * h) ** 2, 1)
     constraints = ca.vertcat(ca.vec(clamp), ca.vec(rate))
     lower = np.where(loose[:, None], (robot.lower - theta0) / SCALE, 0.0)
     upper = np.where(loose[:, None], (robot.upper - theta0) / SCALE, 0.0)
+    program = {"x": ca.vec(x), "f": ca.sumsqr(r), "g": constraints}
     solver = ca.nlpsol(
-        "limits",
-        "ipopt",
-        {"x": ca.vec(x), "f": (fidelity + rough) / float(ds.mean()), "g": constraints},
-        {
-            "print_time": False,
-            "ipopt": {
-                "print_level": 0,
-                "sb": "yes",
-                "tol": 1e-7,
-                "compl_inf_tol": 1e-11,  # um^2 a waypoint: how exactly an active limit is met
-                "constr_viol_tol": 1e-12,
-                "acceptable_iter": 0,
-                "bound_relax_factor": 0.0,
-                "honor_original_bounds": "yes",
-                "nlp_scaling_method": "none",
-                "max_iter": 200,
-                "fixed_variable_treatment": "make_parameter",
-            },
-        },
+        "limits", "ipopt", program, {**_OPTIONS, "hess_lag": _gauss_newton(program["x"], r, c, h, settings)}
     )
     # constraints between two waypoints that both stay as they are cannot be changed
     bounds = np.ones(constraints.numel())
@@ -158,6 +142,48 @@ def _solve(problem: Problem, settings: Settings, start: Array, loose: BoolArray)
     return result
 
 
+_OPTIONS: dict[str, Any] = {
+    "print_time": False,
+    "ipopt": {
+        "print_level": 0,
+        "sb": "yes",
+        "tol": 1e-4,  # um^2 per 1e-4 rad: 5e-7 um off the optimum
+        "compl_inf_tol": 1e-8,  # how exactly an active limit is met: some 1e-10 rad
+        "barrier_tol_factor": 1e3,  # the noise of double precision must not hold the barrier up
+        "constr_viol_tol": 1e-9,  # relative to a clamp or a rate
+        "acceptable_iter": 0,
+        "bound_relax_factor": 0.0,
+        "honor_original_bounds": "yes",
+        "nlp_scaling_method": "none",
+        "max_iter": 100,
+        "fixed_variable_treatment": "make_parameter",
+    },
+}
+
+
+def _gauss_newton(x: Any, r: Any, c: Any, h: Array, settings: Settings) -> Any:
+    """Hessian of the Lagrangian without the curvature of theta -> c, e, which is parts in 10^4 of it."""
+    N = c.shape[1]
+    weight, multiplier, none = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", 3 * N - 1), ca.MX.sym("p", 0)
+    J = ca.jacobian(r, x)
+    step = c[:3, 1:] - c[:3, :-1]
+    parts = [
+        (c[:3, :], multiplier[0 : 2 * N : 2].T / settings.clamp_position**2),
+        (c[3:, :], multiplier[1 : 2 * N : 2].T / settings.clamp_rotation**2),
+        (step, multiplier[2 * N :].T * _rows(1 / (settings.rate * h) ** 2, 1)),
+    ]
+    H = 2 * weight * J.T @ J
+    for value, force in parts:
+        D = ca.jacobian(ca.vec(value), x)
+        H += 2 * D.T @ ca.diag(ca.vec(ca.repmat(force, 3, 1))) @ D
+    return ca.Function("hess_lag", [x, none, weight, multiplier], [ca.triu(H)], ["x", "p", "lam_f", "lam_g"], ["H"])
+
+
+def _rows(values: Array, count: int = 6) -> Any:
+    """The same row for each of ``count`` components, to multiply with."""
+    return ca.repmat(ca.DM(values).T, count, 1)
+
+
 def _active(problem: Problem, settings: Settings, correction: Array) -> tuple[tuple[int, str], ...]:
     theta, _ = problem.joints(correction)
     robot = problem.robot
@@ -169,7 +195,7 @@ def _active(problem: Problem, settings: Settings, correction: Array) -> tuple[tu
         (np.linalg.norm(correction[:, :3], axis=1), settings.clamp_position, "position clamp"),
         (np.linalg.norm(correction[:, 3:], axis=1), settings.clamp_rotation, "rotation clamp"),
     ):
-        found += [(int(n) + 1, name) for n in np.flatnonzero(size > clamp / OVER)]
+        found += [(int(n) + 1, name) for n in np.flatnonzero(size > clamp * NEAR)]
     step = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1)
-    steep: IntArray = np.flatnonzero(step > settings.rate * np.diff(problem.arc) / OVER)
+    steep: IntArray = np.flatnonzero(step > settings.rate * np.diff(problem.arc) * NEAR)
     return tuple(sorted(found + [(int(n) + 1, "rate limit") for n in steep]))

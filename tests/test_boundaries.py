@@ -60,10 +60,10 @@ def test_hexagon_contains_what_the_polygon_contains(rotation_deg):
 
 @pytest.mark.parametrize("rotation_deg", ROTATIONS_DEG)
 def test_hexagon_covers_its_share_of_the_square(rotation_deg):
-    grid = np.linspace(-0.8, 0.8, 801)
+    grid = np.linspace(-0.8, 0.8, 401)
     points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
-    area = hexagon(rotation_deg).contains(points).mean() * (1.6 * 801 / 800) ** 2
-    assert_allclose(area, 3 * np.sqrt(3) / 8 * SIZE**2, rtol=2e-3)
+    area = hexagon(rotation_deg).contains(points).mean() * (1.6 * 401 / 400) ** 2
+    assert_allclose(area, 3 * np.sqrt(3) / 8 * SIZE**2, rtol=4e-3)
 
 
 @pytest.mark.parametrize("rotation_deg", ROTATIONS_DEG)
@@ -104,6 +104,25 @@ def test_circumradius_is_the_farthest_corner(rotation_deg):
 def test_half_height_is_the_highest_corner(rotation_deg):
     want = np.abs(corners(rotation_deg)[:, 1]).max()
     assert_allclose(hexagon(rotation_deg).half_height(), want, atol=ATOL_M)
+
+
+@pytest.mark.parametrize("rotation_deg", ROTATIONS_DEG)
+def test_widest_is_the_reach_of_the_rim_between_two_lines(rotation_deg):
+    part, share = hexagon(rotation_deg), np.linspace(0, 1, 20_001)[:, None]
+    rim = np.concatenate([a + share * (b - a) for a, b in edges(rotation_deg)])
+    top = np.abs(corners(rotation_deg)[:, 1]).max() * 0.999
+    for y0, y1 in np.random.default_rng(4).uniform(-top, top, (40, 2)):
+        between = rim[(rim[:, 1] >= min(y0, y1)) & (rim[:, 1] <= max(y0, y1)), 0]
+        want = [between.min(), between.max()]
+        assert_allclose(part.widest(float(y0), float(y1)), want, atol=2e-4)  # m, steps of 36 um along the rim
+        assert part.widest(float(y0), float(y1)) == part.widest(float(y1), float(y0))
+
+
+def test_widest_sees_a_corner_between_the_lines_and_a_circle_its_diameter():
+    assert_allclose(hexagon(0).widest(-0.01, 0.02), [-SIZE / 2, SIZE / 2], atol=ATOL_M)
+    assert_allclose(hexagon(0).widest(0.01, 0.02), hexagon(0).clip(0.01), atol=ATOL_M)
+    assert_allclose(boundaries.circle(1.3).widest(-0.1, 0.2), [-0.65, 0.65], atol=ATOL_M)
+    assert_allclose(boundaries.circle(1.3).widest(0.25, 0.39), [-0.6, 0.6], atol=ATOL_M)
 
 
 def test_hexagon_sizes_by_hand():

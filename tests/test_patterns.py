@@ -1,5 +1,6 @@
 """Sizes of the patterns by hand formula, and the promises of the raster at the part's edge."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +24,12 @@ PARTS = {
 SIZES_M = [(0.02, 0.03), (0.02, 0.005), (0.0203, 0.005), (0.0137, 0.0), (0.1, 0.05)]  # stepover, lead
 
 
-def traced(table: Pieces, count: int = 41):
+@cache
+def raster(part: str, stepover: float, lead: float, smooth: bool) -> Pieces:
+    return patterns.raster(PARTS[part], stepover, lead, smooth)
+
+
+def traced(table: Pieces, count: int = 21):
     """Which piece, and the plane curve with its derivatives, ends of pieces included."""
     K = len(table.poly)
     piece, t = np.repeat(np.arange(K), count), np.tile(np.linspace(0, 1, count), K)
@@ -157,7 +163,7 @@ ALL = {
     "spiral": patterns.spiral(1.3, 8),
     "iso9283": patterns.iso9283(0.63),
     **{
-        f"raster {part} {'smooth' if smooth else 'square'}": patterns.raster(PARTS[part], 0.02, 0.005, smooth)
+        f"raster {part} {'smooth' if smooth else 'square'}": raster(part, 0.02, 0.005, smooth)
         for part in PARTS
         for smooth in (False, True)
     },
@@ -186,7 +192,7 @@ def test_smooth_raster_stops_only_at_its_end():
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_sweeps_are_a_stepover_apart_and_go_there_and_back(part, stepover, lead, smooth):
-    y, x0, x1 = sweeps(patterns.raster(PARTS[part], stepover, lead, smooth)).T
+    y, x0, x1 = sweeps(raster(part, stepover, lead, smooth)).T
     assert_allclose(np.diff(y), stepover, atol=ATOL_M)
     assert_allclose(y + y[::-1], 0, atol=ATOL_M)  # centred
     assert np.array_equal(np.sign(x1 - x0), np.where(np.arange(len(y)) % 2, -1, 1))
@@ -195,7 +201,7 @@ def test_sweeps_are_a_stepover_apart_and_go_there_and_back(part, stepover, lead,
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_no_point_of_the_part_is_more_than_half_a_stepover_from_a_sweep(part, stepover, lead):
-    y = sweeps(patterns.raster(PARTS[part], stepover, lead, False))[:, 0]
+    y = sweeps(raster(part, stepover, lead, False))[:, 0]
     points = np.random.default_rng(3).uniform(-0.8, 0.8, (20_000, 2))
     points = points[PARTS[part].contains(points)]
     assert np.abs(points[:, 1, None] - y).min(axis=1).max() <= stepover / 2 + ATOL_M
@@ -205,7 +211,7 @@ def test_no_point_of_the_part_is_more_than_half_a_stepover_from_a_sweep(part, st
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_each_sweep_runs_past_the_part_by_at_least_the_lead(part, stepover, lead, smooth):
-    for y, x0, x1 in sweeps(patterns.raster(PARTS[part], stepover, lead, smooth)):
+    for y, x0, x1 in sweeps(raster(part, stepover, lead, smooth)):
         low, high = PARTS[part].clip(float(y))
         assert min(x0, x1) <= low - lead + ATOL_M
         assert max(x0, x1) >= high + lead - ATOL_M
@@ -214,7 +220,7 @@ def test_each_sweep_runs_past_the_part_by_at_least_the_lead(part, stepover, lead
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_first_and_last_sweep_begin_and_end_exactly_a_lead_outside(part, stepover, lead):
-    rows = sweeps(patterns.raster(PARTS[part], stepover, lead, False))
+    rows = sweeps(raster(part, stepover, lead, False))
     for y, x in ((rows[0, 0], rows[0, 1]), (rows[-1, 0], rows[-1, 2])):
         low, high = PARTS[part].clip(float(y))
         assert_allclose(min(abs(x - low), abs(x - high)), lead, atol=ATOL_M)
@@ -224,7 +230,7 @@ def test_first_and_last_sweep_begin_and_end_exactly_a_lead_outside(part, stepove
 @pytest.mark.parametrize(("stepover", "lead"), [*SIZES_M, (0.002, 0.03)])
 def test_square_raster_goes_no_farther_out_than_its_lead_and_one_step(part, stepover, lead):
     """A turn's corner is a lead beside and a stepover above a point of the edge: the hypotenuse holds it."""
-    _, p, _, _ = traced(patterns.raster(PARTS[part], stepover, lead, False))
+    _, p, _, _ = traced(raster(part, stepover, lead, False))
     far = outside(PARTS[part], p).max()
     assert far <= np.hypot(lead, stepover) + ATOL_M
     assert far >= 0.8 * lead  # the set-up bites
@@ -233,13 +239,13 @@ def test_square_raster_goes_no_farther_out_than_its_lead_and_one_step(part, step
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), [*SIZES_M, (0.002, 0.03)])
 def test_smooth_raster_goes_farther_out_by_the_depth_of_a_turn_only(part, stepover, lead):
-    _, p, _, _ = traced(patterns.raster(PARTS[part], stepover, lead, True))
+    _, p, _, _ = traced(raster(part, stepover, lead, True))
     assert outside(PARTS[part], p).max() <= np.hypot(lead + TURN_DEPTH * stepover, stepover) + ATOL_M
 
 
 @pytest.mark.parametrize("part", PARTS)
 def test_with_a_fine_stepover_the_raster_stays_within_its_lead(part):
-    _, p, _, _ = traced(patterns.raster(PARTS[part], 0.002, 0.03, False), 11)
+    _, p, _, _ = traced(raster(part, 0.002, 0.03, False), 11)
     assert outside(PARTS[part], p).max() <= 0.03 + 70e-6  # m: 2^2 / (2 x 30) mm
 
 
@@ -247,19 +253,19 @@ def test_with_a_fine_stepover_the_raster_stays_within_its_lead(part):
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("stepover", "lead"), SIZES_M)
 def test_turns_lie_outside_the_part(part, stepover, lead, smooth):
-    table = patterns.raster(PARTS[part], stepover, lead, smooth)
+    table = raster(part, stepover, lead, smooth)
     piece, p, _, _ = traced(table)
     turning = ~is_sweep(table)[piece]
     assert turning.any()
     just_out = p[turning] * (1 + 1e-8)  # on the edge, to 15 nm, is outside
     assert np.all(outside(PARTS[part], just_out) > 0)
     if not smooth:
-        assert_allclose(p[turning][:, 0].reshape(-1, 41).std(axis=1), 0, atol=ATOL_M)  # straight along y
+        assert_allclose(p[turning][:, 0].reshape(-1, 21).std(axis=1), 0, atol=ATOL_M)  # straight along y
 
 
 @pytest.mark.parametrize("part", PARTS)
 def test_square_turns_stop_at_both_corners(part):
-    table = patterns.raster(PARTS[part], 0.02, 0.005, False)
+    table = raster(part, 0.02, 0.005, False)
     turns = np.flatnonzero(~is_sweep(table))
     assert table.stop[turns].all()
     assert table.stop[turns - 1].all()
@@ -268,7 +274,7 @@ def test_square_turns_stop_at_both_corners(part):
 
 def test_sweeps_are_cut_where_they_cross_the_edge():
     part = PARTS["hexagon 17"]
-    table = patterns.raster(part, 0.02, 0.03, False)
+    table = raster("hexagon 17", 0.02, 0.03, False)
     ends = {round(float(x), 9) for k in np.flatnonzero(is_sweep(table)) for x in table.poly[k, :2, 0].cumsum()}
     for y in sweeps(table)[:, 0]:
         assert {round(x, 9) for x in part.clip(float(y))} <= ends
@@ -280,10 +286,10 @@ def test_a_part_that_no_sweep_meets_is_refused():
 
 
 def test_a_stepover_wider_than_the_part_leaves_one_sweep_through_its_middle():
-    rows = sweeps(patterns.raster(PARTS["circle"], 2.0, 0.01, False))
+    rows = sweeps(raster("circle", 2.0, 0.01, False))
     assert_allclose(rows, [[0, -0.66, 0.66]], atol=ATOL_M)
 
 
 def test_finer_stepover_gives_a_longer_raster():
-    sizes = [length(patterns.raster(PARTS["hexagon 0"], s, 0.01, False)) for s in (0.08, 0.04, 0.02)]
+    sizes = [length(raster("hexagon 0", s, 0.01, False)) for s in (0.08, 0.04, 0.02)]
     assert all(b > 1.8 * a for a, b in pairwise(sizes))

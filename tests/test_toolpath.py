@@ -71,7 +71,7 @@ def test_true_path_stays_within_the_chord_of_every_segment(pattern, surface, cho
 
 
 def test_fine_chords_are_kept_as_well():
-    assert off_chord(path("circle", chord=10e-9)).max() <= 10e-9
+    assert off_chord(path("circle", chord=10e-9), every=5).max() <= 10e-9
 
 
 def test_chords_use_what_they_are_given():
@@ -127,8 +127,8 @@ def test_fractions_split_the_arc_length(pattern, chord_um):
     tool = path(pattern, chord=chord_um * 1e-6)
     pick = np.unique(np.linspace(0, len(tool.span) - 1, 16).astype(int))
     for k in pick:
-        t = np.linspace(*tool.span[k], 8001)
-        p, _ = tool.geometry.pose(np.full(8001, tool.piece[k]), t)
+        t = np.linspace(*tool.span[k], 2001)
+        p, _ = tool.geometry.pose(np.full(2001, tool.piece[k]), t)
         run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
         u = np.linspace(0, 1, 9)
@@ -269,14 +269,12 @@ def test_robot_stops_at_every_corner_and_nowhere_else(pattern, surface):
     corner = turned(tool) > 1e-6  # rad
     stop = tool.stop[1:-1]
     assert not np.any(corner & ~stop)
-    # the upward line runs on into its retract; the ISO path's last two corners lie between straight moves
-    needless = {"upwards": 1, "iso9283": 0}.get(pattern, 0)
-    assert (stop & ~corner).sum() == needless
+    assert (stop & ~corner).sum() == (pattern == "upwards")  # its line runs on straight into the retract
     assert pattern == "upwards" or corner.sum() >= 2
 
 
 @pytest.mark.parametrize("rotation_deg", [0.0, 17.0, 30.0])
-@pytest.mark.parametrize("lead_mm", [0.0, 1e-6, 5.0])
+@pytest.mark.parametrize("lead_mm", [0.0, 5.0])
 def test_square_raster_stops_at_every_corner_whatever_its_lead(rotation_deg, lead_mm):
     part = boundaries.hexagon(1.0, np.radians(rotation_deg))
     tool = path(patterns.raster(part, 0.02, lead_mm * 1e-3, False), "plane", boundary=part)
@@ -307,7 +305,7 @@ def test_arc_length_rises_at_every_waypoint():
 def test_shipped_paths_keep_their_chord(name):
     job = load_job(str(PATHS / f"{name}.toml"))
     tool = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
-    assert off_chord(tool, every=7).max() <= job.chord
+    assert off_chord(tool, every=11).max() <= job.chord
 
 
 def test_path_without_length_is_refused():
