@@ -174,12 +174,12 @@ def _surface(path: sc.PathFile, where: str) -> surfaces.Quadric:
 
 def _duties(path: sc.PathFile, where: str) -> tuple[Duty, ...]:
     for i, b in enumerate(path.before):
-        if (b.state == "moving") != (b.feed_mm_s is not None):
-            raise InputError(
-                f"{where}: before.{i}.feed_mm_s: "
-                + ("missing; moving needs it" if b.state == "moving" else f"state '{b.state}' has no feed; remove it")
-            )
-    return tuple(Duty(b.state, (b.feed_mm_s or 0.0) * MM, b.duration_h * HOUR) for b in path.before)
+        if b.state == "moving" and b.feed_mm_s is None:
+            raise InputError(f"{where}: before.{i}.feed_mm_s: missing; state 'moving' needs it")
+    return tuple(
+        Duty(b.state, (b.feed_mm_s or 0.0) * MM if b.state == "moving" else 0.0, b.duration_h * HOUR)
+        for b in path.before
+    )
 
 
 def _settings(path: sc.PathFile) -> Settings:

@@ -14,10 +14,10 @@ from scipy.ndimage import binary_dilation
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.kinematics import nominal_chain, with_tool_expr
 from compgen.problem import Problem, Settings, measure, weights
+from compgen.units import UM
 
 AROUND = 60  # waypoints free on either side of a violation
 SCALE = 1e-4  # [rad] of one unit of x
-UM = 1e-6
 ON = 1e-8  # [rad] how near a joint limit counts as on it
 OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
 NEAR = 1 - 1e-4  # how near it counts as on it
@@ -54,6 +54,7 @@ def hold(
     N = len(rows)
     correction = correction.copy()
     for _ in range(4):  # a stretch that still binds at its edge is widened
+        converged = True
         free = binary_dilation(rows, iterations=AROUND)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
         for first, last in zip(edges[::2], edges[1::2]):
@@ -61,12 +62,13 @@ def hold(
             inside = slice(low, high)
             loose = np.zeros(high - low, dtype=bool)
             loose[first - low : last - low] = True
-            correction[inside] = _solve(problem.window(inside), settings, correction[inside], loose)
+            correction[inside], found = solve_stretch(problem.window(inside), settings, correction[inside], loose)
+            converged = converged and found
         still = violated(problem, settings, correction)
         if not still.any():
             break
         rows = rows | still
-    return correction, _active(problem, settings, correction), not still.any()
+    return correction, _active(problem, settings, correction), converged and not still.any()
 
 
 def pose_functions(problem: Problem) -> Any:
@@ -93,8 +95,8 @@ def _vector_expr(rotation: Any) -> Any:
     return axial * (1 + s2 / 6 + 3 * s2 * s2 / 40)
 
 
-def _solve(problem: Problem, settings: Settings, start: Array, loose: BoolArray) -> Array:
-    """One stretch: minimise over the loose waypoints, the others as they are."""
+def solve_stretch(problem: Problem, settings: Settings, start: Array, loose: BoolArray) -> tuple[Array, bool]:
+    """One stretch: minimise over the loose waypoints (N,), the others as they are; and whether it converged."""
     N = len(loose)
     robot = problem.robot
     theta0, _ = problem.joints(start)
@@ -139,7 +141,7 @@ def _solve(problem: Problem, settings: Settings, start: Array, loose: BoolArray)
     c_of, _ = function.map(N)(ca.DM(theta.T), ca.DM(problem.rise.T), ca.DM(problem.position.T), ca.DM(targets.T))
     result = start.copy()
     result[loose] = np.asarray(c_of).T[loose]
-    return result
+    return result, bool(solver.stats()["success"])
 
 
 _OPTIONS: dict[str, Any] = {
@@ -150,7 +152,7 @@ _OPTIONS: dict[str, Any] = {
         "tol": 1e-4,  # um^2 per 1e-4 rad: 5e-7 um off the optimum
         "compl_inf_tol": 1e-8,  # how exactly an active limit is met: some 1e-10 rad
         "barrier_tol_factor": 1e3,  # the noise of double precision must not hold the barrier up
-        "constr_viol_tol": 1e-9,  # relative to a clamp or a rate
+        "constr_viol_tol": 1e-7,  # relative to a clamp or a rate
         "acceptable_iter": 0,
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "yes",

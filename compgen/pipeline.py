@@ -25,6 +25,7 @@ from compgen.verify import Deviation, Finding
 Progress = Callable[[str, float], None]
 DATE = "26-01-01"
 LONGEST_DELAY = 16 * HOUR
+MAX_RIPPLE = 0.05 * UM
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,6 +55,7 @@ class Corrected:
     ride: Ride
     deviation: Deviation
     start_window: float  # [s] how late the program may start
+    mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
     findings: tuple[Finding, ...]
 
     @property
@@ -125,7 +127,11 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
         *_controller_findings(job, written, text),
         *planned.findings,
     ]
-    return planned, Corrected(solution, trajectory, written, text, ride, deviation, window, tuple(found))
+    ripple = verify.mid_spatial(path, solution.correction)
+    if ripple > MAX_RIPPLE:
+        told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
+        found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
+    return planned, Corrected(solution, trajectory, written, text, ride, deviation, window, ripple, tuple(found))
 
 
 def start_window(planned: Planned, solution: Solution) -> float:

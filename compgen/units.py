@@ -11,22 +11,3 @@ MS = 1e-3  # s
 INCH = 25.4e-3  # m
 MINUTE = 60.0  # s
 KB = 1000.0  # bytes
-
-#: Key suffix -> factor to SI, longest suffix first when matching (``config``).
-SUFFIX = {
-    "um_m_K": UM,
-    "mm_s": MM,
-    "deg_s": DEG,
-    "deg_s2": DEG,
-    "deg_s3": DEG,
-    "mm": MM,
-    "um": UM,
-    "m": 1.0,
-    "deg": DEG,
-    "mdeg": MDEG,
-    "ms": MS,
-    "s": 1.0,
-    "h": HOUR,
-    "K": 1.0,
-    "kB": KB,
-}

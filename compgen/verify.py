@@ -3,11 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfiltfilt
 
 from compgen.arrays import Array, BoolArray, dot, own
 from compgen.toolpath import ToolPath
 from compgen.twin import Ride
-from compgen.units import MDEG, UM
+from compgen.units import MDEG, MM, UM
+
+BAND = (1 * MM, 20 * MM)  # the mid-spatial periods of a smoothing tool
+STEP = 0.25 * MM
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,6 +75,27 @@ def deviation(path: ToolPath, ride: Ride) -> Deviation:
     arc = path.arc[ride.segment] + ride.fraction * np.diff(path.arc)[ride.segment]
     contact = path.contact[ride.segment] & path.contact[ride.segment + 1]
     return Deviation(arc, ride.time, contact, error, dot(error, ahead), dot(error, side), dot(error, -axis), angle)
+
+
+def mid_spatial(path: ToolPath, correction: Array) -> float:
+    """Rms of what the correction itself puts onto the surface at periods of 1 to 20 mm along the path [m].
+
+    Its component along the tool axis, sampled every quarter millimetre between stops and passed through a fourth-order
+    Butterworth band; before rounding. Runs shorter than five periods of the longest say nothing and are left out.
+    """
+    heave = dot(correction[:, :3], -path.rotation[:, :, 2])
+    band = butter(4, [1 / BAND[1], 1 / BAND[0]], "bandpass", fs=1 / STEP, output="sos")
+    power, count = 0.0, 0
+    stops = np.flatnonzero(path.stop)
+    for first, last in zip(stops[:-1], stops[1:]):
+        arc = path.arc[first : last + 1]
+        if arc[-1] - arc[0] > 5 * BAND[1]:
+            s = np.arange(arc[0], arc[-1], STEP)
+            # a cubic through the waypoints: straight lines between them would put their own corners into the band
+            run = CubicSpline(arc, heave[first : last + 1])(s)
+            passed = sosfiltfilt(band, run)
+            power, count = power + float(np.sum(passed**2)), count + len(s)
+    return float(np.sqrt(power / count)) if count else 0.0
 
 
 def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:

@@ -51,9 +51,7 @@ def main() -> None:
             points = " ".join(f"{centre + x:.1f},{212 - y:.1f}" for x, y in part)
             tint = colour(float(sizes[side][i]) / top)
             out.append(f'<polyline points="{points}" fill="none" stroke="{tint}" stroke-width="3"/>')
-    for i in range(60):
-        y = 330 - i * 4
-        out.append(f'<rect x="838" y="{y}" width="14" height="5" fill="{colour(i / 59)}"/>')
+    out += [f'<rect x="838" y="{330 - i * 4}" width="14" height="5" fill="{colour(i / 59)}"/>' for i in range(60)]
     for value in (0, 60, 120):
         out.append(f'<text x="858" y="{338 - value / top * 240:.0f}" fill="#475569">{value}</text>')
     out.append('<text x="838" y="84" fill="#475569">µm</text>')

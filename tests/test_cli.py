@@ -116,7 +116,7 @@ PATH_ERRORS = [
     ("before.0.state=dancing", ("before.0.state", "'moving', 'idle' or 'off'")),
     ("before.0.duration_h=-1", ("before.0.duration_h", "greater than or equal to 0")),
     ("before.3.duration_h=1", ("before.3.duration_h", "no")),
-    ("before.0.state=idle", ("before.0.feed_mm_s", "remove it")),
+    ('before=[{state="moving", duration_h=1}]', ("before.0.feed_mm_s", "missing")),
     ("surface.conic_constant=-1", ("surface.conic_constant", "plane")),
     ("surface.kind=conic", ("surface.radius_of_curvature_m", "missing")),
     ("boundary={shape='circle', corner_to_corner_mm=3}", ("boundary.corner_to_corner_mm", "conflicts")),

@@ -74,6 +74,7 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
             "active_limits": len(solution.active),
             "largest_um": float(np.linalg.norm(solution.correction[:, :3], axis=1).max() / UM),
             "largest_mdeg": float(np.linalg.norm(solution.correction[:, 3:], axis=1).max() / MDEG),
+            "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
             "predicted_residual_um": float(np.linalg.norm(solution.residual[:, :3], axis=1).max() / UM),
         }
         report["program"] = {
