@@ -25,20 +25,32 @@ def matrix_of(w: Array) -> Array:
 
 
 def vector_of(rotation: Array) -> Array:
-    """Rotation vectors [rad] of rotation matrices, (..., 3, 3) to (..., 3); angles below pi."""
-    axial = np.stack(
-        [
-            rotation[..., 2, 1] - rotation[..., 1, 2],
-            rotation[..., 0, 2] - rotation[..., 2, 0],
-            rotation[..., 1, 0] - rotation[..., 0, 1],
-        ],
-        axis=-1,
-    )
-    sine = np.linalg.norm(axial, axis=-1) / 2
-    angle = np.arctan2(sine, (np.trace(rotation, axis1=-2, axis2=-1) - 1) / 2)
-    small = sine < 1e-9
-    scale = np.where(small, 0.5, angle / np.where(small, 1.0, 2 * sine))
-    return np.asarray(scale[..., None] * axial)
+    r"""Rotation vectors [rad] of rotation matrices, (..., 3, 3) to (..., 3); angles up to pi.
+
+    By the unit quaternion q = (w, v): 4 q_k q is column k of the symmetric matrix below for every k, and the column of
+    the largest \|q_k\| is free of cancellation. Then the vector is 2 atan2(|v|, w) v / |v|.
+    """
+    r = rotation
+    trace = np.trace(r, axis1=-2, axis2=-1)
+    squares = np.stack([trace, r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
+    k = np.argmax(squares, axis=-1)[..., None]
+    axial = [r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]]
+    pair = {(i, j): r[..., i, j] + r[..., j, i] for i, j in ((0, 1), (0, 2), (1, 2))}
+    own = [1 + 2 * r[..., i, i] - trace for i in range(3)]
+    columns = [
+        [1 + trace, *axial],
+        [axial[0], own[0], pair[0, 1], pair[0, 2]],
+        [axial[1], pair[0, 1], own[1], pair[1, 2]],
+        [axial[2], pair[0, 2], pair[1, 2], own[2]],
+    ]
+    q = np.choose(k, [np.stack(column, axis=-1) for column in columns])
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    w, v = q[..., :1], q[..., 1:]
+    v = np.where(w < 0, -v, v)
+    sine = np.linalg.norm(v, axis=-1, keepdims=True)
+    small = sine < 1e-12
+    scale = np.where(small, 2.0, 2 * np.arctan2(sine, np.abs(w)) / np.where(small, 1.0, sine))
+    return np.asarray(scale * v)
 
 
 def between(start: Array, end: Array, fraction: Array) -> Array:

@@ -44,8 +44,8 @@ def test_cross_matrix_is_the_cross_product():
 
 
 def test_matrix_is_the_exponential_of_the_cross_matrix():
-    for w in vectors():
-        assert_allclose(matrix_of(w), expm(cross_matrix(w)), atol=1e-13)
+    w = vectors()[::6]
+    assert_allclose(matrix_of(w), expm(cross_matrix(w)), atol=1e-13)
 
 
 def test_matrix_agrees_with_scipy():

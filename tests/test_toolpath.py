@@ -276,7 +276,7 @@ def test_robot_stops_at_every_corner_and_nowhere_else(pattern, surface):
 @pytest.mark.parametrize("rotation_deg", [0.0, 17.0, 30.0])
 @pytest.mark.parametrize("lead_mm", [0.0, 5.0])
 def test_square_raster_stops_at_every_corner_whatever_its_lead(rotation_deg, lead_mm):
-    part = boundaries.hexagon(1.0, np.radians(rotation_deg))
+    part = boundaries.hexagon(1.45, np.radians(rotation_deg))  # m, the shipped optic
     tool = path(patterns.raster(part, 0.02, lead_mm * 1e-3, False), "plane", boundary=part)
     corner = turned(tool) > 0.1  # rad
     assert corner.sum() > 80

@@ -42,30 +42,6 @@ def test_units_by_hand(value, want):
     assert_allclose(value, want, rtol=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("suffix", "value", "want"),
-    [
-        ("um_m_K", 11.25, 11.25e-6),  # 1/K
-        ("mm_s", 200, 0.2),  # m/s
-        ("deg_s", 180, np.pi),  # rad/s
-        ("deg_s2", 180, np.pi),  # rad/s2
-        ("deg_s3", 180, np.pi),  # rad/s3
-        ("mm", 1300, 1.3),  # m
-        ("um", 1.5, 1.5e-6),  # m
-        ("m", 84, 84),  # m
-        ("deg", 360, 2 * np.pi),  # rad
-        ("mdeg", 1000, np.pi / 180),  # rad
-        ("ms", 8, 0.008),  # s
-        ("s", 30, 30),  # s
-        ("h", 6, 21600),  # s
-        ("K", 13, 13),  # K
-        ("kB", 1, 1000),  # bytes
-    ],
-)
-def test_key_suffix_is_the_unit(suffix, value, want):
-    assert_allclose(value * units.SUFFIX[suffix], want, rtol=1e-15)
-
-
 def test_owned_arrays_are_copies():
     p, flag, index = np.zeros((2, 3)), np.array([True, False]), np.array([1])
     one = Owner(p, flag, index)
