@@ -4,11 +4,13 @@ Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be don
 """
 
 import json
+import os
 import re
-import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Any
 from xml.sax.saxutils import quoteattr
@@ -17,6 +19,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from compgen import __version__, outbox, pipeline
 from compgen.config import load_job
@@ -31,6 +34,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
 )
 
 PathFile = Annotated[str, typer.Argument(help="A path file, e.g. paths/spiral_1300.toml", show_default=False)]
@@ -71,8 +75,7 @@ def generate(
     if not corrected.inside:
         told = "written all the same (--force)" if force else f"{program} not written; --force writes it"
         worst = next(f.message for f in corrected.findings if f.level == "outside")
-        _say_error(f"outside bounds: {worst}; {told}")
-        raise typer.Exit(1)
+        raise typer.Exit(_say_error(f"outside bounds: {worst}; {told}", 1))
 
 
 @app.command()
@@ -108,6 +111,8 @@ def check(
     with _stages(quiet or as_json) as progress:
         job = load_job(path, robot, set_ or ())
         if junit is not None:
+            if not junit or Path(junit).is_dir():
+                raise InputError(f"--junit '{junit}': not a file's name; give one")
             outbox.check_writable(Path(junit).absolute().parent)
         planned, corrected = pipeline.generate(job, progress)
     data = summary(planned, corrected)
@@ -118,24 +123,28 @@ def check(
     elif not quiet:
         _show(planned, corrected, None, {})
     if not corrected.inside:
-        if not as_json:
-            _say_error("outside bounds: " + next(f.message for f in corrected.findings if f.level == "outside"))
-        raise typer.Exit(1)
+        worst = next(f.message for f in corrected.findings if f.level == "outside")
+        raise typer.Exit(1 if as_json else _say_error(f"outside bounds: {worst}", 1))
 
 
 @app.command()
 def init(folder: Annotated[str, typer.Argument(help="Where to; default here.")] = ".") -> None:
     """Lay down the robots and paths that come with compgen."""
     place = Path(folder)
+    kinds = ("robots", "paths")
+    for kind in kinds:
+        outbox.check_writable((place / kind).absolute())
     laid = 0
-    for kind in ("robots", "paths"):
+    for kind in kinds:
         target = place / kind
-        outbox.check_writable(target.absolute())
-        target.mkdir(parents=True, exist_ok=True)
-        for source in sorted((shipped() / kind).glob("*.toml")):
-            if not (target / source.name).exists():
-                shutil.copyfile(source, target / source.name)
-                laid += 1
+        try:
+            target.mkdir(parents=True, exist_ok=True)
+            for source in sorted((shipped() / kind).glob("*.toml")):
+                if not os.path.lexists(target / source.name):
+                    _write(target / source.name, source.read_bytes())
+                    laid += 1
+        except OSError as failure:
+            raise InputError(f"{target}: cannot be written: {failure.strerror}; give another folder") from failure
     sys.stdout.write(
         f"{laid} files laid down in {place / 'robots'} and {place / 'paths'}; files already there are kept\n"
     )
@@ -150,25 +159,51 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 
 def main() -> None:
     """Run, and turn every refusal into one line and an exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
-        app()
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
+        sys.stdout.flush()
     except CompgenError as failure:
-        _say_error(str(failure))
-        sys.exit(failure.exit_code)
-    except KeyboardInterrupt:
-        _say_error("interrupted; nothing was written")
-        sys.exit(130)
+        code = _say_error(str(failure), failure.exit_code)
+    except (KeyboardInterrupt, typer.Abort):
+        code = _say_error("interrupted; nothing was written", 130)
+    except typer.TyperException as failure:
+        code = _say_error(f"{getattr(failure, 'format_message', failure.__str__)().rstrip('.')}; see compgen --help", 2)
+    except MemoryError:
+        code = _say_error("not enough memory; make the path smaller, or raise process.chord_um", 2)
+    except BrokenPipeError:  # whoever read the output has seen enough
+        code = 0
+    except OSError as failure:
+        code = _say_error(f"output: cannot be written: {failure.strerror}; see where it goes", 2)
+    _leave(code)
+
+
+def _leave(code: int) -> None:
+    """Exit without Python flushing a stream that is gone."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(code)
 
 
 def _folder(path: str, output: str | None) -> Path:
+    if output == "":
+        raise InputError("-o: an empty name; give a folder")
     folder = Path(output) if output is not None else Path("outputs") / Path(path).stem
     outbox.check_writable(folder.absolute())
     return folder
 
 
 def _checked_date(date: str) -> str:
-    if not re.fullmatch(r"\d\d-(0[1-9]|1[0-2])-(0[1-9]|[12]\d|3[01])", date):
-        raise InputError(f"--date {date}: expected YY-MM-DD, as in {pipeline.DATE}")
+    try:
+        if not re.fullmatch(r"\d\d-\d\d-\d\d", date):
+            raise ValueError
+        datetime.strptime(f"20{date}", "%Y-%m-%d")
+    except ValueError:
+        raise InputError(f"--date {date}: not a date YY-MM-DD, as in {pipeline.DATE}") from None
     return date
 
 
@@ -192,7 +227,8 @@ def _write(path: Path, content: bytes) -> None:
         part.write_bytes(content)
         part.replace(path)
     except OSError as failure:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
         raise InputError(f"{path}: cannot be written: {failure.strerror}; give another file") from failure
 
 
@@ -224,15 +260,16 @@ def _stages(quiet: bool) -> Iterator[pipeline.Progress]:
         yield lambda stage, share: bar.update(task, description=stage, completed=share)
 
 
-def _say_error(message: str) -> None:
+def _say_error(message: str, code: int) -> int:
     sys.stderr.write(f"compgen: {' '.join(message.split())}\n")
+    return code
 
 
 def _show(planned: Planned, corrected: Corrected | None, folder: Path | None, files: dict[str, bytes]) -> None:
     """The table at the end."""
     data = summary(planned, corrected)
     console = Console(width=None if sys.stdout.isatty() else 100)
-    table = Table(title=planned.job.title or planned.job.name, title_justify="left", title_style="bold")
+    table = Table(title=Text(planned.job.title or planned.job.name), title_justify="left", title_style="bold")
     table.add_column("TCP error", no_wrap=True)
     names = ["before", "after"] if corrected else ["predicted"]
     for name in names:

@@ -37,7 +37,7 @@ class Status(Enum):
 
     CONVERGED = "every waypoint reaches its target within the smoothness asked for"
     LIMITED = "limits hold some waypoints off their targets; the best legal correction is taken there"
-    FAILED = "the optimiser found no legal correction; see the findings"
+    FAILED = "the optimiser found no legal correction"
 
 
 @dataclass(frozen=True, eq=False, slots=True)

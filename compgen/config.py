@@ -23,6 +23,7 @@ from compgen.thermal import Duty, NodeModel, Profile, Section, growth_weights
 from compgen.units import DEG, HOUR, KB, MDEG, MM, MS, UM
 from compgen.verify import Bounds
 
+MAX_SWEEPS = 1e4
 LENGTHS = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
 
 
@@ -41,6 +42,11 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         InputError: Anything wrong, naming file and key.
     """
     source = Path(path_file)
+    if robot == "":
+        raise InputError("--robot: an empty name; give a robot's name or file")
+    for item in overrides:
+        if not item.isprintable():
+            raise InputError(f"--set {item!r}: it holds what is not printable text; mend it")
     path_data = read_toml(source, "paths")
     for_robot = [o for o in overrides if o.startswith("robot.")]
     for item in overrides:
@@ -59,7 +65,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
             "find out whether the controller corrects its own geometry and set 'none' or 'signature'"
         )
     arm = _robot(facts, where)
-    heat = _heat(facts.thermal)
+    heat = _heat(facts.thermal, where)
     profiles = _profiles(facts, arm, where)
     inputs = json.dumps([__version__, source.stem, path_data, robot_data], sort_keys=True, default=str)
     tool = path.tool
@@ -67,10 +73,13 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     offset = any((tool.x_mm, tool.y_mm, tool.z_mm, tool.w_deg, tool.p_deg, tool.r_deg))
     if offset and tool.number == 0:
         raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
+    if not source.stem.isprintable():
+        raise InputError(f"{source.stem!r}: a path file's name must be printable text; rename it")
     boundary = _boundary(path, str(source))
     pattern, edge = _pattern(path, boundary, str(source))
     return Job(
         name=source.stem,
+        source=str(source),
         title=path.title,
         pattern=pattern,
         surface=_surface(path, str(source)),
@@ -137,7 +146,12 @@ def _pattern(path: sc.PathFile, boundary: Boundary | None, where: str) -> tuple[
                 )
             clip = boundary or boundaries.circle((table.diameter_mm or 0.0) * MM)
             smooth = table.turn == "smooth"
-            return patterns.raster(clip, table.stepover_mm * MM, table.lead_mm * MM, smooth), clip
+            if clip.half_height() * 2 / (table.stepover_mm * MM) > MAX_SWEEPS:
+                raise InputError(f"{where}: path.stepover_mm: over {MAX_SWEEPS:.0f} sweeps; make it larger")
+            try:
+                return patterns.raster(clip, table.stepover_mm * MM, table.lead_mm * MM, smooth), clip
+            except InputError as failure:
+                raise InputError(f"{where}: {failure}") from failure
     raise InputError(f"{where}: path.pattern: not known to the reader")
 
 
@@ -169,7 +183,10 @@ def _surface(path: sc.PathFile, where: str) -> surfaces.Quadric:
     for key, value in numbers.items():
         if value is None:
             raise InputError(f"{where}: surface.{key}: missing; a conic needs it")
-    return surfaces.conic(origin, *(float(v or 0.0) for v in numbers.values()))
+    try:
+        return surfaces.conic(origin, *(float(v or 0.0) for v in numbers.values()))
+    except InputError as failure:
+        raise InputError(f"{where}: {failure}") from failure
 
 
 def _duties(path: sc.PathFile, where: str) -> tuple[Duty, ...]:
@@ -207,13 +224,10 @@ def _bounds(table: sc.BoundsTable) -> Bounds:
 
 def _robot(facts: sc.RobotFile, where: str) -> Robot:
     limits = facts.limits
-    if (limits.j3_deg is None) == (limits.j2_plus_j3_deg is None):
-        raise InputError(f"{where}: limits.j2_plus_j3_deg: give the limit of J2 + J3 or of j3_deg, one of them")
-    third = limits.j2_plus_j3_deg or limits.j3_deg
-    ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
+    ranges = [limits.j1_deg, limits.j2_deg, limits.j2_plus_j3_deg, limits.j4_deg, limits.j5_deg, limits.j6_deg]
     names = ["j1_deg", "j2_deg", "j2_plus_j3_deg", "j4_deg", "j5_deg", "j6_deg"]
     for name, pair in zip(names, ranges):
-        if pair is not None and pair[0] >= pair[1]:
+        if pair[0] >= pair[1]:
             raise InputError(f"{where}: limits.{name}: {pair} must rise; give the lower limit first")
     bounds = np.array(ranges) * DEG
     zero = np.array(facts.pendant.offset_deg) * DEG
@@ -221,6 +235,8 @@ def _robot(facts: sc.RobotFile, where: str) -> Robot:
     if abs(np.linalg.det(matrix)) < 1e-9:
         raise InputError(f"{where}: pendant.matrix: it cannot be inverted; each joint needs its row")
     controller = facts.controller
+    if len(set(controller.turn_joints)) != 3:
+        raise InputError(f"{where}: controller.turn_joints: {controller.turn_joints} names a joint twice; name three")
     robot = Robot(
         name=facts.name,
         d=np.array(facts.dh.d_mm) * MM,
@@ -230,7 +246,7 @@ def _robot(facts: sc.RobotFile, where: str) -> Robot:
         pendant_zero=zero,
         lower=bounds[:, 0] + zero,
         upper=bounds[:, 1] + zero,
-        joint_names=("J1", "J2", "J2+J3" if limits.j2_plus_j3_deg else "J3", "J4", "J5", "J6"),
+        joint_names=("J1", "J2", "J2+J3", "J4", "J5", "J6"),
         speed=np.array(limits.speed_deg_s) * DEG,
         acceleration=np.array(limits.acceleration_deg_s2) * DEG,
         jerk=np.array(limits.jerk_deg_s3) * DEG,
@@ -251,7 +267,12 @@ def _robot(facts: sc.RobotFile, where: str) -> Robot:
     return robot
 
 
-def _heat(table: sc.ThermalTable) -> NodeModel:
+def _heat(table: sc.ThermalTable, where: str) -> NodeModel:
+    names = [n.name for n in table.node]
+    if twice := next((n for n in names if names.count(n) > 1), None):
+        raise InputError(f"{where}: thermal.node: the name '{twice}' stands twice; give each node its own")
+    if table.box.feed_mm_s[0] >= table.box.feed_mm_s[1]:
+        raise InputError(f"{where}: thermal.box.feed_mm_s: {table.box.feed_mm_s} must rise; give the lower feed first")
     return NodeModel(
         names=tuple(n.name for n in table.node),
         reference_rise=np.array([n.rise_K for n in table.node]),

@@ -25,7 +25,7 @@ class UnreachableError(ImpossibleError):
         x, y, z = (1e3 * v for v in position)
         super().__init__(
             f"waypoint {waypoint} at X {x:.1f} Y {y:.1f} Z {z:.1f} mm is out of reach: the wrist centre is "
-            f"{1e3 * distance:.1f} mm {side} of joint 3; move the path or make it smaller"
+            f"{1e3 * distance:.3g} mm {side} of joint 3; move the path or make it smaller"
         )
 
 

@@ -19,6 +19,7 @@ class Job:
     """A planned program, the robot that shall run it, and what went before."""
 
     name: str
+    source: str  # the path file, for messages
     title: str
     pattern: Pieces
     surface: Quadric

@@ -18,7 +18,7 @@ from compgen.units import UM
 
 AROUND = 60  # waypoints free on either side of a violation
 SCALE = 1e-4  # [rad] of one unit of x
-ON = 1e-8  # [rad] how near a joint limit counts as on it
+ON = 1e-7  # [rad] how near a joint limit counts as on it
 OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
 NEAR = 1 - 1e-4  # how near it counts as on it
 

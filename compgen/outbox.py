@@ -1,12 +1,14 @@
 """Files that appear together or not at all, also when the process is killed half way.
 
-A run's files are written into a hidden folder beside the target, which then takes the target's place in one step of
-the file system. What else the target held is carried over first. Used by the command line only.
+A run's files are written into a hidden folder first. When the target is new, or holds only an earlier run's files,
+the hidden folder takes its place in one step of the file system. A target that holds anything else is never moved: the
+files are renamed into it one by one, the program last and after its predecessor has gone, so that a program never
+stands beside a report that does not prove it. What is not ours is never copied, moved or deleted. Used by the command
+line only.
 """
 
 import ctypes
 import os
-import shutil
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -15,90 +17,116 @@ from pathlib import Path
 from compgen.exceptions import InputError
 
 _AT_FDCWD, _EXCHANGE = -100, 2
+_MARK = ".compgen-"
 
 
 def check_writable(folder: Path) -> None:
     """Raises InputError when a folder cannot take files, before any work is done."""
     place = folder
-    while not place.exists():
-        if place.is_symlink():
+    try:
+        while not _there(place):
+            place = place.parent
+        if not place.exists():
             raise _refusal(folder, f"{place} is a broken link")
-        place = place.parent
-    if not place.is_dir():
-        raise _refusal(folder, f"{place} is a file")
-    if not os.access(place, os.W_OK | os.X_OK):
-        raise _refusal(folder, f"no permission to write in {place}")
+        if not place.is_dir():
+            raise _refusal(folder, f"{place} is a file")
+        if not os.access(place, os.W_OK | os.X_OK):
+            raise _refusal(folder, f"no permission to write in {place}")
+    except (OSError, ValueError) as failure:
+        raise _refusal(folder, getattr(failure, "strerror", None) or str(failure)) from failure
+
+
+def _there(place: Path) -> bool:
+    """Whether a name exists, links not followed; a name that cannot exist raises OSError or ValueError."""
+    try:
+        os.lstat(place)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
 
 
 def publish(folder: Path, files: Mapping[str, bytes], ours: set[str]) -> None:
-    """Put files into a folder in one step.
+    """Put files into a folder.
 
     Args:
         folder: Made when absent.
-        files: Name to content.
+        files: Name to content; the last one appears last.
         ours: Names that belong to this run; those not in ``files`` vanish, everything else in the folder stays.
 
     Raises:
         InputError: The folder cannot be written; nothing has changed.
     """
-    target = folder.resolve()
     stage: Path | None = None
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        _tidy(target, ours)
-        stage = Path(tempfile.mkdtemp(prefix=f".{target.name}.compgen-{os.getpid()}-", dir=target.parent))
+        target = folder.resolve()
+        fresh = not target.exists()
+        if fresh:
+            target.parent.mkdir(parents=True, exist_ok=True)
+        blocked = next((name for name in sorted(ours) if (target / name).is_dir()), None)
+        if blocked:
+            raise _refusal(folder, f"{target / blocked} is a folder")
+        _tidy(target.parent, f".{target.name}{_MARK}")
+        _tidy(target, _MARK)
+        beside = fresh or _replaceable(target, ours)
+        place, prefix = (target.parent, f".{target.name}{_MARK}") if beside else (target, _MARK)
+        stage = Path(tempfile.mkdtemp(prefix=f"{prefix}{os.getpid()}-", dir=place))
         for name, content in files.items():
             with (stage / name).open("wb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-        if target.exists():
-            stage.chmod(target.stat().st_mode & 0o7777)
-            _swap(stage, target, ours)
-        else:
-            mask = os.umask(0)
-            os.umask(mask)
-            stage.chmod(0o777 & ~mask)
+        if fresh:
+            stage.chmod(0o777 & ~_umask())
             stage.rename(target)
+        elif beside:
+            stage.chmod(target.stat().st_mode & 0o7777)
+            if not _exchange(stage, target):
+                _move_in(stage, target, list(files), ours)
+        else:
+            _move_in(stage, target, list(files), ours)
     except OSError as failure:
-        if stage is not None:
-            shutil.rmtree(stage, ignore_errors=True)
         raise _refusal(folder, failure.strerror or str(failure)) from failure
+    finally:
+        if stage is not None:
+            _remove(stage)
 
 
-def _swap(stage: Path, target: Path, ours: set[str]) -> None:
-    """Exchange the two folders; foreign files are linked over before, foreign folders moved after."""
-    for entry in target.iterdir():
-        if entry.name not in ours and not entry.is_dir():
-            try:
-                os.link(entry, stage / entry.name, follow_symlinks=False)
-            except OSError:
-                shutil.copy2(entry, stage / entry.name, follow_symlinks=False)
-    if not _exchange(stage, target):
-        old = stage.with_name(stage.name + "-old")
-        target.rename(old)
-        stage.rename(target)
-        old.rename(stage)
-    _rescue(stage, target, ours)
+def _move_in(stage: Path, target: Path, names: list[str], ours: set[str]) -> None:
+    """Rename the files in, the last one last; what they replace or leave out goes first."""
+    for name in [names[-1], *(n for n in sorted(ours) if n not in names)]:
+        (target / name).unlink(missing_ok=True)
+    for name in names:
+        (stage / name).replace(target / name)
 
 
-def _rescue(left: Path, target: Path, ours: set[str]) -> None:
-    """Move what is not ours out of a left-over folder, then remove it."""
-    for entry in left.iterdir():
-        if entry.name not in ours and not (target / entry.name).exists():
-            entry.rename(target / entry.name)
-    shutil.rmtree(left, ignore_errors=True)
+def _replaceable(target: Path, ours: set[str]) -> bool:
+    """Whether the folder holds nothing but our files, and nobody stands in it or mounts on it."""
+    here = Path.cwd()
+    plain = all(entry.name in ours and entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
+    stood_in = target == here or target in here.parents
+    return plain and not stood_in and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
 
 
-def _tidy(target: Path, ours: set[str]) -> None:
-    """Clean up after runs that were killed: their hidden folders name a process that is gone."""
-    for left in target.parent.glob(f".{target.name}.compgen-*"):
-        process = left.name.rsplit("compgen-", 1)[1].split("-")[0]
-        if process.isdigit() and int(process) != os.getpid() and not _alive(int(process)):
-            if target.is_dir():
-                _rescue(left, target, ours)
-            elif not any(e.name not in ours for e in left.iterdir()):
-                shutil.rmtree(left, ignore_errors=True)
+def _tidy(place: Path, prefix: str) -> None:
+    """Remove hidden folders of runs that were killed: their names tell a process that is gone."""
+    if not place.is_dir():
+        return
+    for left in place.iterdir():
+        if left.name.startswith(prefix):
+            process = left.name.removeprefix(prefix).split("-")[0]
+            if process.isdigit() and (int(process) == os.getpid() or not _alive(int(process))):
+                _remove(left)
+
+
+def _remove(stage: Path) -> None:
+    """Delete a hidden folder and the files in it; a folder inside is not ours and keeps it."""
+    try:
+        for entry in stage.iterdir():
+            if not entry.is_dir():
+                entry.unlink()
+        stage.rmdir()
+    except OSError:
+        pass
 
 
 def _alive(process: int) -> bool:
@@ -109,6 +137,12 @@ def _alive(process: int) -> bool:
     except OSError:
         return True
     return True
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
 
 
 def _exchange(a: Path, b: Path) -> bool:

@@ -11,7 +11,7 @@ from compgen.compensate import Solution, Status
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
 from compgen.dialects.fanuc_ls.program import turn_digits
-from compgen.exceptions import ImpossibleError
+from compgen.exceptions import ImpossibleError, InputError
 from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
@@ -19,13 +19,14 @@ from compgen.thermal import Duty
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
 from compgen.twin import Ride, Twin
-from compgen.units import HOUR, UM
+from compgen.units import HOUR, MM, UM
 from compgen.verify import Deviation, Finding
 
 Progress = Callable[[str, float], None]
 DATE = "26-01-01"
 LONGEST_DELAY = 16 * HOUR
 MAX_RIPPLE = 0.05 * UM
+FEED_ERROR = 0.01  # written below wanted speed, above which it is a finding
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,6 +34,7 @@ class Planned:
     """The job before any correction."""
 
     job: Job
+    feed: float  # [m/s] the wanted one as a program can say it
     path: ToolPath
     model: ErrorModel
     theta: Array  # (N, 6) [rad]
@@ -71,11 +73,15 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
         ImpossibleError: The robot cannot drive the path.
     """
     progress("path", 0.0)
-    path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    try:
+        path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    except InputError as failure:
+        raise InputError(f"{job.source}: {failure}") from failure
+    feed = fanuc_ls.writable_speed(job.feed)
     flange = path.rotation @ job.tool_rotation.T
     theta = ik.follow(job.robot, path.position - flange @ job.tool_position, flange, job.posture)
     progress("timing", 0.0)
-    trajectory = timing.retime(job.robot, path.arc, theta, path.stop, job.feed, lambda share: progress("timing", share))
+    trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     start = job.heat.after(job.before)
     rise = job.heat.during(start, trajectory.time, trajectory.speed)
     model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
@@ -90,7 +96,7 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
     deviation = verify.deviation(path, ride)
-    return Planned(job, path, model, theta, trajectory, rise, error, program, deviation, tuple(found))
+    return Planned(job, feed, path, model, theta, trajectory, rise, error, program, deviation, tuple(found))
 
 
 def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, Corrected]:
@@ -107,11 +113,11 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     )  # fmt: skip
     solution = compensate.optimise(problem, job.settings, lambda share: progress("correction", share))
     if solution.status is Status.FAILED:
-        where = solution.active[0] if solution.active else (1, "the smoothness asked for")
-        raise ImpossibleError(f"waypoint {where[0]}: {Status.FAILED.value}: {where[1]} cannot be kept; relax it")
+        n, limit = solution.active[0] if solution.active else (1, "a limit")
+        raise ImpossibleError(f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it")
     position, rotation = problem.commanded(solution.correction)
     trajectory = timing.retime(
-        job.robot, path.arc, solution.theta, path.stop, job.feed, lambda share: progress("final timing", share)
+        job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
     )
     start = job.heat.after(job.before)
     window = start_window(planned, solution)
@@ -123,7 +129,7 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     found = [
         *verify.judge(deviation, job.bounds),
         *_limited(solution, job),
-        *_timing_findings(job, path, trajectory),
+        *_timing_findings(job, planned.feed, path, trajectory),
         *_controller_findings(job, written, text),
         *planned.findings,
     ]
@@ -210,11 +216,12 @@ def _limited(solution: Solution, job: Job) -> list[Finding]:
     off = np.linalg.norm(solution.residual[:, :3], axis=1)
     worst = int(np.argmax(off))
     text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
-    message = f"{text}; farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
+    farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
+    message = f"{text}; {farthest}" if text else farthest
     return [Finding("warning", "compensation.limited", message)]
 
 
-def _timing_findings(job: Job, path: ToolPath, trajectory: Trajectory) -> list[Finding]:
+def _timing_findings(job: Job, feed: float, path: ToolPath, trajectory: Trajectory) -> list[Finding]:
     found = []
     if trajectory.use.max() > 1:
         kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
@@ -226,10 +233,10 @@ def _timing_findings(job: Job, path: ToolPath, trajectory: Trajectory) -> list[F
                 f"{100 * trajectory.use.max():.0f} % of its limit; lower process.feed_mm_s",
             )
         )
-    slow = float(np.diff(path.arc)[trajectory.speed < job.feed * (1 - 1e-9)].sum() / path.arc[-1])
+    slow = float(np.diff(path.arc)[trajectory.speed < feed * (1 - 1e-9)].sum() / path.arc[-1])
     if slow > 0.001:
         period = job.robot.controller.period
-        short = bool(np.any(np.diff(path.arc) < job.feed * period))
+        short = bool(np.any(np.diff(path.arc) < feed * period))
         why = (
             "segments there are shorter than feed x the interpolation period, or joint limits bind"
             if short
@@ -237,11 +244,15 @@ def _timing_findings(job: Job, path: ToolPath, trajectory: Trajectory) -> list[F
         )
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
         found.append(Finding("note", "timing.below_feed", message))
-    error = fanuc_ls.largest_feed_error(trajectory.speed)
-    if error > 0.001:
-        found.append(
-            Finding("note", "timing.feed_error", f"written speeds are up to {100 * error:.2f} % below the wanted")
+    if abs(feed - job.feed) > 1e-3 * job.feed:
+        told = (
+            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
+        found.append(Finding("note", "timing.feed", told))
+    error = fanuc_ls.largest_feed_error(trajectory.speed)
+    if error > FEED_ERROR:
+        told = f"written speeds are up to {100 * error:.1f} % below the wanted where the speed is low"
+        found.append(Finding("note", "timing.feed_error", told))
     return found
 
 

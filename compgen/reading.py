@@ -32,9 +32,11 @@ def read_toml(source: Path, folder: str) -> dict[str, Any]:
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
         raise InputError(f"{source}: no such file; 'compgen init' lays down {', '.join(known)}") from None
-    except (OSError, UnicodeDecodeError) as failure:
-        raise InputError(f"{source}: cannot be read as text: {failure}") from None
-    except tomllib.TOMLDecodeError as failure:
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: cannot be read: it is not UTF-8 text; give a TOML file") from None
+    except OSError as failure:
+        raise InputError(f"{source}: cannot be read: {failure.strerror}; give a TOML file") from None
+    except (ValueError, RecursionError) as failure:
         raise InputError(f"{source}: not TOML: {failure}; see paths/ for examples") from None
 
 
@@ -47,7 +49,9 @@ def find_robot(name: str, path_file: Path) -> Path:
         if (folder / f"{name}.toml").is_file():
             return folder / f"{name}.toml"
     known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
-    raise InputError(f"{path_file}: robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known)}")
+    raise InputError(
+        f"{path_file}: robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known, listed=True)}"
+    )
 
 
 def override(data: dict[str, Any], item: str, said: str) -> None:
@@ -57,14 +61,15 @@ def override(data: dict[str, Any], item: str, said: str) -> None:
         raise InputError(f"--set {said}: expected key=value, as in --set process.feed_mm_s=100")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         value = text.strip()
     *parents, last = key.strip().split(".")
     place: Any = data
     try:
         for step in parents:
-            place = place[int(step)] if isinstance(place, list) else place.setdefault(step, {})
+            place = _item(place, step) if isinstance(place, list) else place.setdefault(step, {})
         if isinstance(place, list):
+            _item(place, last)
             place[int(last)] = value
         else:
             place[last] = value
@@ -72,17 +77,27 @@ def override(data: dict[str, Any], item: str, said: str) -> None:
         raise InputError(f"--set {said}: there is no '{key}' in the file to set") from None
 
 
+def _item(rows: list[Any], step: str) -> Any:
+    """An entry of a list of tables; the one after the last is a new one."""
+    if not step.isdigit():
+        raise IndexError(step)
+    if int(step) == len(rows):
+        rows.append({})
+    return rows[int(step)]
+
+
 def path_model(data: dict[str, Any], where: str) -> sc.PathFile:
     """The path file's model, with ``path`` read by its pattern's own table."""
     table = data.get("path")
     if not isinstance(table, dict):
         raise InputError(f"{where}: path: missing table; give [path] with a pattern and its sizes")
-    name = table.get("pattern")
-    if name not in sc.PATTERNS:
-        raise InputError(
-            f"{where}: path.pattern: '{name}' is unknown; known: {', '.join(sc.PATTERNS)}"
-            f"{suggest(str(name), list(sc.PATTERNS))}"
-        )
+    known = ", ".join(sc.PATTERNS)
+    if "pattern" not in table:
+        raise InputError(f"{where}: path.pattern: missing; known: {known}")
+    name = table["pattern"]
+    if not isinstance(name, str) or name not in sc.PATTERNS:
+        close = suggest(str(name), list(sc.PATTERNS), listed=True)
+        raise InputError(f"{where}: path.pattern: {name!r} is unknown; known: {known}{close}")
     pattern = check(sc.PATTERNS[name], table, where, "path")
     rest = check(sc.PathFile, {**data, "path": {k: table[k] for k in ("x_mm", "y_mm", "z_mm")}}, where)
     return rest.model_copy(update={"path": pattern})
@@ -106,6 +121,8 @@ def check(model: type[Model], data: Mapping[str, Any], where: str, prefix: str =
             raise InputError(f"{where}: {key}: missing; add it")
         case "finite_number":
             raise InputError(f"{where}: {key}: {value} is not a number; give a finite one")
+        case "model_type" | "dict_type":
+            raise InputError(f"{where}: {key}: {value!r} must be a table")
         case _:
             told = str(error["msg"]).replace("Input should be", "must be")
             raise InputError(f"{where}: {key}: {value!r}: {told[0].lower()}{told[1:]}")
@@ -127,7 +144,9 @@ def _types(annotation: Any) -> list[Any]:
     return [annotation, *(t for a in get_args(annotation) for t in _types(a))]
 
 
-def suggest(word: str, known: Sequence[str]) -> str:
+def suggest(word: str, known: Sequence[str], listed: bool = False) -> str:
     """The end of a message: the word that was probably meant, or all there are."""
     close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-    return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(known)}" if len(known) < 12 else ""
+    if close:
+        return f"; did you mean '{close[0]}'?"
+    return "" if listed or len(known) > 12 else f"; known: {', '.join(known)}"

@@ -4,11 +4,20 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-Positive = Annotated[FiniteFloat, Field(gt=0)]
-NotNegative = Annotated[FiniteFloat, Field(ge=0)]
-Six = Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)]
-SixPositive = Annotated[list[Positive], Field(min_length=6, max_length=6)]
-Range = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
+# Upper ends are far beyond any cell: they keep a slip of the keyboard from becoming a number that overflows.
+Number = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
+Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
+NotNegative = Annotated[FiniteFloat, Field(ge=0, le=1e6)]
+Length = Annotated[FiniteFloat, Field(gt=0, le=1e4)]  # mm
+Place = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
+Angle = Annotated[FiniteFloat, Field(ge=-3600, le=3600)]  # deg
+Word = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=16)]
+SixPlaces = Annotated[list[Place], Field(min_length=6, max_length=6)]
+SixAngles = Annotated[list[Angle], Field(min_length=6, max_length=6)]
+SixNumbers = Annotated[list[Annotated[FiniteFloat, Field(ge=-10, le=10)]], Field(min_length=6, max_length=6)]
+SixRates = Annotated[list[Annotated[FiniteFloat, Field(ge=1e-3, le=1e6)]], Field(min_length=6, max_length=6)]
+Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2)]
 
 
 class Table(BaseModel):
@@ -20,9 +29,9 @@ class Table(BaseModel):
 class PatternTable(Table):
     """What every pattern has: its name and where its centre stands."""
 
-    x_mm: FiniteFloat
-    y_mm: FiniteFloat
-    z_mm: FiniteFloat
+    x_mm: Place
+    y_mm: Place
+    z_mm: Place
 
 
 class LineTable(PatternTable):
@@ -30,31 +39,31 @@ class LineTable(PatternTable):
 
     pattern: Literal["line"]
     axis: Literal["x", "y", "z"]
-    length_mm: Positive
+    length_mm: Length
 
 
 class CircleTable(PatternTable):
     """A full circle."""
 
     pattern: Literal["circle"]
-    diameter_mm: Positive
+    diameter_mm: Length
 
 
 class SpiralTable(PatternTable):
     """A spiral from the centre; its pitch as a number of turns or as a stepover."""
 
     pattern: Literal["spiral"]
-    diameter_mm: Positive | None = None
-    turns: Positive | None = None
-    stepover_mm: Positive | None = None
+    diameter_mm: Length | None = None
+    turns: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
+    stepover_mm: Length | None = None
 
 
 class RasterTable(PatternTable):
     """Sweeps along x, clipped to a circle of ``diameter_mm`` or to the boundary."""
 
     pattern: Literal["raster"]
-    stepover_mm: Positive
-    diameter_mm: Positive | None = None
+    stepover_mm: Length
+    diameter_mm: Length | None = None
     lead_mm: Annotated[FiniteFloat, Field(ge=0, le=50)] = 5.0
     turn: Literal["square", "smooth"] = "square"
 
@@ -63,7 +72,7 @@ class Iso9283Table(PatternTable):
     """Test path after ISO 9283 in a square plane."""
 
     pattern: Literal["iso9283"]
-    size_mm: Positive
+    size_mm: Length
 
 
 PATTERNS: dict[str, type[PatternTable]] = {
@@ -79,40 +88,40 @@ class SurfaceTable(Table):
     """What the path lies on; a conic needs its three numbers."""
 
     kind: Literal["plane", "conic"] = "plane"
-    radius_of_curvature_m: Positive | None = None
-    conic_constant: FiniteFloat | None = None
-    off_axis_m: NotNegative | None = None
+    radius_of_curvature_m: Annotated[FiniteFloat, Field(ge=0.1, le=1e6)] | None = None
+    conic_constant: Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)] | None = None
+    off_axis_m: Annotated[FiniteFloat, Field(ge=0, le=1e4)] | None = None
 
 
 class BoundaryTable(Table):
     """The part's edge."""
 
     shape: Literal["circle", "hexagon"]
-    diameter_mm: Positive | None = None
-    corner_to_corner_mm: Positive | None = None
-    rotation_deg: FiniteFloat | None = None
+    diameter_mm: Length | None = None
+    corner_to_corner_mm: Length | None = None
+    rotation_deg: Angle | None = None
 
 
 class ToolTable(Table):
     """The TCP in the flange frame, FANUC's X Y Z W P R; all zero is the flange itself (UT 0)."""
 
     number: Annotated[int, Field(ge=0, le=10)] | None = None
-    x_mm: FiniteFloat = 0.0
-    y_mm: FiniteFloat = 0.0
-    z_mm: FiniteFloat = 0.0
-    w_deg: FiniteFloat = 0.0
-    p_deg: FiniteFloat = 0.0
-    r_deg: FiniteFloat = 0.0
-    spin_deg: FiniteFloat = 0.0
+    x_mm: Place = 0.0
+    y_mm: Place = 0.0
+    z_mm: Place = 0.0
+    w_deg: Angle = 0.0
+    p_deg: Angle = 0.0
+    r_deg: Angle = 0.0
+    spin_deg: Angle = 0.0
     axisymmetric: bool = False
 
 
 class ProcessTable(Table):
     """How the path is driven and cut into waypoints."""
 
-    feed_mm_s: Annotated[FiniteFloat, Field(gt=0, le=2000)]
+    feed_mm_s: Annotated[FiniteFloat, Field(ge=0.05, le=2000)]
     chord_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 1.5
-    lift_mm: NotNegative = 20.0
+    lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
 
 
 class PostureTable(Table):
@@ -126,20 +135,20 @@ class PostureTable(Table):
 class CompensationTable(Table):
     """What a correction may look like; see docs/conventions.md."""
 
-    clamp_mm: Positive = 3.0
-    clamp_deg: Positive = 0.5
-    rate_um_mm: Positive = 10.0
-    rate_period_mm: NotNegative = 1.0
-    curvature_period_mm: NotNegative = 10.0
-    start_drift_um: Positive = 5.0
+    clamp_mm: Annotated[FiniteFloat, Field(ge=0.001, le=100)] = 3.0
+    clamp_deg: Annotated[FiniteFloat, Field(ge=0.001, le=10)] = 0.5
+    rate_um_mm: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 10.0
+    rate_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 1.0
+    curvature_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 10.0
+    start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
 
 
 class BeforeTable(Table):
     """What the cell did before the program, in order."""
 
     state: Literal["moving", "idle", "off"]
-    feed_mm_s: Positive | None = None
-    duration_h: NotNegative
+    feed_mm_s: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
+    duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)]
 
 
 class BoundsTable(Table):
@@ -173,31 +182,30 @@ class PathFile(Table):
 class DhTable(Table):
     """Standard DH rows."""
 
-    d_mm: Six
-    a_mm: Six
-    alpha_deg: Six
+    d_mm: SixPlaces
+    a_mm: SixPlaces
+    alpha_deg: SixAngles
 
 
 class PendantTable(Table):
     """theta = matrix pendant + offset."""
 
-    matrix: Annotated[list[Six], Field(min_length=6, max_length=6)]
-    offset_deg: Six
+    matrix: Annotated[list[SixNumbers], Field(min_length=6, max_length=6)]
+    offset_deg: SixAngles
 
 
 class LimitsTable(Table):
     """Joint limits as the data sheet prints them, and speeds."""
 
-    j1_deg: Range
-    j2_deg: Range
-    j2_plus_j3_deg: Range | None = None
-    j3_deg: Range | None = None
-    j4_deg: Range
-    j5_deg: Range
-    j6_deg: Range
-    speed_deg_s: SixPositive
-    acceleration_deg_s2: SixPositive
-    jerk_deg_s3: SixPositive
+    j1_deg: AngleRange
+    j2_deg: AngleRange
+    j2_plus_j3_deg: AngleRange
+    j4_deg: AngleRange
+    j5_deg: AngleRange
+    j6_deg: AngleRange
+    speed_deg_s: SixRates
+    acceleration_deg_s2: SixRates
+    jerk_deg_s3: SixRates
 
 
 class SingularityTable(Table):
@@ -212,7 +220,7 @@ class ControllerTable(Table):
     """What the controller does with a program, and holds."""
 
     compensation: Literal["none", "signature", "unknown"]
-    interpolation_ms: Positive
+    interpolation_ms: Annotated[FiniteFloat, Field(ge=0.1, le=1000)]
     max_lines: Annotated[int, Field(gt=0)]
     max_positions: Annotated[int, Field(gt=0)]
     memory_kB: Positive
@@ -231,10 +239,10 @@ class BoxTable(Table):
 class NodeTable(Table):
     """One thermal node."""
 
-    name: str
-    rise_K: FiniteFloat
-    exponent: NotNegative
-    tau_h: Positive
+    name: Word
+    rise_K: Annotated[FiniteFloat, Field(ge=-500, le=500)]
+    exponent: Annotated[FiniteFloat, Field(ge=0, le=5)]
+    tau_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
 
 
 class SectionTable(BaseModel):
@@ -255,12 +263,15 @@ class ProfileTable(Table):
     sections: Annotated[list[SectionTable], Field(min_length=1)]
 
 
+Cte = Annotated[FiniteFloat, Field(ge=-1000, le=1000)]
+
+
 class ThermalTable(Table):
     """The first thermal model."""
 
-    cte_um_m_K: FiniteFloat | dict[str, FiniteFloat]
-    reference_feed_mm_s: Positive
-    reference_h: Positive
+    cte_um_m_K: Cte | dict[str, Cte]
+    reference_feed_mm_s: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
+    reference_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
     idle_fraction: Annotated[FiniteFloat, Field(ge=0, le=1)]
     box: BoxTable
     node: Annotated[list[NodeTable], Field(min_length=1)]
@@ -270,7 +281,7 @@ class ThermalTable(Table):
 class RobotFile(Table):
     """A robot file."""
 
-    name: str
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=24)]
     maker: str = ""
     payload_kg: Positive | None = None
     dh: DhTable

@@ -57,7 +57,7 @@ class Quadric:
 
         With g . p' = 0 and g . p'' + 2 p'^T A p' = 0 on the surface, and n' = (g' - n (n . g')) / |g|, g' = 2 A p':
 
-            P' = p' + h' n + h n',        P'' = p'' (the height is constant or the plane curve stands still)
+            P' = p' + h' n + h n',        P'' = p'' (at height zero, or where the plane curve stands still)
 
         Args:
             xy: Plane curve and its first two derivatives, (M, 2) each [m].

@@ -27,7 +27,8 @@ MARGIN = 0.98  # of each limit, for what the samples between waypoints do not se
 CRUISE_ACCELERATION = 0.8  # share of a joint's acceleration that constant speed may use
 CRUISE_JERK = 0.6
 CHANGE_JERK = 0.5  # share of the remaining jerk for 3 q'' sd sdd; the rest is for q' sddd
-SPEED_STEP = 1e-3  # m/s, a reduced speed is a whole number of mm/s: what a program can say
+SPEED_STEP = 1e-3  # m/s, a reduced speed is a whole number of mm/s where it can be
+SLOWEST = 0.05e-3  # m/s, about the slowest speed that a program can say
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -130,9 +131,15 @@ def retime(
         ImpossibleError: No motion exists within the limits (a limit of zero, or a path of coincident waypoints).
     """
     length = np.diff(arc)
+    if not np.all(length > 0):
+        n = int(np.argmin(length)) + 1
+        raise ImpossibleError(f"waypoints {n} and {n + 1} coincide; thin the path")
+    if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
+        raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
     followable = np.minimum(feed, length / robot.controller.period)
     runs = [_run(arc, theta, i, j) for i, j in _between(stop)]
     rows: list[tuple[float, ...]] = []
+    ramps: list[BoolArray] = []
     speed = np.empty(len(length))
     use = np.zeros((3, 6))
     for count, run in enumerate(runs):
@@ -143,6 +150,7 @@ def retime(
         middle = (arc[run.first : run.last] + arc[run.first + 1 : run.last + 1]) / 2
         owner = np.clip(np.searchsorted(edges, middle, side="right") - 1, 0, len(V) - 1)
         speed[run.first : run.last] = V[owner]
+        ramps.append(_stop_ramps(v, V)[owner])
         progress((count + 1) / len(runs))
     table = np.array(rows)
     start = np.concatenate([[0.0], np.cumsum(table[:, 0])])
@@ -151,6 +159,10 @@ def retime(
         use = np.maximum(use, _use(robot, arc, run, phases))
     time = phases.time_at(arc)
     time[0], time[-1] = 0.0, start[-1]
+    # away from the stops' own ramps the program says what is driven, so that its time is the planned one
+    driven = np.minimum(speed, length / np.diff(time))
+    driven = np.where(driven > speed * (1 - 1e-3), speed, driven)
+    speed = np.where(np.concatenate(ramps), speed, driven)
     cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= feed * (1 - 1e-9))
     at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
     return Trajectory(time, speed, phases, use, at_feed)
@@ -185,17 +197,14 @@ def _blocks(robot: Robot, arc: Array, run: _Run, followable: Array, feed: float)
     at = np.searchsorted(s, edges[:-1])
     blocks = [_block_max(d.max(axis=1), at) for d in (d1, d2, d3)]
     with np.errstate(divide="ignore"):
-        V = np.minimum.reduce(
-            [
-                np.full(count, feed),
-                _block_min(arc[run.first : run.last + 1], followable[run.first : run.last], edges),
-                1 / blocks[0],
-                np.sqrt(CRUISE_ACCELERATION / blocks[1]),
-                np.cbrt(CRUISE_JERK / blocks[2]),
-            ]
+        drivable = np.minimum(
+            np.minimum(1 / blocks[0], np.sqrt(CRUISE_ACCELERATION / blocks[1])), np.cbrt(CRUISE_JERK / blocks[2])
         )
-        reduced = np.maximum(np.floor(V / SPEED_STEP + 1e-9), 1) * SPEED_STEP
-        V = np.where(V < feed, np.minimum(reduced, np.maximum(V, SPEED_STEP)), feed)
+        if drivable.min() < SLOWEST:
+            _refuse_crawl(robot, arc, edges[[(b := int(np.argmin(drivable))), b + 1]], (d1, d2, d3), s)
+        short = _block_min(arc[run.first : run.last + 1], followable[run.first : run.last], edges)
+        V = np.minimum(np.minimum(short, feed), drivable)
+        V = np.where((feed > V) & (V > SPEED_STEP), np.floor(V / SPEED_STEP + 1e-9) * SPEED_STEP, V)
         left_a = 1 - blocks[1] * V**2
         left_j = 1 - blocks[2] * V**3
         A = np.minimum(
@@ -205,6 +214,28 @@ def _blocks(robot: Robot, arc: Array, run: _Run, followable: Array, feed: float)
         J = (1 - CHANGE_JERK) * left_j / _block_max(d1j.max(axis=1), at)
     # a joint that does not move asks for nothing: cap what is left by a hand's measure
     return edges, V, np.minimum(A, 50.0), np.minimum(J, 2000.0)
+
+
+def _refuse_crawl(robot: Robot, arc: Array, block: Array, shares: tuple[Array, ...], s: Array) -> None:
+    """Names the waypoint and the joint that cannot follow the path at any speed a program can say."""
+    inside = (s >= block[0]) & (s <= block[1])
+    worst = np.maximum.reduce([d[inside] ** (1 / n) for n, d in enumerate(shares, 1)])
+    row, joint = np.unravel_index(int(np.argmax(worst)), worst.shape)
+    n = int(np.searchsorted(arc, s[inside][row])) + 1
+    raise ImpossibleError(
+        f"waypoint {n}: joint {robot.joint_names[int(joint)]} cannot follow the path even at {SLOWEST / 1e-3:g} mm/s; "
+        "make the path larger, its curves wider or its waypoints fewer (process.chord_um)"
+    )
+
+
+def _stop_ramps(v: Array, V: Array) -> BoolArray:
+    """Blocks in which the robot leaves or nears a stop: up to the first that holds its speed, from the last, (B,)."""
+    holds = np.flatnonzero((v[1:] <= v[:-1]) | (v[1:] >= V * (1 - 1e-9)))
+    brakes = np.flatnonzero((v[:-1] <= v[1:]) | (v[:-1] >= V * (1 - 1e-9)))
+    ramp = np.zeros(len(V), dtype=bool)
+    ramp[: holds[0] + 1 if len(holds) else len(V)] = True
+    ramp[brakes[-1] if len(brakes) else 0 :] = True
+    return ramp
 
 
 def _block_max(values: Array, at: IntArray) -> Array:
@@ -273,7 +304,10 @@ def _join(s: float, length: float, v0: float, v1: float, v: float, a: float, j: 
             f"timing: no motion at arc length {s:.4f} m within the joint limits: {failure}"
         ) from failure
     if result not in (Result.Working, Result.Finished):
-        raise ImpossibleError(f"timing: no motion at arc length {s:.4f} m within the joint limits ({result.name})")
+        raise ImpossibleError(
+            f"timing: no motion at {s:.4f} m along the path within the joint limits ({result.name}); "
+            "lower process.feed_mm_s"
+        )
     p = _TRAJECTORY.profiles[0][0]
     return [(t, s + p.p[i], p.v[i], p.a[i], p.j[i]) for i, t in enumerate(p.t) if t > 0]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen import pieces as pc
-from compgen.arrays import Array, BoolArray, IntArray, own, unit
+from compgen.arrays import Array, BoolArray, IntArray, dot, own, unit
 from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
 from compgen.pieces import Pieces
@@ -20,6 +20,10 @@ MAX_SPACING = 10e-3  # m; the actual path between waypoints is curved by some 1e
 MIN_SEGMENTS = 3  # a piece, so that its joint motion is a curve and not a chord
 CELLS = 48  # a piece, for its curvature
 SAFETY = 0.98  # of the spacing, for what the cells do not see
+REFINEMENTS = 8  # rounds of adding segments where a piece's curvature changes faster than its cells see
+MIN_LENGTH = 1e-6  # m, of a pattern
+MAX_WAYPOINTS = 2e7
+CHUNK = 2048  # pieces at a time
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
@@ -119,6 +123,11 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
     Raises:
         InputError: The path has no length.
     """
+    everything = np.arange(len(pattern.poly))
+    zeros = np.zeros(len(everything))
+    bare = Geometry(pattern, surface, boundary, spin)
+    if bare.length(everything, zeros, zeros + 1).sum() < MIN_LENGTH:
+        raise InputError("path: it has zero length; give it a size")
     if lift > 0:
         (x0, y0), (x1, y1) = pattern.start(), pattern.end()
         top = float(pattern.height(np.array([len(pattern.poly) - 1]), np.array([1.0]))[0][0])
@@ -126,41 +135,36 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
         up = pc.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
         pattern = pc.join(down, pattern, up)
     geometry = Geometry(pattern, surface, boundary, spin)
-
-    K = len(pattern.poly)
-    edges = np.linspace(0, 1, CELLS + 1)
-    piece = np.repeat(np.arange(K), CELLS)
-    half = 0.5 / CELLS
-    middle = np.tile(edges[:-1] + half, K)
-    work = np.zeros(K * CELLS)
-    for node, weight in zip(_NODES, _WEIGHTS):
-        speed, spacing = geometry.spacing(piece, middle + half * node, SAFETY**2 * chord)
-        work += weight * half * speed / spacing
-    cells = work.reshape(K, CELLS)
-    segments = np.ceil(cells.sum(axis=1) - 1e-6).astype(np.int64)
-    if segments.sum() == 0:
-        raise InputError("path: it has zero length; give it a size")
-    keep = segments > 0
-    segments = np.where(keep, np.maximum(segments, MIN_SEGMENTS), 0)
-
-    # invert the running work of each piece: piece k occupies [k, k + 1] on both axes
-    share = np.cumsum(cells, axis=1) / np.where(keep, cells.sum(axis=1), 1.0)[:, None]
-    done = (np.arange(K)[:, None] + np.column_stack([np.zeros(K), share])).ravel()
-    where = (np.arange(K)[:, None] + edges).ravel()
-    seg_piece = np.repeat(np.arange(K), segments)
-    first = np.concatenate([[0], np.cumsum(segments)[:-1]])
-    step = np.arange(len(seg_piece)) - first[seg_piece]
-    n = segments[seg_piece]
-    span = np.column_stack([np.interp(seg_piece + s / n, done, where) - seg_piece for s in (step, step + 1)])
-    span[step == 0, 0], span[step == n - 1, 1] = 0.0, 1.0
+    done, where, wanted = _running_work(geometry, chord)
+    keep = wanted > 1e-6
+    if wanted.sum() > MAX_WAYPOINTS:
+        raise InputError(
+            f"path: it needs {wanted.sum():.2g} waypoints, more than {MAX_WAYPOINTS:.0e}; "
+            "raise process.chord_um or make it smaller"
+        )
+    # a piece that is dust hands its stop to the one before
+    stops = pattern.stop.copy()
+    for k in np.flatnonzero(~keep & pattern.stop):
+        before = np.flatnonzero(keep[:k])
+        if len(before):
+            stops[before[-1]] = True
+    segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), MIN_SEGMENTS), 0).astype(np.int64)
+    for _ in range(REFINEMENTS):
+        seg_piece, step, span = _spans(segments, done, where)
+        over = _chords(geometry, seg_piece, span) / (SAFETY * chord)
+        worst = np.zeros(len(segments))
+        np.maximum.at(worst, seg_piece, over)
+        if not (worst > 1).any():
+            break
+        segments = np.where(worst > 1, np.ceil(segments * np.sqrt(worst) + 0.5), segments).astype(np.int64)
 
     point_piece = np.concatenate([[seg_piece[0]], seg_piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
     position, rotation = geometry.pose(point_piece, point_t)
     arc = np.concatenate([[0.0], np.cumsum(geometry.length(seg_piece, span[:, 0], span[:, 1]))])
     xy, _, _ = pattern.plane_curve(point_piece, point_t)
-    ends = step == n - 1
-    stop = np.concatenate([[True], ends & pattern.stop[seg_piece]])
+    ends = step == segments[seg_piece] - 1
+    stop = np.concatenate([[True], ends & stops[seg_piece]])
     stop[-1] = True
     working = pattern.working[point_piece].copy()
     working[:-1] |= pattern.working[seg_piece]  # a work piece's first point is in contact
@@ -174,3 +178,51 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
         piece=seg_piece,
         span=span,
     )
+
+
+def _running_work(geometry: Geometry, chord: float) -> tuple[Array, Array, Array]:
+    """How many segments each piece wants, (K,), and how they run along it.
+
+    Piece k occupies [k, k + 1] on both axes of the running curve: share of its segments done, over parameter.
+    """
+    K = len(geometry.pieces.poly)
+    edges = np.linspace(0, 1, CELLS + 1)
+    half = 0.5 / CELLS
+    work = np.zeros(K * CELLS)
+    for begin in range(0, K, CHUNK):
+        piece = np.repeat(np.arange(begin, min(begin + CHUNK, K)), CELLS)
+        middle = np.tile(edges[:-1] + half, len(piece) // CELLS)
+        rows = slice(begin * CELLS, begin * CELLS + len(piece))
+        for node, weight in zip(_NODES, _WEIGHTS):
+            speed, spacing = geometry.spacing(piece, middle + half * node, SAFETY**2 * chord)
+            work[rows] += weight * half * speed / spacing
+    cells = work.reshape(K, CELLS)
+    wanted: Array = np.asarray(cells.sum(axis=1))
+    share = np.cumsum(cells, axis=1) / np.where(wanted > 0, wanted, 1.0)[:, None]
+    start = np.arange(K, dtype=float)[:, None]
+    return (start + np.column_stack([np.zeros(K), share])).ravel(), (start + edges).ravel(), wanted
+
+
+def _spans(segments: IntArray, done: Array, where: Array) -> tuple[IntArray, IntArray, Array]:
+    """Each segment's piece, its number within it, and its parameters, (S,), (S,) and (S, 2)."""
+    piece = np.repeat(np.arange(len(segments)), segments)
+    first = np.concatenate([[0], np.cumsum(segments)[:-1]])
+    step = np.arange(len(piece)) - first[piece]
+    n = segments[piece]
+    span = np.column_stack([np.interp(piece + s / n, done, where) - piece for s in (step, step + 1)])
+    span[step == 0, 0], span[step == n - 1, 1] = 0.0, 1.0
+    return piece, step, span
+
+
+def _chords(geometry: Geometry, piece: IntArray, span: Array) -> Array:
+    """Distance of the path from the line between a segment's ends, the largest of five inner points, (S,) [m]."""
+    start, end = (geometry.pose(piece, t)[0] for t in span.T)
+    along = end - start
+    size = dot(along, along)
+    size = np.where(size > 0, size, 1.0)
+    found = np.zeros(len(piece))
+    for u in (0.2, 0.35, 0.5, 0.65, 0.8):
+        offset = geometry.pose(piece, span[:, 0] + u * (span[:, 1] - span[:, 0]))[0] - start
+        off = offset - (dot(offset, along) / size)[:, None] * along
+        found = np.maximum(found, np.linalg.norm(off, axis=1))
+    return found

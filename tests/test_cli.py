@@ -100,7 +100,7 @@ def test_a_cold_robot_has_nothing_to_correct():
 
 
 PATH_ERRORS = [
-    ("process.feed_mm_s=-1", ("process.feed_mm_s", "greater than 0")),
+    ("process.feed_mm_s=-1", ("process.feed_mm_s", "greater than or equal to 0.05")),
     ("process.feed_m_s=1", ("process.feed_m_s", "unknown key", "did you mean 'feed_mm_s'")),
     ("path.diameter_mm=1300", ("path.diameter_mm", "unknown key")),
     ("path.length_mm=0", ("path.length_mm", "greater than 0")),
@@ -241,6 +241,86 @@ def test_a_limit_that_binds_only_the_correction_is_a_finding(tmp_path):
     assert "joint J2+J3 limit at waypoints" in told
     assert "waypoint" in told
     assert data["after"]["total"]["max_um"] < data["before"]["total"]["max_um"]
+
+
+MORE_ERRORS = [
+    ("line_x", ["path.length_mm=1e-6"], 2, ("line_x.toml", "zero length")),
+    ("line_x", ["path.length_mm=1e9"], 2, ("path.length_mm", "less than or equal")),
+    ("line_x", ["bounds=3"], 2, ("bounds", "must be a table")),
+    ("line_x", ["before.-1.duration_h=2"], 2, ("before.-1",)),
+    (
+        "line_x",
+        ["robot.thermal.node.4.name=wrist", "robot.thermal.profile.2.sections.0.to=wrist"],
+        2,
+        ("'wrist'", "twice"),
+    ),
+    ("line_x", ["robot.controller.turn_joints=[1,1,6]"], 2, ("turn_joints", "twice")),
+    ("line_x", ["robot.thermal.box.feed_mm_s=[200,20]"], 2, ("box.feed_mm_s", "rise")),
+    ("line_x", ["robot.name=ROBOT ü"], 2, ("m710ic50.toml", "name")),
+    ("line_x", ["process.feed_mm_s=0.01"], 2, ("process.feed_mm_s",)),
+    ("circle_1300", ["path.diameter_mm=1300", "boundary={shape='circle'}"], 2, ("boundary.diameter_mm", "missing")),
+    ("spiral_1300", ["path.stepover_mm=20"], 2, ("path.turns", "one of them")),
+    ("spiral_1300", ["boundary={shape='hexagon', corner_to_corner_mm=1450}"], 2, ("path.diameter_mm", "conflicts")),
+    ("raster_1300", ["boundary={shape='circle', diameter_mm=900}"], 2, ("path.diameter_mm", "conflicts")),
+    ("raster_1300", ["path.stepover_mm=1e-4"], 2, ("path.stepover_mm", "sweeps")),
+    ("spiral_1300", ["path.turns=9999", "process.chord_um=0.01"], 2, ("spiral_1300.toml", "waypoints", "chord_um")),
+    ("optic_raster", ["surface.radius_of_curvature_m=0.5"], 2, ("optic_raster.toml", "surface.off_axis_m")),
+    (
+        "optic_spiral",
+        ["surface.radius_of_curvature_m=1", "surface.off_axis_m=0", "surface.conic_constant=5"],
+        2,
+        ("optic_spiral", "surface"),
+    ),
+    (
+        "line_x",
+        ["robot.limits.speed_deg_s=[0.001,0.001,0.001,0.001,0.001,0.001]"],
+        3,
+        ("waypoint", "joint", "cannot follow"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "overrides", "code", "words"), MORE_ERRORS, ids=[m[1][0] for m in MORE_ERRORS])
+def test_more_that_is_refused(tmp_path, name, overrides, code, words):
+    sets = [a for o in overrides for a in ("--set", o)]
+    refused(run("generate", f"paths/{name}.toml", "-q", "-o", tmp_path / "out", *sets), code, *words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments", [["nonsense"], ["generate"], ["generate", "--bogus"], ["check", "x.toml", "--junit", ""]]
+)
+def test_wrong_use_is_one_line_and_exit_2(arguments):
+    refused(run(*arguments), 2)
+
+
+def test_no_arguments_show_the_help():
+    result = run()
+    assert result.returncode == 0
+    assert "generate" in result.stdout
+
+
+def test_a_title_is_text_and_not_markup(tmp_path):
+    result = run("generate", "paths/line_y.toml", "-o", tmp_path, "--set", 'title="[/bold] x"')
+    assert result.returncode == 0, result.stderr
+    assert "[/bold] x" in result.stdout
+
+
+def test_limits_that_bind_are_named():
+    for override, word in (
+        ("compensation.clamp_mm=0.1", "position clamp"),
+        ("compensation.rate_um_mm=0.05", "rate limit"),
+    ):
+        data = json.loads(run("check", "paths/line_x.toml", "--json", "--set", override).stdout)
+        told = next(f["message"] for f in data["findings"] if f["code"] == "compensation.limited")
+        assert told.startswith(word), told
+        assert data["compensation"]["active_limits"] > 10
+
+
+def test_a_feed_that_cannot_be_written_is_taken_as_it_is_said():
+    data = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "process.feed_mm_s=0.1").stdout)
+    assert data["verdict"] == "inside"
+    assert any(f["code"] == "timing.feed" and "0.08467" in f["message"] for f in data["findings"])
 
 
 def test_wheel_carries_robots_and_paths():

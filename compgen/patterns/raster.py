@@ -8,7 +8,7 @@ from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
 from compgen.pieces import Pieces
 
-#: Initial speed of a smooth turn over its stepover: a turn about as deep as it is wide.
+#: Initial speed of a smooth turn over its stepover: a turn about half as deep as it is wide.
 TURN_REACH = 1.6
 
 

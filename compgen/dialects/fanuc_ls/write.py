@@ -115,6 +115,15 @@ def speed_said(text: str) -> float:
     raise ValueError(text)
 
 
+def writable_speed(speed: float) -> float:
+    """The speed that a program says for a wanted one [m/s].
+
+    Raises:
+        InputError: Slower or faster than any unit says.
+    """
+    return speed_said(speed_text(speed))
+
+
 def largest_feed_error(speed: Array) -> float:
     """Largest relative difference between wanted and written speeds."""
     return max((abs(speed_said(speed_text(v)) / v - 1) for v in np.unique(speed).tolist()), default=0.0)
