@@ -323,6 +323,14 @@ def test_a_feed_that_cannot_be_written_is_taken_as_it_is_said():
     assert any(f["code"] == "timing.feed" and "0.08467" in f["message"] for f in data["findings"])
 
 
+def test_readme_runs_the_command_by_path_since_bash_has_a_builtin_of_its_name():
+    commands = [
+        line for line in (Path(ROOT) / "README.md").read_text().splitlines() if line.startswith("python3 -m venv")
+    ]
+    assert len(commands) == 2
+    assert "&& .venv/bin/compgen generate paths/spiral_1300.toml" in commands[0]
+
+
 def test_wheel_carries_robots_and_paths():
     """The build's own table says so; the slow proof is a fresh install."""
     text = (Path(ROOT) / "pyproject.toml").read_text()
