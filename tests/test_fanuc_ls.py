@@ -85,11 +85,11 @@ def demo():
 
 
 def test_text_is_the_golden_text():
-    assert ls.dumps(demo()) == GOLDEN
+    assert ls.compose(demo()) == GOLDEN
 
 
 def test_reading_gives_the_meaning_back():
-    back = ls.loads(GOLDEN)
+    back = ls.interpret(GOLDEN)
     assert (back.name, back.comment, back.date, back.remarks, back.uframe, back.utool) == (
         "DEMO", "compgen 01234567", "26-01-01", ("one remark",), 0, 1,
     )  # fmt: skip
@@ -98,7 +98,7 @@ def test_reading_gives_the_meaning_back():
     assert_allclose(back.speed, demo().speed)
     assert back.fine.tolist() == [True, False, True]
     assert back.turns.tolist() == [[0, 0, 0], [0, 0, 0], [0, -1, 1]]
-    assert ls.dumps(back) == GOLDEN
+    assert ls.compose(back) == GOLDEN
 
 
 @settings(max_examples=150, deadline=None)
@@ -123,9 +123,9 @@ def test_write_read_write_is_stable(seed, count, posture, units):
     )
     if not program.fine[0]:
         program = replace(program, fine=np.concatenate([[True], program.fine[1:]]))
-    text = ls.dumps(program)
-    back = ls.loads(text)
-    assert ls.dumps(back) == text
+    text = ls.compose(program)
+    back = ls.interpret(text)
+    assert ls.compose(back) == text
     assert np.abs(back.position - program.position).max() <= 0.5e-6 + 1e-12
     turn = np.linalg.norm(back.rotation - program.rotation, axis=(1, 2)).max()
     assert turn < 3 * 0.5e-3 * DEG * np.sqrt(2)
@@ -139,7 +139,7 @@ def test_a_naive_reader_sees_the_same_numbers():
     rng = np.random.default_rng(9)
     program = replace(demo(), position=rng.uniform(-2, 2, (3, 3)), rotation=matrix_of(rng.normal(size=(3, 3))))
     numbers, current = [], []
-    for line in ls.dumps(program).decode().split("\r\n"):
+    for line in ls.compose(program).decode().split("\r\n"):
         if line.startswith("P["):
             current = []
         for part in line.split(","):
@@ -251,15 +251,15 @@ def test_names_are_ones_the_controller_takes(name, length, said):
 def test_other_texts_are_refused_with_their_line(old, new, told):
     assert old in GOLDEN
     with pytest.raises(InputError, match=told) as caught:
-        ls.loads(GOLDEN.replace(old, new))
+        ls.interpret(GOLDEN.replace(old, new))
     assert "\n" not in str(caught.value)
 
 
 def test_an_overlong_remark_is_refused():
     with pytest.raises(InputError, match="remark"):
-        ls.dumps(replace(demo(), remarks=("x" * 33,)))
+        ls.compose(replace(demo(), remarks=("x" * 33,)))
 
 
 def test_a_position_that_is_no_number_is_refused():
     with pytest.raises(InputError, match="position"):
-        ls.dumps(replace(demo(), position=np.array([[np.nan, 0, 0]] * 3)))
+        ls.compose(replace(demo(), position=np.array([[np.nan, 0, 0]] * 3)))

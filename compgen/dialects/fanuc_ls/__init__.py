@@ -1,7 +1,24 @@
-"""FANUC TP programs in ASCII (.LS): text <-> records <-> meaning."""
+"""FANUC TP programs in ASCII (.LS): text <-> records <-> meaning.
 
+Any program: ``loads`` and ``dumps`` between bytes and records, without loss. compgen's own: ``compose`` and
+``interpret`` between meaning and canonical text.
+"""
+
+from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
 from compgen.dialects.fanuc_ls.program import Program, estimated_memory, program_name
-from compgen.dialects.fanuc_ls.read import loads
-from compgen.dialects.fanuc_ls.write import dumps, largest_feed_error, writable_speed
+from compgen.dialects.fanuc_ls.read import interpret
+from compgen.dialects.fanuc_ls.write import compose, largest_feed_error, writable_speed
 
-__all__ = ["Program", "dumps", "estimated_memory", "largest_feed_error", "loads", "program_name", "writable_speed"]
+__all__ = [
+    "LsProgram",
+    "Program",
+    "compose",
+    "dumps",
+    "edited",
+    "estimated_memory",
+    "interpret",
+    "largest_feed_error",
+    "loads",
+    "program_name",
+    "writable_speed",
+]

@@ -1,4 +1,4 @@
-"""Text to meaning, for programs of the canonical form; anything else is refused with its line."""
+"""Text to meaning, for programs of the form that ``write`` gives; anything else is refused with its line."""
 
 import re
 
@@ -21,7 +21,7 @@ _POSITION = re.compile(
 )
 
 
-def loads(data: bytes) -> Program:
+def interpret(data: bytes) -> Program:
     """The program that a text means.
 
     Raises:

@@ -47,7 +47,7 @@ _POSITION = (
 )
 
 
-def dumps(program: Program) -> bytes:
+def compose(program: Program) -> bytes:
     """The program's text.
 
     Raises:
