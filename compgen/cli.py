@@ -21,8 +21,10 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from compgen import __version__, outbox, pipeline
-from compgen.config import load_job
+from compgen import __version__, inspection, outbox, pipeline
+from compgen.config import load_job, load_robot
+from compgen.dialects import fanuc_ls
+from compgen.dialects.fanuc_ls.frames import known_without_a_table, load_frames
 from compgen.exceptions import CompgenError, InputError
 from compgen.job import Job
 from compgen.pipeline import Corrected, Planned
@@ -125,6 +127,30 @@ def check(
     if not corrected.inside:
         worst = next(f.message for f in corrected.findings if f.level == "outside")
         raise typer.Exit(1 if as_json else _say_error(f"outside bounds: {worst}", 1))
+
+
+@app.command()
+def inspect(
+    program: Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)],
+    robot: Annotated[str, typer.Option("--robot", help="Robot name or file, for limits.")] = "m710ic50",
+    frames: Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Say what a program is, and what makes correcting it unsafe. Changes nothing."""
+    table = load_frames(frames) if frames is not None else known_without_a_table()
+    arm = load_robot(robot)
+    try:
+        data = Path(program).read_bytes()
+    except OSError as failure:
+        raise InputError(f"{program}: cannot be read: {failure.strerror}; give a program listing (.LS)") from None
+    try:
+        found = inspection.inspect(fanuc_ls.loads(data), arm, table)
+    except InputError as failure:
+        raise InputError(f"{program}: {failure}") from failure
+    if as_json:
+        sys.stdout.write(json.dumps(found, indent=2, allow_nan=False) + "\n")
+    else:
+        _show_program(found)
 
 
 @app.command()
@@ -263,6 +289,39 @@ def _stages(quiet: bool) -> Iterator[pipeline.Progress]:
 def _say_error(message: str, code: int) -> int:
     sys.stderr.write(f"compgen: {' '.join(message.split())}\n")
     return code
+
+
+def _show_program(found: dict[str, Any]) -> None:
+    """What ``inspect`` found, for a reader."""
+    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    places, moves = found["positions"], found["motions"]
+    told = ", ".join(f"{n} {letter}" for letter, n in sorted(moves.items())) or "none"
+    console.print(f"{found['name']}  {found['comment']}".rstrip())
+    console.print(f"motions: {told}; {found['disabled_motions']} disabled")
+    console.print(
+        f"positions: {places['defined']} defined, {places['used']} used, {len(places['shared'])} shared, "
+        f"{places['joint_form']} in joint form"
+    )
+    for key in ("unused", "undefined"):
+        if places[key]:
+            console.print(
+                f"{key}: {', '.join(f'P[{n}]' for n in places[key][:20])}{' ...' if places[key][20:] else ''}"
+            )
+    pairs = [f"UF {f['uframe']} UT {f['utool']} ({f['positions']})".replace("-1", "F") for f in found["frames"]]
+    console.print(f"frames: {', '.join(pairs) or 'none'}")
+    console.print(f"postures: {', '.join(f'{k} ({n})' for k, n in found['postures'].items()) or 'none'}")
+    console.print(
+        f"path {found['path_length_mm']:.1f} mm, {found['duration_s']:.1f} s at programmed speeds; "
+        f"{found['motions_without_time']} motions without a time of their own"
+    )
+    for joint, room in found["limits"].items():
+        unit = "mm" if "room_mm" in room else "deg"
+        console.print(f"{joint}: {room['room_' + unit]:.2f} {unit} from its limit at P[{room['position']}]")
+    if found["out_of_reach"]:
+        console.print(f"out of reach of {found['robot']}: {', '.join(f'P[{n}]' for n in found['out_of_reach'][:20])}")
+    console.print(f"{len(found['unsafe'])} statements make compensation unsafe" + (":" if found["unsafe"] else ""))
+    for item in found["unsafe"]:
+        console.print(f"  line {item['line']}: {item['text']}: {item['reason']}")
 
 
 def _show(planned: Planned, corrected: Corrected | None, folder: Path | None, files: dict[str, bytes]) -> None:

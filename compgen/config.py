@@ -27,6 +27,16 @@ MAX_SWEEPS = 1e4
 LENGTHS = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
 
 
+def load_robot(name: str) -> Robot:
+    """A robot's nominal facts, by name or file.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    source = find_robot(name, Path("."))
+    return _robot(check(sc.RobotFile, read_toml(source, "robots"), str(source)), str(source))
+
+
 def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
     """Read a path file, its robot's file, and the overrides on both.
 

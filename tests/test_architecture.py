@@ -21,6 +21,7 @@ ROOMS = [
     {"limits"},
     {"compensate"},
     {"dialects"},
+    {"inspection"},
     {"twin"},
     {"verify"},
     {"job"},

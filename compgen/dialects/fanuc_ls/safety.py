@@ -1,0 +1,128 @@
+"""Which statements of a program make an off-line correction unsafe, and why, line by line.
+
+The correction is computed for the place, frame and tool that the file names. Whatever moves them at run time, or names
+a place that the file does not hold, is passed through untouched and said.
+"""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.dialects.fanuc_ls.listing import NO_NUMBER, LsProgram, line_of
+
+#: option word -> why a motion with it cannot be corrected off-line
+_OPTIONS = {
+    "INC": "INC moves relative to where it starts: a shift of both ends is wrong",
+    "TOOL_OFFSET": "Tool_Offset is added at run time: the nominal place is not where it works",
+    "OFFSET": "Offset is added at run time: the nominal place is not where it works",
+    "VOFFSET": "VOFFSET is added at run time: the nominal place is not where it works",
+    "RTCP": "RTCP: the frame is moved by another group",
+    "COORD": "COORD: the frame is moved by another group",
+    "SKIP": "Skip may end the motion anywhere",
+    "WEAVE": "weaving changes the executed path",
+    "TRACK": "tracking changes the executed path",
+}
+#: text in any other statement -> why
+_STATEMENTS = {
+    r"\bOFFSET CONDITION\b": "OFFSET CONDITION adds an offset at run time to what follows",
+    r"\bTOOL_OFFSET CONDITION\b": "TOOL_OFFSET CONDITION adds an offset at run time to what follows",
+    r"\bUFRAME\s*\[[^\]]*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
+    r"\bUTOOL\s*\[[^\]]*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
+    r"\bLINE_TRACK\b|\bSTOP_TRACKING\b": "line tracking changes the executed path",
+    r"\bWeave\b": "weaving changes the executed path",
+    r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)": "sensing changes the executed path",
+    r"(?<![A-Z])P\[\s*\d+[^\]]*\]\s*=": "a position is written at run time: the file's value is not the one used",
+}
+_APPL = {
+    "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",
+    "LINE_TRACK_SCHEDULE": "line tracking changes the executed path",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Unsafe:
+    """A statement that is not corrected, or that casts doubt on the correction of others."""
+
+    line: int
+    text: str
+    reason: str
+
+
+def unsafe_statements(program: LsProgram) -> tuple[Unsafe, ...]:
+    """All of them, in order of line."""
+    found = [*_motions(program), *_positions(program), *_others(program), *_headers(program)]
+    return tuple(sorted(set(found), key=lambda u: (u.line, u.reason)))
+
+
+def _motions(program: LsProgram) -> list[Unsafe]:
+    m = program.motions
+    defined = set(program.positions.number.tolist())
+    found = []
+    for i in np.flatnonzero(~m.disabled).tolist():
+        text = " ".join(program.text(m.span[i]).split())
+        reasons = []
+        for target, number in zip(m.target[i], m.position[i].tolist()):
+            if number == NO_NUMBER:
+                reasons.append(f"{target}: its value is not in the file")
+            elif number not in defined:
+                reasons.append(f"{target} is used but not defined")
+        if not m.target[i]:
+            reasons.append("its target is not understood")
+        options = m.options[i].upper()
+        reasons += [why for word, why in _OPTIONS.items() if re.search(rf"(?<![A-Z_]){word}\b", options)]
+        if not m.speed[i]:
+            reasons.append("its speed is not understood")
+        found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
+    return found
+
+
+def _positions(program: LsProgram) -> list[Unsafe]:
+    p = program.positions
+    found = []
+    seen: set[tuple[int, int]] = set()
+    for i, (n, group, line) in enumerate(zip(p.number.tolist(), p.group.tolist(), p.line.tolist())):
+        place = f"P[{n}]"
+        if (n, group) in seen:
+            found.append(Unsafe(line, place, "it is defined twice"))
+        seen.add((n, group))
+        if group > 1:
+            continue
+        given = p.span[i, :, 1] > 0
+        if not given.any() or np.isnan(p.value[i][given]).any():
+            found.append(Unsafe(line, place, "it is not taught (****)"))
+        if given[:6].any():
+            if p.uframe[i] == NO_NUMBER or p.utool[i] == NO_NUMBER:
+                found.append(Unsafe(line, place, "UF : F or UT : F takes the frame that is active at run time"))
+            if not re.match(r"\s*[NF]\s+[UD]\s+[TB]\s*(,|$)", p.config[i] or ""):
+                found.append(Unsafe(line, place, f"CONFIG '{p.config[i] or ''}' does not name a posture of this arm"))
+    return found
+
+
+def _others(program: LsProgram) -> list[Unsafe]:
+    """Statements that are neither motion nor remark."""
+    lines = re.split(rb"\r\n|\n|\r", program.data)
+    moves = set(program.motions.line.tolist())
+    found = []
+    for number in program.statements.tolist():
+        text = lines[number - 1].decode("latin-1").partition(":")[2].strip()
+        if number not in moves and not text.startswith(("!", "//", "--")):
+            short = " ".join(text.rstrip("; ").split())[:60]
+            found += [Unsafe(number, short, why) for form, why in _STATEMENTS.items() if re.search(form, text)]
+    return found
+
+
+def _headers(program: LsProgram) -> list[Unsafe]:
+    found = []
+    head = program.data[: program.data.find(b"/MN")].decode("latin-1")
+    for word, why in _APPL.items():
+        if (at := head.find(word)) >= 0:
+            found.append(Unsafe(line_of(program.data, at), " ".join(word.split()), why))
+    mask = dict(program.attributes).get("DEFAULT_GROUP", "1")
+    if len(program.motions.line) and "1" not in mask:
+        found.append(
+            Unsafe(
+                line_of(program.data, max(head.find("DEFAULT_GROUP"), 0)), f"DEFAULT_GROUP = {mask}", "no motion group"
+            )
+        )
+    return found
