@@ -134,6 +134,83 @@ def test_write_read_write_is_stable(seed, count, posture, units):
     assert max(len(line) for line in text.split(b"\r\n")) < 128
 
 
+def naive_text(program):
+    """The same text, one line after the other."""
+    numbers = pose_numbers(program.position, program.rotation).tolist()
+    out = [GOLDEN.decode().split("/MN")[0].replace("LINE_COUNT\t= 6", f"LINE_COUNT\t= {3 + len(numbers)}"), "/MN\r\n"]
+    out += ["   1:  !one remark ;\r\n   2:  UFRAME_NUM=0 ;\r\n   3:  UTOOL_NUM=1 ;\r\n   4:J P[1] 10% FINE    ;\r\n"]
+    for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist()), 2):
+        out.append(f"{n + 3:4d}:L P[{n}] {speed_text(speed)} {'FINE' if fine else 'CNT100'}    ;\r\n")
+    out.append("/POS\r\n")
+    for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist()), 1):
+        x, y, z, w, p, r = (f"{v:9.3f}" for v in row)
+        config = f"{letters(program.posture)}, {a}, {b}, {c}"
+        out.append(
+            f"P[{n}]{{\r\n   GP1:\r\n\tUF : 0, UT : 1,\t\tCONFIG : '{config}',"
+            f"\r\n\tX = {x}  mm,\tY = {y}  mm,\tZ = {z}  mm,\r\n\tW = {w} deg,\tP = {p} deg,\tR = {r} deg\r\n}};\r\n"
+        )
+    return ("".join(out) + "/END\r\n").encode()
+
+
+def many(count, seed):
+    rng = np.random.default_rng(seed)
+    return replace(
+        demo(),
+        position=rng.uniform(-3, 9.9, (count, 3)) * 10.0 ** rng.integers(-6, 1, (count, 1)),
+        rotation=matrix_of(rng.normal(size=(count, 3))),
+        turns=rng.integers(-12, 13, (count, 3)),
+        speed=rng.choice([0.02, 0.2, 125 * 0.01 / 60, 0.00254], count - 1),
+        fine=np.concatenate([[True], rng.random(count - 1) < 0.3]),
+    )
+
+
+@pytest.mark.parametrize(("count", "seed"), [(2, 0), (9, 1), (10, 2), (1001, 3), (20_000, 4)])
+def test_columns_write_what_lines_write(count, seed):
+    program = many(count, seed)
+    assert ls.compose(program) == naive_text(program)
+
+
+def test_columns_read_what_lines_read():
+    from compgen.dialects.fanuc_ls import read
+
+    text = ls.compose(many(300, 5))
+    quick = read._by_columns(text)
+    assert quick is not None
+    slow = ls.interpret(text.replace(b" 200mm/sec", b" 200.mm/sec", 1))  # not as we write it: read line by line
+    assert_allclose(quick.position, slow.position, atol=1e-12)
+    assert_allclose(quick.rotation, slow.rotation, atol=1e-12)
+    for field in ("turns", "speed", "fine"):
+        assert np.array_equal(getattr(quick, field), getattr(slow, field)), field
+
+
+def test_a_changed_character_is_never_read_wrongly():
+    """Each byte of a small program changed in turn: refused, or read as the careful reader reads it."""
+    from compgen.dialects.fanuc_ls import read
+
+    text = ls.compose(many(3, 6))
+    start = text.index(b"/MN")
+    for place in range(start, len(text), 3):
+        for character in (b"7", b" ", b"-"):
+            changed = text[:place] + character + text[place + 1 :]
+            try:
+                program = ls.interpret(changed)
+            except InputError:
+                continue
+            quick = read._by_columns(changed)
+            if quick is not None and ls.compose(quick) == changed:
+                with pytest.MonkeyPatch.context() as patch:
+                    patch.setattr(read, "_by_columns", lambda data: None)
+                    assert np.array_equal(ls.interpret(changed).position, program.position)
+
+
+def test_numbers_beyond_nine_characters_are_refused():
+    for far in (100.0, -10.0):
+        with pytest.raises(InputError, match="nine characters"):
+            ls.compose(replace(demo(), position=np.full((3, 3), far)))
+    ls.compose(replace(demo(), position=np.full((3, 3), 99.999)))
+    ls.compose(replace(demo(), position=np.full((3, 3), -9.999)))
+
+
 def test_a_naive_reader_sees_the_same_numbers():
     """Line by line, no shared code."""
     rng = np.random.default_rng(9)

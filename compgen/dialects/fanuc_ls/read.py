@@ -1,11 +1,14 @@
 """Text to meaning, for programs of the form that ``write`` gives; anything else is refused with its line."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
+from compgen.arrays import IntArray
+from compgen.dialects.fanuc_ls.digits import Bytes, different, read_fixed
 from compgen.dialects.fanuc_ls.program import Program
-from compgen.dialects.fanuc_ls.write import letters, speed_said
+from compgen.dialects.fanuc_ls.write import compose, letters, speed_said
 from compgen.exceptions import InputError
 from compgen.ik import ALL_POSTURES
 from compgen.rotations import from_wpr
@@ -24,9 +27,14 @@ _POSITION = re.compile(
 def interpret(data: bytes) -> Program:
     """The program that a text means.
 
+    Text of fixed columns is read by columns, and believed only when writing what was read gives the same bytes.
+
     Raises:
         InputError: The text is not a program of this form; names the line.
     """
+    quick = _by_columns(data)
+    if quick is not None and compose(quick) == data:
+        return quick
     text = data.decode("latin-1").replace("\r\n", "\n")
     sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)
     if len(sections) < 7 or sections[1::2][:3] != ["MN", "POS", "END"] or not text.startswith("/PROG"):
@@ -83,3 +91,59 @@ def interpret(data: bytes) -> Program:
         speed=np.array([speed_said(f"{m[3]}{m[4]}") for m in motions[1:]]),
         fine=np.array([m[5] == "FINE" for m in motions]),
     )
+
+
+def _by_columns(data: bytes) -> Program | None:
+    """What canonical text would mean, or None; only ``interpret`` may believe it."""
+    moves, places, end = data.find(b"/MN\r\n"), data.find(b"/POS\r\n"), data.find(b"/END\r\n")
+    first = data.find(b":L P[2] ", moves)
+    if min(moves, places, end) < 0 or not moves < first < places < end:
+        return None
+    # the head and the first position, read the careful way, say what all rows share
+    first = data.rfind(b"\n", 0, first) + 1
+    block = data.find(b"};\r\n", places) + 4
+    try:
+        small = interpret(data[:first] + data[places:block] + b"/END\r\n")
+    except InputError:
+        return None
+    motions = np.frombuffer(data, np.uint8)[first:places]
+    positions = np.frombuffer(data, np.uint8)[places + 6 : end]
+    closing, lines = np.flatnonzero(motions == ord("]")), np.flatnonzero(motions == ord("\n"))
+    equals, quotes = np.flatnonzero(positions == ord("=")), np.flatnonzero(positions == ord("'"))
+    N = len(lines) + 1
+    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 11 > len(positions):
+        return None
+    tails, which = _texts(motions, closing + 2, lines)
+    config, config_of = _texts(positions, quotes[::2] + 1, quotes[1::2])
+    speeds = [_TAIL.match(t) for t in tails]
+    turns = [_TURNS.search(t) for t in config]
+    if not all(speeds) or not all(turns):
+        return None
+    numbers = read_fixed(positions, equals + 2).reshape(N, 6) / 1000.0
+    speed = np.array([speed_said(m.group(1).decode()) for m in speeds if m])
+    fine = np.array([m.group(2) == b"FINE" for m in speeds if m])
+    digits = np.array([[int(d) for d in m.groups()] for m in turns if m])
+    return replace(
+        small,
+        position=numbers[:, :3] * MM,
+        rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
+        turns=digits[config_of],
+        speed=speed[which],
+        fine=np.concatenate([small.fine, fine[which]]),
+    )
+
+
+_TAIL = re.compile(rb"([\d.]+(?:mm/sec|cm/min|inch/min)) (FINE|CNT100) ")
+_TURNS = re.compile(rb", (-?\d{1,9}), (-?\d{1,9}), (-?\d{1,9})$")
+_LONGEST = 48
+
+
+def _texts(data: Bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
+    """The different texts between places, at most 48 characters of each, and which row has which."""
+    length = min(_LONGEST, int((end - start).max()))
+    texts = np.empty((len(start), length), dtype=np.uint8)
+    for column in range(length):
+        at = start + column
+        texts[:, column] = np.where(at < end, data[np.minimum(at, len(data) - 1)], 0)
+    rows, which = different(texts)
+    return [bytes(t.tobytes().rstrip(b"\0")) for t in texts[rows]], which

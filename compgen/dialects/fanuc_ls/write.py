@@ -3,13 +3,23 @@
 import numpy as np
 
 from compgen.arrays import Array
+from compgen.dialects.fanuc_ls.digits import (
+    DECIMALS,
+    Bytes,
+    chosen,
+    different,
+    fits,
+    fixed,
+    integers,
+    ragged,
+    thousandths,
+)
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.exceptions import InputError
 from compgen.ik import Posture
 from compgen.rotations import to_wpr
 from compgen.units import DEG, INCH, MINUTE, MM
 
-DECIMALS = 3
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
 APPROACH_PERCENT = 10  # of full joint speed, for the way to the first position
 REMARK_LENGTH = 32
@@ -40,12 +50,6 @@ CONTROL_CODE\t= 00000000 00000000;
 /MN
 """
 
-_POSITION = (
-    "P[%d]{{\n   GP1:\n\tUF : {uf}, UT : {ut},\t\tCONFIG : '{letters}, %d, %d, %d',\n"
-    "\tX = %9.3f  mm,\tY = %9.3f  mm,\tZ = %9.3f  mm,\n"
-    "\tW = %9.3f deg,\tP = %9.3f deg,\tR = %9.3f deg\n}};\n"
-)
-
 
 def compose(program: Program) -> bytes:
     """The program's text.
@@ -56,21 +60,40 @@ def compose(program: Program) -> bytes:
     for remark in program.remarks:
         if len(remark) > REMARK_LENGTH or not remark.isascii():
             raise InputError(f"program {program.name}: remark '{remark}' is over {REMARK_LENGTH} ASCII characters")
+    numbers = pose_numbers(program.position, program.rotation)
     body = [f"  !{remark} ;" for remark in program.remarks]
     body += [f"  UFRAME_NUM={program.uframe} ;", f"  UTOOL_NUM={program.utool} ;"]
     body.append(f"J P[1] {APPROACH_PERCENT}% FINE    ;")
-    said = {v: speed_text(v) for v in np.unique(program.speed).tolist()}
-    ends = [" FINE    ;" if f else " CNT100    ;" for f in program.fine[1:].tolist()]
-    speeds = [said[v] for v in program.speed.tolist()]
-    body += [f"L P[{n}] {speed}{end}" for n, speed, end in zip(range(2, len(ends) + 2), speeds, ends)]
-    header = _HEADER.format(name=program.name, comment=program.comment, date=program.date, lines=len(body))
-    lines = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
-    template = _POSITION.format(uf=program.uframe, ut=program.utool, letters=letters(program.posture))
-    numbers = pose_numbers(program.position, program.rotation)
-    rows = zip(range(1, len(numbers) + 1), *program.turns.T.tolist(), *numbers.T.tolist())
-    positions = "".join(map(template.__mod__, rows))
-    text = f"{header}{lines}/POS\n{positions}/END\n"
-    return text.replace("\n", "\r\n").encode("ascii")
+    count = len(body) + len(program.speed)
+    header = _HEADER.format(name=program.name, comment=program.comment, date=program.date, lines=count)
+    first = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
+    start = f"{header}{first}".replace("\n", "\r\n").encode("ascii")
+    return b"".join([start, _moves(program, len(body) + 1), b"/POS\r\n", _places(program, numbers), b"/END\r\n"])
+
+
+def _moves(program: Program, line: int) -> bytes:
+    """The lines of all linear motions."""
+    N = len(program.speed)
+    if N == 0:
+        return b""
+    rows, which = different(program.speed)
+    said = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
+    ends = chosen([b" CNT100    ;\r\n", b" FINE    ;\r\n"], program.fine[1:].astype(np.int64))
+    numbers, lines = np.arange(2, N + 2), np.arange(line, line + N)
+    return ragged(N, [integers(lines, 4), b":L P[", integers(numbers), b"] ", chosen(said, which), ends])
+
+
+def _places(program: Program, numbers: Array) -> bytes:
+    """The blocks of all positions."""
+    N = len(numbers)
+    rows, which = different(program.turns)
+    configs = [f"{letters(program.posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
+    head = f"]{{\r\n   GP1:\r\n\tUF : {program.uframe}, UT : {program.utool},\t\tCONFIG : '".encode("ascii")
+    X, Y, Z, W, P, R = (fixed(thousandths(column)) for column in numbers.T)
+    parts: list[bytes | Bytes] = [b"P[", integers(np.arange(1, N + 1)), head, chosen(configs, which)]
+    parts += [b"',\r\n\tX = ", X, b"  mm,\tY = ", Y, b"  mm,\tZ = ", Z]
+    parts += [b"  mm,\r\n\tW = ", W, b" deg,\tP = ", P, b" deg,\tR = ", R, b" deg\r\n};\r\n"]
+    return ragged(N, parts)
 
 
 def pose_numbers(position: Array, rotation: Array) -> Array:
@@ -80,10 +103,9 @@ def pose_numbers(position: Array, rotation: Array) -> Array:
         InputError: A value too large for the format.
     """
     numbers = np.column_stack([position / MM, *(angle / DEG for angle in to_wpr(rotation))])
-    numbers = np.round(numbers, DECIMALS) + 0.0
-    if not np.all(np.abs(numbers) < 1e5):
-        raise InputError("program: a position is beyond 99999 mm or not a number")
-    return np.asarray(numbers)
+    if not np.all(np.isfinite(numbers)) or not fits(thousandths(numbers.ravel())):
+        raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
+    return np.asarray(np.round(numbers, DECIMALS) + 0.0)
 
 
 def letters(posture: Posture) -> str:
