@@ -116,7 +116,7 @@ def optimise(problem: Problem, settings: Settings, progress: Callable[[float], N
     rows = violated(problem, settings, correction)
     if rows.any():
         correction, active, legal = hold(problem, settings, correction, rows)
-        status = Status.LIMITED if legal else Status.FAILED
+        status = Status.LIMITED if legal and status is Status.CONVERGED else Status.FAILED
     theta, _ = problem.joints(correction)
     progress(1.0)
     return Solution(correction, theta, problem.error(correction), status, iterations, step, active)

@@ -26,6 +26,7 @@ Progress = Callable[[str, float], None]
 DATE = "26-01-01"
 LONGEST_DELAY = 16 * HOUR
 MAX_RIPPLE = 0.05 * UM
+CLOCK_ERROR = 0.2  # difference of plan's and twin's duration, above which it is a finding
 FEED_ERROR = 0.01  # written below wanted speed, above which it is a finding
 
 
@@ -83,13 +84,16 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
     progress("timing", 0.0)
     trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     start = job.heat.after(job.before)
-    rise = job.heat.during(start, trajectory.time, trajectory.speed)
+    rise = job.heat.during(start, trajectory.time, trajectory.driven)
     model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
     error = model.error(theta, rise, path.position, path.rotation)
     program = _program(job, path.position, path.rotation, theta, trajectory, path, date, start, None)
     program = fanuc_ls.interpret(fanuc_ls.compose(program))
     ride = _twin(job).ride(program, job.before, lambda share: progress("twin before", share))
-    found = [Finding("warning", "thermal.box", text) for text in job.heat.strays(job.before, job.feed, rise)]
+    found = [
+        Finding("warning", "thermal.box", text)
+        for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
+    ]
     if not job.before:
         found.append(Finding("note", "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
@@ -131,6 +135,7 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
         *_limited(solution, job),
         *_timing_findings(job, planned.feed, path, trajectory),
         *_controller_findings(job, written, text),
+        *_clock_findings(trajectory, ride),
         *planned.findings,
     ]
     ripple = verify.mid_spatial(path, solution.correction)
@@ -184,6 +189,10 @@ def _program(
     start: Array,
     window: float | None,
 ) -> Program:
+    # the digits of CONFIG belong to the pose as printed
+    printed = fanuc_ls.printed(position, rotation)
+    flange = printed[1] @ job.tool_rotation.T
+    joints, _ = ik.solve(job.robot, printed[0] - flange @ job.tool_position, flange, job.posture)
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
     remarks = [f"compgen {__version__} {job.robot.name}"[:32], f"inputs {job.inputs_hash[:24]}"]
     if window is None:
@@ -201,7 +210,7 @@ def _program(
         position=position,
         rotation=rotation,
         posture=job.posture,
-        turns=turn_digits(job.robot, theta),
+        turns=turn_digits(job.robot, ik.nearest_turns(joints, theta)),
         speed=trajectory.speed,
         fine=path.stop,
     )
@@ -254,6 +263,17 @@ def _timing_findings(job: Job, feed: float, path: ToolPath, trajectory: Trajecto
         told = f"written speeds are up to {100 * error:.1f} % below the wanted where the speed is low"
         found.append(Finding("note", "timing.feed_error", told))
     return found
+
+
+def _clock_findings(trajectory: Trajectory, ride: Ride) -> list[Finding]:
+    """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
+    planned, ridden = float(trajectory.time[-1]), float(ride.time[-1])
+    if abs(ridden / planned - 1) <= CLOCK_ERROR:
+        return []
+    told = (
+        f"the twin takes {ridden:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
+    )
+    return [Finding("note", "timing.clock", told)]
 
 
 def _controller_findings(job: Job, program: Program, text: bytes) -> list[Finding]:

@@ -61,7 +61,3 @@ class Robot:
     def to_theta(self, pendant: Array) -> Array:
         """DH angles of pendant angles, (N, 6) [rad]."""
         return np.asarray(pendant @ self.pendant_map.T + self.pendant_zero)
-
-    def limits_in_pendant_zero(self) -> tuple[Array, Array]:
-        """Limits of theta - theta_0: the numbers a data sheet prints, (6,) each [rad]."""
-        return np.asarray(self.lower - self.pendant_zero), np.asarray(self.upper - self.pendant_zero)

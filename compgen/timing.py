@@ -82,12 +82,23 @@ class Trajectory:
 
     time: Array  # (N,) [s] at each waypoint, 0 at the first
     speed: Array  # (N - 1,) [m/s] programmed for each segment
+    driven: Array  # (N - 1,) [m/s] the same slowed by what the stops at both ends of its run cost: what warms the robot
     phases: Phases
     use: Array  # (3, 6) largest share of each joint's speed, acceleration and jerk limit
     at_feed: float  # share of the path length driven at feed
 
     def __post_init__(self) -> None:
-        own(self, time=("N",), speed=("S",), use=(3, 6))
+        own(self, time=("N",), speed=("S",), driven=("S",), use=(3, 6))
+
+
+def driven_speed(time: Array, length: Array, speed: Array, stop: BoolArray) -> Array:
+    """Programmed speeds slowed so that each run between two stops takes its time, (N - 1,) [m/s].
+
+    Heat answers to how fast the robot really goes; near a stop the program's speed says little of that.
+    """
+    ends = np.flatnonzero(stop)
+    said = np.add.reduceat(length / speed, ends[:-1])
+    return np.asarray(speed * np.repeat(said / np.diff(time[ends]), np.diff(ends)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -160,12 +171,12 @@ def retime(
     time = phases.time_at(arc)
     time[0], time[-1] = 0.0, start[-1]
     # away from the stops' own ramps the program says what is driven, so that its time is the planned one
-    driven = np.minimum(speed, length / np.diff(time))
-    driven = np.where(driven > speed * (1 - 1e-3), speed, driven)
-    speed = np.where(np.concatenate(ramps), speed, driven)
+    real = np.minimum(speed, length / np.diff(time))
+    real = np.where(real > speed * (1 - 1e-3), speed, real)
+    speed = np.where(np.concatenate(ramps), speed, real)
     cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= feed * (1 - 1e-9))
     at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
-    return Trajectory(time, speed, phases, use, at_feed)
+    return Trajectory(time, speed, driven_speed(time, length, speed, stop), phases, use, at_feed)
 
 
 def _between(stop: BoolArray) -> list[tuple[int, int]]:

@@ -24,7 +24,7 @@ from compgen.rotations import between
 from compgen.thermal import Duty, NodeModel, Profile, Section
 
 ELEMENT = 0.1e-3  # m
-RAMP = 1.0  # m/s2, the twin's own idea of starting and stopping
+RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
 GRID = 1e-3  # m
 CONFIRM = 1e-9  # m
 
@@ -90,9 +90,10 @@ class Twin:
             TwinError: The text cannot be followed: out of reach, another posture, or ik and pinocchio disagree.
         """
         length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
-        time = self._clock(program, length)
+        points = self._joints_at(program)
+        time, driven = self._clock(program, length, points)
         start = self._warm(np.zeros(len(self.heat.tau)), duties)
-        way_rise = self._stepped(start, time, program.speed)
+        way_rise = self._stepped(start, time, driven)
 
         pieces = 2 * np.maximum(1, np.ceil(length / (2 * GRID) - 1e-9)).astype(np.int64)
         segment = np.append(np.repeat(np.arange(len(length)), pieces), len(length) - 1)
@@ -100,13 +101,13 @@ class Twin:
         fraction = np.append((np.arange(pieces.sum()) - first[segment[:-1]]) / pieces[segment[:-1]], 1.0)
         now = time[segment] + fraction * np.diff(time)[segment]
         decay = np.exp(-(now - time[segment])[:, None] / self.heat.tau)
-        goal = self.heat.steady("moving", program.speed)[segment]
+        goal = self.heat.steady("moving", driven)[segment]
         rise = goal + (way_rise[segment] - goal) * decay
 
         step = np.diff(program.position, axis=0)[segment]
         position = program.position[segment] + fraction[:, None] * step
         rotation = between(program.rotation[segment], program.rotation[segment + 1], fraction)
-        theta = self._controller(program, position, rotation, segment, fraction)
+        theta = self._controller(program, points, position, rotation, segment, fraction)
         nominal = self._fly(theta, None, lambda share: progress(share / 2))
         off = np.linalg.norm(nominal[0] - position, axis=1)
         turned = np.linalg.norm(nominal[1] - rotation, axis=(1, 2))
@@ -119,11 +120,32 @@ class Twin:
         actual = self._fly(theta, self._growth(rise), lambda share: progress(0.5 + share / 2))
         return Ride(segment, fraction, now, rise, theta, *actual)
 
-    def _clock(self, program: Program, length: Array) -> Array:
-        """When each position is passed: length over speed, and half a ramp at each side of a stop, (N,) [s]."""
-        speed = program.speed
-        spent = length / speed + speed / (2 * RAMP) * (program.fine[1:].astype(float) + program.fine[:-1])
-        return np.concatenate([[0.0], np.cumsum(spent)])
+    def _clock(self, program: Program, length: Array, theta: Array) -> tuple[Array, Array]:
+        r"""When each position is passed (N,) [s], and the speed really driven on each segment, (N - 1,) [m/s].
+
+        A run between two stops takes its length over the written speeds and half of each ramp. A ramp to speed v takes
+        T(v) = v / a + a / j, or 2 sqrt(v / j) below a^2 / j, with a and j what the joints allow along the path at its
+        stop. A run too short for both ramps reaches the speed p with p T(p) = length, and takes 2 T(p).
+        """
+        share = np.abs(np.diff(theta, axis=0)) / length[:, None] + 1e-12  # rad/m
+        a = RAMP_ACCELERATION * (self.robot.acceleration / share).min(axis=1)
+        j = RAMP_JERK * (self.robot.jerk / share).min(axis=1)
+        ends = np.flatnonzero(program.fine)
+        first, last = ends[:-1], ends[1:] - 1
+        said = length / program.speed
+        whole, cruise = np.add.reduceat(length, first), np.add.reduceat(said, first)
+        begin = _ramp(program.speed[first], a[first], j[first])
+        end = _ramp(program.speed[last], a[last], j[last])
+        room = program.speed[first] * begin / 2 + program.speed[last] * end / 2
+        low, high = np.zeros(len(first)), np.minimum(program.speed[first], program.speed[last])
+        soft_a, soft_j = np.minimum(a[first], a[last]), np.minimum(j[first], j[last])
+        for _ in range(60):
+            peak = (low + high) / 2
+            under = peak * _ramp(peak, soft_a, soft_j) < whole
+            low, high = np.where(under, peak, low), np.where(under, high, peak)
+        spent = np.where(room < whole, cruise + (begin + end) / 2, 2 * _ramp(low, soft_a, soft_j))
+        slower = np.repeat(cruise / spent, np.diff(ends))
+        return np.concatenate([[0.0], np.cumsum(said / slower)]), program.speed * slower
 
     def _warm(self, rise: Array, duties: Sequence[Duty]) -> Array:
         for duty in duties:
@@ -141,21 +163,39 @@ class Twin:
             out.append(rise)
         return np.array(out)
 
+    def _joints_at(self, program: Program) -> Array:
+        """Joints of the positions, with the posture and turns that the text names, (N, 6) [rad].
+
+        Raises:
+            TwinError: Out of reach or of a limit, or the joints contradict the text.
+        """
+        flange = program.rotation @ self.tool_rotation.T
+        theta, margin = solve(self.robot, program.position - flange @ self.tool_position, flange, program.posture)
+        if margin.min() < 0:
+            raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
+        theta = apply_turns(self.robot, theta, program.turns)
+        if set(posture_of(self.robot, theta)) != {program.posture}:
+            raise TwinError("the joints of a position contradict its CONFIG letters")
+        over = np.maximum(self.robot.lower - theta, theta - self.robot.upper)
+        if over.max() > 1e-6:
+            row, i = np.unravel_index(int(np.argmax(over)), over.shape)
+            raise TwinError(
+                f"P[{row + 1}]: joint {self.robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
+            )
+        turn = np.abs(np.diff(theta, axis=0)).max(axis=1, initial=0.0)
+        if turn.max(initial=0.0) > np.pi / 2:
+            n = int(np.argmax(turn))
+            raise TwinError(f"P[{n + 1}] to P[{n + 2}]: a joint turns by over 90 deg within one line")
+        return theta
+
     def _controller(
-        self, program: Program, position: Array, rotation: Array, segment: IntArray, fraction: Array
+        self, program: Program, at_points: Array, position: Array, rotation: Array, segment: IntArray, fraction: Array
     ) -> Array:
         """Joints commanded along the lines, with the posture and turns that the text names, (M, 6)."""
         flange = rotation @ self.tool_rotation.T
         theta, margin = solve(self.robot, position - flange @ self.tool_position, flange, program.posture)
         if margin.min() < 0:
             raise TwinError(f"P[{segment[int(np.argmin(margin))] + 1}]: out of the controller's reach")
-        points = np.append(np.flatnonzero(fraction == 0), len(fraction) - 1)
-        at_points = apply_turns(self.robot, theta[points], program.turns)
-        if set(posture_of(self.robot, at_points)) != {program.posture}:
-            raise TwinError("the joints of a position contradict its CONFIG letters")
-        if np.abs(np.diff(at_points, axis=0)).max() > np.pi / 2:
-            n = int(np.argmax(np.abs(np.diff(at_points, axis=0)).max(axis=1)))
-            raise TwinError(f"P[{n + 1}] to P[{n + 2}]: a joint turns by over 90 deg within one line")
         guess = at_points[segment] + fraction[:, None] * np.diff(at_points, axis=0)[segment]
         return nearest_turns(theta, guess)
 
@@ -217,6 +257,11 @@ class Twin:
             parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), np.array(place, dtype=float)), f"j{i + 1}")
         flange = pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(self.robot.alpha[5]))
         return model, pin.SE3(flange, np.zeros(3)) * pin.SE3(self.tool_rotation, self.tool_position)
+
+
+def _ramp(speed: Array, a: Array, j: Array) -> Array:
+    """Time from rest to a speed with limited acceleration and jerk, (K,) [s]."""
+    return np.where(speed > a * a / j, speed / a + a / j, 2 * np.sqrt(speed / j))
 
 
 def _element_shares(section: Section, reference: dict[str, float], count: int) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
-from compgen.arrays import Array, BoolArray, dot, own
+from compgen.arrays import Array, dot, own
 from compgen.toolpath import ToolPath
 from compgen.twin import Ride
 from compgen.units import MDEG, MM, UM
@@ -21,7 +21,7 @@ class Deviation:
 
     arc: Array  # (M,) [m]
     time: Array  # (M,) [s]
-    contact: BoolArray  # (M,) both ends of the segment are in contact
+    weight: Array  # (M,) [m] length of path that a sample stands for
     error: Array  # (M, 3) [m] base axes
     feed: Array  # (M,) [m] along the direction of travel
     cross: Array  # (M,) [m] across it, in the surface
@@ -29,7 +29,7 @@ class Deviation:
     angle: Array  # (M,) [rad] between the tool axes
 
     def __post_init__(self) -> None:
-        own(self, error=("M", 3), **{n: ("M",) for n in ("arc", "time", "contact", "feed", "cross", "normal", "angle")})
+        own(self, error=("M", 3), **{n: ("M",) for n in ("arc", "time", "weight", "feed", "cross", "normal", "angle")})
 
     def total(self) -> Array:
         """Size of the position error, (M,) [m]."""
@@ -73,8 +73,21 @@ def deviation(path: ToolPath, ride: Ride) -> Deviation:
     real = ride.rotation[:, :, 2]
     angle = np.arctan2(np.linalg.norm(np.cross(axis, real), axis=1), dot(axis, real))
     arc = path.arc[ride.segment] + ride.fraction * np.diff(path.arc)[ride.segment]
-    contact = path.contact[ride.segment] & path.contact[ride.segment + 1]
-    return Deviation(arc, ride.time, contact, error, dot(error, ahead), dot(error, side), dot(error, -axis), angle)
+    gaps = np.diff(arc)
+    weight = np.concatenate([gaps, [0.0]]) / 2 + np.concatenate([[0.0], gaps]) / 2
+    return Deviation(arc, ride.time, weight, error, dot(error, ahead), dot(error, side), dot(error, -axis), angle)
+
+
+def percentile99(values: Array, weight: Array) -> float:
+    """The value that 99 % of the path's length stay at or below."""
+    order = np.argsort(values, kind="stable")
+    below = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(below, 0.99 * below[-1])])
+
+
+def rms(values: Array, weight: Array) -> float:
+    """Root of the mean square along the path."""
+    return float(np.sqrt(np.average(values**2, weights=weight)))
 
 
 def mid_spatial(path: ToolPath, correction: Array) -> float:
@@ -110,8 +123,8 @@ def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:
     return {
         name: {
             f"max_{unit}": float(values.max() / factor),
-            f"p99_{unit}": float(np.percentile(values, 99) / factor),
-            f"rms_{unit}": float(np.sqrt(np.mean(values**2)) / factor),
+            f"p99_{unit}": percentile99(values, deviation.weight) / factor,
+            f"rms_{unit}": rms(values, deviation.weight) / factor,
         }
         for name, (values, factor, unit) in parts.items()
     }
@@ -122,8 +135,8 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
     total = deviation.total()
     checks = [
         ("max_um", total, bounds.max, total.max(), UM, "um"),
-        ("p99_um", total, bounds.p99, np.percentile(total, 99), UM, "um"),
-        ("rms_um", total, bounds.rms, np.sqrt(np.mean(total**2)), UM, "um"),
+        ("p99_um", total, bounds.p99, percentile99(total, deviation.weight), UM, "um"),
+        ("rms_um", total, bounds.rms, rms(total, deviation.weight), UM, "um"),
         ("feed_um", np.abs(deviation.feed), bounds.feed, np.abs(deviation.feed).max(), UM, "um"),
         ("cross_um", np.abs(deviation.cross), bounds.cross, np.abs(deviation.cross).max(), UM, "um"),
         ("normal_um", np.abs(deviation.normal), bounds.normal, np.abs(deviation.normal).max(), UM, "um"),

@@ -1,4 +1,5 @@
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +88,19 @@ def test_rise_during_a_program_solves_the_differential_equation(job, steps, star
         assert_allclose(out[k + 1], rise, atol=1e-9)
 
 
+def test_a_program_of_many_time_constants_does_not_overflow(job):
+    heat = replace(job.heat, tau=np.full(5, 2.0))
+    time = np.linspace(0, 4000, 50)
+    out = heat.during(np.full(5, 9.0), time, np.full(49, 0.1))
+    assert_allclose(out[-1], heat.steady("moving", np.array([0.1]))[0], atol=1e-9)
+    short = replace(job.heat, tau=np.full(5, 4000 / 200.0))
+    assert_allclose(
+        short.during(np.full(5, 9.0), time, np.full(49, 0.1)),
+        short._step_by_step(np.full(5, 9.0), time, np.full(49, 0.1)),
+        atol=1e-9,
+    )
+
+
 def test_exact_solution_agrees_with_an_integrator(job):
     heat = job.heat
     goal = heat.steady("moving", np.array([0.1]))[0]
@@ -119,7 +133,10 @@ def test_profiles_are_linear_in_the_node_rises(job):
 
 
 def test_a_job_outside_the_box_says_so(job):
-    assert job.heat.strays(job.before, 0.2, np.full((1, 5), 13.0)) == []
-    told = job.heat.strays([Duty("moving", 0.3, 8 * HOUR)], 0.001, np.full((1, 5), 20.0))
+    assert job.heat.strays(job.before, 0.2, 60.0, np.full((1, 5), 13.0)) == []
+    told = job.heat.strays([Duty("moving", 0.3, 8 * HOUR)], 0.001, 0.0, np.full((1, 5), 20.0))
     assert len(told) == 4
+    assert len(job.heat.strays(job.before, 0.2, HOUR, np.full((1, 5), 13.0))) == 1  # 7 h by its end
+    hot_before = [Duty("moving", 0.2, 24 * HOUR), Duty("off", 0.0, 48 * HOUR)]
+    assert any(" K is above" in t for t in job.heat.strays(hot_before, 0.2, 0.0, np.zeros((1, 5))))
     assert all("mm/s" in t or " h " in t or " K " in t for t in told)

@@ -266,6 +266,14 @@ def test_speeds_that_are_held_are_whole_millimetres_a_second():
         assert np.mean(np.abs(reduced - np.round(reduced)) < 1e-9) >= share
 
 
+def test_driven_speed_takes_the_planned_time_of_each_run():
+    for name in ("circle", "spiral"):
+        path, motion = driven(name, 0.2)
+        ends = np.flatnonzero(path.stop)
+        assert_allclose(np.add.reduceat(np.diff(path.arc) / motion.driven, ends[:-1]), np.diff(motion.time[ends]))
+        assert np.all(motion.driven <= motion.speed * (1 + 1e-6))
+
+
 def test_length_over_programmed_speed_is_the_planned_time_away_from_stops():
     """What the program says takes as long as what was planned, also where the speed changes on the way."""
     path, motion = driven("spiral", 1.5)

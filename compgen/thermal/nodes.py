@@ -21,6 +21,8 @@ from compgen.arrays import Array, own
 from compgen.thermal.duty import Duty
 from compgen.units import HOUR, MM
 
+LONG = 300.0  # time constants
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class NodeModel:
@@ -64,17 +66,28 @@ class NodeModel:
         Args:
             start: Rise when it starts, (K,) [K].
             time: Waypoint times, (N,) [s], from 0.
-            feed: Programmed speed of each segment, (N - 1,) [m/s].
+            feed: Speed of each segment, (N - 1,) [m/s].
 
         Returns:
             Rise at each waypoint, (N, K) [K].
         """
+        if time[-1] > LONG * self.tau.min():
+            return self._step_by_step(start, time, feed)
         x = time[:, None] / self.tau
         gain = self.steady("moving", feed) * np.exp(x[:-1]) * np.expm1(np.diff(x, axis=0))
         heat = np.vstack([np.zeros(len(self.tau)), np.cumsum(gain, axis=0)])
         return np.asarray(np.exp(-x) * (start + heat))
 
-    def strays(self, duties: Sequence[Duty], feed: float, rise: Array) -> list[str]:
+    def _step_by_step(self, start: Array, time: Array, feed: Array) -> Array:
+        """The same where a program is so long against a time constant that the sum would overflow."""
+        rise, out = np.asarray(start), [start]
+        goals = self.steady("moving", feed)
+        for goal, keep in zip(goals, np.exp(-np.diff(time)[:, None] / self.tau)):
+            rise = goal + (rise - goal) * keep
+            out.append(rise)
+        return np.array(out)
+
+    def strays(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
         """In words, where a job leaves the box in which the parameters were measured."""
         found = []
         low, high = self.box_feed
@@ -85,12 +98,13 @@ class NodeModel:
                     f"{where} feed {value / MM:g} mm/s lies outside {low / MM:g} to {high / MM:g} mm/s, "
                     "where the thermal parameters were measured"
                 )
-        hours = sum(d.duration for d in duties if d.state == "moving")
+        hours = sum(d.duration for d in duties if d.state == "moving") + duration
         if hours > self.box_time:
             found.append(
-                f"{hours / HOUR:g} h of motion before the program is more than the {self.box_time / HOUR:g} h "
+                f"{hours / HOUR:.2f} h of motion by the program's end exceed the {self.box_time / HOUR:g} h "
                 "the thermal parameters were measured over"
             )
-        if rise.max() > self.box_rise:
-            found.append(f"a rise of {rise.max():.1f} K is above the {self.box_rise:g} K measured")
+        peak = max(rise.max(), *(self.after(duties[: i + 1]).max() for i in range(len(duties))), 0.0)
+        if peak > self.box_rise:
+            found.append(f"a rise of {peak:.1f} K is above the {self.box_rise:g} K measured")
         return found

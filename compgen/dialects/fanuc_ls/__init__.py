@@ -7,7 +7,7 @@ Any program: ``loads`` and ``dumps`` between bytes and records, without loss. co
 from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
 from compgen.dialects.fanuc_ls.program import Program, estimated_memory, program_name
 from compgen.dialects.fanuc_ls.read import interpret
-from compgen.dialects.fanuc_ls.write import compose, largest_feed_error, writable_speed
+from compgen.dialects.fanuc_ls.write import compose, largest_feed_error, printed, writable_speed
 
 __all__ = [
     "LsProgram",
@@ -19,6 +19,7 @@ __all__ = [
     "interpret",
     "largest_feed_error",
     "loads",
+    "printed",
     "program_name",
     "writable_speed",
 ]

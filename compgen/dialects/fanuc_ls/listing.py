@@ -21,32 +21,48 @@ from compgen.exceptions import InputError
 #: Columns of ``Positions.value``.
 AXES = ("X", "Y", "Z", "W", "P", "R", "J1", "J2", "J3", "J4", "J5", "J6", "J7", "J8", "J9", "E1", "E2", "E3")
 _COLUMN = {axis: i for i, axis in enumerate(AXES)}
+_BETWEEN = b" \t\r\n\f\v,;"  # may stand between two fields of a position
 NO_NUMBER = -1  # a frame that is F, a target that is not in the file
 
-_TRANSLATED = ("EIGN.", "KOMMENTAR", "PROPRIETAIRE", "COMENTARIO", "PROPIETARIO", "ZEILEN")
-_SECTION = re.compile(rb"^/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.MULTILINE)
-_NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)")
-_ATTRIBUTE = re.compile(rb"^([A-Z_]+)[ \t]*=[ \t]*([^\r\n]*?);?[ \t]*\r?$", re.MULTILINE)
+_BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
+_TRANSLATED = re.compile(
+    _BEGIN + rb"/?(?:EIGN\.|KOMMENTAR|PROPRIETAIRE|COMENTARIO|PROPIETARIO|ZEILEN)[ \t]*(?=[=\r\n])", re.IGNORECASE
+)
+_SECTION = re.compile(_BEGIN + rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
+_NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)", re.IGNORECASE)
+_ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
 _LINE = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|$)")
-_NUMBERED = re.compile(rb"[ \t]*(\d*)[ \t]*:")
-_MOVE = re.compile(rb"[ \t]*(//)?[ \t]*([JLCAS])[ \t]+(?=PR?\[)", re.IGNORECASE)
+_NUMBERED = re.compile(rb"[ \t]*+(\d*+)[ \t]*+:")
+_MOVE = re.compile(rb"[ \t]*+(//)?+[ \t]*+([JLCAS])[ \t]++(?=PR?\[)", re.IGNORECASE)
+_NUMBER = rb"(?:\d++\.?\d*+|\.\d++)"
+_UNIT = rb"(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)"
 _TARGET = re.compile(
-    rb"[ \t]*(PR?)\[([^\r\n]*?)\](?=[ \t]+(?:[\d.]|R\[|AR\[|WELD_SPEED|max_speed|PR?\[)|[ \t]*;?[ \t]*$)", re.IGNORECASE
+    rb"[ \t]*(PR?)\[([^\r\n]*?)\](?=[ \t]+(?:"
+    + _NUMBER
+    + rb"[ \t]*"
+    + _UNIT
+    + rb"|A?R\[|WELD_SPEED|max_speed|PR?\[)|[ \t]*$)",
+    re.IGNORECASE,
 )
 _SPEED = re.compile(
-    rb"[ \t]*(?:(\d*\.?\d+|A?R\[[^\r\n]*?\])[ \t]*(%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)|(WELD_SPEED|max_speed))",
+    rb"[ \t]*(?:(" + _NUMBER + rb"|A?R\[[^\r\n]*?\])[ \t]*(" + _UNIT + rb")|(WELD_SPEED|max_speed))",
     re.IGNORECASE,
 )
 _END_OF_MOVE = re.compile(rb"[ \t]*(FINE|CNT[ \t]*(?:\d+|R\[[^\r\n]*?\])|C[RD][ \t]*\d+)", re.IGNORECASE)
-_BLOCK = re.compile(rb"\s*P\[[ \t]*(\d+)[ \t]*(?::([^\r\n]*?))?\][ \t]*\{", re.IGNORECASE)
+_BLOCK = re.compile(rb"\s*P\[[ \t]*(\d{1,9})[ \t]*(?::([^\r\n]*?))?\][ \t]*\{", re.IGNORECASE)
 _INSIDE = re.compile(
-    rb"[\s,;]*(?:(?P<group>GP(\d+)[ \t]*:)"
-    rb"|(?P<frame>UF[ \t]*:[ \t]*(\d+|F)[ \t]*,[ \t]*UT[ \t]*:[ \t]*(\d+|F))"
+    rb"[\s,;]*(?:(?P<group>GP(\d{1,9})[ \t]*:)"
+    rb"|(?P<frame>UF[ \t]*:[ \t]*(\d{1,9}|F)[ \t]*,[ \t]*UT[ \t]*:[ \t]*(\d{1,9}|F))"
     rb"|CONFIG[ \t]*:[ \t]*'(?P<config>[^'\r\n]*)'"
-    rb"|(?P<axis>[XYZWPR]|[JE]\d)[ \t]*=[ \t]*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)|\*+)[ \t]*(?P<unit>mm|deg)?"
+    rb"|(?P<axis>[XYZWPR]|[JE]\d)[ \t]*=[ \t]*"
+    rb"(?P<number>[-+]?(?:\d{1,15}(?!\d)(?:\.\d*)?|\.\d+)|\*+)[ \t]*(?P<unit>mm|deg)?"
     rb"|(?P<end>\}[ \t]*;?))",
     re.IGNORECASE,
 )
+
+
+#: line, letter, disabled, targets, speed, termination, options, place of the speed, of the statement
+_Row = tuple[int, str, bool, list[str], str, str, str, tuple[int, int], tuple[int, int]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,7 +132,10 @@ def loads(data: bytes) -> LsProgram:
     sections = _sections(data)
     head = data[: sections["MN"][0]]
     named = _NAME.search(head)
-    attributes = tuple((k.decode("latin-1"), v.decode("latin-1").strip()) for k, v in _ATTRIBUTE.findall(head))
+    attributes = tuple(
+        (k.decode("latin-1"), v.decode("latin-1").strip().removesuffix(";").rstrip())
+        for k, v in _ATTRIBUTE.findall(head)
+    )
     motions, statements, remarks = _motions(data, *sections["MN"])
     positions = _positions(data, *sections["POS"])
     return LsProgram(
@@ -144,8 +163,8 @@ def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram
     """
     parts, at = [], 0
     for (start, end), text in sorted(edits.items()):
-        if start < at:
-            raise InputError(f"program {program.name}: two edits overlap at byte {start}")
+        if start < at or end < start:
+            raise InputError(f"program {program.name}: two edits overlap, or one runs backwards, at byte {start}")
         parts += [program.data[at:start], text]
         at = end
     return loads(b"".join([*parts, program.data[at:]]))
@@ -164,10 +183,9 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
         if b"\0" in data[:4096]:
             raise InputError("program: this is a binary file; convert the .TP to .LS on the controller first")
         raise InputError("program: line 1: it does not begin with /PROG; give a program listing (.LS)")
-    found = [(m.group(1).decode(), m.start(), m.end()) for m in _SECTION.finditer(data)]
+    found = [(m.group(1).decode().upper(), m.start(), m.end()) for m in _SECTION.finditer(data)]
     tags = [tag for tag, _, _ in found]
-    head = data[: found[1][1] if len(found) > 1 else len(data)] + data[:4096]
-    if any(word.encode() in head for word in _TRANSLATED):
+    if _TRANSLATED.search(data, 0, found[tags.index("MN")][1] if "MN" in tags else len(data)):
         raise InputError("program: its keywords are in another language; export it from a controller set to English")
     if "MN" not in tags:
         raise InputError("program: /MN is missing; is this a complete .LS file?")
@@ -182,7 +200,7 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
 
 
 def _motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, tuple[str, ...]]:
-    rows: list[tuple[int, str, bool, list[str], str, str, str, tuple[int, int], tuple[int, int]]] = []
+    rows: list[_Row] = []
     statements, remarks = [], []
     number = line_of(data, start)
     state = ""  # "" between statements, "!" in a remark, "C" a motion without its end, "x" in other text
@@ -195,6 +213,7 @@ def _motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, tupl
         text_end = stop - len(data[at:stop]) + len(data[at:stop].rstrip(b"\r\n"))
         mark = _NUMBERED.match(data, at, text_end)
         if mark and mark.group(1):
+            _whole(state, begin[0])
             state = ""  # a numbered line begins a statement, whatever came before
         if mark:
             body = mark.end()
@@ -208,17 +227,23 @@ def _motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, tupl
                 begin = (number, move.group(2).decode().upper(), bool(move.group(1)))
                 pending, after = _targets(data, move.end(), limit)
                 where = move.start(2)
+                if not pending:
+                    raise InputError(f"program: line {number}: the target of this move is not understood; mend it")
+                if any(_own_number(t) > 999_999_999 for t in pending):
+                    raise InputError(f"program: line {number}: no position has a number as large; mend it")
             elif state == "C":
                 more, after = _targets(data, body, limit)
                 pending = [*pending, *more]
+            elif state == "m":
+                rows[-1] = _continued(rows[-1], _tail(data, body, limit), data[body:limit], (where, limit))
             elif state == "" and data[body:limit].lstrip()[:1] == b"!":
                 remarks.append(data[body:limit].lstrip()[1:].decode("latin-1").rstrip())
                 state = "!"
             elif state == "":
                 state = "x"
-            if (move or state == "C") and (done or not move or begin[1] != "C"):
+            if (move or state == "C") and (done or not move or begin[1] != "C" or len(pending) > 1):
                 rows.append((*begin, pending, *_tail(data, after, limit), (where, limit)))
-                state = "" if done else "x"
+                state = "" if done else "m"
             elif move:
                 state = "C"
             if done:
@@ -226,6 +251,7 @@ def _motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, tupl
         at, number = stop, number + 1
         if stop == found.start() if found else True:
             break
+    _whole(state, begin[0])
     columns: list[Any] = list(zip(*rows)) if rows else [()] * 9
     line, letter, disabled, target, speed, termination, options, speed_span, span = columns
     return (
@@ -244,6 +270,22 @@ def _motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, tupl
         np.array(statements, dtype=np.int64),
         tuple(remarks),
     )
+
+
+def _continued(row: _Row, more: tuple[str, str, str, tuple[int, int]], text: bytes, span: tuple[int, int]) -> _Row:
+    """A motion whose statement runs on: what is still missing is taken from the next line, the rest are options."""
+    *begin, speed, termination, options, place, _ = row
+    if termination or options:
+        return (*begin, speed, termination, f"{options} {text.decode('latin-1').strip()}".strip(), place, span)  # type: ignore[return-value]
+    if not speed:
+        speed, place = more[0], more[3]
+    return (*begin, speed, more[1], more[2], place, span)  # type: ignore[return-value]
+
+
+def _whole(state: str, line: int) -> None:
+    """Raises InputError for a C without its end point."""
+    if state == "C":
+        raise InputError(f"program: line {line}: this C has no end point; mend it")
 
 
 def _targets(data: bytes, at: int, limit: int) -> tuple[list[str], int]:
@@ -271,18 +313,26 @@ def _tail(data: bytes, at: int, limit: int) -> tuple[str, str, str, tuple[int, i
 def _own_number(target: str) -> int:
     """n of P[n] or P[n:name]; anything else is not in the file."""
     found = re.match(r"P\[\s*(\d+)\s*(?::.*)?\]$", target, re.DOTALL)
-    return int(found.group(1)) if found else NO_NUMBER
+    return int(found.group(1)[:10]) if found else NO_NUMBER
 
 
 def _positions(data: bytes, start: int, end: int) -> Positions:
     rows: list[tuple[int, int, int, str, int, int, str | None, tuple[int, int], tuple[int, int]]] = []
     values: list[tuple[int, int, float, int, int]] = []
     at, number, counted = start, line_of(data, start), start
+    taught: set[int] = set()
     while block := _BLOCK.match(data, at, end):
         opened = block.start(1)
         number += _ends(data, counted, opened)
         counted = opened
-        name = (block.group(2) or b"").decode("latin-1").strip().strip('"')
+        name = (block.group(2) or b"").decode("latin-1").strip()
+        if len(name) > 1 and name[0] == name[-1] == '"':
+            name = name[1:-1]
+        if int(block.group(1)) in taught:
+            raise InputError(f"program: line {number}: P[{block.group(1).decode()}] is defined twice; remove one")
+        taught.add(int(block.group(1)))
+        groups: set[int] = set()
+        axes: set[str] = set()
         group, frame, config, config_place = 0, (NO_NUMBER, NO_NUMBER), None, (0, 0)
         first = len(rows)
         begun = False
@@ -291,7 +341,7 @@ def _positions(data: bytes, start: int, end: int) -> Positions:
             token = _INSIDE.match(data, at, end)
             if token is None:
                 raise InputError(
-                    f"program: line {number + _ends(data, counted, _skip(data, at, end))}: "
+                    f"program: line {number + _ends(data, counted, _skip(data, at, end, _BETWEEN))}: "
                     f"not understood in P[{block.group(1).decode()}]; mend the position"
                 )
             at = token.end()
@@ -300,6 +350,12 @@ def _positions(data: bytes, start: int, end: int) -> Positions:
                     rows.append((int(block.group(1)), group, number, name, *frame, config, config_place, (0, 0)))
                 if token["end"] is not None:
                     break
+                if int(token[2]) in groups:
+                    raise InputError(
+                        f"program: line {number}: P[{block.group(1).decode()}] has GP{int(token[2])} twice"
+                    )
+                groups.add(int(token[2]))
+                axes = set()
                 group, frame, config, config_place, begun = int(token[2]), (NO_NUMBER, NO_NUMBER), None, (0, 0), True
             elif token["frame"] is not None:
                 frame, begun = (_frame(token[4]), _frame(token[5])), True
@@ -307,12 +363,17 @@ def _positions(data: bytes, start: int, end: int) -> Positions:
                 config, config_place, begun = token["config"].decode("latin-1"), token.span("config"), True
             else:
                 axis = token["axis"].decode().upper()
+                if axis in axes:
+                    raise InputError(f"program: line {number}: P[{block.group(1).decode()}] has {axis} twice")
+                axes.add(axis)
                 if axis not in _COLUMN:
                     raise InputError(f"program: line {number}: P[{block.group(1).decode()}] has an axis {axis}")
                 text = token["number"]
                 value = np.nan if text[:1] == b"*" else float(text)
                 values.append((len(rows), _COLUMN[axis], value, *token.span("number")))
                 begun = True
+        if len(rows) == first:
+            raise InputError(f"program: line {number}: P[{block.group(1).decode()}] is empty; teach or remove it")
         whole = (block.start(1) - 2, at)
         for i in range(first, len(rows)):
             rows[i] = (*rows[i][:-1], whole)
@@ -346,10 +407,10 @@ def _frame(text: bytes) -> int:
     return int(text) if text.isdigit() else NO_NUMBER
 
 
-def _skip(data: bytes, at: int, end: int) -> int:
+def _skip(data: bytes, at: int, end: int, over: bytes | None = None) -> int:
     """First byte from a place on that is not blank."""
     rest = data[at:end]
-    return end - len(rest.lstrip())
+    return end - len(rest.lstrip(over))
 
 
 def _ends(data: bytes, start: int, stop: int) -> int:

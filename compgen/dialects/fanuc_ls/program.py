@@ -11,6 +11,7 @@ from compgen.robot import Robot
 
 #: Fitted over real exports: a store's bytes for a program, a single-group position and a motion line.
 MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28
+HAIR = 1e-8  # rad: so near below 180 deg an angle counts as 180
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,8 +47,7 @@ def program_name(text: str, length: int) -> str:
 def turn_digits(robot: Robot, theta: Array) -> IntArray:
     """CONFIG's digits: 0 for -179..179 deg, 1 for 180..539, -1 for -180..-539, (N, 3)."""
     angle = robot.to_pendant(theta)[:, np.array(robot.controller.turn_joints) - 1]
-    # a hair short of 180 deg is 180: the controller sees three decimals
-    turns = np.sign(angle) * np.floor((np.abs(angle) + np.pi) / (2 * np.pi) + 1e-9)
+    turns = np.sign(angle) * np.floor((np.abs(angle) + np.pi + HAIR) / (2 * np.pi))
     return np.asarray(turns, dtype=np.int64)
 
 
@@ -57,8 +57,8 @@ def apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
     for column, joint in enumerate(robot.controller.turn_joints):
         a, n = pendant[:, joint - 1], turns[:, column]
         # into [-180, 180) for n >= 0 and (-180, 180] for n < 0, then n whole turns
-        up = np.mod(a + np.pi + 1e-9, 2 * np.pi) - np.pi - 1e-9
-        down = np.pi + 1e-9 - np.mod(np.pi + 1e-9 - a, 2 * np.pi)
+        up = np.mod(a + np.pi + HAIR, 2 * np.pi) - np.pi - HAIR
+        down = np.pi + HAIR - np.mod(np.pi + HAIR - a, 2 * np.pi)
         near_zero = np.where(n == 0, np.pi - np.mod(np.pi - a, 2 * np.pi), np.where(n > 0, up, down))
         pendant[:, joint - 1] = near_zero + 2 * np.pi * n
     return robot.to_theta(pendant)

@@ -51,7 +51,7 @@ def interpret(data: bytes) -> Program:
         body = statement.group(1) if statement else ""
         if body.startswith("!"):
             remarks.append(body[1:].rstrip())
-        elif motion := _MOTION.match(body):
+        elif (motion := _MOTION.match(body)) and (motion.group(1) == "J") == (motion.group(4) == "%"):
             motions.append((number, *motion.groups()))
         elif frame := _FRAME.match(body):
             frames[frame.group(1)] = int(frame.group(2))

@@ -80,12 +80,8 @@ def _motions(program: LsProgram) -> list[Unsafe]:
 def _positions(program: LsProgram) -> list[Unsafe]:
     p = program.positions
     found = []
-    seen: set[tuple[int, int]] = set()
     for i, (n, group, line) in enumerate(zip(p.number.tolist(), p.group.tolist(), p.line.tolist())):
         place = f"P[{n}]"
-        if (n, group) in seen:
-            found.append(Unsafe(line, place, "it is defined twice"))
-        seen.add((n, group))
         if group > 1:
             continue
         given = p.span[i, :, 1] > 0

@@ -17,7 +17,7 @@ from compgen.dialects.fanuc_ls.digits import (
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.exceptions import InputError
 from compgen.ik import Posture
-from compgen.rotations import to_wpr
+from compgen.rotations import from_wpr, to_wpr
 from compgen.units import DEG, INCH, MINUTE, MM
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
@@ -106,6 +106,12 @@ def pose_numbers(position: Array, rotation: Array) -> Array:
     if not np.all(np.isfinite(numbers)) or not fits(thousandths(numbers.ravel())):
         raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
     return np.asarray(np.round(numbers, DECIMALS) + 0.0)
+
+
+def printed(position: Array, rotation: Array) -> tuple[Array, Array]:
+    """The poses that the text says, (N, 3) [m] and (N, 3, 3)."""
+    numbers = pose_numbers(position, rotation)
+    return numbers[:, :3] * MM, from_wpr(*(numbers[:, 3:] * DEG).T)
 
 
 def letters(posture: Posture) -> str:

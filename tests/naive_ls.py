@@ -1,0 +1,228 @@
+"""A second reader of .LS files, line by line and character by character, to check the first against.
+
+It is slow, it has no regular expressions, and it shares nothing with the package: two readers that agree on every
+number were wrong in the same way or are right.
+"""
+
+from dataclasses import dataclass, field
+
+BLANKS = " \t"
+UNITS = ("%", "mm/sec", "cm/min", "inch/min", "deg/sec", "msec", "sec")
+AXES = ("X", "Y", "Z", "W", "P", "R", *(f"J{i}" for i in range(1, 10)), "E1", "E2", "E3")
+
+
+@dataclass
+class Group:
+    axes: dict[str, float | None] = field(default_factory=dict)
+    uf: int | None = None
+    ut: int | None = None
+    config: str | None = None
+
+
+@dataclass
+class Position:
+    name: str
+    groups: dict[int, Group] = field(default_factory=dict)
+
+
+@dataclass
+class Move:
+    letter: str
+    targets: tuple[str, ...]
+    speed: str
+    termination: str
+    rest: str
+    disabled: bool
+
+
+def read(data: bytes) -> tuple[dict[int, Position], list[Move]]:
+    """Positions by number, and motions in order."""
+    parts = sections(lines_of(data.decode("latin-1")))
+    return positions(parts.get("POS", [])), motions(parts["MN"])
+
+
+def lines_of(text: str) -> list[str]:
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def sections(lines: list[str]) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    current: list[str] = []
+    for line in lines:
+        for tag in ("PROG", "ATTR", "APPL", "MN", "POS", "END"):
+            after = line[len(tag) + 1 : len(tag) + 2]
+            if line[: len(tag) + 1].upper() == "/" + tag and not (after.isalnum() or after == "_"):
+                current = found.setdefault(tag, [])
+                if tag == "END":
+                    return found
+                break
+        else:
+            current.append(line)
+    return found
+
+
+# Motions ---------------------------------------------------------------------------------------------------------
+
+
+def motions(lines: list[str]) -> list[Move]:
+    moves = []
+    for statement in statements(lines):
+        text = statement.strip(BLANKS)
+        disabled = text.startswith("//")
+        text = text[2:].strip(BLANKS) if disabled else text
+        if text[:1].upper() not in tuple("JLCAS") or text[1:2] not in tuple(BLANKS):
+            continue
+        if starts_target(text[1:].strip(BLANKS)):
+            moves.append(move(text[0].upper(), text[1:].strip(BLANKS), disabled))
+    return moves
+
+
+def statements(lines: list[str]) -> list[str]:
+    """Each statement's text up to its semicolon, continuation lines joined by a blank."""
+    done: list[str] = []
+    open_text: str | None = None
+    for line in lines:
+        number, colon, body = line.partition(":")
+        if not colon or not all(c in BLANKS or c in "0123456789" for c in number):
+            continue
+        if number.strip(BLANKS) and open_text is not None:
+            done.append(open_text)
+            open_text = None
+        text, semicolon, _ = body.partition(";")
+        open_text = text if open_text is None else open_text + " " + text
+        if semicolon:
+            done.append(open_text)
+            open_text = None
+    return done if open_text is None else [*done, open_text]
+
+
+def starts_target(text: str) -> bool:
+    return text[:2].upper() == "P[" or text[:3].upper() == "PR["
+
+
+def move(letter: str, text: str, disabled: bool) -> Move:
+    targets = []
+    while starts_target(text):
+        for i, c in enumerate(text):
+            rest = text[i + 1 :]
+            if c == "]" and (not rest.strip(BLANKS) or (rest[0] in BLANKS and may_follow(rest.strip(BLANKS)))):
+                opened = text.index("[")
+                targets.append(text[:opened].upper() + text[opened : i + 1])
+                text = rest.strip(BLANKS)
+                break
+        else:
+            break
+    speed = speed_of(text)
+    text = text[len(speed) :].strip(BLANKS)
+    termination = termination_of(text)
+    return Move(letter, tuple(targets), speed, termination, text[len(termination) :].strip(BLANKS), disabled)
+
+
+def may_follow(text: str) -> bool:
+    return starts_target(text) or speed_of(text) != ""
+
+
+def speed_of(text: str) -> str:
+    for word in ("WELD_SPEED", "max_speed"):
+        if text[: len(word)].lower() == word.lower():
+            return text[: len(word)]
+    ends = []
+    if text[:2].upper() == "R[" or text[:3].upper() == "AR[":
+        ends = [i + 1 for i, c in enumerate(text) if c == "]"]
+    else:
+        i = 0
+        while i < len(text) and text[i] in ".0123456789":
+            i += 1
+        if i:
+            ends = [i]
+    for end in ends:
+        unit_at = end
+        while text[unit_at : unit_at + 1] in tuple(BLANKS):
+            unit_at += 1
+        for unit in UNITS:
+            if text[unit_at : unit_at + len(unit)].lower() == unit:
+                return text[: unit_at + len(unit)]
+    return ""
+
+
+def termination_of(text: str) -> str:
+    if text[:4].upper() == "FINE":
+        return text[:4]
+    word = text[:3].upper() if text[:3].upper() == "CNT" else text[:2].upper()
+    if word not in ("CNT", "CR", "CD"):
+        return ""
+    i = len(word)
+    while text[i : i + 1] in tuple(BLANKS):
+        i += 1
+    if word == "CNT" and text[i : i + 2].upper() == "R[":
+        return text[: text.index("]", i) + 1]
+    digits = i
+    while text[digits : digits + 1] in tuple("0123456789"):
+        digits += 1
+    return text[:digits] if digits > i else ""
+
+
+# Positions -------------------------------------------------------------------------------------------------------
+
+
+def positions(lines: list[str]) -> dict[int, Position]:
+    found: dict[int, Position] = {}
+    here, group, inside = Position(""), Group(), False
+    for line in lines:
+        text = line
+        while text := text.strip(" \t,;\f\v"):
+            if not inside:
+                number, name, text = opening(text)
+                here, inside, group = Position(name), True, Group()
+                found[number] = here
+            elif text[0] == "}":
+                inside, text = False, text[1:]
+            elif text[:2].upper() == "GP":
+                number_text, _, text = text[2:].partition(":")
+                group = here.groups.setdefault(int(number_text), Group())
+            elif text[:2].upper() == "UF":
+                value, text = after_mark(text[2:], ":")
+                group.uf = None if value.upper() == "F" else int(value)
+            elif text[:2].upper() == "UT":
+                value, text = after_mark(text[2:], ":")
+                group.ut = None if value.upper() == "F" else int(value)
+            elif text[:6].upper() == "CONFIG":
+                _, group.config, text = text.split("'", 2)
+            else:
+                axis, _, text = text.partition("=")
+                value, text = after_mark("=" + text, "=")
+                axis = axis.strip(BLANKS).upper()
+                if axis not in AXES:
+                    raise ValueError(f"not an axis: {axis!r}")
+                group.axes[axis] = None if "*" in value else float(value)
+                for unit in ("mm", "deg"):
+                    if text[: len(unit)].lower() == unit:
+                        text = text[len(unit) :]
+                        break
+    return found
+
+
+def opening(text: str) -> tuple[int, str, str]:
+    """Number, name and what follows the brace of ``P[n:"name"]{``."""
+    if text[:2].upper() != "P[":
+        raise ValueError(f"not a position: {text!r}")
+    for i, c in enumerate(text):
+        if c == "]" and text[i + 1 :].strip(BLANKS)[:1] == "{":
+            number, _, name = text[2:i].partition(":")
+            name = name.strip(BLANKS)
+            if name[:1] == '"' and name[-1:] == '"' and len(name) > 1:
+                name = name[1:-1]
+            return int(number), name, text[i + 1 :].strip(BLANKS)[1:]
+    raise ValueError(f"not a position: {text!r}")
+
+
+def after_mark(text: str, mark: str) -> tuple[str, str]:
+    """The word behind a mark, and what follows it."""
+    text = text.strip(BLANKS)
+    if text[:1] != mark:
+        raise ValueError(f"{mark} is missing: {text!r}")
+    text = text[1:].strip(BLANKS)
+    i = 0
+    while text[i : i + 1] in tuple("F+-.*0123456789"):
+        i += 1
+    return text[:i], text[i:].strip(BLANKS)
