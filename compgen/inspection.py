@@ -13,7 +13,8 @@ import numpy as np
 
 from compgen.arrays import Array
 from compgen.dialects.fanuc_ls.frames import Frames
-from compgen.dialects.fanuc_ls.listing import AXES, LsProgram
+from compgen.dialects.fanuc_ls.listing import LsProgram
+from compgen.dialects.fanuc_ls.places import AXES
 from compgen.dialects.fanuc_ls.program import apply_turns
 from compgen.dialects.fanuc_ls.safety import unsafe_statements
 from compgen.ik import Posture, solve

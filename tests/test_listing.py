@@ -11,7 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compgen.dialects.fanuc_ls.listing import AXES, NO_NUMBER, dumps, edited, loads
+from compgen.dialects.fanuc_ls.listing import dumps, edited, loads
+from compgen.dialects.fanuc_ls.moves import NO_NUMBER
+from compgen.dialects.fanuc_ls.places import AXES
 from compgen.exceptions import InputError
 
 HERE = Path(__file__).resolve().parent

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.dialects.fanuc_ls.listing import NO_NUMBER, LsProgram, line_of
+from compgen.dialects.fanuc_ls.lines import line_of
+from compgen.dialects.fanuc_ls.listing import LsProgram
+from compgen.dialects.fanuc_ls.moves import NO_NUMBER
 
 #: option word -> why a motion with it cannot be corrected off-line
 _OPTIONS = {

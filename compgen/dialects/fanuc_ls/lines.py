@@ -1,0 +1,12 @@
+"""Lines of a program file: CR LF, LF and CR each end one."""
+
+
+def line_of(data: bytes, place: int) -> int:
+    """Physical line of a byte, from 1."""
+    return 1 + line_ends(data, 0, place)
+
+
+def line_ends(data: bytes, start: int, stop: int) -> int:
+    """Line ends between two places."""
+    part = data[start:stop]
+    return part.count(b"\n") + part.count(b"\r") - part.count(b"\r\n")
