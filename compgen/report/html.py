@@ -164,16 +164,22 @@ def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
             "colorscale": "Turbo",
             "colorbar": bar,
             "cmin": 0,
+            "cmax": float(np.ceil(100 * total.max() / UM) / 100),
             "line": {"width": 0},
         }
         x, y, z = (np.round(p, 2) for p in place)
         figure.add_scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, showlegend=False, row=1, col=i)
+    size = np.ptp(path.position, axis=0)
+    reach = np.maximum(size / size.max(), 0.05).round(3).tolist()
     scene = {
         "xaxis_title": "X [mm]",
         "yaxis_title": "Y [mm]",
         "zaxis_title": "Z [mm]",
-        "aspectmode": "data",
-        "camera": {"eye": {"x": 0.3, "y": -1.6, "z": 2.2}},
+        "zaxis_nticks": 3,
+        # flat paths keep their plan's proportions and get a little height, so that leads can be seen
+        "aspectmode": "manual",
+        "aspectratio": {"x": reach[0], "y": reach[1], "z": max(reach[2], 0.15)},
+        "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.2}},
     }
     figure.update_scenes(**scene)
     return _dress(figure, 460)
