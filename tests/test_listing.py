@@ -141,7 +141,7 @@ def test_names_hold_colons_brackets_quotes_and_latin_1():
     read = golden("CTRL")
     targets = ['P[1:"home"]', "P[2:grün: links]", "P[4]", "P[7:a]b]", "P[9]"]
     assert [t for (t,) in read.motions.target] == targets
-    assert [p.tolist() for p in read.motions.position] == [[1], [2], [4], [7], [9]]
+    assert [list(p) for p in read.motions.position] == [[1], [2], [4], [7], [9]]
     names = dict(zip(read.positions.number.tolist(), read.positions.name))
     assert names == {1: "home", 2: "grün: links", 4: "", 7: "a]b", 9: "", 12: ""}
 
@@ -159,7 +159,7 @@ def test_second_group_and_extra_axis_in_mm():
 def test_joint_form_under_a_linear_move():
     read = golden("MOVES")
     assert read.motions.letter[5] == "L"
-    assert read.motions.position[5].tolist() == [1]
+    assert read.motions.position[5] == (1,)
     assert axes(read, 1) == {f"J{i}": float(i) for i in range(1, 7)}
 
 
@@ -221,7 +221,7 @@ def test_circle_stands_on_one_line_or_two():
         (("P[1]", "P[2]"), "17mm/sec"),
         (("P[1]", "P[3]"), "18mm/sec"),
     ]
-    assert [p.tolist() for letter, p in zip(read.motions.letter, read.motions.position) if letter == "C"] == [
+    assert [list(p) for letter, p in zip(read.motions.letter, read.motions.position) if letter == "C"] == [
         [1, 2],
         [1, 2],
         [1, 3],

@@ -34,6 +34,13 @@ _SPEED = re.compile(
 )
 _END_OF_MOVE = re.compile(rb"[ \t]*(FINE|CNT[ \t]*(?:\d+|R\[[^\r\n]*?\])|C[RD][ \t]*\d+)", re.IGNORECASE)
 
+#: What nearly all motions of a long program look like; the careful way below reads them the same.
+_USUAL = re.compile(
+    rb"[ \t]*+\d++[ \t]*+:[ \t]*+([JL])[ \t]++(P\[\d{1,9}\])[ \t]++"
+    rb"(\d++(?:%|mm/sec|cm/min|\.\d++inch/min))[ \t]++(FINE|CNT\d++)[ \t]*+;[ \t]*+(?:\r\n|\n)"
+)
+
+
 #: line, letter, disabled, targets, speed, termination, options, place of the speed, of the statement
 _Row = tuple[int, str, bool, list[str], str, str, str, tuple[int, int], tuple[int, int]]
 
@@ -46,7 +53,7 @@ class Motions:
     letter: tuple[str, ...]  # J L C A S
     disabled: BoolArray  # (M,) begins with //
     target: tuple[tuple[str, ...], ...]  # text inside the brackets, with what stands before: "P[3:name]", "PR[1]"
-    position: tuple[IntArray, ...]  # P numbers, NO_NUMBER for a target that is not in the file
+    position: tuple[tuple[int, ...], ...]  # P numbers, NO_NUMBER for a target that is not in the file
     speed: tuple[str, ...]  # as written, empty when there is none
     termination: tuple[str, ...]
     options: tuple[str, ...]
@@ -68,6 +75,25 @@ def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, 
     begin = (0, "", False)
     at = start
     while at < end:
+        if usual := _USUAL.match(data, at, end):
+            _whole(state, begin[0])
+            letter, place, speed, termination = (text.decode() for text in usual.groups())
+            begin, state = (number, letter, False), ""
+            spans = usual.regs
+            rows.append(
+                (
+                    *begin,
+                    [place],
+                    speed,
+                    termination,
+                    "",
+                    spans[3],
+                    (spans[1][0], usual.end(4) + data[usual.end(4) : usual.end()].find(b";")),
+                )
+            )
+            statements.append(number)
+            at, number = usual.end(), number + 1
+            continue
         found = _LINE.match(data, at, end)
         stop = found.end() if found else end
         text_end = stop - len(data[at:stop]) + len(data[at:stop].rstrip(b"\r\n"))
@@ -120,7 +146,7 @@ def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, 
             letter=tuple(letter),
             disabled=np.array(disabled, dtype=bool),
             target=tuple(tuple(t) for t in target),
-            position=tuple(np.array([_own_number(t) for t in ts], dtype=np.int64) for ts in target),
+            position=tuple(tuple(map(_own_number, ts)) for ts in target),
             speed=tuple(speed),
             termination=tuple(termination),
             options=tuple(options),
@@ -172,5 +198,7 @@ def _tail(data: bytes, at: int, limit: int) -> tuple[str, str, str, tuple[int, i
 
 def _own_number(target: str) -> int:
     """n of P[n] or P[n:name]; anything else is not in the file."""
+    if target[:2] == "P[" and target[2:-1].isdecimal():
+        return int(target[2:-1][:10])
     found = re.match(r"P\[\s*(\d+)\s*(?::.*)?\]$", target, re.DOTALL)
     return int(found.group(1)[:10]) if found else NO_NUMBER

@@ -27,6 +27,15 @@ _INSIDE = re.compile(
 )
 
 
+_NUMBER = rb"[ \t]*([-+]?(?:\d{1,15}\.\d*|\.\d+))[ \t]*"
+#: What nearly all positions of a long program look like; the careful way below reads them the same.
+_USUAL = re.compile(
+    rb"\s*P\[(\d{1,9})\]\{\s*GP1:\s*UF : (\d{1,9}), UT : (\d{1,9}),\s*CONFIG : '([^'\r\n]*)',\s*"
+    + rb",\s*".join(rb"%c =" % axis + _NUMBER + unit for axis, unit in zip(b"XYZWPR", [b"mm"] * 3 + [b"deg"] * 3))
+    + rb"\s*\}[ \t]*;?"
+)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Positions:
     """G rows, one for each motion group of each position."""
@@ -54,7 +63,26 @@ def read_positions(data: bytes, start: int, end: int) -> Positions:
     values: list[tuple[int, int, float, int, int]] = []
     at, number, counted = start, line_of(data, start), start
     taught: set[int] = set()
-    while block := _BLOCK.match(data, at, end):
+    usual_rows: list[int] = []
+    usual_texts: list[tuple[bytes, ...]] = []
+    usual_spans: list[tuple[tuple[int, int], ...]] = []
+    while True:
+        if (usual := _USUAL.match(data, at, end)) and int(usual[1]) not in taught:
+            spans = usual.regs
+            number += line_ends(data, counted, spans[1][0])
+            counted, at = spans[1][0], usual.end()
+            taught.add(int(usual[1]))
+            usual_rows.append(len(rows))
+            usual_texts.append(usual.groups()[4:])
+            usual_spans.append(spans[5:])
+            config = usual[4].decode("latin-1")
+            rows.append(
+                (int(usual[1]), 1, number, "", int(usual[2]), int(usual[3]), config, spans[4], (counted - 2, at))
+            )
+            continue
+        block = _BLOCK.match(data, at, end)
+        if block is None:
+            break
         opened = block.start(1)
         number += line_ends(data, counted, opened)
         counted = opened
@@ -114,11 +142,14 @@ def read_positions(data: bytes, start: int, end: int) -> Positions:
     if rest < end:
         raise InputError(f"program: line {number + line_ends(data, counted, rest)}: not a position; mend it")
     table = np.full((len(rows), len(AXES)), np.nan)
-    spans = np.zeros((len(rows), len(AXES), 2), dtype=np.int64)
+    spans_of = np.zeros((len(rows), len(AXES), 2), dtype=np.int64)
     if values:
         r, c, v, s, e = (np.array(column) for column in zip(*values))
         table[r, c] = v
-        spans[r, c, 0], spans[r, c, 1] = s, e
+        spans_of[r, c, 0], spans_of[r, c, 1] = s, e
+    if usual_rows:
+        table[usual_rows, :6] = np.array(usual_texts).astype(float)
+        spans_of[usual_rows, :6] = np.array(usual_spans)
     columns: list[Any] = list(zip(*rows)) if rows else [()] * 9
     n, g, line, names, uf, ut, config_text, config_span, blocks = columns
     return Positions(
@@ -131,7 +162,7 @@ def read_positions(data: bytes, start: int, end: int) -> Positions:
         config=tuple(config_text),
         config_span=np.array(config_span, dtype=np.int64).reshape(-1, 2),
         value=table,
-        span=spans,
+        span=spans_of,
         block=np.array(blocks, dtype=np.int64).reshape(-1, 2),
     )
 

@@ -42,6 +42,9 @@ _APPL = {
 }
 
 
+_POSTURE = re.compile(r"\s*[NF]\s+[UD]\s+[TB]\s*(,|$)")
+
+
 @dataclass(frozen=True, slots=True)
 class Unsafe:
     """A statement that is not corrected, or that casts doubt on the correction of others."""
@@ -62,38 +65,40 @@ def _motions(program: LsProgram) -> list[Unsafe]:
     defined = set(program.positions.number.tolist())
     found = []
     for i in np.flatnonzero(~m.disabled).tolist():
-        text = " ".join(program.text(m.span[i]).split())
         reasons = []
-        for target, number in zip(m.target[i], m.position[i].tolist()):
+        for target, number in zip(m.target[i], m.position[i]):
             if number == NO_NUMBER:
                 reasons.append(f"{target}: its value is not in the file")
             elif number not in defined:
                 reasons.append(f"{target} is used but not defined")
         if not m.target[i]:
             reasons.append("its target is not understood")
-        options = m.options[i].upper()
-        reasons += [why for word, why in _OPTIONS.items() if re.search(rf"(?<![A-Z_]){word}\b", options)]
+        if options := m.options[i].upper():
+            reasons += [why for word, why in _OPTIONS.items() if re.search(rf"(?<![A-Z_]){word}\b", options)]
         if not m.speed[i]:
             reasons.append("its speed is not understood")
-        found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
+        if reasons:
+            text = " ".join(program.text(m.span[i]).split())
+            found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
     return found
 
 
 def _positions(program: LsProgram) -> list[Unsafe]:
     p = program.positions
+    given = p.span[:, :, 1] > 0
+    untaught = ~given.any(axis=1) | (given & np.isnan(p.value)).any(axis=1)
+    cartesian = given[:, :6].any(axis=1)
+    open_frame = (p.uframe == NO_NUMBER) | (p.utool == NO_NUMBER)
+    posture = np.array([bool(_POSTURE.match(c or "")) for c in p.config], dtype=bool)
     found = []
-    for i, (n, group, line) in enumerate(zip(p.number.tolist(), p.group.tolist(), p.line.tolist())):
-        place = f"P[{n}]"
-        if group > 1:
-            continue
-        given = p.span[i, :, 1] > 0
-        if not given.any() or np.isnan(p.value[i][given]).any():
-            found.append(Unsafe(line, place, "it is not taught (****)"))
-        if given[:6].any():
-            if p.uframe[i] == NO_NUMBER or p.utool[i] == NO_NUMBER:
-                found.append(Unsafe(line, place, "UF : F or UT : F takes the frame that is active at run time"))
-            if not re.match(r"\s*[NF]\s+[UD]\s+[TB]\s*(,|$)", p.config[i] or ""):
-                found.append(Unsafe(line, place, f"CONFIG '{p.config[i] or ''}' does not name a posture of this arm"))
+    for rows, reason in (
+        (untaught, "it is not taught (****)"),
+        (cartesian & open_frame, "UF : F or UT : F takes the frame that is active at run time"),
+    ):
+        found += [Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason) for i in np.flatnonzero(rows & (p.group <= 1))]
+    for i in np.flatnonzero(cartesian & ~posture & (p.group <= 1)):
+        reason = f"CONFIG '{p.config[i] or ''}' does not name a posture of this arm"
+        found.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
     return found
 
 
