@@ -45,6 +45,12 @@ def check_arm_class(robot: Robot) -> None:
         )
 
 
+def flange_of(position: Array, rotation: Array, tool_position: Array, tool_rotation: Array) -> tuple[Array, Array]:
+    """Where the flange is when the tool is at a pose, (N, 3) [m] and (N, 3, 3)."""
+    flange = rotation @ tool_rotation.T
+    return position - flange @ tool_position, flange
+
+
 def solve(robot: Robot, position: Array, rotation: Array, posture: Posture) -> tuple[Array, Array]:
     """DH joint angles of flange poses on one branch.
 

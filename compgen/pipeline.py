@@ -79,8 +79,8 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc_ls.writable_speed(job.feed)
-    flange = path.rotation @ job.tool_rotation.T
-    theta = ik.follow(job.robot, path.position - flange @ job.tool_position, flange, job.posture)
+    flange = ik.flange_of(path.position, path.rotation, job.tool_position, job.tool_rotation)
+    theta = ik.follow(job.robot, *flange, job.posture)
     progress("timing", 0.0)
     trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     start = job.heat.after(job.before)
@@ -190,9 +190,8 @@ def _program(
     window: float | None,
 ) -> Program:
     # the digits of CONFIG belong to the pose as printed
-    printed = fanuc_ls.printed(position, rotation)
-    flange = printed[1] @ job.tool_rotation.T
-    joints, _ = ik.solve(job.robot, printed[0] - flange @ job.tool_position, flange, job.posture)
+    flange = ik.flange_of(*fanuc_ls.printed(position, rotation), job.tool_position, job.tool_rotation)
+    joints, _ = ik.solve(job.robot, *flange, job.posture)
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
     remarks = [f"compgen {__version__} {job.robot.name}"[:32], f"inputs {job.inputs_hash[:24]}"]
     if window is None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.arrays import Array, BoolArray
-from compgen.ik import Posture, nearest_turns, solve
+from compgen.ik import Posture, flange_of, nearest_turns, solve
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
 from compgen.rotations import matrix_of
@@ -47,8 +47,8 @@ class Problem:
     def joints(self, correction: Array) -> tuple[Array, Array]:
         """Joints of the commanded poses on the program's branch (N, 6) [rad], and the reach margin (N,) [m]."""
         position, rotation = self.commanded(correction)
-        flange = rotation @ self.tool_rotation.T
-        theta, margin = solve(self.robot, position - flange @ self.tool_position, flange, self.posture)
+        flange = flange_of(position, rotation, self.tool_position, self.tool_rotation)
+        theta, margin = solve(self.robot, *flange, self.posture)
         return nearest_turns(theta, self.theta), margin
 
     def error(self, correction: Array) -> Array:

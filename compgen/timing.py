@@ -197,14 +197,9 @@ def _blocks(robot: Robot, arc: Array, run: _Run, followable: Array, feed: float)
     edges = np.linspace(begin, end, count + 1)
     points = arc[run.first : run.last + 1]
     s = np.unique(np.concatenate([points, (points[1:] + points[:-1]) / 2, edges]))
-    d1, d2, d3 = (
-        d / (MARGIN * limit) for d, limit in zip(run.derivatives(s), (robot.speed, robot.acceleration, robot.jerk))
-    )
-    d1a, d1j, d2j = (
-        np.abs(run.spline(s, 1)) / (MARGIN * robot.acceleration),
-        np.abs(run.spline(s, 1)) / (MARGIN * robot.jerk),
-        (d2 * robot.acceleration) / robot.jerk,
-    )
+    q1, q2, q3 = run.derivatives(s)
+    d1, d2, d3 = (q / (MARGIN * m) for q, m in zip((q1, q2, q3), (robot.speed, robot.acceleration, robot.jerk)))
+    d1a, d1j, d2j = q1 / (MARGIN * robot.acceleration), q1 / (MARGIN * robot.jerk), q2 / (MARGIN * robot.jerk)
     at = np.searchsorted(s, edges[:-1])
     blocks = [_block_max(d.max(axis=1), at) for d in (d1, d2, d3)]
     with np.errstate(divide="ignore"):
@@ -312,7 +307,7 @@ def _join(s: float, length: float, v0: float, v1: float, v: float, a: float, j: 
         result = _OTG.calculate(_INPUT, _TRAJECTORY)
     except Exception as failure:  # ruckig raises its own untyped errors
         raise ImpossibleError(
-            f"timing: no motion at arc length {s:.4f} m within the joint limits: {failure}"
+            f"timing: no motion at {s:.4f} m along the path within the joint limits: {failure}; lower process.feed_mm_s"
         ) from failure
     if result not in (Result.Working, Result.Finished):
         raise ImpossibleError(

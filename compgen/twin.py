@@ -18,7 +18,7 @@ import pinocchio as pin
 from compgen.arrays import Array, IntArray, own
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, posture_of
 from compgen.exceptions import CompgenError
-from compgen.ik import nearest_turns, solve
+from compgen.ik import flange_of, nearest_turns, solve
 from compgen.robot import Robot
 from compgen.rotations import between
 from compgen.thermal import Duty, NodeModel, Profile, Section
@@ -169,8 +169,8 @@ class Twin:
         Raises:
             TwinError: Out of reach or of a limit, or the joints contradict the text.
         """
-        flange = program.rotation @ self.tool_rotation.T
-        theta, margin = solve(self.robot, program.position - flange @ self.tool_position, flange, program.posture)
+        flange = flange_of(program.position, program.rotation, self.tool_position, self.tool_rotation)
+        theta, margin = solve(self.robot, *flange, program.posture)
         if margin.min() < 0:
             raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
         theta = apply_turns(self.robot, theta, program.turns)
@@ -192,8 +192,8 @@ class Twin:
         self, program: Program, at_points: Array, position: Array, rotation: Array, segment: IntArray, fraction: Array
     ) -> Array:
         """Joints commanded along the lines, with the posture and turns that the text names, (M, 6)."""
-        flange = rotation @ self.tool_rotation.T
-        theta, margin = solve(self.robot, position - flange @ self.tool_position, flange, program.posture)
+        flange = flange_of(position, rotation, self.tool_position, self.tool_rotation)
+        theta, margin = solve(self.robot, *flange, program.posture)
         if margin.min() < 0:
             raise TwinError(f"P[{segment[int(np.argmin(margin))] + 1}]: out of the controller's reach")
         guess = at_points[segment] + fraction[:, None] * np.diff(at_points, axis=0)[segment]
