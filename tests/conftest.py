@@ -1,11 +1,15 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from compgen.config import load_job
 from compgen.job import Job
 
 ROOT = Path(__file__).parents[1]
+
+settings.register_profile("same every time", derandomize=True)
+settings.load_profile("same every time")
 
 
 def path_file(name: str) -> str:
