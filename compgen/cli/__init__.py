@@ -1,0 +1,57 @@
+"""The command line: the only place that prints, writes files, catches exceptions and sets exit codes.
+
+Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be done.
+"""
+
+import os
+import sys
+from io import TextIOWrapper
+from typing import Annotated
+
+import typer
+
+from compgen import __version__
+from compgen.cli import init, jobs, programs
+from compgen.cli.app import app, say_error
+from compgen.exceptions import CompgenError
+
+__all__ = ["init", "jobs", "main", "programs"]
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    if version:
+        sys.stdout.write(f"compgen {__version__}\n")
+        raise typer.Exit()
+
+
+def main() -> None:
+    """Run, and turn every refusal into one line and an exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
+        sys.stdout.flush()
+    except CompgenError as failure:
+        code = say_error(str(failure), failure.exit_code)
+    except (KeyboardInterrupt, typer.Abort):
+        code = say_error("interrupted; nothing was written", 130)
+    except typer.TyperException as failure:
+        code = say_error(f"{getattr(failure, 'format_message', failure.__str__)().rstrip('.')}; see compgen --help", 2)
+    except MemoryError:
+        code = say_error("not enough memory; make the path smaller, or raise process.chord_um", 2)
+    except BrokenPipeError:  # whoever read the output has seen enough
+        code = 0
+    except OSError as failure:
+        code = say_error(f"output: cannot be written: {failure.strerror}; see where it goes", 2)
+    _leave(code)
+
+
+def _leave(code: int) -> None:
+    """Exit without Python flushing a stream that is gone."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(code)

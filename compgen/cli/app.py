@@ -1,0 +1,83 @@
+"""The command line's frame: the application, the options that commands share, progress, refusals."""
+
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from compgen import outbox, pipeline
+from compgen.exceptions import InputError
+
+app = typer.Typer(
+    help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+PathFile = Annotated[str, typer.Argument(help="A path file, e.g. paths/spiral_1300.toml", show_default=False)]
+RobotName = Annotated[str | None, typer.Option("--robot", help="Robot name or file; default: what the path file says.")]
+OutDir = Annotated[
+    str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>.")
+]
+Set = Annotated[
+    list[str] | None, typer.Option("--set", help="Override a key of the path or robot file, key=value; repeatable.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
+Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
+
+
+@contextmanager
+def stages(quiet: bool) -> Iterator[pipeline.Progress]:
+    """A bar for the stage at work, on a terminal only; errors come after it has gone."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<14}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+        task = bar.add_task("reading", total=1.0)
+        yield lambda stage, share: bar.update(task, description=stage, completed=share)
+
+
+def say_error(message: str, code: int) -> int:
+    """One line on the error stream; the exit code to leave with."""
+    sys.stderr.write(f"compgen: {' '.join(message.split())}\n")
+    return code
+
+
+def output_folder(path: str, output: str | None) -> Path:
+    """Where results go, refused before any work when they cannot go there."""
+    if output == "":
+        raise InputError("-o: an empty name; give a folder")
+    folder = Path(output) if output is not None else Path("outputs") / Path(path).stem
+    outbox.check_writable(folder.absolute())
+    return folder
+
+
+def checked_date(date: str) -> str:
+    """A date as a program's header has it."""
+    try:
+        if not re.fullmatch(r"\d\d-\d\d-\d\d", date):
+            raise ValueError
+        datetime.strptime(f"20{date}", "%Y-%m-%d")
+    except ValueError:
+        raise InputError(f"--date {date}: not a date YY-MM-DD, as in {pipeline.DATE}") from None
+    return date
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """One file, whole or not at all."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    except OSError as failure:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written: {failure.strerror}; give another file") from failure

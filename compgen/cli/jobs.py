@@ -1,0 +1,140 @@
+"""Commands on a path file: generate, predict, check."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+from xml.sax.saxutils import quoteattr
+
+import typer
+
+from compgen import outbox, pipeline
+from compgen.cli.app import (
+    Date,
+    OutDir,
+    PathFile,
+    Quiet,
+    RobotName,
+    Set,
+    app,
+    checked_date,
+    output_folder,
+    say_error,
+    stages,
+    write_file,
+)
+from compgen.cli.tables import show_job
+from compgen.config import load_job
+from compgen.exceptions import InputError
+from compgen.job import Job
+from compgen.pipeline import Corrected, Planned
+from compgen.report import report_html, report_json, summary, waypoints_csv
+
+
+@app.command()
+def generate(
+    path: PathFile,
+    robot: RobotName = None,
+    output: OutDir = None,
+    set_: Set = None,
+    date: Date = pipeline.DATE,
+    force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write the corrected program and its proof."""
+    folder = output_folder(path, output)
+    with stages(quiet) as progress:
+        job = load_job(path, robot, set_ or ())
+        planned, corrected = pipeline.generate(job, progress, checked_date(date))
+        progress("report", 0.5)
+        files = _files(planned, corrected)
+        program = f"{corrected.program.name}.LS"
+        if corrected.inside or force:
+            files[program] = corrected.text
+        _publish(folder, files, job)
+    if not quiet:
+        show_job(planned, corrected, folder, files)
+    if not corrected.inside:
+        told = "written all the same (--force)" if force else f"{program} not written; --force writes it"
+        worst = next(f.message for f in corrected.findings if f.level == "outside")
+        raise typer.Exit(say_error(f"outside bounds: {worst}; {told}", 1))
+
+
+@app.command()
+def predict(
+    path: PathFile,
+    robot: RobotName = None,
+    output: OutDir = None,
+    set_: Set = None,
+    quiet: Quiet = False,
+) -> None:
+    """Predict the error of the planned program, without correcting it."""
+    folder = output_folder(path, output)
+    with stages(quiet) as progress:
+        job = load_job(path, robot, set_ or ())
+        planned = pipeline.predict(job, progress)
+        progress("report", 0.5)
+        files = _files(planned, None)
+        _publish(folder, files, job)
+    if not quiet:
+        show_job(planned, None, folder, files)
+
+
+@app.command()
+def check(
+    path: PathFile,
+    robot: RobotName = None,
+    set_: Set = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
+    with stages(quiet or as_json) as progress:
+        job = load_job(path, robot, set_ or ())
+        if junit is not None:
+            if not junit or Path(junit).is_dir():
+                raise InputError(f"--junit '{junit}': not a file's name; give one")
+            outbox.check_writable(Path(junit).absolute().parent)
+        planned, corrected = pipeline.generate(job, progress)
+    data = summary(planned, corrected)
+    if junit is not None:
+        write_file(Path(junit), _junit(data))
+    if as_json:
+        sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+    elif not quiet:
+        show_job(planned, corrected, None, {})
+    if not corrected.inside:
+        worst = next(f.message for f in corrected.findings if f.level == "outside")
+        raise typer.Exit(1 if as_json else say_error(f"outside bounds: {worst}", 1))
+
+
+def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes]:
+    return {
+        "report.json": report_json(planned, corrected),
+        "waypoints.csv": waypoints_csv(planned, corrected),
+        "report.html": report_html(planned, corrected),
+    }
+
+
+def _publish(folder: Path, files: dict[str, bytes], job: Job) -> None:
+    program = f"{pipeline.program_name_of(job)}.LS"
+    outbox.publish(folder, files, {"report.json", "waypoints.csv", "report.html", program})
+
+
+def _junit(data: dict[str, Any]) -> bytes:
+    """A test case for each bound, failed by its finding."""
+    broken = {f["code"]: f["message"] for f in data["findings"] if f["level"] == "outside"}
+    cases = [f"bounds.{key}" for key in data["bounds"]]
+    cases += [code for code in broken if code not in cases]
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
+    lines.append(
+        f'<testsuite name={quoteattr("compgen." + data["name"])} tests="{len(cases)}" failures="{len(broken)}">'
+    )
+    for case in cases:
+        start = f"  <testcase classname={quoteattr('compgen.' + data['name'])} name={quoteattr(case)}"
+        if case in broken:
+            lines.append(f"{start}><failure message={quoteattr(broken[case])}/></testcase>")
+        else:
+            lines.append(f"{start}/>")
+    return ("\n".join([*lines, "</testsuite>"]) + "\n").encode()

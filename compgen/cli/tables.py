@@ -1,0 +1,91 @@
+"""What a command says at its end, for a reader."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from compgen.pipeline import Corrected, Planned
+from compgen.report import summary
+
+
+def show_program(found: dict[str, Any]) -> None:
+    """What ``inspect`` found, for a reader."""
+    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    places, moves = found["positions"], found["motions"]
+    told = ", ".join(f"{n} {letter}" for letter, n in sorted(moves.items())) or "none"
+    console.print(f"{found['name']}  {found['comment']}".rstrip())
+    console.print(f"motions: {told}; {found['disabled_motions']} disabled")
+    console.print(
+        f"positions: {places['defined']} defined, {places['used']} used, {len(places['shared'])} shared, "
+        f"{places['joint_form']} in joint form"
+    )
+    for key in ("unused", "undefined"):
+        if places[key]:
+            console.print(
+                f"{key}: {', '.join(f'P[{n}]' for n in places[key][:20])}{' ...' if places[key][20:] else ''}"
+            )
+    pairs = [f"UF {f['uframe']} UT {f['utool']} ({f['positions']})".replace("-1", "F") for f in found["frames"]]
+    console.print(f"frames: {', '.join(pairs) or 'none'}")
+    console.print(f"postures: {', '.join(f'{k} ({n})' for k, n in found['postures'].items()) or 'none'}")
+    console.print(
+        f"path {found['path_length_mm']:.1f} mm, {found['duration_s']:.1f} s at programmed speeds; "
+        f"{found['motions_without_time']} motions without a time of their own"
+    )
+    for joint, room in found["limits"].items():
+        unit = "mm" if "room_mm" in room else "deg"
+        console.print(f"{joint}: {room['room_' + unit]:.2f} {unit} from its limit at P[{room['position']}]")
+    if found["out_of_reach"]:
+        console.print(f"out of reach of {found['robot']}: {', '.join(f'P[{n}]' for n in found['out_of_reach'][:20])}")
+    console.print(f"{len(found['unsafe'])} statements make compensation unsafe" + (":" if found["unsafe"] else ""))
+    for item in found["unsafe"]:
+        console.print(f"  line {item['line']}: {item['text']}: {item['reason']}")
+
+
+def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: dict[str, bytes]) -> None:
+    """The table at the end."""
+    data = summary(planned, corrected)
+    console = Console(width=None if sys.stdout.isatty() else 100)
+    table = Table(title=Text(planned.job.title or planned.job.name), title_justify="left", title_style="bold")
+    table.add_column("TCP error", no_wrap=True)
+    names = ["before", "after"] if corrected else ["predicted"]
+    for name in names:
+        for part in ("max", "p99", "rms"):
+            table.add_column(f"{name} {part}", justify="right")
+    table.add_column("bound", justify="right")
+    bound_keys = {
+        "total": "max_um",
+        "feed": "feed_um",
+        "cross": "cross_um",
+        "normal": "normal_um",
+        "axis_angle": "axis_mdeg",
+    }
+    for row, label in (
+        ("total", "total, um"),
+        ("feed", "along feed, um"),
+        ("cross", "cross feed, um"),
+        ("normal", "normal, um"),
+        ("axis_angle", "tool axis, mdeg"),
+    ):
+        cells = [f"{v:.2f}" for side in ("before", "after") if data[side] for v in data[side][row].values()]
+        bound = data["bounds"].get(bound_keys[row])
+        table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
+    console.print(table)
+    path, time, heat = data["path"], data["timing"], data["thermal"]
+    console.print(
+        f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "
+        f"{100 * time['at_feed']:.1f} % of the length at feed, {path['stops']} stops"
+    )
+    rises = ", ".join(f"{n} {heat['start_K'][n]:.2f} to {heat['end_K'][n]:.2f}" for n in heat["start_K"])
+    console.print(f"rise [K]: {rises}")
+    if corrected:
+        console.print(
+            f"{data['ratio']:.0f} times smaller; start within {heat['start_window_s']:.0f} s of the state it is for"
+        )
+    for finding in data["findings"]:
+        console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
+    if folder is not None:
+        console.print(f"wrote {', '.join(sorted(files))} to {folder}", markup=False, highlight=False)
