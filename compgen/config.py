@@ -1,4 +1,4 @@
-"""Files to domain objects: TOML with overrides, checked against ``schema``, turned into SI."""
+"""Path files to jobs: TOML with overrides, checked against ``schema``, turned into SI."""
 
 import json
 from collections.abc import Sequence
@@ -10,31 +10,21 @@ import numpy as np
 from compgen import __version__, boundaries, patterns, surfaces
 from compgen import schema as sc
 from compgen.boundaries import Boundary
+from compgen.cells import cell_of, load_cell, load_robot, refuse_unprintable
 from compgen.exceptions import InputError
-from compgen.ik import Posture, check_arm_class
+from compgen.ik import Posture
 from compgen.job import Job
 from compgen.pieces import Pieces
 from compgen.problem import Settings
-from compgen.reading import check, find_robot, override, path_model, read_toml, suggest
-from compgen.robot import Controller, Robot
+from compgen.reading import find_robot, override, path_model, read_toml
 from compgen.rotations import from_wpr
-from compgen.sources import ThermalGrowth
-from compgen.thermal import Duty, NodeModel, Profile, Section, growth_weights
-from compgen.units import DEG, HOUR, KB, MDEG, MM, MS, UM
+from compgen.thermal import Duty
+from compgen.units import DEG, HOUR, MDEG, MM, UM
 from compgen.verify import Bounds
 
+__all__ = ["load_cell", "load_job", "load_robot"]
+
 MAX_SWEEPS = 1e4
-LENGTHS = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
-
-
-def load_robot(name: str) -> Robot:
-    """A robot's nominal facts, by name or file.
-
-    Raises:
-        InputError: Unknown, or anything wrong in its file.
-    """
-    source = find_robot(name, Path("."))
-    return _robot(check(sc.RobotFile, read_toml(source, "robots"), str(source)), str(source))
 
 
 def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
@@ -54,9 +44,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     source = Path(path_file)
     if robot == "":
         raise InputError("--robot: an empty name; give a robot's name or file")
-    for item in overrides:
-        if not item.isprintable():
-            raise InputError(f"--set {item!r}: it holds what is not printable text; mend it")
+    refuse_unprintable(overrides)
     path_data = read_toml(source, "paths")
     for_robot = [o for o in overrides if o.startswith("robot.")]
     for item in overrides:
@@ -67,16 +55,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     robot_data = read_toml(robot_source, "robots")
     for item in for_robot:
         override(robot_data, item.removeprefix("robot."), item)
-    facts = check(sc.RobotFile, robot_data, str(robot_source))
-    where = str(robot_source)
-    if facts.controller.compensation == "unknown":
-        raise InputError(
-            f"{where}: controller.compensation: 'unknown' is refused, a correction could be applied twice; "
-            "find out whether the controller corrects its own geometry and set 'none' or 'signature'"
-        )
-    arm = _robot(facts, where)
-    heat = _heat(facts.thermal, where)
-    profiles = _profiles(facts, arm, where)
+    cell = cell_of(robot_data, str(robot_source), for_robot)
     inputs = json.dumps([__version__, source.stem, path_data, robot_data], sort_keys=True, default=str)
     tool = path.tool
     angles = (np.array([a * DEG]) for a in (tool.w_deg, tool.p_deg, tool.r_deg))
@@ -106,10 +85,10 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         start_drift=path.compensation.start_drift_um * UM,
         before=_duties(path, str(source)),
         bounds=_bounds(path.bounds),
-        robot=arm,
-        heat=heat,
-        profiles=profiles,
-        sources=(_growth(arm, heat, profiles),),
+        robot=cell.robot,
+        heat=cell.heat,
+        profiles=cell.profiles,
+        sources=cell.sources,
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )
@@ -230,111 +209,3 @@ def _bounds(table: sc.BoundsTable) -> Bounds:
         um(table.max_um), um(table.p99_um), um(table.rms_um), um(table.feed_um), um(table.cross_um),
         um(table.normal_um), axis,
     )  # fmt: skip
-
-
-def _robot(facts: sc.RobotFile, where: str) -> Robot:
-    limits = facts.limits
-    ranges = [limits.j1_deg, limits.j2_deg, limits.j2_plus_j3_deg, limits.j4_deg, limits.j5_deg, limits.j6_deg]
-    names = ["j1_deg", "j2_deg", "j2_plus_j3_deg", "j4_deg", "j5_deg", "j6_deg"]
-    for name, pair in zip(names, ranges):
-        if pair[0] >= pair[1]:
-            raise InputError(f"{where}: limits.{name}: {pair} must rise; give the lower limit first")
-    bounds = np.array(ranges) * DEG
-    zero = np.array(facts.pendant.offset_deg) * DEG
-    matrix = np.array(facts.pendant.matrix)
-    if abs(np.linalg.det(matrix)) < 1e-9:
-        raise InputError(f"{where}: pendant.matrix: it cannot be inverted; each joint needs its row")
-    controller = facts.controller
-    if len(set(controller.turn_joints)) != 3:
-        raise InputError(f"{where}: controller.turn_joints: {controller.turn_joints} names a joint twice; name three")
-    robot = Robot(
-        name=facts.name,
-        d=np.array(facts.dh.d_mm) * MM,
-        a=np.array(facts.dh.a_mm) * MM,
-        alpha=np.array(facts.dh.alpha_deg) * DEG,
-        pendant_map=matrix,
-        pendant_zero=zero,
-        lower=bounds[:, 0] + zero,
-        upper=bounds[:, 1] + zero,
-        joint_names=("J1", "J2", "J2+J3", "J4", "J5", "J6"),
-        speed=np.array(limits.speed_deg_s) * DEG,
-        acceleration=np.array(limits.acceleration_deg_s2) * DEG,
-        jerk=np.array(limits.jerk_deg_s3) * DEG,
-        shoulder_margin=facts.singularity.shoulder_mm * MM,
-        elbow_margin=facts.singularity.elbow_mm * MM,
-        wrist_margin=facts.singularity.wrist_deg * DEG,
-        controller=Controller(
-            compensation="signature" if controller.compensation == "signature" else "none",
-            period=controller.interpolation_ms * MS,
-            max_lines=controller.max_lines,
-            max_positions=controller.max_positions,
-            memory=controller.memory_kB * KB,
-            name_length=controller.name_length,
-            turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
-        ),
-    )
-    check_arm_class(robot)
-    return robot
-
-
-def _heat(table: sc.ThermalTable, where: str) -> NodeModel:
-    names = [n.name for n in table.node]
-    if twice := next((n for n in names if names.count(n) > 1), None):
-        raise InputError(f"{where}: thermal.node: the name '{twice}' stands twice; give each node its own")
-    if table.box.feed_mm_s[0] >= table.box.feed_mm_s[1]:
-        raise InputError(f"{where}: thermal.box.feed_mm_s: {table.box.feed_mm_s} must rise; give the lower feed first")
-    return NodeModel(
-        names=tuple(n.name for n in table.node),
-        reference_rise=np.array([n.rise_K for n in table.node]),
-        exponent=np.array([n.exponent for n in table.node]),
-        tau=np.array([n.tau_h for n in table.node]) * HOUR,
-        idle=table.idle_fraction,
-        reference_feed=table.reference_feed_mm_s * MM,
-        reference_time=table.reference_h * HOUR,
-        box_feed=np.array(table.box.feed_mm_s) * MM,
-        box_time=table.box.hours * HOUR,
-        box_rise=table.box.rise_K,
-    )
-
-
-def _profiles(facts: sc.RobotFile, robot: Robot, where: str) -> tuple[Profile, ...]:
-    thermal = facts.thermal
-    rises = {n.name: n.rise_K for n in thermal.node}
-    found = []
-    for i, profile in enumerate(thermal.profile):
-        key = f"{where}: thermal.profile.{i}"
-        cte = thermal.cte_um_m_K
-        if isinstance(cte, dict):
-            if unknown := sorted(set(cte) - {p.length for p in thermal.profile}):
-                raise InputError(f"{where}: thermal.cte_um_m_K.{unknown[0]}: no profile has this length")
-            if profile.length not in cte:
-                raise InputError(f"{where}: thermal.cte_um_m_K.{profile.length}: missing; add it")
-            cte = cte[profile.length]
-        start, sections = 0.0, []
-        for s in profile.sections:
-            for node in (s.from_, s.to):
-                if node not in rises:
-                    raise InputError(f"{key}: node '{node}' is unknown{suggest(node, list(rises))}")
-            if s.to_mm * MM <= start:
-                raise InputError(f"{key}: to_mm {s.to_mm:g} must be above the section before it")
-            if s.shape == "exponential" and not (rises[s.from_] > 0 and rises[s.to] > 0):
-                raise InputError(f"{key}: an exponential shape needs rises above zero at '{s.from_}' and '{s.to}'")
-            sections.append(Section(start, s.to_mm * MM, s.from_, s.to, s.shape))
-            start = s.to_mm * MM
-        kind, axis = LENGTHS[profile.length]
-        length = abs(float(getattr(robot, kind)[axis]))
-        if abs(start - length) > 1e-9:
-            raise InputError(f"{key}: sections end at {start / MM:g} mm, {profile.length} is {length / MM:g} mm long")
-        found.append(Profile(profile.length, cte * UM, tuple(sections)))
-    return tuple(found)
-
-
-def _growth(robot: Robot, heat: NodeModel, profiles: Sequence[Profile]) -> ThermalGrowth:
-    """Growth of each DH length; a length against its axis grows away from zero."""
-    reference = dict(zip(heat.names, heat.reference_rise.tolist()))
-    grown = {"a": np.zeros((6, len(heat.names))), "d": np.zeros((6, len(heat.names)))}
-    for profile in profiles:
-        kind, row = LENGTHS[profile.length]
-        sign = np.sign(getattr(robot, kind)[row])
-        grown[kind][row] += sign * growth_weights(profile, reference, heat.names)
-    return ThermalGrowth(grown["a"], grown["d"])

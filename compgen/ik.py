@@ -51,6 +51,18 @@ def flange_of(position: Array, rotation: Array, tool_position: Array, tool_rotat
     return position - flange @ tool_position, flange
 
 
+def forward(robot: Robot, theta: Array) -> tuple[Array, Array]:
+    """Nominal flange poses of DH joint angles (N, 6) [rad]: what ``solve`` inverts, (N, 3) [m] and (N, 3, 3)."""
+    position, rotation = np.zeros((len(theta), 3)), np.tile(np.eye(3), (len(theta), 1, 1))
+    for angle, d, a, alpha in zip(theta.T, robot.d, robot.a, robot.alpha):
+        c, s, ca, sa = np.cos(angle), np.sin(angle), np.cos(alpha), np.sin(alpha)
+        zero = np.zeros_like(c)
+        link = np.array([[c, -s * ca, s * sa], [s, c * ca, -c * sa], [zero, zero + sa, zero + ca]])
+        position = position + np.einsum("nij,nj->ni", rotation, np.column_stack([a * c, a * s, zero + d]))
+        rotation = rotation @ np.moveaxis(link, -1, 0)
+    return position, rotation
+
+
 def solve(robot: Robot, position: Array, rotation: Array, posture: Posture) -> tuple[Array, Array]:
     """DH joint angles of flange poses on one branch.
 

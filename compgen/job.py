@@ -1,4 +1,4 @@
-"""What one run needs, in SI, with nothing left to look up."""
+"""What one run needs, in SI, with nothing left to look up: a job plans a program, a cell takes one that exists."""
 
 from dataclasses import dataclass
 
@@ -12,6 +12,18 @@ from compgen.sources import Source
 from compgen.surfaces import Quadric
 from compgen.thermal import Duty, NodeModel, Profile
 from compgen.verify import Bounds
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cell:
+    """A robot, how it warms, and what makes it err: all that a program which exists already needs."""
+
+    robot: Robot
+    heat: NodeModel
+    profiles: tuple[Profile, ...]
+    sources: tuple[Source, ...]
+    overrides: tuple[str, ...]
+    inputs_hash: str  # of the robot file and the overrides
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -220,6 +220,8 @@ class ControllerTable(Table):
     """What the controller does with a program, and holds."""
 
     compensation: Literal["none", "signature", "unknown"]
+    signature: str = ""  # the calibration that is active on the controller
+    identified_with: str = ""  # the calibration that was active when this file's errors were identified
     interpolation_ms: Annotated[FiniteFloat, Field(ge=0.1, le=1000)]
     max_lines: Annotated[int, Field(gt=0)]
     max_positions: Annotated[int, Field(gt=0)]

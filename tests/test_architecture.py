@@ -27,6 +27,7 @@ ROOMS = [
     {"job"},
     {"schema"},
     {"reading"},
+    {"cells"},
     {"config", "pipeline"},
     {"report", "outbox"},
     {"cli"},

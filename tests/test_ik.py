@@ -159,3 +159,9 @@ def test_joint_6_runs_on_through_180(robot):
     solved = ik.follow(robot, *forward(robot, theta), ik.Posture())
     assert_allclose(solved[:, 5], theta[:, 5], atol=1e-9)
     assert solved[:, 5].max() > np.pi
+
+
+def test_plain_forward_agrees_with_the_symbolic_chain(robot):
+    q = np.random.default_rng(5).uniform(robot.lower, robot.upper, (500, 6))
+    for ours, symbolic in zip(ik.forward(robot, q), forward(robot, q)):
+        assert_allclose(ours, symbolic, atol=1e-12)
