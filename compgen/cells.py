@@ -138,6 +138,7 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
         wrist_margin=facts.singularity.wrist_deg * DEG,
         controller=Controller(
             compensation="signature" if controller.compensation == "signature" else "none",
+            signature=controller.signature,
             period=controller.interpolation_ms * MS,
             max_lines=controller.max_lines,
             max_positions=controller.max_positions,

@@ -1,6 +1,7 @@
 """Path files to jobs: TOML with overrides, checked against ``schema``, turned into SI."""
 
 import json
+import re
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -16,13 +17,13 @@ from compgen.ik import Posture
 from compgen.job import Job
 from compgen.pieces import Pieces
 from compgen.problem import Settings
-from compgen.reading import find_robot, override, path_model, read_toml
+from compgen.reading import check, find_robot, override, path_model, read_toml
 from compgen.rotations import from_wpr
 from compgen.thermal import Duty
-from compgen.units import DEG, HOUR, MDEG, MM, UM
+from compgen.units import DEG, HOUR, MDEG, MINUTE, MM, UM
 from compgen.verify import Bounds
 
-__all__ = ["load_cell", "load_job", "load_robot"]
+__all__ = ["load_before", "load_cell", "load_job", "load_robot"]
 
 MAX_SWEEPS = 1e4
 
@@ -83,7 +84,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
         settings=_settings(path),
         start_drift=path.compensation.start_drift_um * UM,
-        before=_duties(path, str(source)),
+        before=_stretches(path.before, str(source)),
         bounds=_bounds(path.bounds),
         robot=cell.robot,
         heat=cell.heat,
@@ -178,14 +179,61 @@ def _surface(path: sc.PathFile, where: str) -> surfaces.Quadric:
         raise InputError(f"{where}: {failure}") from failure
 
 
-def _duties(path: sc.PathFile, where: str) -> tuple[Duty, ...]:
-    for i, b in enumerate(path.before):
+def _stretches(before: Sequence[sc.BeforeTable], where: str) -> tuple[Duty, ...]:
+    for i, b in enumerate(before):
         if b.state == "moving" and b.feed_mm_s is None:
             raise InputError(f"{where}: before.{i}.feed_mm_s: missing; state 'moving' needs it")
     return tuple(
-        Duty(b.state, (b.feed_mm_s or 0.0) * MM if b.state == "moving" else 0.0, b.duration_h * HOUR)
-        for b in path.before
+        Duty(b.state, (b.feed_mm_s or 0.0) * MM if b.state == "moving" else 0.0, b.duration_h * HOUR) for b in before
     )
+
+
+def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
+    """What the cell did before, from the command line.
+
+    Args:
+        items: In order; each a TOML file with [[before]] tables, or a stretch in words: state, feed and duration, as in
+            ``moving 200mm/s 5h``, ``idle 30min``, ``off 16h``, or as a table has it, ``feed_mm_s=200 duration_h=5``.
+
+    Raises:
+        InputError: Not understood; says which and how it is written.
+    """
+    found: list[Duty] = []
+    for item in items:
+        if item.endswith(".toml"):
+            data = read_toml(Path(item), "paths")
+            table = check(sc.BeforeFile, {"before": data.get("before", [])}, item)
+            found += _stretches(table.before, item)
+        else:
+            table = check(sc.BeforeFile, {"before": [_stretch(item)]}, f"--before '{item}'")
+            found += _stretches(table.before, f"--before '{item}'")
+    return tuple(found)
+
+
+def _stretch(item: str) -> dict[str, str | float]:
+    """A stretch in words as a table."""
+    table: dict[str, str | float] = {}
+    for word in re.split(r"[\s,;:@]+", item.strip()):
+        if word in ("moving", "idle", "off"):
+            table["state"] = word
+        elif feed := re.fullmatch(r"(?:feed_mm_s=)?(\d*\.?\d+)(?:mm/s(?:ec)?)?", word):
+            if not (word.startswith("feed") or word.endswith(("s", "c"))):
+                raise InputError(f"--before '{item}': {word} has no unit; write it as in 'moving 200mm/s 5h'")
+            table["feed_mm_s"] = float(feed[1])
+        elif time := re.fullmatch(r"(\d*\.?\d+)(h|min|s)", word):
+            table["duration_h"] = float(time[1]) * {"h": HOUR, "min": MINUTE, "s": 1.0}[time[2]] / HOUR
+        elif pair := re.fullmatch(r"(state|duration_h)=(\S+)", word):
+            table[pair[1]] = pair[2] if pair[1] == "state" else _plain(pair[2], item)
+        else:
+            raise InputError(f"--before '{item}': {word!r} is not understood; write it as in 'moving 200mm/s 5h'")
+    return {"state": "moving" if "feed_mm_s" in table else "idle", **table}
+
+
+def _plain(text: str, item: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--before '{item}': {text!r} is not a number") from None
 
 
 def _settings(path: sc.PathFile) -> Settings:

@@ -21,6 +21,7 @@ class Controller:
     """What the controller does with a program, and what it can hold."""
 
     compensation: Literal["none", "signature"]  # does it correct geometry of its own?
+    signature: str  # the calibration that is active on it
     period: float  # [s] interpolation
     max_lines: int
     max_positions: int

@@ -151,6 +151,12 @@ class BeforeTable(Table):
     duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)]
 
 
+class BeforeFile(Table):
+    """A file, or words, that say only what went before."""
+
+    before: list[BeforeTable] = []
+
+
 class BoundsTable(Table):
     """The promise: largest values allowed after correction."""
 

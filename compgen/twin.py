@@ -108,17 +108,27 @@ class Twin:
         position = program.position[segment] + fraction[:, None] * step
         rotation = between(program.rotation[segment], program.rotation[segment + 1], fraction)
         theta = self._controller(program, points, position, rotation, segment, fraction)
-        nominal = self._fly(theta, None, lambda share: progress(share / 2))
+        self.confirm(theta, position, rotation, segment, lambda share: progress(share / 2))
+        actual = self.reach(theta, rise, lambda share: progress(0.5 + share / 2))
+        return Ride(segment, fraction, now, rise, theta, *actual)
+
+    def reach(self, theta: Array, rise: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
+        """Where the tool really is at commanded joints (M, 6) [rad] and rises (M, K) [K], (M, 3) [m] and (M, 3, 3)."""
+        return self._fly(theta, self._growth(rise), progress)
+
+    def confirm(
+        self, theta: Array, position: Array, rotation: Array, segment: IntArray, progress: Callable[[float], None]
+    ) -> None:
+        """Raises TwinError unless pinocchio's nominal arm is where the controller's inverse says, to 1e-9 m."""
+        nominal = self._fly(theta, None, progress)
         off = np.linalg.norm(nominal[0] - position, axis=1)
         turned = np.linalg.norm(nominal[1] - rotation, axis=(1, 2))
-        if off.max() > CONFIRM or turned.max() > 1e-8:
+        if off.max(initial=0.0) > CONFIRM or turned.max(initial=0.0) > 1e-8:
             m = int(np.argmax(off + turned))
             raise TwinError(
                 f"P[{segment[m] + 1}]: pinocchio's nominal arm is {off[m]:.1e} m from the pose asked for: "
                 "the inverse kinematics cannot be trusted here"
             )
-        actual = self._fly(theta, self._growth(rise), lambda share: progress(0.5 + share / 2))
-        return Ride(segment, fraction, now, rise, theta, *actual)
 
     def _clock(self, program: Program, length: Array, theta: Array) -> tuple[Array, Array]:
         r"""When each position is passed (N,) [s], and the speed really driven on each segment, (N - 1,) [m/s].

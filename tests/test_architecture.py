@@ -25,6 +25,7 @@ ROOMS = [
     {"twin"},
     {"verify"},
     {"job"},
+    {"correction"},
     {"schema"},
     {"reading"},
     {"cells"},

@@ -5,32 +5,13 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
-from compgen.arrays import Array, IntArray
 from compgen.pipeline import Corrected, Planned
 from compgen.report.json import summary
+from compgen.report.page import COOL, GREY, LINES, WARM, div, dress, findings_list, page, thin
 from compgen.units import MM, UM
 from compgen.verify import Deviation
-
-POINTS = 4000  # of a curve: what a screen can show
-WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"
-LINES = ("#c2410c", "#ca8a04", "#7c3aed", "#0f766e", "#1d4ed8", "#64748b")
-
-_STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;color:#1e293b;max-width:1080px;margin:2rem auto;padding:0 1rem}
-h1{font-size:1.5rem;margin:0}h2{font-size:1.1rem;margin:2rem 0 .5rem}
-.lead{color:#64748b;margin:.2rem 0 1rem}
-.big{font-size:1.15rem;margin:1rem 0;padding:.7rem 1rem;border-left:5px solid}
-.inside{border-color:#0f766e;background:#f0fdfa}.outside{border-color:#b91c1c;background:#fef2f2}
-.predicted{border-color:#c2410c;background:#fff7ed}
-table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
-th,td{padding:.3rem .6rem;text-align:right;border-bottom:1px solid #e2e8f0}
-th:first-child,td:first-child{text-align:left}thead th{color:#64748b;font-weight:600}
-li.outside{color:#b91c1c;font-weight:600;background:none}li.warning{color:#b45309}li.note{color:#475569}
-footer{color:#64748b;font-size:.85rem;margin:2rem 0;overflow-wrap:anywhere}
-"""
 
 
 def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
@@ -42,22 +23,14 @@ def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
         ("Temperature while the program runs", _temperatures(planned), "heat"),
         ("Use of the joints", _joints(data), "joints"),
     ]
-    body = "".join(f"<h2>{title}</h2>{_div(figure, key)}" for title, figure, key in figures)
-    name = escape(data["title"] or data["name"])
-    page = (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>'
-        f"<script>{get_plotlyjs()}</script></head><body><h1>{name}</h1>"
+    body = "".join(f"<h2>{title}</h2>{div(figure, key)}" for title, figure, key in figures)
+    lead = (
         f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
         f"{data['path']['waypoints']} waypoints, {data['path']['length_m']:.2f} m, "
         f"{data['timing']['duration_s']:.1f} s, {100 * data['timing']['at_feed']:.1f} % of the length at feed</p>"
-        f"{_verdict(data)}{_findings(data)}{_table(data)}{body}{_footer(data)}</body></html>\n"
     )
-    return page.encode()
-
-
-def _div(figure: go.Figure, key: str) -> str:
-    config = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
-    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=key, config=config))
+    found = findings_list([*(corrected.findings if corrected else planned.findings)])
+    return page(data["title"] or data["name"], f"{lead}{_verdict(data)}{found}{_table(data)}{body}{_footer(data)}")
 
 
 def _verdict(data: dict[str, Any]) -> str:
@@ -72,11 +45,6 @@ def _verdict(data: dict[str, Any]) -> str:
             f"within {window:.0f} s of the stated warmth."
         )
     return f'<p class="big {data["verdict"]}">{text}</p>'
-
-
-def _findings(data: dict[str, Any]) -> str:
-    rows = "".join(f'<li class="{f["level"]}">{f["level"]}: {escape(f["message"])}</li>' for f in data["findings"])
-    return f"<h2>Findings</h2><ul>{rows or '<li class=note>none</li>'}</ul>"
 
 
 def _table(data: dict[str, Any]) -> str:
@@ -109,26 +77,13 @@ def _footer(data: dict[str, Any]) -> str:
     )
 
 
-def _thin(values: Array) -> IntArray:
-    """Rows to draw: from each of many bins the one with the largest value, and both ends."""
-    count = len(values)
-    if count <= POINTS:
-        return np.arange(count)
-    edges = np.linspace(0, count, POINTS + 1).astype(int)[:-1]
-    top = np.maximum.reduceat(values, edges)
-    owner = np.searchsorted(edges, np.arange(count), side="right") - 1
-    hit = np.flatnonzero(values == top[owner])
-    first = hit[np.unique(owner[hit], return_index=True)[1]]
-    return np.unique(np.concatenate([[0], first, [count - 1]]))
-
-
 def _error_over_time(planned: Planned, corrected: Corrected | None) -> go.Figure:
     rows: list[tuple[str, Deviation, str]] = [("before", planned.deviation, WARM)]
     if corrected:
         rows.append(("after", corrected.deviation, COOL))
     figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.08)
     for i, (name, deviation, colour) in enumerate(rows, 1):
-        keep = _thin(deviation.total())
+        keep = thin(deviation.total())
         time = np.round(deviation.time[keep], 4)
         for part, values, dash, tint in (
             ("total", deviation.total(), "solid", colour),
@@ -143,7 +98,7 @@ def _error_over_time(planned: Planned, corrected: Corrected | None) -> go.Figure
     if corrected and bound is not None:
         figure.add_hline(y=bound / UM, line={"color": "#b91c1c", "dash": "dash", "width": 1}, row=2, col=1)
     figure.update_xaxes(title_text="time from leaving P[1] [s]", row=len(rows), col=1)
-    return _dress(figure, 260 * len(rows))
+    return dress(figure, 260 * len(rows))
 
 
 def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
@@ -155,7 +110,7 @@ def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
     path = planned.path
     for i, (_, deviation) in enumerate(sides, 1):
         total = deviation.total()
-        keep = _thin(total)
+        keep = thin(total)
         place = [np.interp(deviation.arc[keep], path.arc, path.position[:, k]) / MM for k in range(3)]
         bar = {"title": "µm", "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
         marker = {
@@ -182,12 +137,12 @@ def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
         "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.2}},
     }
     figure.update_scenes(**scene)
-    return _dress(figure, 460)
+    return dress(figure, 460)
 
 
 def _temperatures(planned: Planned) -> go.Figure:
     figure = go.Figure()
-    keep = _thin(np.arange(len(planned.rise), dtype=float))
+    keep = thin(np.arange(len(planned.rise), dtype=float))
     for i, name in enumerate(planned.job.heat.names):
         figure.add_scatter(
             x=np.round(planned.trajectory.time[keep], 3),
@@ -197,7 +152,7 @@ def _temperatures(planned: Planned) -> go.Figure:
         )
     figure.update_yaxes(title_text="rise [K]", rangemode="tozero")
     figure.update_xaxes(title_text="time from leaving P[1] [s]")
-    return _dress(figure, 320)
+    return dress(figure, 320)
 
 
 def _joints(data: dict[str, Any]) -> go.Figure:
@@ -206,15 +161,4 @@ def _joints(data: dict[str, Any]) -> go.Figure:
         figure.add_bar(x=list(shares), y=[round(100 * v, 2) for v in shares.values()], name=kind, marker_color=colour)
     figure.add_hline(y=100, line={"color": "#b91c1c", "dash": "dash", "width": 1})
     figure.update_yaxes(title_text="largest share of the limit [%]")
-    return _dress(figure, 320)
-
-
-def _dress(figure: go.Figure, height: int) -> go.Figure:
-    figure.update_layout(
-        template="plotly_white",
-        height=height,
-        margin={"l": 60, "r": 20, "t": 40, "b": 45},
-        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0},
-        font={"family": "system-ui, sans-serif", "size": 12},
-    )
-    return figure
+    return dress(figure, 320)

@@ -32,6 +32,8 @@ class Poses:
     """K rows, one for group 1 of each position."""
 
     row: IntArray  # (K,) in the program's table of positions
+    number: IntArray  # (K,) n of P[n]
+    line: IntArray  # (K,)
     position: Array  # (K, 3) [m] TCP in World
     rotation: Array  # (K, 3, 3)
     theta: Array  # (K, 6) [rad]
@@ -43,6 +45,10 @@ class Poses:
     tools: tuple[Pose, ...]
     base: IntArray  # (K,) in ``bases``
     bases: tuple[Pose, ...]
+
+    def tool_of(self, tool: int) -> Pose:
+        """The TCP in the flange; the flange itself for a joint-form position whose tool is not known."""
+        return self.tools[tool] if tool != NONE else (np.zeros(3), np.eye(3))
 
 
 def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
@@ -93,7 +99,10 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
                 theta[some] = np.where(inside[:, None] >= 0, turned, np.nan)
                 margin[some] = inside
     extended = np.asarray((p.span[row, E1:, 1] > 0).any(axis=1))
-    return Poses(row, position, rotation, theta, margin, posture, joint_form, extended, tool, tools, base, bases)
+    return Poses(
+        row, p.number[row], p.line[row], position, rotation, theta, margin, posture, joint_form, extended,
+        tool, tools, base, bases,
+    )  # fmt: skip
 
 
 def require_frames(program: LsProgram, frames: Frames) -> None:

@@ -1,0 +1,185 @@
+"""What the user must know of a correction."""
+
+import numpy as np
+
+from compgen.arrays import Array
+from compgen.correction.edits import decimals_of
+from compgen.correction.result import Correction
+from compgen.correction.share import SAME
+from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+from compgen.units import KB, MM, UM
+from compgen.verify import Finding
+
+ROUNDING = 3 * UM  # what rounding alone may add to a corrected station
+STRAY = 2 * UM  # of a straight line between corrected ends, above which it is a finding
+NAMED = 8  # lines or positions that a message names before it counts the rest
+
+
+def findings(result: Correction, stray: Array) -> tuple[Finding, ...]:
+    """All of them, the worst first.
+
+    Args:
+        result: The correction.
+        stray: How far each straight way between corrected ends strays from what it should be, (n,) [m].
+    """
+    return tuple(
+        [
+            *_verdict(result),
+            *_scope(result),
+            *_shared(result),
+            *_lines(result, stray),
+            *_text(result),
+            *_heat(result),
+            *_time(result),
+            *_controller(result),
+        ]
+    )
+
+
+def _verdict(result: Correction) -> list[Finding]:
+    judged = result.judged
+    if not judged.any():
+        return [Finding("warning", "correction.none", "no position of this program can be corrected")]
+    found = []
+    before, after = result.error[0][judged], result.residual[0][judged]
+    worse = np.flatnonzero(after > before + ROUNDING)
+    coarse = _decimals(result).min(initial=3) < 3 or result.plan.poses.joint_form.any()
+    if len(worse) and not coarse:
+        k = int(worse[np.argmax((after - before)[worse])])
+        line = _line(result, int(result.flight.station[judged][k]))
+        told = f"line {line}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
+        found.append(Finding("outside", "correction.worse", told))
+    bound = result.options.bound
+    if bound is not None and after.max() > bound:
+        line = _line(result, int(result.flight.station[judged][int(np.argmax(after))]))
+        told = f"line {line}: {after.max() / UM:.2f} um after correction, above the {bound / UM:g} um of --max-um"
+        found.append(Finding("outside", "bounds.max", told))
+    return found
+
+
+def _scope(result: Correction) -> list[Finding]:
+    found = []
+    unsafe = result.plan.scope.unsafe
+    if unsafe:
+        lines = sorted({u.line for u in unsafe})
+        told = (
+            f"{len(unsafe)} statements or positions are passed through untouched or cast doubt: {_some('line', lines)}"
+        )
+        found.append(Finding("warning", "correction.unsafe", f"{told}; first: {unsafe[0].text}: {unsafe[0].reason}"))
+    reasons: dict[str, list[int]] = {}
+    for station, why in result.plan.solved.held:
+        reasons.setdefault(why, []).append(_line(result, station))
+    for why, lines in reasons.items():
+        found.append(Finding("warning", "correction.held", f"{_some('line', lines)} left as it is: {why}"))
+    limits: dict[str, list[int]] = {}
+    for station, limit in result.plan.solved.limited:
+        limits.setdefault(limit, []).append(_line(result, station))
+    for limit, lines in limits.items():
+        found.append(Finding("warning", "correction.limited", f"{limit} binds at {_some('line', lines)}"))
+    return found
+
+
+def _shared(result: Correction) -> list[Finding]:
+    found = []
+    poses, each = result.plan.poses, result.shared
+    apart = np.flatnonzero(each.changed & (each.spread > SAME))
+    if len(apart):
+        names = _some("P", poses.number[apart].tolist())
+        told = f"{names} used more than once with corrections up to {each.spread.max() / UM:.1f} um from their mean"
+        found.append(Finding("warning", "correction.shared", f"{told}, which is written; --split parts them"))
+    mixed = np.flatnonzero(each.mixed)
+    if len(mixed):
+        names = _some("P", poses.number[mixed].tolist())
+        told = f"{names} also used where nothing may change: left as it is; --split parts them"
+        found.append(Finding("warning", "correction.mixed", told))
+    return found
+
+
+def _lines(result: Correction, stray: Array) -> list[Finding]:
+    found = []
+    if stray.max(initial=0.0) > STRAY:
+        told = f"straight lines between corrected ends stray by up to {stray.max() / UM:.1f} um midway"
+        found.append(Finding("note", "correction.straight", f"{told}; --insert UM puts points into them"))
+    drive = result.plan.drive
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pace = drive.length / drive.duration
+        short = drive.line & ~drive.stop & (drive.length < pace * result.cell.robot.controller.period)
+    if short.any():
+        told = f"{int(short.sum())} straight lines are shorter than speed x the interpolation period"
+        found.append(Finding("note", "timing.short", f"{told}: the robot will be slower there"))
+    return found
+
+
+def _text(result: Correction) -> list[Finding]:
+    found = []
+    decimals = _decimals(result)
+    if decimals.min(initial=3) < 3:
+        told = f"positions are written with {decimals.min()} decimals: rounding alone moves them by up to"
+        found.append(Finding("note", "text.decimals", f"{told} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um"))
+    joint = result.plan.poses.joint_form & result.shared.changed
+    if joint.any():
+        told = f"{int(joint.sum())} corrected positions are in joint form: 0.001 deg moves the tool by up to 26 um"
+        found.append(Finding("note", "text.joint_form", told))
+    if result.changed and not result.marked:
+        told = "too few Cartesian positions to carry compgen's mark: keep the provenance file beside the program"
+        found.append(Finding("note", "correction.mark", told))
+    return found
+
+
+def _heat(result: Correction) -> list[Finding]:
+    drive, solved, heat = result.plan.drive, result.plan.solved, result.cell.heat
+    found = []
+    if not result.before:
+        found.append(Finding("note", "thermal.cold", "no --before: the cell starts cold"))
+    run = drive.duration > 0
+    if run.any() and np.nansum(drive.length) > 0:
+        feed = float(np.nansum(drive.length[run]) / drive.duration[run].sum())
+        told = heat.strays(result.before, feed, float(solved.time[-1]), solved.rise)
+        found += [Finding("warning", "thermal.box", text) for text in told]
+    return found
+
+
+def _time(result: Correction) -> list[Finding]:
+    drive = result.plan.drive
+    found = []
+    if drive.untimed:
+        told = f"{_some('line', drive.untimed)}: the speed is only known at run time; an assumed one warms the model"
+        found.append(Finding("note", "timing.assumed", told))
+    if drive.flow:
+        told = f"{_some('line', drive.flow)}: jumps, calls and loops are not followed; the heat is that of one pass"
+        found.append(Finding("note", "timing.order", told))
+    return found
+
+
+def _controller(result: Correction) -> list[Finding]:
+    controller = result.cell.robot.controller
+    found = []
+    if controller.compensation == "signature":
+        text = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
+        found.append(Finding("note", "controller.signature", text))
+    if result.added:
+        positions = len(set(result.plan.program.positions.number.tolist()))
+        motions = len(result.plan.program.motions.line)
+        memory = MEMORY_PROGRAM + MEMORY_POSITION * positions + MEMORY_MOTION * motions
+        told = f"{result.added} positions are new: {positions} in all, about {memory / KB:.0f} kB on the controller"
+        over = positions > controller.max_positions or memory > controller.memory
+        over = over or len(result.plan.program.statements) > controller.max_lines
+        found.append(Finding("warning" if over else "note", "controller.size", told + (", too many" if over else "")))
+    return found
+
+
+def _decimals(result: Correction) -> Array:
+    changed = np.flatnonzero(result.shared.changed)
+    return np.asarray(decimals_of(result.plan.program, result.plan.poses, changed[:1000]), dtype=float).astype(int)
+
+
+def _line(result: Correction, station: int) -> int:
+    return int(result.plan.program.motions.line[result.plan.drive.motion[station]])
+
+
+def _some(what: str, numbers: tuple[int, ...] | list[int]) -> str:
+    form = "P[{}]" if what == "P" else "{}"
+    named = ", ".join(form.format(n) for n in numbers[:NAMED])
+    more = f" and {len(numbers) - NAMED} more" if len(numbers) > NAMED else ""
+    head = "" if what == "P" else ("line " if len(numbers) == 1 else "lines ")
+    return f"{head}{named}{more}" + ((" is" if len(numbers) == 1 else " are") if what == "P" else "")

@@ -1,0 +1,157 @@
+r"""The correction of each free station, on the posture, frame and tool that its position names.
+
+At first each for itself: c <- c - e(c), which shrinks the error about a thousandfold a step. Where straight lines
+follow each other closer than the smoothing period, ``compensate.optimise`` takes the whole run, as for a planned path,
+so that what is put onto the part stays smooth. A correction beyond the clamp or a joint limit is not taken: the
+station is held.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen import compensate
+from compgen.arrays import Array, BoolArray, IntArray
+from compgen.dialects.fanuc_ls.drive import Drive
+from compgen.dialects.fanuc_ls.poses import Poses
+from compgen.dialects.fanuc_ls.program import posture_of
+from compgen.ik import ALL_POSTURES, nearest_turns
+from compgen.job import Cell
+from compgen.predict import ErrorModel, build_error_model
+from compgen.problem import Problem, Settings
+from compgen.thermal import Duty
+
+STEPS = 6
+SAME_PLACE = 1e-6  # m
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solved:
+    """Corrections of S stations; zero where one is held."""
+
+    correction: Array  # (S, 6) [m] in World axes, [rad] in tool axes
+    theta: Array  # (S, 6) [rad] of the commanded poses
+    rise: Array  # (S, K) [K]
+    time: Array  # (S,) [s] when each is reached
+    held: tuple[tuple[int, str], ...]  # station, why no correction was taken
+    limited: tuple[tuple[int, str], ...]  # station, limit that keeps the correction from being the best
+
+
+def warmth(cell: Cell, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array]:
+    """Time (S,) [s] and rise (S, K) [K] at each station; a pause is standing with the servo on."""
+    legs = np.column_stack([drive.pause, drive.duration]).ravel()
+    with np.errstate(invalid="ignore", divide="ignore"):
+        driven = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
+    speeds = np.column_stack([np.zeros(len(driven)), driven]).ravel()
+    time = np.concatenate([[0.0], np.cumsum(legs)])
+    rise = cell.heat.during(cell.heat.after(before), time, speeds)
+    return time[2::2], rise[2::2]
+
+
+def solve(
+    cell: Cell,
+    poses: Poses,
+    drive: Drive,
+    free: BoolArray,
+    before: Sequence[Duty],
+    settings: Settings,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Solved:
+    """Corrections of all free stations."""
+    time, rise = warmth(cell, drive, before)
+    S = len(free)
+    correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
+    limited: list[tuple[int, str]] = []
+    rows = np.flatnonzero(free)
+    if not len(rows):
+        return Solved(correction, theta, rise, time, (), ())
+    models = error_models(cell, poses, drive.pose[rows])
+    correction[rows], theta[rows] = pointwise(cell, models, poses, drive.pose[rows], rise[rows])
+    runs = dense_runs(poses, drive, free, settings.curvature_period)
+    for i, (first, last) in enumerate(runs):
+        rows = np.arange(first, last + 1)
+        arc = np.concatenate([[0.0], np.cumsum(drive.length[first + 1 : last + 1])])
+        run = _problem(cell, models, poses, drive.pose[rows], rise[rows], arc, drive.stop[rows])
+        solution = compensate.optimise(run, settings)
+        correction[rows], theta[rows] = solution.correction, solution.theta
+        limited += [(first + n - 1, limit) for n, limit in solution.active]
+        progress((i + 1) / len(runs))
+    refused = _refused(cell, poses, correction, theta, drive.pose, free, settings)
+    for station, _ in refused:
+        correction[station] = 0.0
+        theta[station] = poses.theta[drive.pose[station]]
+    return Solved(correction, theta, rise, time, tuple(refused), tuple(limited))
+
+
+def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorModel]:
+    """An error model for each tool that some positions use."""
+    return {
+        t: build_error_model(cell.robot, cell.sources, len(cell.heat.names), *poses.tool_of(t))
+        for t in np.unique(poses.tool[pose]).tolist()
+    }
+
+
+def pointwise(
+    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array
+) -> tuple[Array, Array]:
+    """The correction that cancels each position's own error (n, 6), and the joints it leads to (n, 6) [rad]."""
+    correction, theta = np.zeros((len(pose), 6)), np.empty((len(pose), 6))
+    kinds = np.column_stack([poses.tool, poses.posture])[pose]
+    for kind in np.unique(kinds, axis=0):
+        rows = np.flatnonzero((kinds == kind).all(axis=1))
+        still = np.zeros(len(rows))
+        here = _problem(cell, models, poses, pose[rows], rise[rows], still, still.astype(bool))
+        c = np.zeros((len(rows), 6))
+        for _ in range(STEPS):
+            c = c - here.error(c)
+        correction[rows], theta[rows] = c, here.joints(c)[0]
+    return correction, theta
+
+
+def _problem(
+    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array, arc: Array, stop: BoolArray
+) -> Problem:
+    """Positions of one tool and one posture as the optimiser takes them."""
+    tool = int(poses.tool[pose[0]])
+    return Problem(
+        cell.robot, models[tool], ALL_POSTURES[int(poses.posture[pose[0]])], *poses.tool_of(tool),
+        poses.position[pose], poses.rotation[pose], poses.theta[pose], rise, arc, stop,
+    )  # fmt: skip
+
+
+def dense_runs(poses: Poses, drive: Drive, free: BoolArray, period: float) -> list[tuple[int, int]]:
+    """First and last station of runs of straight lines, three or more, some shorter than the smoothing period."""
+    tool, posture = poses.tool[drive.pose], poses.posture[drive.pose]
+    joined = drive.line[1:] & free[1:] & free[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
+    with np.errstate(invalid="ignore"):
+        joined &= drive.length[1:] > SAME_PLACE
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], joined.astype(int), [0]])))
+    return [
+        (int(a), int(b)) for a, b in edges.reshape(-1, 2) if b - a >= 2 and drive.length[a + 1 : b + 1].min() < period
+    ]
+
+
+def _refused(
+    cell: Cell, poses: Poses, correction: Array, theta: Array, pose: IntArray, free: BoolArray, settings: Settings
+) -> list[tuple[int, str]]:
+    """Stations whose correction is not legal, and why."""
+    found = []
+    robot = cell.robot
+    rows = np.flatnonzero(free)
+    c, q, planned = correction[rows], theta[rows], poses.theta[pose[rows]]
+    with np.errstate(invalid="ignore"):
+        far = ~(np.abs(c[:, :3]).max(axis=1) <= settings.clamp_position)
+        far |= ~(np.abs(c[:, 3:]).max(axis=1) <= settings.clamp_rotation)
+        over = np.maximum(robot.lower - q, q - robot.upper)
+        swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
+    letters = posture_of(robot, np.nan_to_num(q))
+    for k, station in enumerate(rows.tolist()):
+        if far[k]:
+            found.append((station, "its correction is beyond the clamp: the error model cannot be trusted there"))
+        elif (over[k] > 1e-9).any():
+            i = int(np.argmax(over[k]))
+            found.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
+        elif swing[k] or letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
+            found.append((station, "its correction would change the posture letters of CONFIG"))
+    return found
