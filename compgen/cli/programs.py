@@ -1,40 +1,170 @@
-"""Commands on a program that exists: inspect."""
+"""Commands on a program that exists: inspect, correct."""
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from compgen import inspection
-from compgen.cli.app import app
-from compgen.cli.tables import show_program
-from compgen.config import load_robot
+from compgen import correction, inspection, outbox
+from compgen.cli.app import Quiet, Set, app, output_folder, say_error, stages
+from compgen.cli.tables import show_correction, show_program
+from compgen.config import load_before, load_cell, load_robot
 from compgen.dialects import fanuc_ls
-from compgen.dialects.fanuc_ls.frames import known_without_a_table, load_frames
+from compgen.dialects.fanuc_ls.frames import Frames, known_without_a_table, load_frames
 from compgen.exceptions import InputError
+from compgen.report import correction_csv, correction_html, correction_json, planned_of, provenance_json
+from compgen.units import UM
+
+PROVENANCE = ".compgen.json"  # beside a corrected program
+
+ProgramFile = Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)]
+RobotFile = Annotated[str, typer.Option("--robot", help="Robot name or file.")]
+FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
 
 
 @app.command()
 def inspect(
-    program: Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)],
-    robot: Annotated[str, typer.Option("--robot", help="Robot name or file, for limits.")] = "m710ic50",
-    frames: Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")] = None,
+    program: ProgramFile,
+    robot: RobotFile = "m710ic50",
+    frames: FramesFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Say what a program is, and what makes correcting it unsafe. Changes nothing."""
-    table = load_frames(frames) if frames is not None else known_without_a_table()
+    table = _frames(frames)
     arm = load_robot(robot)
-    try:
-        data = Path(program).read_bytes()
-    except OSError as failure:
-        raise InputError(f"{program}: cannot be read: {failure.strerror}; give a program listing (.LS)") from None
-    try:
+    data = _read(program)
+    with _naming(program):
         found = inspection.inspect(fanuc_ls.loads(data), arm, table)
-    except InputError as failure:
-        raise InputError(f"{program}: {failure}") from failure
     if as_json:
         sys.stdout.write(json.dumps(found, indent=2, allow_nan=False) + "\n")
     else:
         show_program(found)
+
+
+@app.command()
+def correct(
+    program: ProgramFile,
+    robot: RobotFile = "m710ic50",
+    frames: FramesFile = None,
+    before: Annotated[
+        list[str] | None,
+        typer.Option("--before", help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml; repeatable."),
+    ] = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>.")
+    ] = None,
+    split: Annotated[
+        bool, typer.Option("--split", help="Part positions whose uses need different corrections.")
+    ] = False,
+    insert: Annotated[
+        float | None, typer.Option("--insert", help="Put points into straight lines that stray by more [um].")
+    ] = None,
+    max_um: Annotated[float | None, typer.Option("--max-um", help="Largest error allowed after correction.")] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False,
+    again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False,
+    restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
+    set_: Set = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Correct an existing program in place: only the numbers of its positions change."""
+    for name, value, most in (("--insert", insert, 1e4), ("--max-um", max_um, 1e6)):
+        if value is not None and not 0.1 <= value <= most:
+            raise InputError(f"{name} {value:g}: must be 0.1 to {most:g} um")
+    source = Path(program)
+    folder = output_folder(program, output)
+    data = _read(program)
+    if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
+        raise InputError(f"{program}: the result would replace it; give another folder with -o")
+    if restore:
+        _restore(source, data, folder, quiet)
+        return
+    if not again:
+        _refuse_known(source, data)
+    options = correction.Options(
+        split=split,
+        insert=None if insert is None else insert * UM,
+        strict=strict,
+        again=again,
+        bound=None if max_um is None else max_um * UM,
+    )
+    cell, table, past = load_cell(robot, set_ or ()), _frames(frames), load_before(before or ())
+    with stages(quiet or as_json) as progress:
+        with _naming(program):
+            result = correction.correct(data, cell, table, past, options, progress)
+        progress("report", 0.5)
+        files = {
+            "report.json": correction_json(result),
+            "positions.csv": correction_csv(result),
+            "report.html": correction_html(result),
+        }
+        if result.inside or force:
+            files[source.stem + PROVENANCE] = provenance_json(result)
+            files[source.name] = result.text
+        ours = {"report.json", "positions.csv", "report.html", source.stem + PROVENANCE, source.name}
+        outbox.publish(folder, files, ours)
+    if as_json:
+        sys.stdout.write(files["report.json"].decode())
+    elif not quiet:
+        show_correction(result, folder, files)
+    if not result.inside:
+        worst = next(f.message for f in result.findings if f.level == "outside")
+        told = "written all the same (--force)" if force else f"{source.name} not written; --force writes it"
+        raise typer.Exit(say_error(f"outside bounds: {worst}; {told}", 1))
+
+
+def _restore(source: Path, data: bytes, folder: Path, quiet: bool) -> None:
+    """Write the planned program that a corrected one was made from."""
+    beside = source.with_name(source.stem + PROVENANCE)
+    try:
+        provenance = beside.read_bytes()
+    except OSError:
+        raise InputError(
+            f"{source}: {beside.name} is not beside it; put it back, it holds the planned program"
+        ) from None
+    outbox.publish(folder, {source.name: planned_of(provenance, data, str(beside))}, {source.name})
+    if not quiet:
+        sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")
+
+
+def _refuse_known(source: Path, data: bytes) -> None:
+    """Raises InputError when a provenance file beside a program says that it is a corrected one."""
+    mine = sha256(data).hexdigest()
+    for beside in sorted(source.parent.glob(f"*{PROVENANCE}")):
+        try:
+            made = json.loads(beside.read_bytes())
+            known = made["corrected_sha256"] == mine != made["planned_sha256"]
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        if known:
+            raise InputError(
+                f"{source}: it carries compgen's mark ({beside.name} says so): it would be corrected twice; start from "
+                "the planned program, get it back with --restore, or say --again"
+            )
+
+
+@contextmanager
+def _naming(program: str) -> Iterator[None]:
+    """Put the file's name before what is wrong in it."""
+    try:
+        yield
+    except InputError as failure:
+        raise InputError(f"{program}: {failure}") from failure
+
+
+def _read(program: str) -> bytes:
+    try:
+        return Path(program).read_bytes()
+    except (OSError, ValueError) as failure:
+        why = getattr(failure, "strerror", None) or str(failure)
+        raise InputError(f"{program}: cannot be read: {why}; give a program listing (.LS)") from None
+
+
+def _frames(path: str | None) -> Frames:
+    return load_frames(path) if path is not None else known_without_a_table()

@@ -1,20 +1,23 @@
 """Corrected poses to the bytes of a program: its own decimals, its own way of writing zeros, nothing else touched."""
 
-import re
+from itertools import product
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray
+from compgen.arrays import Array, BoolArray, IntArray
+from compgen.correction import mark
 from compgen.dialects.fanuc_ls.listing import LsProgram
 from compgen.dialects.fanuc_ls.poses import CONFIG, J1, Poses
 from compgen.dialects.fanuc_ls.program import turn_digits
-from compgen.ik import ALL_POSTURES, flange_of, nearest_turns, solve
+from compgen.ik import ALL_POSTURES, flange_of, forward, nearest_turns, solve
 from compgen.robot import Robot
-from compgen.rotations import from_wpr, to_wpr
+from compgen.rotations import from_wpr, to_wpr, vector_of
 from compgen.units import DEG, MM
 
 Edits = dict[tuple[int, int], bytes]
-_DIGITS = re.compile(r"-?\d+")
+LEVER = 0.05  # m: how much an angle counts against a distance when joints are rounded
+_BLOCK = 256
+_NEIGHBOURS = np.array(list(product((0, -1, 1), repeat=6)), dtype=float)
 
 
 def number_edits(
@@ -26,6 +29,7 @@ def number_edits(
     rotation: Array,
     theta: Array,
     nudge: IntArray,
+    marked: BoolArray,
 ) -> Edits:
     """What to write where so that positions say other poses.
 
@@ -38,6 +42,7 @@ def number_edits(
         rotation: TCP in World, (n, 3, 3).
         theta: Joints of these poses, (n, 6) [rad].
         nudge: Units of the last digit to add to W, P and R, (n, 3); see ``mark``.
+        marked: Joint-form positions that shall carry the mark, (n,).
 
     Returns:
         Place to new text; only where the text differs from what stands there.
@@ -61,10 +66,10 @@ def number_edits(
         places[cartesian] = np.arange(6)
     joint = np.flatnonzero(poses.joint_form[which])
     if len(joint):
+        step = np.asarray(10.0 ** -decimals_of(program, poses, which[joint]), dtype=float)
+        tools = [poses.tool_of(t) for t in poses.tool[which[joint]].tolist()]
         pendant = robot.to_pendant(theta[joint]) / DEG
-        old = value[joint, J1 : J1 + 6]
-        numbers[joint] = pendant
-        numbers[joint] = np.where(np.abs(pendant - old) < 180, pendant, old)
+        numbers[joint] = rounded_joints(robot, pendant, step, np.array([t[0] for t in tools]), marked[joint])
         places[joint] = np.arange(J1, J1 + 6)
     rounded = numbers.copy()
     for n, k in enumerate(which.tolist()):
@@ -80,6 +85,54 @@ def number_edits(
     if len(cartesian):
         edits.update(_config_edits(program, poses, robot, which[cartesian], rounded[cartesian], theta[cartesian]))
     return edits
+
+
+def rounded_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, marked: BoolArray) -> Array:
+    r"""Pendant angles on the grid of a program's digits that leave the tool nearest to where it shall be.
+
+    Rounding each joint for itself moves the tool by up to 26 um. Of the 3^6 neighbours of the nearest grid point the
+    one is taken that minimises, to first order, \\|dp\\|^2 + LEVER^2 \\|dw\\|^2.
+
+    Args:
+        robot: Nominal arm.
+        pendant: Wanted angles, (n, 6) [deg].
+        step: Of the grid, (n, 6) [deg].
+        tcp: In the flange, (n, 3) [m].
+        marked: Only neighbours that carry the mark are taken, (n,).
+
+    Returns:
+        Angles on the grid, (n, 6) [deg].
+    """
+    out = np.empty_like(pendant)
+    for first in range(0, len(pendant), _BLOCK):
+        rows = slice(first, first + _BLOCK)
+        want, grid = pendant[rows], step[rows]
+        jacobian = _jacobian(robot, want, tcp[rows])
+        units = np.rint(want / grid)[:, None, :] + _NEIGHBOURS
+        move = np.einsum("nij,nkj->nki", jacobian, units * grid[:, None, :] - want[:, None, :])
+        cost = (move**2).sum(axis=2)
+        for n in np.flatnonzero(marked[rows]).tolist():
+            cost[n, mark.joint_remainder(units[n].astype(np.int64)) != 0] = np.inf
+        best = np.argmin(cost, axis=1)
+        out[rows] = np.take_along_axis(units, best[:, None, None], axis=1)[:, 0] * grid
+    return out
+
+
+def _jacobian(robot: Robot, pendant: Array, tcp: Array) -> Array:
+    """Movement of the tool for each pendant angle, (n, 6, 6): [m/deg], and LEVER [m] times [rad/deg]."""
+    size = 0.01
+
+    def tool(angles: Array) -> tuple[Array, Array]:
+        position, rotation = forward(robot, robot.to_theta(angles * DEG))
+        return position + np.einsum("nij,nj->ni", rotation, tcp), rotation
+
+    columns = []
+    for i in range(6):
+        shift = np.eye(6)[i] * size
+        (p0, r0), (p1, r1) = tool(pendant - shift), tool(pendant + shift)
+        turn = vector_of(np.swapaxes(r0, 1, 2) @ r1)
+        columns.append(np.hstack([p1 - p0, LEVER * turn]) / (2 * size))
+    return np.stack(columns, axis=2)
 
 
 def like(old: bytes, value: float, bare: bool, angle: bool = False, more: int = 0) -> bytes:

@@ -118,10 +118,10 @@ def _text(result: Correction) -> list[Finding]:
         found.append(Finding("note", "text.decimals", f"{told} {0.87 * 10.0 ** -decimals.min() * MM / UM:.0f} um"))
     joint = result.plan.poses.joint_form & result.shared.changed
     if joint.any():
-        told = f"{int(joint.sum())} corrected positions are in joint form: 0.001 deg moves the tool by up to 26 um"
+        told = f"{int(joint.sum())} corrected positions are in joint form, whose digits say a place less exactly"
         found.append(Finding("note", "text.joint_form", told))
     if result.changed and not result.marked:
-        told = "too few Cartesian positions to carry compgen's mark: keep the provenance file beside the program"
+        told = "too few positions to carry compgen's mark: keep the provenance file beside the program"
         found.append(Finding("note", "correction.mark", told))
     return found
 

@@ -81,9 +81,9 @@ def insert_points(
     new = read_poses(grown, robot, frames)
     which = np.flatnonzero(new.number >= first)
     theta = _joints(robot, poses, drive, station, position, rotation)
-    return edited(
-        grown, number_edits(grown, new, robot, which, position, rotation, theta, np.zeros((len(which), 3), np.int64))
-    )
+    plain = np.zeros((len(which), 3), dtype=np.int64)
+    edits = number_edits(grown, new, robot, which, position, rotation, theta, plain, plain[:, 0] > 0)
+    return edited(grown, edits)
 
 
 def split_positions(program: LsProgram, poses: Poses, drive: Drive, parts: Sequence[tuple[int, int]]) -> LsProgram:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray
+from compgen.arrays import Array, BoolArray, IntArray
 from compgen.correction import findings as say
 from compgen.correction import mark
 from compgen.correction.edits import decimals_of, number_edits
@@ -18,7 +18,7 @@ from compgen.correction.solve import error_models, pointwise, solve
 from compgen.dialects.fanuc_ls import LsProgram, edited, loads
 from compgen.dialects.fanuc_ls.drive import read_drive
 from compgen.dialects.fanuc_ls.frames import Frames
-from compgen.dialects.fanuc_ls.poses import Poses, read_poses, require_frames
+from compgen.dialects.fanuc_ls.poses import J1, Poses, read_poses, require_frames
 from compgen.exceptions import InputError
 from compgen.job import Cell
 from compgen.rotations import matrix_of
@@ -110,7 +110,9 @@ def _refuse_marked(plan: Plan) -> None:
     ours = next((r for r in program.remarks if r.startswith("compgen ")), None)
     planned = any(r.startswith("planned, not corrected") for r in program.remarks)
     which = _markable(plan)
-    if (ours and not planned) or (len(which) and mark.carries(_units(program, plan.poses, which))):
+    if (ours and not planned) or (
+        len(which) and mark.carries(_units(program, plan.poses, which), plan.poses.joint_form[which])
+    ):
         told = f"its remark says '{ours}'" if ours else "the last digits of its positions do"
         raise InputError(
             f"program {program.name}: it carries compgen's mark ({told}): it would be corrected twice; "
@@ -119,17 +121,16 @@ def _refuse_marked(plan: Plan) -> None:
 
 
 def _markable(plan: Plan) -> IntArray:
-    """Rows of free Cartesian positions in the order they are driven to, each once."""
-    drive, poses = plan.drive, plan.poses
-    rows = drive.pose[plan.scope.free]
+    """Rows of free positions in the order they are driven to, each once."""
+    rows = plan.drive.pose[plan.scope.free]
     _, first = np.unique(rows, return_index=True)
-    rows = rows[np.sort(first)]
-    return np.asarray(rows[~poses.joint_form[rows]])
+    return np.asarray(rows[np.sort(first)])
 
 
 def _units(program: LsProgram, poses: Poses, which: IntArray) -> IntArray:
-    """Cartesian numbers in units of their last digit, (n, 6)."""
-    value = program.positions.value[poses.row[which]][:, :6]
+    """Numbers of positions in units of their last digit, (n, 6)."""
+    value = program.positions.value[poses.row[which]]
+    value = np.where(poses.joint_form[which][:, None], value[:, J1 : J1 + 6], value[:, :6])
     return np.rint(value * 10.0 ** decimals_of(program, poses, which)).astype(np.int64)
 
 
@@ -174,16 +175,19 @@ def _written(
     rotation = poses.rotation[which] @ matrix_of(c[:, 3:])
     still = np.zeros((len(which), 3), dtype=np.int64)
 
-    def changed() -> LsProgram:
-        edits = number_edits(program, poses, cell.robot, which, position, rotation, each.theta[which], still)
+    def changed(nudge: IntArray, joints: BoolArray) -> LsProgram:
+        pose = position, rotation, each.theta[which]
+        edits = number_edits(program, poses, cell.robot, which, *pose, nudge, joints)
         return edited(program, edits) if edits else program
 
-    written = changed()
+    written = changed(still, still[:, 0] > 0)
     marked = _marked_rows(plan, which)
-    if len(marked) >= mark.ENOUGH:
+    told = written.data != program.data and len(marked) >= mark.ENOUGH
+    if told:
         at = np.searchsorted(which, marked)
-        still[at] = mark.nudges(_units(written, poses, marked))
-        written = changed()
+        still[at] = mark.nudges(_units(written, poses, marked)) * ~poses.joint_form[marked][:, None]
+        written = changed(still, np.isin(np.arange(len(which)), at))
+    differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
     meant = fly(cell, poses, drive, before, lambda share: progress("twin before", share))
     target = on_the_way(poses, drive, meant.station, meant.fraction)
@@ -201,13 +205,13 @@ def _written(
         text=written.data,
         plan=plan,
         shared=each,
-        changed=len(which),
+        changed=int(differs.any(axis=1).sum()),
         added=len(program.positions.number) - len(loads(data).positions.number),
         flight=flight,
         error=off(meant, *target),
         residual=off(flight, *target),
         judged=judged,
-        marked=len(marked) >= mark.ENOUGH,
+        marked=told,
         findings=(),
     )
     stray = _strays(plan, cell)
@@ -215,7 +219,7 @@ def _written(
 
 
 def _marked_rows(plan: Plan, which: IntArray) -> IntArray:
-    """The first twelve corrected Cartesian positions at different places, in rising order of row."""
+    """The first twelve corrected positions, in rising order of row."""
     rows = _markable(plan)
     rows = rows[np.isin(rows, which)]
     return np.sort(rows[: mark.COUNT])
