@@ -7,7 +7,7 @@ import numpy as np
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.correction import mark
 from compgen.dialects.fanuc_ls.listing import LsProgram
-from compgen.dialects.fanuc_ls.poses import CONFIG, J1, Poses
+from compgen.dialects.fanuc_ls.poses import CONFIG, J1, NONE, Poses
 from compgen.dialects.fanuc_ls.program import turn_digits
 from compgen.ik import ALL_POSTURES, flange_of, forward, nearest_turns, solve
 from compgen.robot import Robot
@@ -15,9 +15,9 @@ from compgen.rotations import from_wpr, to_wpr, vector_of
 from compgen.units import DEG, MM
 
 Edits = dict[tuple[int, int], bytes]
-LEVER = 0.05  # m: how much an angle counts against a distance when joints are rounded
-_BLOCK = 256
-_NEIGHBOURS = np.array(list(product((0, -1, 1), repeat=6)), dtype=float)
+LEVER, FLANGE_LEVER = 0.01, 0.2  # m: how much an angle counts when joints are rounded; where the tool is not known
+_BLOCK = 16
+_NEIGHBOURS = np.array(list(product((0, -1, 1, -2, 2), repeat=6)), dtype=float)
 
 
 def number_edits(
@@ -69,7 +69,8 @@ def number_edits(
         step = np.asarray(10.0 ** -decimals_of(program, poses, which[joint]), dtype=float)
         tools = [poses.tool_of(t) for t in poses.tool[which[joint]].tolist()]
         pendant = robot.to_pendant(theta[joint]) / DEG
-        numbers[joint] = rounded_joints(robot, pendant, step, np.array([t[0] for t in tools]), marked[joint])
+        lever = np.where(poses.tool[which[joint]] == NONE, FLANGE_LEVER, LEVER)
+        numbers[joint] = rounded_joints(robot, pendant, step, np.array([t[0] for t in tools]), lever, marked[joint])
         places[joint] = np.arange(J1, J1 + 6)
     rounded = numbers.copy()
     for n, k in enumerate(which.tolist()):
@@ -87,17 +88,18 @@ def number_edits(
     return edits
 
 
-def rounded_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, marked: BoolArray) -> Array:
+def rounded_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever: Array, marked: BoolArray) -> Array:
     r"""Pendant angles on the grid of a program's digits that leave the tool nearest to where it shall be.
 
-    Rounding each joint for itself moves the tool by up to 26 um. Of the 3^6 neighbours of the nearest grid point the
-    one is taken that minimises, to first order, \\|dp\\|^2 + LEVER^2 \\|dw\\|^2.
+    Rounding each joint for itself moves the tool by up to 26 um. Of the 5^6 neighbours of the nearest grid point the
+    one is taken that minimises, to first order, \\|dp\\|^2 + lever^2 \\|dw\\|^2.
 
     Args:
         robot: Nominal arm.
         pendant: Wanted angles, (n, 6) [deg].
         step: Of the grid, (n, 6) [deg].
         tcp: In the flange, (n, 3) [m].
+        lever: How much an angle counts against a distance, (n,) [m].
         marked: Only neighbours that carry the mark are taken, (n,).
 
     Returns:
@@ -107,7 +109,7 @@ def rounded_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, marked
     for first in range(0, len(pendant), _BLOCK):
         rows = slice(first, first + _BLOCK)
         want, grid = pendant[rows], step[rows]
-        jacobian = _jacobian(robot, want, tcp[rows])
+        jacobian = _jacobian(robot, want, tcp[rows], lever[rows])
         units = np.rint(want / grid)[:, None, :] + _NEIGHBOURS
         move = np.einsum("nij,nkj->nki", jacobian, units * grid[:, None, :] - want[:, None, :])
         cost = (move**2).sum(axis=2)
@@ -118,8 +120,8 @@ def rounded_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, marked
     return out
 
 
-def _jacobian(robot: Robot, pendant: Array, tcp: Array) -> Array:
-    """Movement of the tool for each pendant angle, (n, 6, 6): [m/deg], and LEVER [m] times [rad/deg]."""
+def _jacobian(robot: Robot, pendant: Array, tcp: Array, lever: Array) -> Array:
+    """Movement of the tool for each pendant angle, (n, 6, 6): [m/deg], and lever [m] times [rad/deg]."""
     size = 0.01
 
     def tool(angles: Array) -> tuple[Array, Array]:
@@ -131,7 +133,7 @@ def _jacobian(robot: Robot, pendant: Array, tcp: Array) -> Array:
         shift = np.eye(6)[i] * size
         (p0, r0), (p1, r1) = tool(pendant - shift), tool(pendant + shift)
         turn = vector_of(np.swapaxes(r0, 1, 2) @ r1)
-        columns.append(np.hstack([p1 - p0, LEVER * turn]) / (2 * size))
+        columns.append(np.hstack([p1 - p0, lever[:, None] * turn]) / (2 * size))
     return np.stack(columns, axis=2)
 
 

@@ -182,7 +182,7 @@ def _written(
 
     written = changed(still, still[:, 0] > 0)
     marked = _marked_rows(plan, which)
-    told = written.data != program.data and len(marked) >= mark.ENOUGH
+    told = written.data != program.data and mark.enough(poses.joint_form[marked])
     if told:
         at = np.searchsorted(which, marked)
         still[at] = mark.nudges(_units(written, poses, marked)) * ~poses.joint_form[marked][:, None]
@@ -219,7 +219,7 @@ def _written(
 
 
 def _marked_rows(plan: Plan, which: IntArray) -> IntArray:
-    """The first twelve corrected positions, in rising order of row."""
+    """The first corrected positions, in rising order of row."""
     rows = _markable(plan)
     rows = rows[np.isin(rows, which)]
     return np.sort(rows[: mark.COUNT])
