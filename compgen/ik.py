@@ -12,10 +12,14 @@ waypoint and joint named, what cannot be driven.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array
+from compgen.evaluation import evaluate
 from compgen.exceptions import InputError, JointLimitError, SingularityError, UnreachableError
 from compgen.robot import Robot
 from compgen.units import DEG, MM
@@ -76,39 +80,53 @@ def solve(robot: Robot, position: Array, rotation: Array, posture: Posture) -> t
         theta (N, 6) [rad] in (-pi, pi], and the margin (N,) [m] by which the wrist centre lies inside the reach of
         joints 2 and 3 (negative: out of reach, and theta there is the nearest stretched or folded arm).
     """
-    a1, a2, a3 = robot.a[:3]
-    d4, d6 = robot.d[3], robot.d[5]
-    sign6 = np.cos(robot.alpha[5])  # the flange's z runs along sign6 times joint 6's axis
-    W = position - sign6 * d6 * rotation[:, :, 2]
-    front, up = (1.0 if posture.front else -1.0), (1.0 if posture.up else -1.0)
-    theta1 = np.arctan2(front * W[:, 1], front * W[:, 0])
-    R = front * np.hypot(W[:, 0], W[:, 1]) - a1
-    Z = W[:, 2]
+    theta, margin = evaluate(build_solve(robot, posture), position, rotation.reshape(-1, 9))
+    return theta, margin[:, 0]
 
-    L = np.hypot(a3, d4)
+
+@lru_cache(maxsize=32)
+def build_solve(robot: Robot, posture: Posture) -> Any:
+    """(flange position (3), rotation (9, row by row)) -> theta (6), margin."""
+    position, rows = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
+    theta, margin = joints_expr(robot, posture, position, ca.reshape(rows, 3, 3).T)
+    return ca.Function("joints", [position, rows], [theta, margin])
+
+
+def joints_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) -> tuple[Any, Any]:
+    """``solve`` as expressions: theta (6, 1) and the margin, of a flange at (3, 1) and (3, 3)."""
+    a1, a2, a3 = (float(a) for a in robot.a[:3])
+    d4, d6 = float(robot.d[3]), float(robot.d[5])
+    sign6 = float(round(np.cos(robot.alpha[5])))  # the flange's z runs along sign6 times joint 6's axis
+    front, up, flip = (1.0 if b else -1.0 for b in (posture.front, posture.up, posture.flip))
+    W = position - sign6 * d6 * rotation[:, 2]
+    theta1 = ca.atan2(front * W[1], front * W[0])
+    out = ca.sqrt(W[0] * W[0] + W[1] * W[1])
+    # at the J1 axis itself any angle of joint 1 will do: zero, as atan2 has it
+    safe = ca.if_else(out > 0, out, 1.0)
+    c1, s1 = ca.if_else(out > 0, front * W[0] / safe, 1.0), front * W[1] / safe
+    R, Z = front * out - a1, W[2]
+
+    L = float(np.hypot(a3, d4))
     D2 = R * R + Z * Z
-    D = np.sqrt(D2)
-    margin = np.minimum(a2 + L - D, D - abs(a2 - L))
-    cos_e = np.clip((D2 - a2 * a2 - L * L) / (2 * a2 * L), -1.0, 1.0)
-    e = up * np.arccos(cos_e)  # turn from the upper arm down to the line elbow - wrist
-    upper_arm = np.arctan2(Z, R) + np.arctan2(L * np.sin(e), a2 + L * np.cos(e))  # elevation
-    forearm = upper_arm - e - np.arctan2(a3, -d4)  # elevation of the forearm's axis
-    theta2 = _wrap(-upper_arm)
-    theta3 = _wrap(forearm - upper_arm + np.pi / 2)
+    D = ca.sqrt(D2)
+    margin = ca.fmin(a2 + L - D, D - abs(a2 - L))
+    ce = ca.fmax(-1.0, ca.fmin(1.0, (D2 - a2 * a2 - L * L) / (2 * a2 * L)))
+    se = up * ca.sqrt((1 - ce) * (1 + ce))  # e: turn from the upper arm down to the line elbow - wrist
+    upper_arm = ca.atan2(Z, R) + ca.atan2(L * se, a2 + L * ce)  # elevation
+    forearm = upper_arm - ca.atan2(se, ce) - float(np.arctan2(a3, -d4))  # elevation of the forearm's axis
+    theta2, theta3 = _wrap(-upper_arm), _wrap(forearm - upper_arm + np.pi / 2)
 
-    c1, s1, cf, sf = np.cos(theta1), np.sin(theta1), np.cos(forearm), np.sin(forearm)
+    cf, sf = ca.cos(forearm), ca.sin(forearm)
     # columns of R_03: x3 (up across the forearm), y3 (-joint 3 axis), z3 (back along the forearm)
-    x3 = np.stack([-c1 * sf, -s1 * sf, cf], axis=1)
-    z3 = np.stack([-c1 * cf, -s1 * cf, -sf], axis=1)
-    y3 = np.cross(z3, x3)
-    M = np.stack([x3, y3, z3], axis=1) @ rotation
-    m13, m23, m33 = sign6 * M[:, 0, 2], sign6 * M[:, 1, 2], sign6 * M[:, 2, 2]
-    flip = 1.0 if posture.flip else -1.0
-    s5 = flip * np.hypot(m13, m23)
-    theta5 = np.arctan2(s5, m33)
-    theta4 = np.arctan2(-flip * m23, -flip * m13)
-    theta6 = np.arctan2(-flip * sign6 * M[:, 2, 1], flip * M[:, 2, 0])
-    return np.column_stack([theta1, theta2, theta3, theta4, theta5, theta6]), margin
+    x3 = ca.vertcat(-c1 * sf, -s1 * sf, cf)
+    z3 = ca.vertcat(-c1 * cf, -s1 * cf, -sf)
+    y3 = ca.cross(z3, x3)
+    M = ca.horzcat(x3, y3, z3).T @ rotation
+    m13, m23, m33 = sign6 * M[0, 2], sign6 * M[1, 2], sign6 * M[2, 2]
+    theta5 = ca.atan2(flip * ca.sqrt(m13 * m13 + m23 * m23), m33)
+    theta4 = ca.atan2(-flip * m23, -flip * m13)
+    theta6 = ca.atan2(-flip * sign6 * M[2, 1], flip * M[2, 0])
+    return ca.vertcat(theta1, theta2, theta3, theta4, theta5, theta6), margin
 
 
 def solve_all(robot: Robot, position: Array, rotation: Array) -> Array:
@@ -229,6 +247,6 @@ def refuse_limits(robot: Robot, theta: Array) -> None:
         )
 
 
-def _wrap(angle: Array) -> Array:
+def _wrap(angle: Any) -> Any:
     """Into (-pi, pi]; theta_3 of a legal arm may be quoted a turn away, which ``nearest_turns`` mends."""
-    return np.asarray(np.pi - np.mod(np.pi - angle, 2 * np.pi))
+    return angle + 2 * np.pi * ca.floor((np.pi - angle) / (2 * np.pi))

@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parents[1] / "compgen"
 
 ROOMS = [
     {"exceptions", "units", "arrays"},
-    {"rotations"},
+    {"rotations", "evaluation"},
     {"robot", "boundaries", "surfaces", "pieces"},
     {"patterns"},
     {"toolpath"},
@@ -37,7 +37,7 @@ ROOMS = [
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "data" not in p.parts)
 ONLY = {
-    "casadi": {"kinematics", "sources", "predict", "problem", "limits", "compensate"},
+    "casadi": {"evaluation", "ik", "kinematics", "sources", "predict", "problem", "limits", "compensate"},
     "ruckig": {"timing"},
     "pinocchio": {"twin"},
     "plotly": {"report"},

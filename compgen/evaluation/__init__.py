@@ -1,0 +1,96 @@
+"""The one bridge from CasADi to numpy: an SX function on many points at once, rows in, rows out.
+
+Where there is a compiler and enough rows, the function runs as C, several rows in the lanes of a vector register and
+shares of the rows on each core. Else numpy runs its list of instructions over blocks of rows. Either way there is no
+Python call and no ``DM`` a row, and a row's numbers do not depend on how many rows or workers there are.
+"""
+
+import ctypes
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from compgen.arrays import Array
+from compgen.evaluation.csource import c_source
+from compgen.evaluation.instructions import BLOCK, Picked, Rows, instructions_of, run
+from compgen.evaluation.library import Compiler, find_compiler, load
+
+__all__ = ["BLOCK", "Compiler", "Picked", "Rows", "evaluate", "find_compiler", "share_out", "use"]
+
+FEW = 2048  # rows below which compiling is not worth the wait; which way a row goes depends on the inputs only
+
+_compiler: Compiler | None = None
+_workers = 1
+_compiled: dict[int, Any] = {}
+
+
+def use(compiler: Compiler | None, workers: int = 1) -> None:
+    """What evaluates from here on: a compiler or numpy, and how many threads. Set once, by the command line."""
+    global _compiler, _workers
+    _compiler, _workers = compiler, workers
+    _compiled.clear()
+
+
+def evaluate(function: Any, *rows: Rows) -> tuple[Array, ...]:
+    """A CasADi SX function on many points at once.
+
+    Args:
+        function: Each input a column vector (k, 1), each output dense.
+        rows: One array per input, (N, k), or the ``Picked`` rows of a table; a single row (1, k) serves all points.
+
+    Returns:
+        One array per output, (N, entries in column-major order).
+    """
+    N = max(len(r) for r in rows)
+    program = instructions_of(function)
+    outs = [np.zeros((N, width)) for width in program.outputs]
+    compiled = _compile(function) if N >= FEW else None
+    if compiled is None:
+        share_out(N, lambda start, stop: run(program, rows, outs, start, stop))
+        return tuple(outs)
+    kept, arguments = _arguments(rows, outs)
+    share_out(N, lambda start, stop: compiled(start, stop, *arguments))
+    del kept
+    return tuple(outs)
+
+
+def share_out(count: int, work: Callable[[int, int], None]) -> None:
+    """Call work(start, stop) over all of a count, in whole blocks, on each worker a part."""
+    blocks = -(-count // BLOCK)
+    hands = min(_workers, max(1, blocks // 2))
+    if hands <= 1:
+        work(0, count)
+        return
+    edges = [min(count, BLOCK * (blocks * k // (4 * hands))) for k in range(4 * hands)] + [count]
+    with ThreadPoolExecutor(hands) as pool:
+        list(pool.map(lambda pair: work(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
+
+
+def _compile(function: Any) -> Any:
+    if _compiler is None:
+        return None
+    key = function.__hash__()
+    if key not in _compiled:
+        source = c_source(instructions_of(function))
+        _compiled[key] = None if source is None else load(_compiler, source)
+    return _compiled[key]
+
+
+def _arguments(rows: tuple[Rows, ...], outs: list[Array]) -> tuple[list[Any], tuple[Any, ...]]:
+    """Pointers for the compiled function, and what must stay alive while they are used."""
+    tables, indices, strides = [], [], []
+    for r in rows:
+        table = np.ascontiguousarray(r.table if isinstance(r, Picked) else r, dtype=np.float64)
+        index = np.ascontiguousarray(r.index, dtype=np.int64) if isinstance(r, Picked) else None
+        if index is not None and len(index) and not (0 <= index.min() and index.max() < len(table)):
+            raise IndexError("a picked row lies outside its table")
+        tables.append(table)
+        indices.append(index)
+        strides.append(0 if index is None and len(table) == 1 else table.shape[1])
+    ins = (ctypes.c_void_p * len(rows))(*(t.ctypes.data for t in tables))
+    picks = (ctypes.c_void_p * len(rows))(*(None if i is None else i.ctypes.data for i in indices))
+    steps = (ctypes.c_longlong * len(rows))(*strides)
+    targets = (ctypes.c_void_p * len(outs))(*(o.ctypes.data for o in outs))
+    return [tables, indices], (ins, picks, steps, targets)
