@@ -94,7 +94,7 @@ def optimise(problem: Problem, settings: Settings, progress: Callable[[float], N
     w = weights(settings)
     lever = w.copy()
     lever[5] = settings.lever
-    correction = np.zeros((len(problem.arc), 6))
+    correction = problem.pointwise()
     fixed = [i for i in range(6) if w[i] == lever[i]]
     step = np.inf
     iterations = 0

@@ -11,11 +11,15 @@ with p in the local plane of the surface and h the height above it along the nor
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array, BoolArray, IntArray, own
+from compgen.evaluation import Picked, evaluate
 
 DEGREE = 7
 
@@ -33,24 +37,13 @@ class Pieces:
     def __post_init__(self) -> None:
         own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), lift=("K", 2), stop=("K",), working=("K",))
 
+    def table(self) -> Array:
+        """What ``curve_expr`` and ``height_expr`` take of each piece, (K, 22)."""
+        return np.hstack([self.poly.reshape(len(self.poly), -1), self.polar, self.lift])
+
     def plane_curve(self, piece: IntArray, t: Array) -> tuple[Array, Array, Array]:
         """p, dp/dt and d2p/dt2 at parameter t of a piece, (M, 2) each [m]."""
-        c = self.poly[piece]
-        p = c[:, DEGREE]
-        d1 = np.zeros_like(p)
-        d2 = np.zeros_like(p)
-        tt = t[:, None]
-        for k in range(DEGREE - 1, -1, -1):
-            d2 = d2 * tt + 2 * d1
-            d1 = d1 * tt + p
-            p = p * tt + c[:, k]
-        r0, r1, f0, f1 = self.polar[piece].T
-        r, angle = r0 + r1 * t, f0 + f1 * t
-        out = np.column_stack([np.cos(angle), np.sin(angle)])
-        across = np.column_stack([-out[:, 1], out[:, 0]])
-        p = p + r[:, None] * out
-        d1 = d1 + r1[:, None] * out + (r * f1)[:, None] * across
-        d2 = d2 + (2 * r1 * f1)[:, None] * across - (r * f1**2)[:, None] * out
+        p, d1, d2, _, _ = evaluate(_curve(), Picked(self.table(), piece), np.asarray(t, dtype=float)[:, None])
         return p, d1, d2
 
     def height(self, piece: IntArray, t: Array) -> tuple[Array, Array]:
@@ -67,6 +60,29 @@ class Pieces:
         """Where the first piece starts [m]."""
         p, _, _ = self.plane_curve(np.array([0]), np.array([0.0]))
         return float(p[0, 0]), float(p[0, 1])
+
+
+def curve_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
+    """p, dp/dt and d2p/dt2, (2, 1) each, of a row of ``Pieces.table`` (22, 1) at a parameter."""
+    c, (r0, r1, f0, f1) = ca.reshape(piece[:16], 2, DEGREE + 1), ca.vertsplit(piece[16:20])
+    p, d1, d2 = c[:, DEGREE], ca.SX.zeros(2), ca.SX.zeros(2)
+    for k in range(DEGREE - 1, -1, -1):
+        p, d1, d2 = p * t + c[:, k], d1 * t + p, d2 * t + 2 * d1
+    r, angle = r0 + r1 * t, f0 + f1 * t
+    out = ca.vertcat(ca.cos(angle), ca.sin(angle))
+    across = ca.vertcat(-out[1], out[0])
+    return p + r * out, d1 + r1 * out + r * f1 * across, d2 + 2 * r1 * f1 * across - r * f1**2 * out
+
+
+def height_expr(piece: Any, t: Any) -> tuple[Any, Any]:
+    """h and dh/dt of a row of ``Pieces.table`` at a parameter."""
+    return piece[20] + piece[21] * t, piece[21]
+
+
+@lru_cache(maxsize=1)
+def _curve() -> Any:
+    piece, t = ca.SX.sym("piece", 22), ca.SX.sym("t")
+    return ca.Function("curve", [piece, t], [*curve_expr(piece, t), *height_expr(piece, t)])
 
 
 def join(*parts: Pieces) -> Pieces:

@@ -1,14 +1,26 @@
-"""What the optimiser is asked: targets, joints and warmth of a program, and what a correction may look like."""
+r"""What the optimiser is asked: targets, joints and warmth of a program, and what a correction may look like.
+
+From a correction c to its joints and to what stays is one expression: commanded pose, closed-form inverse kinematics,
+real arm. Because de/dc = I + O(1e-3), the correction that leaves nothing, e(c) = 0, is a fixed point of c <- c - e(c),
+which shrinks what is left about a thousandfold a step: ``STEPS`` of them are one expression as well.
+"""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array, BoolArray
-from compgen.ik import Posture, flange_of, nearest_turns, solve
+from compgen.evaluation import evaluate
+from compgen.ik import Posture, joints_expr
+from compgen.kinematics import rotation_matrix_expr, rotation_vector_expr
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
 from compgen.rotations import matrix_of
+
+STEPS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +58,23 @@ class Problem:
 
     def joints(self, correction: Array) -> tuple[Array, Array]:
         """Joints of the commanded poses on the program's branch (N, 6) [rad], and the reach margin (N,) [m]."""
-        position, rotation = self.commanded(correction)
-        flange = flange_of(position, rotation, self.tool_position, self.tool_rotation)
-        theta, margin = solve(self.robot, *flange, self.posture)
-        return nearest_turns(theta, self.theta), margin
+        theta, margin = evaluate(self._functions().joints, *self._targets(), correction)
+        return theta, margin[:, 0]
 
     def error(self, correction: Array) -> Array:
         """e_n, (N, 6)."""
-        return self.model.error(self.joints(correction)[0], self.rise, self.position, self.rotation)
+        return evaluate(self._functions().error, *self._targets(), correction, self.rise)[0]
+
+    def pointwise(self) -> Array:
+        """The correction that leaves nothing, each waypoint for itself, (N, 6)."""
+        return evaluate(self._functions().pointwise, *self._targets(), self.rise)[0]
+
+    def _functions(self) -> "Functions":
+        tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
+        return build_functions(self.robot, self.model, self.posture, *tool)
+
+    def _targets(self) -> tuple[Array, Array, Array]:
+        return self.position, self.rotation.reshape(-1, 9), self.theta
 
     def window(self, rows: slice) -> "Problem":
         """The same problem on a stretch of waypoints."""
@@ -61,6 +82,44 @@ class Problem:
             self,
             **{f: getattr(self, f)[rows] for f in ("position", "rotation", "theta", "rise", "arc", "stop")},
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """CasADi functions of the target's position (3) and rotation (9, row by row), and of joints (6) near its own."""
+
+    joints: Any  # and c (6) -> theta (6), margin
+    error: Any  # and c (6), rise -> e (6)
+    pointwise: Any  # and rise -> c (6)
+
+
+@lru_cache(maxsize=16)
+def build_functions(
+    robot: Robot, model: ErrorModel, posture: Posture, tool_position: bytes, tool_rotation: bytes
+) -> Functions:
+    """The way from a correction to its joints and to what stays."""
+    p, rows, near, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("near", 6), ("c", 6)))
+    rise = ca.SX.sym("rise", model.actual.size1_in(1))
+    rotation = ca.reshape(rows, 3, 3).T
+    place, turn = (ca.DM(np.frombuffer(t).reshape(-1, 3)) for t in (tool_position, tool_rotation))
+
+    def joints(c: Any) -> tuple[Any, Any]:
+        flange = rotation @ rotation_matrix_expr(c[3:]) @ turn.T
+        theta, margin = joints_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
+        return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), margin
+
+    def error(c: Any) -> Any:
+        position, actual = model.actual(joints(c)[0], rise)
+        return ca.vertcat(position - p, rotation_vector_expr(rotation.T @ actual))
+
+    found = ca.SX.zeros(6)
+    for _ in range(STEPS):
+        found = found - error(found)
+    return Functions(
+        ca.Function("joints", [p, rows, near, c], [*joints(c)]),
+        ca.Function("error", [p, rows, near, c, rise], [error(c)]),
+        ca.Function("pointwise", [p, rows, near, rise], [found]),
+    )
 
 
 def weights(settings: Settings) -> Array:

@@ -8,10 +8,14 @@ Given x and y, z is the root near zero of a2 z^2 + a1 z + a0 = 0, written so tha
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array, dot, own
+from compgen.arrays import Array, own
+from compgen.evaluation import evaluate
 from compgen.exceptions import InputError
 
 
@@ -26,38 +30,25 @@ class Quadric:
     def __post_init__(self) -> None:
         own(self, origin=(3,), A=(3, 3), b=(3,))
 
+    def table(self) -> Array:
+        """What the expressions below take of the surface, (1, 15): origin, A row by row, b."""
+        return np.concatenate([self.origin, self.A.ravel(), self.b])[None]
+
     def height(self, xy: Array) -> Array:
         """z over local (x, y), (M, 2) to (M,) [m].
 
         Raises:
             InputError: The surface does not extend to a point.
         """
-        x, y = xy[:, 0], xy[:, 1]
-        A, b = self.A, self.b
-        a0 = A[0, 0] * x * x + A[1, 1] * y * y + 2 * A[0, 1] * x * y + b[0] * x + b[1] * y
-        a1 = b[2] + 2 * (A[0, 2] * x + A[1, 2] * y)
-        under_root = a1 * a1 - 4 * A[2, 2] * a0
-        if np.any(under_root < 0) or np.any(a1 <= 0):
-            raise InputError("surface: it ends inside the path; raise radius_of_curvature_m or make the path smaller")
-        return np.asarray(-2 * a0 / (a1 + np.sqrt(under_root)))
-
-    def gradient(self, p: Array) -> Array:
-        """g = 2 A p + b, (M, 3)."""
-        return np.asarray(2 * p @ self.A + self.b)
+        return self._lifted(xy, np.zeros(len(xy)))[2][:, 0]
 
     def lift(self, xy: Array, height: Array) -> tuple[Array, Array]:
         """Base position at a height above the surface, and the normal there, (M, 3) [m] and (M, 3)."""
-        p = np.column_stack([xy, self.height(xy)])
-        g = self.gradient(p)
-        n = g / np.linalg.norm(g, axis=1, keepdims=True)
-        return self.origin + p + height[:, None] * n, n
+        position, normal, _ = self._lifted(xy, height)
+        return position, normal
 
     def along(self, xy: tuple[Array, Array, Array], height: tuple[Array, Array]) -> tuple[Array, Array]:
-        r"""First and second derivative of the lifted point along a plane curve.
-
-        With g . p' = 0 and g . p'' + 2 p'^T A p' = 0 on the surface, and n' = (g' - n (n . g')) / |g|, g' = 2 A p':
-
-            P' = p' + h' n + h n',        P'' = p'' (at height zero, or where the plane curve stands still)
+        """First and second derivative of the lifted point along a plane curve; see ``along_expr``.
 
         Args:
             xy: Plane curve and its first two derivatives, (M, 2) each [m].
@@ -66,17 +57,66 @@ class Quadric:
         Returns:
             P' and P'', (M, 3) each [m].
         """
-        p = np.column_stack([xy[0], self.height(xy[0])])
-        g = self.gradient(p)
-        slope = -(g[:, 0] * xy[1][:, 0] + g[:, 1] * xy[1][:, 1]) / g[:, 2]
-        p1 = np.column_stack([xy[1], slope])
-        bend = 2 * dot(p1 @ self.A, p1)
-        p2 = np.column_stack([xy[2], -(g[:, 0] * xy[2][:, 0] + g[:, 1] * xy[2][:, 1] + bend) / g[:, 2]])
-        size = np.linalg.norm(g, axis=1, keepdims=True)
-        n = g / size
-        g1 = 2 * p1 @ self.A
-        n1 = (g1 - n * dot(n, g1)[:, None]) / size
-        return p1 + height[1][:, None] * n + height[0][:, None] * n1, p2
+        first, second, there = evaluate(_along(), self.table(), *xy, *(h[:, None] for h in height))
+        refuse_ended(there)
+        return first, second
+
+    def _lifted(self, xy: Array, height: Array) -> tuple[Array, Array, Array]:
+        position, normal, z, there = evaluate(_lift(), self.table(), xy, height[:, None])
+        refuse_ended(there)
+        return position, normal, z
+
+
+def refuse_ended(there: Array) -> None:
+    """Raises InputError unless the surface extends to all points, by what ``lift_expr`` says of them."""
+    if not np.all(there > 0):
+        raise InputError("surface: it ends inside the path; raise radius_of_curvature_m or make the path smaller")
+
+
+def lift_expr(surface: Any, xy: Any, height: Any) -> tuple[Any, Any, Any, Any]:
+    """Base position (3, 1), normal (3, 1), local z, and a number above zero where the surface extends to the point."""
+    A, b = ca.reshape(surface[3:12], 3, 3), surface[12:15]
+    x, y = xy[0], xy[1]
+    a0 = A[0, 0] * x * x + A[1, 1] * y * y + 2 * A[0, 1] * x * y + b[0] * x + b[1] * y
+    a1 = b[2] + 2 * (A[0, 2] * x + A[1, 2] * y)
+    under_root = a1 * a1 - 4 * A[2, 2] * a0
+    z = -2 * a0 / (a1 + ca.sqrt(under_root))
+    p = ca.vertcat(xy, z)
+    g = 2 * (A @ p) + b
+    n = g / ca.norm_2(g)
+    there = ca.if_else(under_root >= 0, a1, -1.0)
+    return surface[:3] + p + height * n, n, z, there
+
+
+def along_expr(surface: Any, xy: tuple[Any, Any, Any], height: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+    r"""First and second derivative of the lifted point along a plane curve, (3, 1) each, and as ``lift_expr`` says.
+
+    With g . p' = 0 and g . p'' + 2 p'^T A p' = 0 on the surface, and n' = (g' - n (n . g')) / |g|, g' = 2 A p':
+
+        P' = p' + h' n + h n',        P'' = p'' (at height zero, or where the plane curve stands still)
+    """
+    A, b = ca.reshape(surface[3:12], 3, 3), surface[12:15]
+    _, n, z, there = lift_expr(surface, xy[0], height[0])
+    g = 2 * (A @ ca.vertcat(xy[0], z)) + b
+    p1 = ca.vertcat(xy[1], -ca.dot(g[:2], xy[1]) / g[2])
+    bend = 2 * ca.dot(p1, A @ p1)
+    p2 = ca.vertcat(xy[2], -(ca.dot(g[:2], xy[2]) + bend) / g[2])
+    g1 = 2 * (A @ p1)
+    n1 = (g1 - n * ca.dot(n, g1)) / ca.norm_2(g)
+    return p1 + height[1] * n + height[0] * n1, p2, there
+
+
+@lru_cache(maxsize=1)
+def _lift() -> Any:
+    surface, xy, height = ca.SX.sym("surface", 15), ca.SX.sym("xy", 2), ca.SX.sym("h")
+    return ca.Function("lift", [surface, xy, height], [*lift_expr(surface, xy, height)])
+
+
+@lru_cache(maxsize=1)
+def _along() -> Any:
+    surface, h0, h1 = ca.SX.sym("surface", 15), ca.SX.sym("h0"), ca.SX.sym("h1")
+    xy = [ca.SX.sym(f"xy{k}", 2) for k in range(3)]
+    return ca.Function("along", [surface, *xy, h0, h1], [*along_expr(surface, (xy[0], xy[1], xy[2]), (h0, h1))])
 
 
 def plane(origin: Array) -> Quadric:

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen import pieces as pc
-from compgen.arrays import Array, BoolArray, IntArray, dot, own, unit
+from compgen.arrays import Array, BoolArray, IntArray, own
 from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
+from compgen.geometry import MAX_SPACING, Geometry
 from compgen.pieces import Pieces
 from compgen.surfaces import Quadric
 
-MAX_SPACING = 10e-3  # m; the actual path between waypoints is curved by some 1e-4 / m: 1 nm at this spacing
 MIN_SEGMENTS = 3  # a piece, so that its joint motion is a curve and not a chord
 CELLS = 48  # a piece, for its curvature
 SAFETY = 0.98  # of the spacing, for what the cells do not see
@@ -26,46 +26,6 @@ MAX_WAYPOINTS = 2e7
 CHUNK = 2048  # pieces at a time
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Geometry:
-    """The exact path: pieces on a surface with an edge; the tool's z axis points into the surface."""
-
-    pieces: Pieces
-    surface: Quadric
-    boundary: Boundary
-    spin: float  # [rad] the tool's x axis against base x, about base z
-
-    def velocity(self, piece: IntArray, t: Array) -> Array:
-        """dP/dt, (M, 3) [m]."""
-        return self.surface.along(self.pieces.plane_curve(piece, t), self.pieces.height(piece, t))[0]
-
-    def spacing(self, piece: IntArray, t: Array, chord: float) -> tuple[Array, Array]:
-        """|dP/dt| and the waypoint spacing there, (M,) each [m]."""
-        p1, p2 = self.surface.along(self.pieces.plane_curve(piece, t), self.pieces.height(piece, t))
-        speed = np.linalg.norm(p1, axis=1)
-        bend = np.linalg.norm(np.cross(p1, p2), axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            spacing = np.sqrt(8 * chord * speed**3 / bend)
-        return speed, np.fmin(spacing, MAX_SPACING)
-
-    def pose(self, piece: IntArray, t: Array) -> tuple[Array, Array]:
-        """Tool position and rotation, (M, 3) [m] and (M, 3, 3)."""
-        xy, _, _ = self.pieces.plane_curve(piece, t)
-        position, normal = self.surface.lift(xy, self.pieces.height(piece, t)[0])
-        z = -normal
-        along = np.array([np.cos(self.spin), np.sin(self.spin), 0.0])
-        x = unit(along - z * (z @ along)[:, None])
-        return position, np.stack([x, np.cross(z, x), z], axis=-1)
-
-    def length(self, piece: IntArray, start: Array, end: Array) -> Array:
-        """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
-        middle, half = (start + end) / 2, (end - start) / 2
-        total = np.zeros(len(start))
-        for node, weight in zip(_NODES, _WEIGHTS):
-            total += weight * np.linalg.norm(self.velocity(piece, middle + half * node), axis=1)
-        return np.asarray(total * half)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,14 +59,7 @@ class ToolPath:
         Returns:
             (M, 3) [m], (M, 3, 3), (M, 3) unit vectors.
         """
-        piece, (start, end) = self.piece[segment], self.span[segment].T
-        whole = np.diff(self.arc)[segment]
-        t = start + fraction * (end - start)
-        for _ in range(2):  # t is nearly linear in arc length within a segment
-            speed = np.linalg.norm(self.geometry.velocity(piece, t), axis=1)
-            t = t - (self.geometry.length(piece, start, t) - fraction * whole) / speed
-        position, rotation = self.geometry.pose(piece, t)
-        return position, rotation, unit(self.geometry.velocity(piece, t))
+        return self.geometry.at(self.piece[segment], self.span[segment], np.diff(self.arc)[segment], fraction)
 
 
 def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float, chord: float, lift: float) -> ToolPath:
@@ -151,7 +104,7 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
     segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), MIN_SEGMENTS), 0).astype(np.int64)
     for _ in range(REFINEMENTS):
         seg_piece, step, span = _spans(segments, done, where)
-        over = _chords(geometry, seg_piece, span) / (SAFETY * chord)
+        over = geometry.chord(seg_piece, span) / (SAFETY * chord)
         worst = np.zeros(len(segments))
         np.maximum.at(worst, seg_piece, over)
         if not (worst > 1).any():
@@ -212,17 +165,3 @@ def _spans(segments: IntArray, done: Array, where: Array) -> tuple[IntArray, Int
     span = np.column_stack([np.interp(piece + s / n, done, where) - piece for s in (step, step + 1)])
     span[step == 0, 0], span[step == n - 1, 1] = 0.0, 1.0
     return piece, step, span
-
-
-def _chords(geometry: Geometry, piece: IntArray, span: Array) -> Array:
-    """Distance of the path from the line between a segment's ends, the largest of five inner points, (S,) [m]."""
-    start, end = (geometry.pose(piece, t)[0] for t in span.T)
-    along = end - start
-    size = dot(along, along)
-    size = np.where(size > 0, size, 1.0)
-    found = np.zeros(len(piece))
-    for u in (0.2, 0.35, 0.5, 0.65, 0.8):
-        offset = geometry.pose(piece, span[:, 0] + u * (span[:, 1] - span[:, 0]))[0] - start
-        off = offset - (dot(offset, along) / size)[:, None] * along
-        found = np.maximum(found, np.linalg.norm(off, axis=1))
-    return found

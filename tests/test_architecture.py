@@ -11,7 +11,7 @@ ROOMS = [
     {"exceptions", "units", "arrays"},
     {"rotations", "evaluation"},
     {"robot", "boundaries", "surfaces", "pieces"},
-    {"patterns"},
+    {"patterns", "geometry"},
     {"toolpath"},
     {"kinematics", "ik"},
     {"timing", "thermal"},
@@ -37,7 +37,7 @@ ROOMS = [
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "data" not in p.parts)
 ONLY = {
-    "casadi": {"evaluation", "ik", "kinematics", "sources", "predict", "problem", "limits", "compensate"},
+    "casadi": {"evaluation", "pieces", "surfaces", "geometry", "ik", "kinematics", "sources", "predict", "problem", "limits", "compensate"},
     "ruckig": {"timing"},
     "pinocchio": {"twin"},
     "plotly": {"report"},

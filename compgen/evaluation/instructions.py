@@ -59,18 +59,19 @@ _KEPT: dict[int, Instructions] = {}
 def run(program: Instructions, rows: Sequence[Rows], outs: Sequence[Array], start: int, stop: int) -> None:
     """Fill rows start to stop of the outputs."""
     work: list[Any] = [None] * program.function.sz_w()
-    for first in range(start, stop, BLOCK):
-        last = min(first + BLOCK, stop)
-        ins = [_columns(r, first, last) for r in rows]
-        for code, inputs, target in program.steps:
-            if code == ca.OP_INPUT:
-                work[target] = ins[inputs[0]][inputs[1]]
-            elif code == ca.OP_OUTPUT:
-                outs[target[0]][first:last, target[1]] = work[inputs]
-            elif code == ca.OP_CONST:
-                work[target] = inputs
-            else:
-                work[target] = OPERATIONS[code](*(work[i] for i in inputs))
+    with np.errstate(all="ignore"):  # as the compiled function does: what is not a number says so itself
+        for first in range(start, stop, BLOCK):
+            last = min(first + BLOCK, stop)
+            ins = [_columns(r, first, last) for r in rows]
+            for code, inputs, target in program.steps:
+                if code == ca.OP_INPUT:
+                    work[target] = ins[inputs[0]][inputs[1]]
+                elif code == ca.OP_OUTPUT:
+                    outs[target[0]][first:last, target[1]] = work[inputs]
+                elif code == ca.OP_CONST:
+                    work[target] = inputs
+                else:
+                    work[target] = OPERATIONS[code](*(work[i] for i in inputs))
 
 
 def _columns(rows: Rows, first: int, last: int) -> Array:

@@ -1,0 +1,139 @@
+"""The exact path, and what is asked of it: expressions of a piece, a surface and a parameter, at any number of points."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from compgen.arrays import Array, IntArray
+from compgen.boundaries import Boundary
+from compgen.evaluation import Picked, evaluate
+from compgen.pieces import Pieces, curve_expr, height_expr
+from compgen.surfaces import Quadric, along_expr, lift_expr, refuse_ended
+
+MAX_SPACING = 10e-3  # m; the actual path between waypoints is curved by some 1e-4 / m: 1 nm at this spacing
+INNER = (0.2, 0.35, 0.5, 0.65, 0.8)  # of a segment, where its chord is measured
+ROUNDS = 2  # of Newton from arc length to parameter, which are nearly linear in each other within a segment
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Geometry:
+    """Pieces on a surface with an edge; the tool's z axis points into the surface."""
+
+    pieces: Pieces
+    surface: Quadric
+    boundary: Boundary
+    spin: float  # [rad] the tool's x axis against base x, about base z
+
+    def spacing(self, piece: IntArray, t: Array, chord: float, widest: float = MAX_SPACING) -> tuple[Array, Array]:
+        """|dP/dt| and the waypoint spacing there, (M,) each [m]."""
+        limits = np.array([[chord, widest]])
+        speed, spacing, there = self._ask(functions().spacing, piece, t[:, None], limits)
+        refuse_ended(there)
+        return speed[:, 0], spacing[:, 0]
+
+    def pose(self, piece: IntArray, t: Array) -> tuple[Array, Array]:
+        """Tool position and rotation, (M, 3) [m] and (M, 3, 3)."""
+        position, rotation, there = self._ask(functions().pose, piece, t[:, None], self._axis())
+        refuse_ended(there)
+        return position, rotation.reshape(-1, 3, 3)
+
+    def length(self, piece: IntArray, start: Array, end: Array) -> Array:
+        """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
+        found, there = self._ask(functions().length, piece, np.column_stack([start, end]))
+        refuse_ended(there)
+        return found[:, 0]
+
+    def chord(self, piece: IntArray, span: Array) -> Array:
+        """Distance of the path from the line between a span's ends, the largest of five inner points, (M,) [m]."""
+        found, there = self._ask(functions().chord, piece, span)
+        refuse_ended(there)
+        return found[:, 0]
+
+    def at(self, piece: IntArray, span: Array, whole: Array, fraction: Array) -> tuple[Array, Array, Array]:
+        """Pose and direction of travel at a fraction of the arc length of a span, (M, 3), (M, 3, 3) and (M, 3)."""
+        rows = np.column_stack([span, whole, fraction])
+        position, rotation, travel = self._ask(functions().at, piece, rows, self._axis())
+        return position, rotation.reshape(-1, 3, 3), travel
+
+    def _ask(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
+        return evaluate(function, Picked(self.pieces.table(), piece), self.surface.table(), *rows)
+
+    def _axis(self) -> Array:
+        return np.array([[np.cos(self.spin), np.sin(self.spin)]])
+
+
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """CasADi functions of a row of ``Pieces.table`` (22) and one of ``Quadric.table`` (15)."""
+
+    spacing: Any  # and t, (chord, widest) -> |dP/dt|, spacing, there
+    pose: Any  # and t, (cos, sin) of the spin -> position (3), rotation (9, row by row), there
+    length: Any  # and (start, end) -> length, there
+    chord: Any  # and (start, end) -> distance, there
+    at: Any  # and (start, end, length, fraction), (cos, sin) -> position, rotation, travel (3)
+
+
+@lru_cache(maxsize=1)
+def functions() -> Functions:
+    """The expressions, built once."""
+    piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
+    two, four, axis = ca.SX.sym("two", 2), ca.SX.sym("four", 4), ca.SX.sym("axis", 2)
+
+    def along(t: Any) -> tuple[Any, Any, Any]:
+        return along_expr(surface, curve_expr(piece, t), height_expr(piece, t))
+
+    def lift(t: Any) -> tuple[Any, Any, Any, Any]:
+        return lift_expr(surface, curve_expr(piece, t)[0], height_expr(piece, t)[0])
+
+    def pose(t: Any) -> tuple[Any, Any, Any]:
+        position, normal, _, there = lift(t)
+        z = -normal
+        along_x = ca.vertcat(axis, 0)
+        x = along_x - z * ca.dot(z, along_x)
+        x = x / ca.norm_2(x)
+        return position, ca.horzcat(x, ca.cross(z, x), z), there
+
+    def length(start: Any, end: Any) -> tuple[Any, Any]:
+        middle, half = (start + end) / 2, (end - start) / 2
+        found = [along(middle + half * float(node)) for node in _NODES]
+        total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(_WEIGHTS, found))
+        there = found[0][2]
+        for _, _, more in found[1:]:
+            there = ca.fmin(there, more)
+        return total * half, there
+
+    p1, p2, there = along(t)
+    speed = ca.norm_2(p1)
+    bend = ca.norm_2(ca.cross(p1, p2))
+    spacing = ca.fmin(ca.sqrt(8 * two[0] * speed**3 / bend), two[1])
+
+    begin, finish = lift(two[0]), lift(two[1])
+    line = finish[0] - begin[0]
+    size = ca.dot(line, line)
+    size = ca.if_else(size > 0, size, 1.0)
+    farthest, held = 0.0, ca.fmin(begin[3], finish[3])
+    for u in INNER:
+        point, _, _, more = lift(two[0] + u * (two[1] - two[0]))
+        off = point - begin[0]
+        off = off - ca.dot(off, line) / size * line
+        farthest, held = ca.fmax(farthest, ca.norm_2(off)), ca.fmin(held, more)
+
+    start, end, whole, fraction = (four[k] for k in range(4))
+    found = start + fraction * (end - start)
+    for _ in range(ROUNDS):
+        found = found - (length(start, found)[0] - fraction * whole) / ca.norm_2(along(found)[0])
+    position, rotation, _ = pose(found)
+    travel = along(found)[0]
+    here = pose(t)
+    return Functions(
+        ca.Function("spacing", [piece, surface, t, two], [speed, spacing, there]),
+        ca.Function("pose", [piece, surface, t, axis], [here[0], ca.vec(here[1].T), here[2]]),
+        ca.Function("length", [piece, surface, two], [*length(two[0], two[1])]),
+        ca.Function("chord", [piece, surface, two], [farthest, held]),
+        ca.Function("at", [piece, surface, four, axis], [position, ca.vec(rotation.T), travel / ca.norm_2(travel)]),
+    )
