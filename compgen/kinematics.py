@@ -8,7 +8,6 @@ Numbers cross by ``evaluate`` of ``compgen.evaluation``: rows in, rows out.
 """
 
 from dataclasses import dataclass
-from math import factorial
 from typing import Any
 
 import casadi as ca
@@ -18,15 +17,7 @@ from compgen.arrays import Array
 from compgen.evaluation import BLOCK, evaluate
 from compgen.robot import Robot
 
-__all__ = [
-    "BLOCK",
-    "Chain",
-    "evaluate",
-    "nominal_chain",
-    "rotation_matrix_expr",
-    "rotation_vector_expr",
-    "with_tool_expr",
-]
+__all__ = ["BLOCK", "Chain", "evaluate", "nominal_chain", "with_tool_expr"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,29 +56,6 @@ def with_tool_expr(pose: tuple[Any, Any], tool_position: Array, tool_rotation: A
     """TCP position and rotation of a flange pose."""
     position, rotation = pose
     return position + rotation @ ca.DM(tool_position), rotation @ ca.DM(tool_rotation)
-
-
-def rotation_matrix_expr(w: Any) -> Any:
-    """Rotation matrix (3, 3) of a rotation vector (3, 1); by Taylor's series, exact to rounding up to 1 rad."""
-    x = ca.dot(w, w)
-    a = b = ca.SX(0)
-    for k in range(8, -1, -1):  # sin(t) / t and (1 - cos(t)) / t^2
-        a, b = 1 / factorial(2 * k + 1) - x * a, 1 / factorial(2 * k + 2) - x * b
-    m = ca.skew(w)
-    return ca.SX.eye(3) + a * m + b * (m @ m)
-
-
-def rotation_vector_expr(rotation: Any) -> Any:
-    """Rotation vector (3, 1) of a rotation matrix (3, 3) by less than half a turn."""
-    axial = (
-        ca.vertcat(rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
-        / 2
-    )
-    s2 = ca.dot(axial, axial)
-    small = s2 < 1e-6
-    sine = ca.sqrt(ca.if_else(small, 1.0, s2))
-    angle = ca.atan2(sine, (ca.trace(rotation) - 1) / 2)
-    return axial * ca.if_else(small, 1 + s2 * (1 / 6 + s2 * (3 / 40 + s2 * 15 / 336)), angle / sine)
 
 
 def _cos(angle: Any) -> Any:

@@ -15,10 +15,9 @@ import numpy as np
 from compgen.arrays import Array, BoolArray
 from compgen.evaluation import evaluate
 from compgen.ik import Posture, joints_expr
-from compgen.kinematics import rotation_matrix_expr, rotation_vector_expr
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
-from compgen.rotations import matrix_of
+from compgen.rotations import matrix_of, rotation_matrix_expr, rotation_vector_expr
 
 STEPS = 3
 

@@ -3,9 +3,15 @@ r"""Rotation vectors and matrices, row by row.
 A rotation vector w turns by \|w\| about w/\|w\|:  R = I + a [w] + b [w]^2 with a = sin|w|/|w|, b = (1 - cos|w|)/|w|^2.
 """
 
+from functools import lru_cache
+from math import factorial
+from typing import Any
+
+import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array
+from compgen.evaluation import evaluate
 
 
 def cross_matrix(w: Array) -> Array:
@@ -55,31 +61,73 @@ def vector_of(rotation: Array) -> Array:
 
 def between(start: Array, end: Array, fraction: Array) -> Array:
     """Rotation at a fraction of the shortest turn from start to end, (M, 3, 3)."""
-    turn = vector_of(np.swapaxes(start, -1, -2) @ end)
+    turn = turns(start, end)
     return np.asarray(start @ matrix_of(fraction[..., None] * turn))
+
+
+def turns(start: Array, end: Array) -> Array:
+    """Rotation vectors of the shortest turns from start to end, in the axes of start, (M, 3) [rad]."""
+    turn, cosine = evaluate(_turns(), start.reshape(-1, 9), end.reshape(-1, 9))
+    far = np.flatnonzero(cosine[:, 0] < 0)  # beyond a quarter turn the other way is the exact one
+    turn[far] = vector_of(np.swapaxes(start[far], -1, -2) @ end[far])
+    return turn
+
+
+@lru_cache(maxsize=1)
+def _turns() -> Any:
+    start, end = ca.SX.sym("start", 9), ca.SX.sym("end", 9)
+    turn = ca.reshape(start, 3, 3) @ ca.reshape(end, 3, 3).T
+    return ca.Function("turns", [start, end], [rotation_vector_expr(turn), (ca.trace(turn) - 1) / 2])
 
 
 def from_wpr(w: Array, p: Array, r: Array) -> Array:
     """R = Rz(r) Ry(p) Rx(w), FANUC's fixed X-Y-Z angles [rad], (N,) each to (N, 3, 3)."""
-    cw, sw, cp, sp, cr, sr = np.cos(w), np.sin(w), np.cos(p), np.sin(p), np.cos(r), np.sin(r)
-    rows = [
-        [cr * cp, cr * sp * sw - sr * cw, cr * sp * cw + sr * sw],
-        [sr * cp, sr * sp * sw + cr * cw, sr * sp * cw - cr * sw],
-        [-sp, cp * sw, cp * cw],
-    ]
-    return np.moveaxis(np.asarray(rows), (0, 1), (-2, -1))
+    found = evaluate(_wpr()[0], np.stack([np.ravel(w), np.ravel(p), np.ravel(r)], axis=-1))[0]
+    return found.reshape(*np.shape(w), 3, 3)
 
 
 def to_wpr(rotation: Array) -> tuple[Array, Array, Array]:
     """W, P, R [rad] of rotation matrices; at \\|P\\| = 90 deg, where only W -/+ R is fixed, R = 0."""
-    r11, r21, r31 = rotation[..., 0, 0], rotation[..., 1, 0], rotation[..., 2, 0]
-    cos_p = np.hypot(r11, r21)
-    p = np.arctan2(-r31, cos_p)
-    lost = cos_p < 1e-9
-    w = np.where(
-        lost,
-        np.arctan2(-rotation[..., 1, 2], rotation[..., 1, 1]),
-        np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2]),
-    )
-    r = np.where(lost, 0.0, np.arctan2(r21, r11))
+    found = evaluate(_wpr()[1], np.reshape(rotation, (-1, 9)))[0]
+    w, p, r = (found[:, k].reshape(rotation.shape[:-2]) for k in range(3))
     return w, p, r
+
+
+@lru_cache(maxsize=1)
+def _wpr() -> tuple[Any, Any]:
+    """W, P, R (3) -> rotation (9, row by row), and back."""
+    angles, rows = ca.SX.sym("wpr", 3), ca.SX.sym("r", 9)
+    (cw, cp, cr), (sw, sp, sr) = ca.vertsplit(ca.cos(angles)), ca.vertsplit(ca.sin(angles))
+    forth = [
+        cr * cp, cr * sp * sw - sr * cw, cr * sp * cw + sr * sw,
+        sr * cp, sr * sp * sw + cr * cw, sr * sp * cw - cr * sw,
+        -sp, cp * sw, cp * cw,
+    ]  # fmt: skip
+    cosine = ca.sqrt(rows[0] ** 2 + rows[3] ** 2)
+    lost = cosine < 1e-9
+    w = ca.if_else(lost, ca.atan2(-rows[5], rows[4]), ca.atan2(rows[7], rows[8]))
+    back = ca.vertcat(w, ca.atan2(-rows[6], cosine), ca.if_else(lost, 0.0, ca.atan2(rows[3], rows[0])))
+    return ca.Function("from_wpr", [angles], [ca.vertcat(*forth)]), ca.Function("to_wpr", [rows], [back])
+
+
+def rotation_matrix_expr(w: Any) -> Any:
+    """Rotation matrix (3, 3) of a rotation vector (3, 1); by Taylor's series, exact to rounding up to 1 rad."""
+    x = ca.dot(w, w)
+    a = b = ca.SX(0)
+    for k in range(8, -1, -1):  # sin(t) / t and (1 - cos(t)) / t^2
+        a, b = 1 / factorial(2 * k + 1) - x * a, 1 / factorial(2 * k + 2) - x * b
+    m = ca.skew(w)
+    return ca.SX.eye(3) + a * m + b * (m @ m)
+
+
+def rotation_vector_expr(rotation: Any) -> Any:
+    """Rotation vector (3, 1) of a rotation matrix (3, 3) by less than half a turn."""
+    axial = (
+        ca.vertcat(rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
+        / 2
+    )
+    s2 = ca.dot(axial, axial)
+    small = s2 < 1e-6
+    sine = ca.sqrt(ca.if_else(small, 1.0, s2))
+    angle = ca.atan2(sine, (ca.trace(rotation) - 1) / 2)
+    return axial * ca.if_else(small, 1 + s2 * (1 / 6 + s2 * (3 / 40 + s2 * 15 / 336)), angle / sine)

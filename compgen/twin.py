@@ -1,35 +1,33 @@
-r"""The real arm, independently: a pinocchio model driven by the program's text as the controller would drive it.
+r"""The real arm, independently: driven by the program's text as the controller would drive it.
 
-Nothing here comes from the optimiser's chain. The arm is built link by link as a URDF has it,
-
-    Rz(J1) Tx(a1) Ry(J2) Tz(a2) Ry(-(J2+J3)) Tz(a3) Rx(-J4) Tx(d4) Ry(-J5) Tx(d6) Rx(-J6) flange
-
-its lengths grown by summing thin elements of each link's profile; the time comes from the text's own lengths, speeds
-and stops; the heat from stepping each node through that time. The controller's nominal inverse is ``ik``, and every
-pose it gives is confirmed with pinocchio's nominal arm to 1e-9 m. CNT is taken as passing through the points.
+Nothing here comes from the optimiser's chain. The arm is ``plant``'s, confirmed by pinocchio on samples of every ride;
+its lengths are grown by summing thin elements of each link's profile; the time comes from the text's own lengths, speeds
+and stops; the heat from each node's own equation through that time. The controller's nominal inverse is ``ik``, and
+every pose it gives is confirmed with the nominal arm to 1e-9 m. CNT is taken as passing through the points.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from compgen.arrays import Array, IntArray, own
-from compgen.dialects.fanuc_ls.program import Program, apply_turns, posture_of
+from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
+from compgen.evaluation import Picked, evaluate
 from compgen.exceptions import CompgenError
-from compgen.ik import flange_of, nearest_turns, solve
+from compgen.ik import flange_of, solve
+from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
 from compgen.robot import Robot
-from compgen.rotations import between
+from compgen.rotations import turns
 from compgen.thermal import Duty, NodeModel, Profile, Section
 
 ELEMENT = 0.1e-3  # m
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
 GRID = 1e-3  # m
 CONFIRM = 1e-9  # m
-
-#: where each heated length sits: joint whose placement carries it, axis
-_PLACES = {"a1": (2, 0), "a2": (3, 2), "a3": (4, 2), "d4": (5, 0), "d6": (6, 0)}
+CONFIRMED = 1000  # samples of a ride that pinocchio repeats
+CHUNK = 65536  # segments at a time
+FADED = 200.0  # time constants of a node over which its heat is summed in one go
 
 
 class TwinError(CompgenError):
@@ -64,6 +62,61 @@ class Ride:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Leg:
+    """A program made ready to be driven: what happens on each of its S lines."""
+
+    twin: "Twin"
+    program: Program
+    time: Array  # (N,) [s]
+    rise: Array  # (N, K) [K]
+    driven: Array  # (S,) [m/s]
+    theta: Array  # (N, 6) [rad]
+    turn: Array  # (S, 3) [rad] rotation vector over each line, in the axes of its start
+    pieces: IntArray  # (S,) samples on each
+
+    def rides(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[Ride]:
+        """The samples, a stretch of lines at a time; each stretch begins with its first line's start."""
+        S = len(self.pieces)
+        for first in range(0, S, CHUNK):
+            last = min(S, first + CHUNK)
+            yield self._ride(first, last)
+            progress(last / S)
+
+    def _ride(self, first: int, last: int) -> Ride:
+        """Samples of the lines first to last, with the end of the program where it is among them.
+
+        Raises:
+            TwinError: Out of reach, or ik and the nominal arm disagree, or pinocchio disagrees with either.
+        """
+        twin, heat = self.twin, self.twin.heat
+        pieces = self.pieces[first:last]
+        begin = np.concatenate([[0], np.cumsum(pieces)])
+        line = np.repeat(np.arange(first, last), pieces)
+        fraction = (np.arange(begin[-1]) - begin[line - first]) / self.pieces[line]
+        if last == len(self.pieces):
+            line, fraction = np.append(line, last - 1), np.append(fraction, 1.0)
+        now = self.time[line] + fraction * np.diff(self.time[first : last + 1])[line - first]
+        goal = heat.steady("moving", self.driven[first:last])
+        since = (now - self.time[line])[:, None]
+        warmth = build_warmth(len(heat.tau))
+        (rise,) = evaluate(warmth, Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], since)
+        growth = twin.growth(rise)
+        drive = build_drive(
+            twin.robot, self.program.posture, twin.tool_position.tobytes(), twin.tool_rotation.tobytes()
+        )
+        places, rows = self.program.position, self.program.rotation.reshape(-1, 9)
+        theta, position, rotation, wrong = evaluate(
+            drive, Picked(places, line), Picked(places, line + 1), Picked(rows, line), Picked(self.turn, line),
+            Picked(self.theta, line), Picked(self.theta, line + 1), fraction[:, None], growth,
+        )  # fmt: skip
+        if wrong[:, 0].min() < 0:
+            raise TwinError(f"P[{line[int(np.argmin(wrong[:, 0]))] + 1}]: out of the controller's reach")
+        refuse_unlike(line, wrong[:, 1], wrong[:, 2])
+        every = max(1, (len(line) * len(self.pieces)) // (CONFIRMED * (last - first)))
+        twin.agree(theta, growth, (position, rotation), every)
+        return Ride(line, fraction, now, rise, theta, position, rotation.reshape(-1, 3, 3))
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Twin:
     """The real arm with its tool and its warmth."""
 
@@ -89,46 +142,51 @@ class Twin:
         Raises:
             TwinError: The text cannot be followed: out of reach, another posture, or ik and pinocchio disagree.
         """
-        length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
+        rides = list(self.ready(program, duties).rides(progress))
+        return Ride(*(np.concatenate([getattr(r, name) for r in rides]) for name in Ride.__slots__))
+
+    def ready(self, program: Program, duties: Sequence[Duty]) -> Leg:
+        """Joints, clock and heat at the positions of a program, for driving it stretch by stretch.
+
+        Raises:
+            TwinError: Out of reach, or another posture.
+        """
+        step = np.diff(program.position, axis=0)
+        length = np.linalg.norm(step, axis=1)
         points = self._joints_at(program)
         time, driven = self._clock(program, length, points)
-        start = self._warm(np.zeros(len(self.heat.tau)), duties)
-        way_rise = self._stepped(start, time, driven)
-
+        rise = self._heated(self._warm(np.zeros(len(self.heat.tau)), duties), time, driven)
+        turn = turns(program.rotation[:-1], program.rotation[1:])
         pieces = 2 * np.maximum(1, np.ceil(length / (2 * GRID) - 1e-9)).astype(np.int64)
-        segment = np.append(np.repeat(np.arange(len(length)), pieces), len(length) - 1)
-        first = np.concatenate([[0], np.cumsum(pieces)[:-1]])
-        fraction = np.append((np.arange(pieces.sum()) - first[segment[:-1]]) / pieces[segment[:-1]], 1.0)
-        now = time[segment] + fraction * np.diff(time)[segment]
-        decay = np.exp(-(now - time[segment])[:, None] / self.heat.tau)
-        goal = self.heat.steady("moving", driven)[segment]
-        rise = goal + (way_rise[segment] - goal) * decay
-
-        step = np.diff(program.position, axis=0)[segment]
-        position = program.position[segment] + fraction[:, None] * step
-        rotation = between(program.rotation[segment], program.rotation[segment + 1], fraction)
-        theta = self._controller(program, points, position, rotation, segment, fraction)
-        self.confirm(theta, position, rotation, segment, lambda share: progress(share / 2))
-        actual = self.reach(theta, rise, lambda share: progress(0.5 + share / 2))
-        return Ride(segment, fraction, now, rise, theta, *actual)
-
     def reach(self, theta: Array, rise: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
         """Where the tool really is at commanded joints (M, 6) [rad] and rises (M, K) [K], (M, 3) [m] and (M, 3, 3)."""
-        return self._fly(theta, self._growth(rise), progress)
+        return self._fly(theta, self.growth(rise), progress)
 
     def confirm(
         self, theta: Array, position: Array, rotation: Array, segment: IntArray, progress: Callable[[float], None]
     ) -> None:
-        """Raises TwinError unless pinocchio's nominal arm is where the controller's inverse says, to 1e-9 m."""
-        nominal = self._fly(theta, None, progress)
+        """Raises TwinError unless the nominal arm is where the controller's inverse says, to 1e-9 m."""
+        nominal = self._fly(theta, np.zeros((len(theta), len(LENGTHS))), progress)
         off = np.linalg.norm(nominal[0] - position, axis=1)
         turned = np.linalg.norm(nominal[1] - rotation, axis=(1, 2))
-        if off.max(initial=0.0) > CONFIRM or turned.max(initial=0.0) > 1e-8:
-            m = int(np.argmax(off + turned))
-            raise TwinError(
-                f"P[{segment[m] + 1}]: pinocchio's nominal arm is {off[m]:.1e} m from the pose asked for: "
-                "the inverse kinematics cannot be trusted here"
-            )
+        refuse_unlike(segment, off, turned)
+
+    def _fly(self, theta: Array, growth: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
+        """The real TCP at joints (M, 6) [rad] and growths (M, 5) [m], confirmed by pinocchio on samples."""
+        tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
+        pose = evaluate(build_fly(self.robot, *tool), theta, growth)
+        self.agree(theta, growth, pose, max(1, len(theta) // CONFIRMED))
+        progress(1.0)
+        return pose[0], pose[1].reshape(-1, 3, 3)
+
+    def agree(self, theta: Array, growth: Array, pose: tuple[Array, ...], every: int) -> None:
+        """Raises TwinError unless pinocchio agrees on every so many of the samples, and on the last."""
+        some = np.unique(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
+        found = (pose[0][some], pose[1][some])
+        far = disagreement(self.robot, self.tool_position, self.tool_rotation, theta[some], growth[some], found)
+        if not far <= AGREE:
+            raise TwinError(f"pinocchio's arm is {far:.1e} from the twin's: the twin cannot be trusted")
+
 
     def _clock(self, program: Program, length: Array, theta: Array) -> tuple[Array, Array]:
         r"""When each position is passed (N,) [s], and the speed really driven on each segment, (N - 1,) [m/s].
@@ -163,15 +221,28 @@ class Twin:
             rise = goal - (goal - rise) * np.exp(-duty.duration / self.heat.tau)
         return rise
 
-    def _stepped(self, rise: Array, time: Array, speed: Array) -> Array:
-        """Node by node through every segment, exactly within each, (N, K) [K]."""
+    def _heated(self, rise: Array, time: Array, speed: Array) -> Array:
+        r"""Each node by its own equation through every segment, (N, K) [K].
+
+        rise_{n+1} = goal_n + (rise_n - goal_n) k_n, k_n = exp(-dt_n / tau), is a sum once divided by the product of all
+        k so far; a stretch as long as that product stays a number is summed in one go.
+        """
         goals = self.heat.steady("moving", speed)
-        keep = np.exp(-np.diff(time)[:, None] / self.heat.tau)
-        out = [rise]
-        for goal, k in zip(goals, keep):
-            rise = goal + (rise - goal) * k
-            out.append(rise)
-        return np.array(out)
+        drop = np.diff(time)[:, None] / self.heat.tau
+        out = np.empty((len(time), len(rise)))
+        out[0] = rise
+        first = 0
+        passed = np.concatenate([[0.0], np.cumsum(drop.max(axis=1))])
+        while first < len(speed):
+            last = max(first + 1, int(np.searchsorted(passed, passed[first] + FADED, side="right")) - 1)
+            kept = np.exp(-np.cumsum(drop[first:last], axis=0))
+            gain = goals[first:last] * -np.expm1(-drop[first:last])
+            # the end of a long single segment may keep nothing: then only its own goal counts
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                summed = kept * (out[first] + np.cumsum(gain / kept, axis=0))
+            out[first + 1 : last + 1] = np.where(np.isfinite(summed), summed, goals[first:last])
+            first = last
+        return out
 
     def _joints_at(self, program: Program) -> Array:
         """Joints of the positions, with the posture and turns that the text names, (N, 6) [rad].
@@ -184,7 +255,7 @@ class Twin:
         if margin.min() < 0:
             raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
         theta = apply_turns(self.robot, theta, program.turns)
-        if set(posture_of(self.robot, theta)) != {program.posture}:
+        if not in_posture(self.robot, theta, program.posture).all():
             raise TwinError("the joints of a position contradict its CONFIG letters")
         over = np.maximum(self.robot.lower - theta, theta - self.robot.upper)
         if over.max() > 1e-6:
@@ -198,75 +269,34 @@ class Twin:
             raise TwinError(f"P[{n + 1}] to P[{n + 2}]: a joint turns by over 90 deg within one line")
         return theta
 
-    def _controller(
-        self, program: Program, at_points: Array, position: Array, rotation: Array, segment: IntArray, fraction: Array
-    ) -> Array:
-        """Joints commanded along the lines, with the posture and turns that the text names, (M, 6)."""
-        flange = flange_of(position, rotation, self.tool_position, self.tool_rotation)
-        theta, margin = solve(self.robot, *flange, program.posture)
-        if margin.min() < 0:
-            raise TwinError(f"P[{segment[int(np.argmin(margin))] + 1}]: out of the controller's reach")
-        guess = at_points[segment] + fraction[:, None] * np.diff(at_points, axis=0)[segment]
-        return nearest_turns(theta, guess)
+    def growth(self, rise: Array) -> Array:
+        """Growth of each of ``plant.LENGTHS``, (M, 5) [m], by summing thin elements."""
+        return np.asarray(rise @ self._growths())
 
-    def _growth(self, rise: Array) -> dict[str, Array]:
-        """Growth of each heated length, (M,) [m], by summing thin elements."""
+    def _growths(self) -> Array:
+        """The same per kelvin of each node, (K, 5) [m/K]."""
         reference = dict(zip(self.heat.names, self.heat.reference_rise.tolist()))
-        grown: dict[str, Array] = {}
+        grown = np.zeros((len(self.heat.names), len(LENGTHS)))
         for profile in self.profiles:
-            total = np.zeros(len(rise))
+            column = list(LENGTHS).index(profile.length)
             for s in profile.sections:
-                a, b = (rise[:, self.heat.names.index(n)] for n in (s.node_a, s.node_b))
+                a, b = (self.heat.names.index(n) for n in (s.node_a, s.node_b))
                 count = max(1, round((s.end - s.start) / ELEMENT))
                 share = _element_shares(s, reference, count)
-                total = total + profile.cte * (s.end - s.start) / count * (share.sum() * a + (1 - share).sum() * b)
-            grown[profile.length] = grown.get(profile.length, 0.0) + total
+                element = profile.cte * (s.end - s.start) / count
+                grown[a, column] += element * share.sum()
+                grown[b, column] += element * (1 - share).sum()
         return grown
 
-    def _fly(
-        self, theta: Array, growth: dict[str, Array] | None, progress: Callable[[float], None]
-    ) -> tuple[Array, Array]:
-        """Forward kinematics of every sample in pinocchio, (M, 3) [m] and (M, 3, 3)."""
-        model, tool = self._arm()
-        data = model.createData()
-        angles = theta - self.robot.pendant_zero
-        position, rotation = np.empty((len(theta), 3)), np.empty((len(theta), 3, 3))
-        places = []
-        for name, more in (growth or {}).items():
-            joint, axis = _PLACES[name]
-            base = model.jointPlacements[joint].translation.copy()
-            moved = np.tile(base, (len(theta), 1))
-            moved[:, axis] += more
-            places.append((model.jointPlacements[joint], moved))
-        for m in range(len(theta)):
-            for placement, moved in places:
-                placement.translation = moved[m]
-            pin.forwardKinematics(model, data, angles[m])
-            pose = data.oMi[6] * tool
-            position[m], rotation[m] = pose.translation, pose.rotation
-            if m % 4096 == 0:
-                progress(m / len(theta))
-        return position, rotation
 
-    def _arm(self) -> tuple[pin.Model, pin.SE3]:
-        """The nominal arm, and the TCP seen from its last joint."""
-        a1, a2, a3 = self.robot.a[:3]
-        d4, d6 = -self.robot.d[3], -self.robot.d[5]
-        model = pin.Model()
-        joints = [
-            ((0, 0, 1), (0, 0, 0)),
-            ((0, 1, 0), (a1, 0, 0)),
-            ((0, -1, 0), (0, 0, a2)),
-            ((-1, 0, 0), (0, 0, a3)),
-            ((0, -1, 0), (d4, 0, 0)),
-            ((-1, 0, 0), (d6, 0, 0)),
-        ]
-        parent = 0
-        for i, (axis, place) in enumerate(joints):
-            kind = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
-            parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), np.array(place, dtype=float)), f"j{i + 1}")
-        flange = pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(self.robot.alpha[5]))
-        return model, pin.SE3(flange, np.zeros(3)) * pin.SE3(self.tool_rotation, self.tool_position)
+def refuse_unlike(line: IntArray, off: Array, turned: Array) -> None:
+    """Raises TwinError where the nominal TCP is off a pose asked for, (M,) [m] and turned against it, (M,)."""
+    if not (off.max(initial=0.0) <= CONFIRM and turned.max(initial=0.0) <= 10 * CONFIRM):
+        m = int(np.argmax(off + turned))
+        raise TwinError(
+            f"P[{line[m] + 1}]: the nominal arm is {off[m]:.1e} m from the pose asked for: "
+            "the inverse kinematics cannot be trusted here"
+        )
 
 
 def _ramp(speed: Array, a: Array, j: Array) -> Array:

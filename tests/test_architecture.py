@@ -9,7 +9,8 @@ PACKAGE = Path(__file__).parents[1] / "compgen"
 
 ROOMS = [
     {"exceptions", "units", "arrays"},
-    {"rotations", "evaluation"},
+    {"evaluation"},
+    {"rotations"},
     {"robot", "boundaries", "surfaces", "pieces"},
     {"patterns", "geometry"},
     {"toolpath"},
@@ -22,6 +23,7 @@ ROOMS = [
     {"compensate"},
     {"dialects"},
     {"inspection"},
+    {"plant"},
     {"twin"},
     {"verify"},
     {"job"},
@@ -37,9 +39,9 @@ ROOMS = [
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "data" not in p.parts)
 ONLY = {
-    "casadi": {"evaluation", "pieces", "surfaces", "geometry", "ik", "kinematics", "sources", "predict", "problem", "limits", "compensate"},
+    "casadi": {"evaluation", "rotations", "pieces", "surfaces", "geometry", "ik", "kinematics", "sources", "predict", "problem", "limits", "compensate", "plant"},
     "ruckig": {"timing"},
-    "pinocchio": {"twin"},
+    "pinocchio": {"plant"},
     "plotly": {"report"},
     "rich": {"cli"},
     "typer": {"cli"},

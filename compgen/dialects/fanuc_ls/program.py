@@ -70,13 +70,23 @@ def posture_of(robot: Robot, theta: Array) -> list[Posture]:
     Flip when J5 > 0; up when cos(theta_3 + g) > 0 with g = atan2(a3, d4); front when the wrist centre lies before
     axis 1.
     """
+    return [Posture(bool(f), bool(u), bool(w)) for f, u, w in zip(*_letters(robot, theta))]
+
+
+def in_posture(robot: Robot, theta: Array, posture: Posture) -> BoolArray:
+    """Whether joint angles have the letters of a posture, (N,)."""
+    front, up, flip = _letters(robot, theta)
+    return np.asarray((front == posture.front) & (up == posture.up) & (flip == posture.flip))
+
+
+def _letters(robot: Robot, theta: Array) -> tuple[BoolArray, BoolArray, BoolArray]:
+    """Front, up and flip, (N,) each."""
     a, d = robot.a, robot.d
     beta = -theta[:, 1]
     forearm = beta + theta[:, 2] - np.pi / 2
     reach = a[0] + a[1] * np.cos(beta) - d[3] * np.cos(forearm) - a[2] * np.sin(forearm)
     up = np.cos(theta[:, 2] + np.arctan2(a[2], -d[3])) > 0
-    flip = theta[:, 4] - robot.pendant_zero[4] > 0
-    return [Posture(bool(f), bool(u), bool(w)) for f, u, w in zip(reach > 0, up, flip)]
+    return reach > 0, up, theta[:, 4] - robot.pendant_zero[4] > 0
 
 
 def estimated_memory(program: Program) -> float:

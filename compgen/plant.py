@@ -1,0 +1,142 @@
+r"""The arm of the twin, link by link as a URDF has it, as an expression of its own; pinocchio confirms every run of it.
+
+    Rz(J1) Tx(a1) Ry(J2) Tz(a2) Ry(-(J2+J3)) Tz(a3) Rx(-J4) Tx(d4) Ry(-J5) Tx(d6) Rx(-J6) flange
+
+Nothing here comes from the optimiser's chain. pinocchio has no forward kinematics of many samples at once, so the
+expression drives them all, and ``confirm`` builds the same arm in pinocchio and compares a thousand samples.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+from compgen.arrays import Array
+from compgen.evaluation import evaluate
+from compgen.ik import Posture, joints_expr
+from compgen.robot import Robot
+
+#: the lengths that may grow, in the order of ``fly``'s growth: joint whose placement carries it, axis
+LENGTHS = {"a1": (2, 0), "a2": (3, 2), "a3": (4, 2), "d4": (5, 0), "d6": (6, 0)}
+AXES = ((0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0))
+AGREE = 1e-12  # m, and in each entry of the rotation
+
+
+def _lengths(robot: Robot) -> tuple[float, ...]:
+    return (float(robot.a[0]), float(robot.a[1]), float(robot.a[2]), float(-robot.d[3]), float(-robot.d[5]))
+
+
+def _turn_expr(axis: tuple[int, int, int], angle: Any) -> Any:
+    """Rotation by an angle about a coordinate axis."""
+    c, s = ca.cos(angle), ca.sin(angle)
+    k = next(i for i in range(3) if axis[i])
+    i, j = (k + 1) % 3, (k + 2) % 3
+    turn = ca.SX.eye(3)
+    turn[i, i], turn[j, j], turn[i, j], turn[j, i] = c, c, -axis[k] * s, axis[k] * s
+    return turn
+
+
+def pose_expr(robot: Robot, angles: Any, growth: Any, tool_position: Array, tool_rotation: Array) -> tuple[Any, Any]:
+    """TCP position (3, 1) and rotation (3, 3) from joint angles about the axes (6, 1) and growths (5, 1) [m]."""
+    position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
+    where = {joint: (k, axis) for k, (joint, axis) in enumerate(LENGTHS.values())}
+    for joint, axis in enumerate(AXES, 1):
+        if joint in where:
+            k, along = where[joint]
+            position = position + rotation[:, along] * (_lengths(robot)[k] + growth[k])
+        rotation = rotation @ _turn_expr(axis, angles[joint - 1])
+    rotation = rotation @ ca.DM(np.rint(_flange(robot)))
+    return position + rotation @ ca.DM(tool_position), rotation @ ca.DM(tool_rotation)
+
+
+def _flange(robot: Robot) -> Array:
+    """Where the flange's axes are when all joints stand at zero: right angles, exactly."""
+    return np.asarray(pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(robot.alpha[5])))
+
+
+@lru_cache(maxsize=16)
+def build_drive(robot: Robot, posture: Posture, tool_position: bytes, tool_rotation: bytes) -> Any:
+    """One sample of a straight line, as the controller commands it and as the real arm drives it.
+
+    (both ends' position (3, 3); rotation at its start (9, row by row) and its turn (3); both ends' joints (6, 6);
+    fraction; growths) -> theta (6), position and rotation of the real TCP (3, 9), and what may be wrong: reach margin
+    [m], distance [m] and turn of the nominal TCP from the pose asked for.
+    """
+    names = {"p0": 3, "p1": 3, "r0": 9, "turn": 3, "q0": 6, "q1": 6, "fraction": 1, "growth": len(LENGTHS)}
+    symbols = [ca.SX.sym(name, size) for name, size in names.items()]
+    p0, p1, r0, turn, q0, q1, fraction, growth = symbols
+    place, tool = (np.frombuffer(t).reshape(-1, 3) for t in (tool_position, tool_rotation))
+    angle = ca.norm_2(turn)
+    axis = ca.skew(turn / ca.if_else(angle > 0, angle, 1.0))
+    some = fraction * angle
+    whole = ca.SX.eye(3) + ca.sin(some) * axis + 2 * ca.sin(some / 2) ** 2 * (axis @ axis)
+    rotation = ca.reshape(r0, 3, 3).T @ whole
+    position = p0 + fraction * (p1 - p0)
+    flange = rotation @ ca.DM(tool.T)
+    theta, margin = joints_expr(robot, posture, position - flange @ ca.DM(place.ravel()), flange)
+    guess = q0 + fraction * (q1 - q0)
+    theta = theta + 2 * np.pi * ca.floor((guess - theta) / (2 * np.pi) + 0.5)
+    angles = theta - ca.DM(robot.pendant_zero)
+    nominal = pose_expr(robot, angles, ca.SX.zeros(len(LENGTHS)), place.ravel(), tool)
+    actual = pose_expr(robot, angles, growth, place.ravel(), tool)
+    wrong = ca.vertcat(margin, ca.norm_2(nominal[0] - position), ca.norm_fro(nominal[1] - rotation))
+    return ca.Function("drive", symbols, [theta, actual[0], ca.vec(actual[1].T), wrong])
+
+
+@lru_cache(maxsize=4)
+def build_warmth(nodes: int) -> Any:
+    """(rise at a line's start, what it tends to, time constants (K each); time since) -> rise (K)."""
+    rise, goal, tau = (ca.SX.sym(name, nodes) for name in ("rise", "goal", "tau"))
+    since = ca.SX.sym("since")
+    return ca.Function("warmth", [rise, goal, tau, since], [goal + (rise - goal) * ca.exp(-since / tau)])
+
+
+@lru_cache(maxsize=16)
+def build_fly(robot: Robot, tool_position: bytes, tool_rotation: bytes) -> Any:
+    """(theta (6), growths (5)) -> position (3), rotation (9, row by row) of the TCP."""
+    theta, growth = ca.SX.sym("theta", 6), ca.SX.sym("growth", len(LENGTHS))
+    place, tool = (np.frombuffer(t).reshape(-1, 3) for t in (tool_position, tool_rotation))
+    position, rotation = pose_expr(robot, theta - ca.DM(robot.pendant_zero), growth, place.ravel(), tool)
+    return ca.Function("fly", [theta, growth], [position, ca.vec(rotation.T)])
+
+
+def disagreement(
+    robot: Robot, tool_position: Array, tool_rotation: Array, theta: Array, growth: Array, pose: tuple[Array, Array]
+) -> float:
+    """How far the expression is from pinocchio, sample by sample, at most [m, and per entry of the rotation].
+
+    Args:
+        robot: The arm.
+        tool_position: TCP in the flange, (3,) [m].
+        tool_rotation: (3, 3).
+        theta: Joints of some samples, (S, 6) [rad].
+        growth: Growths of the lengths there, (S, 5) [m].
+        pose: What the expression found there with those growths, (S, 3) [m] and (S, 9).
+    """
+    model = pin.Model()
+    parent = 0
+    places = np.zeros((6, 3))
+    for length, (joint, axis) in zip(_lengths(robot), LENGTHS.values()):
+        places[joint - 1, axis] = length
+    for i, (axis, place) in enumerate(zip(AXES, places)):
+        kind = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
+        parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), place), f"j{i + 1}")
+    tool = pin.SE3(_flange(robot), np.zeros(3)) * pin.SE3(tool_rotation, tool_position)
+    data = model.createData()
+    nominal = evaluate(
+        build_fly(robot, tool_position.tobytes(), tool_rotation.tobytes()), theta, np.zeros((1, len(LENGTHS)))
+    )
+    far = 0.0
+    for grown, found in ((np.zeros_like(growth), nominal), (growth, pose)):
+        for m, angles in enumerate(theta - robot.pendant_zero):
+            for k, (joint, axis) in enumerate(LENGTHS.values()):
+                moved = places[joint - 1].copy()
+                moved[axis] += grown[m, k]
+                model.jointPlacements[joint].translation = moved
+            pin.forwardKinematics(model, data, angles)
+            there = data.oMi[6] * tool
+            far = max(far, float(np.abs(there.translation - found[0][m]).max()))
+            far = max(far, float(np.abs(there.rotation.ravel() - found[1][m]).max()))
+    return far
