@@ -20,14 +20,23 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
     """
     lengths: dict[str, int] = {}
     for name, shape in shapes.items():
-        value = np.array(getattr(owner, name))
+        given = getattr(owner, name)
+        done = isinstance(given, np.ndarray) and given.flags.owndata and not given.flags.writeable
+        value = given if done else np.array(given)
         if value.dtype.kind not in "bi":
-            value = value.astype(float)
+            value = value.astype(float, copy=False)
         want = tuple(lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, value.shape))
         if len(shape) != value.ndim or want != value.shape:
             raise ValueError(f"{type(owner).__name__}.{name}: shape {value.shape}, expected {shape}")
         value.flags.writeable = False
         object.__setattr__(owner, name, value)
+
+
+def frozen(a: Array) -> Array:
+    """The same array made read-only, for handing it over to an owner without a copy."""
+    whole = a if a.flags.owndata else a.copy()
+    whole.flags.writeable = False
+    return whole
 
 
 def dot(a: Array, b: Array) -> Array:

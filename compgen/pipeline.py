@@ -18,7 +18,7 @@ from compgen.problem import Problem
 from compgen.thermal import Duty
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
-from compgen.twin import Ride, Twin
+from compgen.twin import Leg, Ride, Twin
 from compgen.units import HOUR, MM, UM
 from compgen.verify import Deviation, Finding
 
@@ -55,11 +55,16 @@ class Corrected:
     trajectory: Trajectory
     program: Program
     text: bytes
-    ride: Ride
+    leg: Leg
     deviation: Deviation
     start_window: float  # [s] how late the program may start
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
     findings: tuple[Finding, ...]
+
+    @property
+    def ride(self) -> Ride:
+        """What the twin does with the text at every sample, driven anew."""
+        return self.leg.ride()
 
     @property
     def inside(self) -> bool:
@@ -88,8 +93,8 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
     model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
     error = model.error(theta, rise, path.position, path.rotation)
     program = _program(job, path.position, path.rotation, theta, trajectory, path, date, start, None)
-    program = fanuc_ls.interpret(fanuc_ls.compose(program))
-    ride = _twin(job).ride(program, job.before, lambda share: progress("twin before", share))
+    program = fanuc_ls.as_written(program)
+    leg = _twin(job).ready(program, job.before)
     found = [
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
@@ -99,7 +104,7 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
-    deviation = verify.deviation(path, ride)
+    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
     return Planned(job, feed, path, model, theta, trajectory, rise, error, program, deviation, tuple(found))
 
 
@@ -128,21 +133,21 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     program = _program(job, position, rotation, solution.theta, trajectory, path, date, start, window)
     text = fanuc_ls.compose(program)
     written = fanuc_ls.interpret(text)
-    ride = _twin(job).ride(written, job.before, lambda share: progress("twin after", share))
-    deviation = verify.deviation(path, ride)
+    leg = _twin(job).ready(written, job.before)
+    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
         *_limited(solution, job),
         *_timing_findings(job, planned.feed, path, trajectory),
         *_controller_findings(job, written, text),
-        *_clock_findings(trajectory, ride),
+        *_clock_findings(trajectory, leg),
         *planned.findings,
     ]
     ripple = verify.mid_spatial(path, solution.correction)
     if ripple > MAX_RIPPLE:
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
-    return planned, Corrected(solution, trajectory, written, text, ride, deviation, window, ripple, tuple(found))
+    return planned, Corrected(solution, trajectory, written, text, leg, deviation, window, ripple, tuple(found))
 
 
 def start_window(planned: Planned, solution: Solution) -> float:
@@ -264,9 +269,9 @@ def _timing_findings(job: Job, feed: float, path: ToolPath, trajectory: Trajecto
     return found
 
 
-def _clock_findings(trajectory: Trajectory, ride: Ride) -> list[Finding]:
+def _clock_findings(trajectory: Trajectory, leg: Leg) -> list[Finding]:
     """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
-    planned, ridden = float(trajectory.time[-1]), float(ride.time[-1])
+    planned, ridden = float(trajectory.time[-1]), float(leg.time[-1])
     if abs(ridden / planned - 1) <= CLOCK_ERROR:
         return []
     told = (

@@ -74,6 +74,15 @@ class Leg:
     turn: Array  # (S, 3) [rad] rotation vector over each line, in the axes of its start
     pieces: IntArray  # (S,) samples on each
 
+    def ride(self, progress: Callable[[float], None] = lambda share: None) -> Ride:
+        """All samples."""
+        rides = list(self.rides(progress))
+        return Ride(*(np.concatenate([getattr(r, name) for r in rides]) for name in Ride.__slots__))
+
+    def first_samples(self) -> IntArray:
+        """The sample at each position, (N,)."""
+        return np.concatenate([[0], np.cumsum(self.pieces)])
+
     def rides(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[Ride]:
         """The samples, a stretch of lines at a time; each stretch begins with its first line's start."""
         S = len(self.pieces)
@@ -142,8 +151,7 @@ class Twin:
         Raises:
             TwinError: The text cannot be followed: out of reach, another posture, or ik and pinocchio disagree.
         """
-        rides = list(self.ready(program, duties).rides(progress))
-        return Ride(*(np.concatenate([getattr(r, name) for r in rides]) for name in Ride.__slots__))
+        return self.ready(program, duties).ride(progress)
 
     def ready(self, program: Program, duties: Sequence[Duty]) -> Leg:
         """Joints, clock and heat at the positions of a program, for driving it stretch by stretch.

@@ -39,7 +39,22 @@ ROOMS = [
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "data" not in p.parts)
 ONLY = {
-    "casadi": {"evaluation", "rotations", "pieces", "surfaces", "geometry", "ik", "kinematics", "sources", "predict", "problem", "limits", "compensate", "plant"},
+    "casadi": {
+        "evaluation",
+        "rotations",
+        "pieces",
+        "surfaces",
+        "geometry",
+        "ik",
+        "kinematics",
+        "sources",
+        "predict",
+        "problem",
+        "limits",
+        "compensate",
+        "plant",
+        "verify",
+    },
     "ruckig": {"timing"},
     "pinocchio": {"plant"},
     "plotly": {"report"},

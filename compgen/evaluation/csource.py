@@ -125,9 +125,7 @@ def c_source(program: Instructions) -> str | None:
             body.append(f"v w{target} = load(in[{ins[0]}] + {ins[1]}, at{ins[0]});")
         elif code == ca.OP_OUTPUT:
             width = program.outputs[target[0]]
-            body.append(
-                f"for (int k = 0; k < LANES; k++) out[{target[0]}][{width} * at[k] + {target[1]}] = w{ins}[k];"
-            )
+            body.append(f"for (int k = 0; k < LANES; k++) out[{target[0]}][{width} * at[k] + {target[1]}] = w{ins}[k];")
         elif code == ca.OP_CONST:
             body.append(f"v w{target} = all({_literal(float(ins))});")
         elif code in _C:
@@ -166,7 +164,7 @@ def _once(body: list[str]) -> list[str]:
     out = []
     for line in body:
         target = line.split(" ")[1] if line.startswith("v ") else ""
-        head, _, tail = line.partition(" = ") if target else ("", "", line)
+        tail = line.partition(" = ")[2] if target else line
         tail = _WORK.sub(lambda m: f"{m[0]}_{version[m[0]]}", tail)
         if target:
             version[target] = version.get(target, -1) + 1

@@ -41,8 +41,7 @@ def waypoints_csv(planned: Planned, corrected: Corrected | None) -> bytes:
 
 def at_waypoints(corrected: Corrected, count: int) -> Array:
     """The twin's error at each position, (N, 3) [m]."""
-    ride = corrected.ride
-    rows = np.append(np.flatnonzero(ride.fraction == 0), len(ride.fraction) - 1)
+    rows = corrected.leg.first_samples()
     if len(rows) != count:
         raise ValueError("the ride does not sample each position once")
     return np.asarray(corrected.deviation.error[rows])

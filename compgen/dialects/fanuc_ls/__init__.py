@@ -7,11 +7,12 @@ Any program: ``loads`` and ``dumps`` between bytes and records, without loss. co
 from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
 from compgen.dialects.fanuc_ls.program import Program, estimated_memory, program_name
 from compgen.dialects.fanuc_ls.read import interpret
-from compgen.dialects.fanuc_ls.write import compose, largest_feed_error, printed, writable_speed
+from compgen.dialects.fanuc_ls.write import as_written, compose, largest_feed_error, printed, writable_speed
 
 __all__ = [
     "LsProgram",
     "Program",
+    "as_written",
     "compose",
     "dumps",
     "edited",

@@ -1,5 +1,7 @@
 """Meaning to text: canonical .LS, CR LF, three decimals."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from compgen.arrays import Array
@@ -112,6 +114,14 @@ def printed(position: Array, rotation: Array) -> tuple[Array, Array]:
     """The poses that the text says, (N, 3) [m] and (N, 3, 3)."""
     numbers = pose_numbers(position, rotation)
     return numbers[:, :3] * MM, from_wpr(*(numbers[:, 3:] * DEG).T)
+
+
+def as_written(program: Program) -> Program:
+    """The program that its own text says: what ``interpret(compose(program))`` gives, without the text."""
+    position, rotation = printed(program.position, program.rotation)
+    rows, which = different(program.speed)
+    said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
+    return replace(program, position=position, rotation=rotation, speed=said[which])
 
 
 def letters(posture: Posture) -> str:
