@@ -1,4 +1,4 @@
-"""The exact path, and what is asked of it: expressions of a piece, a surface and a parameter, at any number of points."""
+"""The exact path, and what is asked of it: expressions of a piece, a surface and a parameter, at many points."""
 
 from dataclasses import dataclass
 from functools import lru_cache

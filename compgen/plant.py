@@ -42,11 +42,11 @@ def pose_expr(robot: Robot, angles: Any, growth: Any, tool_position: Array, tool
     """TCP position (3, 1) and rotation (3, 3) from joint angles about the axes (6, 1) and growths (5, 1) [m]."""
     position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
     where = {joint: (k, axis) for k, (joint, axis) in enumerate(LENGTHS.values())}
-    for joint, axis in enumerate(AXES, 1):
+    for joint, turning in enumerate(AXES, 1):
         if joint in where:
             k, along = where[joint]
             position = position + rotation[:, along] * (_lengths(robot)[k] + growth[k])
-        rotation = rotation @ _turn_expr(axis, angles[joint - 1])
+        rotation = rotation @ _turn_expr(turning, angles[joint - 1])
     rotation = rotation @ ca.DM(np.rint(_flange(robot)))
     return position + rotation @ ca.DM(tool_position), rotation @ ca.DM(tool_rotation)
 

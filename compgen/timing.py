@@ -6,20 +6,19 @@ One degree of freedom, the arc length s. With q(s) the joint motion,
 
 The way between two stops is cut into blocks. Each block gets a speed V (the feed, or less where the joints or the
 controller's interpolation period demand it) and from what V leaves of each joint's limits an acceleration and a jerk.
-Speeds at the block edges are found by one pass forwards and one back; ruckig then joins them, state to state.
+Speeds at the block edges are found by one pass forwards and one back; ``ramps`` then joins them, state to state.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
-from ruckig import InputParameter, Result, Ruckig
-from ruckig import Trajectory as RuckigTrajectory
-from scipy.interpolate import BSpline, make_interp_spline
 
+from compgen import motion, ramps
 from compgen.arrays import Array, BoolArray, IntArray, own
 from compgen.exceptions import ImpossibleError
+from compgen.motion import JointCurve
+from compgen.ramps import Blocks
 from compgen.robot import Robot
 
 BLOCK = 20e-3  # m
@@ -101,22 +100,6 @@ def driven_speed(time: Array, length: Array, speed: Array, stop: BoolArray) -> A
     return np.asarray(speed * np.repeat(said / np.diff(time[ends]), np.diff(ends)))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Run:
-    """Joint motion over arc length between two stops."""
-
-    first: int
-    last: int
-    spline: BSpline
-
-    def derivatives(self, s: Array) -> tuple[Array, Array, Array]:
-        """|q'|, |q''|, |q'''|, (M, 6) each."""
-        k = self.spline.k
-        return tuple(  # type: ignore[return-value]
-            np.abs(self.spline(s, n)) if n <= k else np.zeros((len(s), self.spline.c.shape[1])) for n in (1, 2, 3)
-        )
-
-
 def retime(
     robot: Robot,
     arc: Array,
@@ -148,191 +131,190 @@ def retime(
     if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
         raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
     followable = np.minimum(feed, length / robot.controller.period)
-    runs = [_run(arc, theta, i, j) for i, j in _between(stop)]
-    rows: list[tuple[float, ...]] = []
-    ramps: list[BoolArray] = []
-    speed = np.empty(len(length))
-    use = np.zeros((3, 6))
-    for count, run in enumerate(runs):
-        edges, V, A, J = _blocks(robot, arc, run, followable, feed)
-        v = _edge_speeds(np.diff(edges), V, A, J)
-        for b in range(len(V)):
-            rows += _join(edges[b], edges[b + 1] - edges[b], v[b], v[b + 1], V[b], A[b], J[b])
-        middle = (arc[run.first : run.last] + arc[run.first + 1 : run.last + 1]) / 2
-        owner = np.clip(np.searchsorted(edges, middle, side="right") - 1, 0, len(V) - 1)
-        speed[run.first : run.last] = V[owner]
-        ramps.append(_stop_ramps(v, V)[owner])
-        progress((count + 1) / len(runs))
-    table = np.array(rows)
-    start = np.concatenate([[0.0], np.cumsum(table[:, 0])])
-    phases = Phases(start[:-1], *table.T)
-    for run in runs:
-        use = np.maximum(use, _use(robot, arc, run, phases))
+    joints = motion.curve(arc, theta, stop)
+    ends = np.flatnonzero(stop)
+    cut = _cut(arc, ends)
+    progress(0.1)
+    blocks = _allowed(robot, joints, cut, _followable(arc, followable, cut), feed, arc)
+    progress(0.5)
+    table = ramps.phases(blocks)
+    start = np.concatenate([[0.0], np.cumsum(table[0])])
+    phases = Phases(start[:-1], *table)
+    progress(0.7)
+    use = _use(robot, joints, cut, phases)
     time = phases.time_at(arc)
     time[0], time[-1] = 0.0, start[-1]
     # away from the stops' own ramps the program says what is driven, so that its time is the planned one
+    owner = np.clip(np.searchsorted(cut.begin, (arc[:-1] + arc[1:]) / 2, side="right") - 1, 0, len(cut.begin) - 1)
+    speed = blocks.v[owner]
     real = np.minimum(speed, length / np.diff(time))
     real = np.where(real > speed * (1 - 1e-3), speed, real)
-    speed = np.where(np.concatenate(ramps), speed, real)
+    speed = np.where(_stop_ramps(blocks, cut)[owner], speed, real)
     cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= feed * (1 - 1e-9))
     at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
+    progress(1.0)
     return Trajectory(time, speed, driven_speed(time, length, speed, stop), phases, use, at_feed)
 
 
-def _between(stop: BoolArray) -> list[tuple[int, int]]:
-    where = np.flatnonzero(stop)
-    return list(zip(where[:-1].tolist(), where[1:].tolist()))
+@dataclass(frozen=True, eq=False, slots=True)
+class _Cut:
+    """The way cut into B blocks, none across a stop."""
+
+    begin: Array  # (B,) [m]
+    end: Array  # (B,) [m]
+    run: IntArray  # (B,) which way between two stops
+    first: IntArray  # (R,) first block of each
 
 
-def _run(arc: Array, theta: Array, first: int, last: int) -> _Run:
-    degree = min(5, last - first)
-    degree -= 1 - degree % 2  # odd degrees only: even ones ring
-    return _Run(first, last, make_interp_spline(arc[first : last + 1], theta[first : last + 1], k=degree))
+def _cut(arc: Array, ends: IntArray) -> _Cut:
+    begin, end = arc[ends[:-1]], arc[ends[1:]]
+    count = np.maximum(1, ((end - begin) / BLOCK).astype(np.int64))
+    run = np.repeat(np.arange(len(count)), count)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    k = np.arange(len(run)) - first[run]
+    step = ((end - begin) / count)[run]
+    right = np.where(k + 1 == count[run], end[run], begin[run] + (k + 1) * step)
+    return _Cut(begin[run] + k * step, right, run, first)
 
 
-def _blocks(robot: Robot, arc: Array, run: _Run, followable: Array, feed: float) -> tuple[Array, Array, Array, Array]:
-    """Block edges (B + 1,) and the speed, acceleration and jerk along the arc that each block allows, (B,)."""
-    begin, end = arc[run.first], arc[run.last]
-    count = max(1, int((end - begin) / BLOCK))
-    edges = np.linspace(begin, end, count + 1)
-    points = arc[run.first : run.last + 1]
-    s = np.unique(np.concatenate([points, (points[1:] + points[:-1]) / 2, edges]))
-    q1, q2, q3 = run.derivatives(s)
-    d1, d2, d3 = (q / (MARGIN * m) for q, m in zip((q1, q2, q3), (robot.speed, robot.acceleration, robot.jerk)))
-    d1a, d1j, d2j = q1 / (MARGIN * robot.acceleration), q1 / (MARGIN * robot.jerk), q2 / (MARGIN * robot.jerk)
-    at = np.searchsorted(s, edges[:-1])
-    blocks = [_block_max(d.max(axis=1), at) for d in (d1, d2, d3)]
+def _allowed(robot: Robot, joints: JointCurve, cut: _Cut, short: Array, feed: float, arc: Array) -> Blocks:
+    """Speed, acceleration and jerk along the arc that each block allows, and its speeds at both ends.
+
+    Raises:
+        ImpossibleError: A joint cannot follow the path at any speed that a program can say.
+    """
+    most = _shares(robot, joints, cut) / MARGIN + 1e-30
     with np.errstate(divide="ignore"):
         drivable = np.minimum(
-            np.minimum(1 / blocks[0], np.sqrt(CRUISE_ACCELERATION / blocks[1])), np.cbrt(CRUISE_JERK / blocks[2])
+            np.minimum(1 / most[:, 0], np.sqrt(CRUISE_ACCELERATION / most[:, 1])), np.cbrt(CRUISE_JERK / most[:, 2])
         )
         if drivable.min() < SLOWEST:
-            _refuse_crawl(robot, arc, edges[[(b := int(np.argmin(drivable))), b + 1]], (d1, d2, d3), s)
-        short = _block_min(arc[run.first : run.last + 1], followable[run.first : run.last], edges)
+            _refuse_crawl(robot, joints, cut, int(np.argmin(drivable)), arc)
         V = np.minimum(np.minimum(short, feed), drivable)
         V = np.where((feed > V) & (V > SPEED_STEP), np.floor(V / SPEED_STEP + 1e-9) * SPEED_STEP, V)
-        left_a = 1 - blocks[1] * V**2
-        left_j = 1 - blocks[2] * V**3
-        A = np.minimum(
-            left_a / _block_max(d1a.max(axis=1), at),
-            CHANGE_JERK * left_j / (3 * _block_max(d2j.max(axis=1), at) * V),
-        )
-        J = (1 - CHANGE_JERK) * left_j / _block_max(d1j.max(axis=1), at)
+        left_a = 1 - most[:, 1] * V**2
+        left_j = 1 - most[:, 2] * V**3
+        A = np.minimum(left_a / most[:, 3], CHANGE_JERK * left_j / (3 * most[:, 5] * V))
+        J = (1 - CHANGE_JERK) * left_j / most[:, 4]
     # a joint that does not move asks for nothing: cap what is left by a hand's measure
-    return edges, V, np.minimum(A, 50.0), np.minimum(J, 2000.0)
+    A, J = np.minimum(A, 50.0), np.minimum(J, 2000.0)
+    length = cut.end - cut.begin
+    v0, v1 = _edge_speeds(cut, length, V, A, J)
+    return Blocks(cut.begin, length, v0, v1, V, A, J)
 
 
-def _refuse_crawl(robot: Robot, arc: Array, block: Array, shares: tuple[Array, ...], s: Array) -> None:
+def _shares(robot: Robot, joints: JointCurve, cut: _Cut) -> Array:
+    """What ``JointCurve.shares`` says at its largest in each block, (B, 6): at knots, between them, at the edges."""
+    size = joints.last - joints.first
+    knot = np.arange(len(joints.arc) - 1)  # the interval that begins at each knot
+    run = np.repeat(np.arange(len(size)), size)
+    last = np.append(cut.first[1:], len(cut.begin)) - 1
+    found = np.zeros((len(cut.begin), 6))
+    for at in range(0, len(knot), motion.CHUNK):
+        rows = slice(at, at + motion.CHUNK)
+        left, right = joints.arc[:-1][rows], joints.arc[1:][rows]
+        for s in (left, (left + right) / 2, right):
+            share = joints.shares(robot, s, knot[rows], run[rows])
+            owner = np.searchsorted(cut.begin, s, side="left" if s is right else "right") - 1
+            owner = np.clip(owner, cut.first[run[rows]], last[run[rows]])
+            begun = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
+            top = np.maximum.reduceat(share, begun, axis=0)
+            found[owner[begun]] = np.maximum(found[owner[begun]], top)
+    for s in (cut.begin, cut.end):
+        found = np.maximum(found, joints.shares(robot, s, joints.interval(s, cut.run), cut.run))
+    return found
+
+
+def _refuse_crawl(robot: Robot, joints: JointCurve, cut: _Cut, block: int, arc: Array) -> None:
     """Names the waypoint and the joint that cannot follow the path at any speed a program can say."""
-    inside = (s >= block[0]) & (s <= block[1])
-    worst = np.maximum.reduce([d[inside] ** (1 / n) for n, d in enumerate(shares, 1)])
-    row, joint = np.unravel_index(int(np.argmax(worst)), worst.shape)
-    n = int(np.searchsorted(arc, s[inside][row])) + 1
+    inside = joints.arc[(joints.arc >= cut.begin[block]) & (joints.arc <= cut.end[block])]
+    s = np.unique(np.concatenate([np.linspace(cut.begin[block], cut.end[block], 50), inside]))
+    run = np.full(len(s), cut.run[block])
+    between = joints.interval(s, run)
+    # at unit speed a joint's shares of its three limits: the slowest is where its own root is largest
+    worst = [
+        joints.use(robot, s[k : k + 1], between[k : k + 1], run[:1], np.array([[1.0, 0.0, 0.0]])) for k in range(len(s))
+    ]
+    roots = np.array([np.maximum.reduce([w[0], np.sqrt(w[1]), np.cbrt(w[2])]) for w in worst])
+    row, joint = np.unravel_index(int(np.argmax(roots)), roots.shape)
+    n = int(np.searchsorted(arc, s[row])) + 1
     raise ImpossibleError(
         f"waypoint {n}: joint {robot.joint_names[int(joint)]} cannot follow the path even at {SLOWEST / 1e-3:g} mm/s; "
         "make the path larger, its curves wider or its waypoints fewer (process.chord_um)"
     )
 
 
-def _stop_ramps(v: Array, V: Array) -> BoolArray:
+def _stop_ramps(blocks: Blocks, cut: _Cut) -> BoolArray:
     """Blocks in which the robot leaves or nears a stop: up to the first that holds its speed, from the last, (B,)."""
-    holds = np.flatnonzero((v[1:] <= v[:-1]) | (v[1:] >= V * (1 - 1e-9)))
-    brakes = np.flatnonzero((v[:-1] <= v[1:]) | (v[:-1] >= V * (1 - 1e-9)))
-    ramp = np.zeros(len(V), dtype=bool)
-    ramp[: holds[0] + 1 if len(holds) else len(V)] = True
-    ramp[brakes[-1] if len(brakes) else 0 :] = True
-    return ramp
+    B = len(blocks.v)
+    number = np.arange(B)
+    last = np.append(cut.first[1:], B) - 1
+    holds = (blocks.v1 <= blocks.v0) | (blocks.v1 >= blocks.v * (1 - 1e-9))
+    brakes = (blocks.v0 <= blocks.v1) | (blocks.v0 >= blocks.v * (1 - 1e-9))
+    until = np.minimum(np.minimum.reduceat(np.where(holds, number, B), cut.first), last)
+    since = np.maximum(np.maximum.reduceat(np.where(brakes, number, -1), cut.first), cut.first)
+    return np.asarray((number <= until[cut.run]) | (number >= since[cut.run]))
 
 
-def _block_max(values: Array, at: IntArray) -> Array:
-    """Largest value in each block, both edges included."""
-    inner = np.maximum.reduceat(values, at)
-    return np.asarray(np.maximum(inner, values[np.append(at[1:], len(values) - 1)]) + 1e-30)
-
-
-def _block_min(points: Array, values: Array, edges: Array) -> Array:
-    """Smallest value of the segments that reach into each block."""
-    first = np.clip(np.searchsorted(points, edges[:-1], side="right") - 1, 0, len(values) - 1)
+def _followable(arc: Array, values: Array, cut: _Cut) -> Array:
+    """Smallest value of the segments that reach into each block, (B,)."""
+    first = np.clip(np.searchsorted(arc, cut.begin, side="right") - 1, 0, len(values) - 1)
     inner = np.minimum.reduceat(values, first)
-    last = np.clip(np.searchsorted(points, edges[1:], side="left") - 1, 0, len(values) - 1)
+    last = np.clip(np.searchsorted(arc, cut.end, side="left") - 1, 0, len(values) - 1)
     return np.asarray(np.minimum(inner, values[last]))
 
 
-def _edge_speeds(length: Array, V: Array, A: Array, J: Array) -> Array:
-    """Speeds at the block edges: zero at the stops, and every change possible within its block."""
-    v = np.concatenate([[0.0], np.minimum(V[:-1], V[1:]), [0.0]])
-    for b in range(len(V)):
-        if v[b + 1] > v[b]:
-            v[b + 1] = min(v[b + 1], _reach(v[b], length[b], A[b], J[b]))
-    for b in range(len(V) - 1, -1, -1):
-        if v[b] > v[b + 1]:
-            v[b] = min(v[b], _reach(v[b + 1], length[b], A[b], J[b]))
-    return v
+def _edge_speeds(cut: _Cut, length: Array, V: Array, A: Array, J: Array) -> tuple[Array, Array]:
+    """Speeds at both ends of each block, (B,): zero at the stops, and every change possible within its block.
 
-
-def _reach(v0: float, length: float, a: float, j: float) -> float:
-    """Highest speed at the end of a length, from v0, with zero acceleration at both ends.
-
-    The change dv takes T = 2 sqrt(dv / j), or dv / a + a / j once a is reached; (v0 + dv / 2) T = length.
+    A block's end follows from its start, so the blocks after one that changed are looked at again, all at once.
     """
-    dv = a * a / j
-    if (v0 + dv / 2) * 2 * a / j < length:
-        p = 2 * v0 + a * a / j
-        dv = (-p + sqrt(p * p - 4 * (2 * v0 * a * a / j - 2 * length * a))) / 2
-    else:  # j x^3 + 2 v0 x = length with x = sqrt(dv / j): Newton from above
-        x = a / j
-        for _ in range(60):
-            step = (j * x**3 + 2 * v0 * x - length) / (3 * j * x * x + 2 * v0)
-            x -= step
-            if abs(step) <= 1e-15 * x:
-                break
-        dv = j * x * x
-    return float((v0 + dv) * (1 - 1e-9))
+    B = len(V)
+    begins, closes = np.zeros(B, dtype=bool), np.zeros(B, dtype=bool)
+    begins[cut.first] = True
+    closes[np.append(cut.first[1:], B) - 1] = True
+    v = np.concatenate([[0.0], np.minimum(V[:-1], V[1:]), [0.0]])  # v[b] at the start of block b
+    v[cut.first] = 0.0
+    for step, bound in ((1, closes), (-1, begins)):
+        goal = v.copy()
+        todo = np.arange(B)
+        while len(todo):
+            near, far = (todo, todo + 1) if step > 0 else (todo + 1, todo)
+            rises = goal[far] > v[near]
+            new = goal[far].copy()
+            some = todo[rises]
+            new[rises] = np.minimum(new[rises], ramps.reach(v[near[rises]], length[some], A[some], J[some]))
+            changed = new != v[far]
+            v[far[changed]] = new[changed]
+            todo = todo[changed & ~bound[todo]] + step
+    return v[:-1], v[1:]
 
 
-_OTG = Ruckig(1)
-_INPUT, _TRAJECTORY = InputParameter(1), RuckigTrajectory(1)
-
-
-def _join(s: float, length: float, v0: float, v1: float, v: float, a: float, j: float) -> list[tuple[float, ...]]:
-    """Rows of ``Phases`` (without start) for one block."""
-    if v0 == v1 == v:
-        return [(length / v, s, v, 0.0, 0.0)]
-    _INPUT.current_position, _INPUT.target_position = [0.0], [float(length)]
-    _INPUT.current_velocity, _INPUT.target_velocity = [float(v0)], [float(v1)]
-    _INPUT.current_acceleration = _INPUT.target_acceleration = [0.0]
-    _INPUT.max_velocity, _INPUT.max_acceleration, _INPUT.max_jerk = [float(v)], [float(a)], [float(j)]
-    try:
-        _OTG.validate_input(_INPUT, True, True)
-        result = _OTG.calculate(_INPUT, _TRAJECTORY)
-    except Exception as failure:  # ruckig raises its own untyped errors
-        raise ImpossibleError(
-            f"timing: no motion at {s:.4f} m along the path within the joint limits: {failure}; lower process.feed_mm_s"
-        ) from failure
-    if result not in (Result.Working, Result.Finished):
-        raise ImpossibleError(
-            f"timing: no motion at {s:.4f} m along the path within the joint limits ({result.name}); "
-            "lower process.feed_mm_s"
-        )
-    p = _TRAJECTORY.profiles[0][0]
-    return [(t, s + p.p[i], p.v[i], p.a[i], p.j[i]) for i, t in enumerate(p.t) if t > 0]
-
-
-def _use(robot: Robot, arc: Array, run: _Run, phases: Phases) -> Array:
+def _use(robot: Robot, joints: JointCurve, cut: _Cut, phases: Phases) -> Array:
     """Largest share of each joint limit after mapping to joints, on a dense grid, (3, 6)."""
-    begin, end = arc[run.first], arc[run.last]
-    k0, k1 = np.searchsorted(phases.s0, [begin - 1e-12, end - 1e-12])
-    # both ends and three inner points of each phase, and every waypoint
-    share = np.linspace(0, 1, 5)
-    k = np.repeat(np.arange(k0, k1), 5)
-    t = phases.duration[k] * np.tile(share, k1 - k0)
-    way = phases.time_at(arc[run.first + 1 : run.last])
-    kw = np.clip(np.searchsorted(phases.start, way, side="right") - 1, 0, len(phases.start) - 1)
-    k, t = np.concatenate([k, kw]), np.concatenate([t, way - phases.start[kw]])
-    v0, a0, j = phases.v0[k], phases.a0[k], phases.j[k]
-    s = np.clip(phases.s0[k] + t * (v0 + t * (a0 / 2 + t * j / 6)), begin, end)
-    v, a = (v0 + t * (a0 + t * j / 2))[:, None], (a0 + t * j)[:, None]
-    q1, q2, q3 = (run.spline(s, n) if n <= run.spline.k else np.zeros((len(s), 6)) for n in (1, 2, 3))
-    rates = (q1 * v, q2 * v**2 + q1 * a, q3 * v**3 + 3 * q2 * v * a + q1 * j[:, None])
-    limits = (robot.speed, robot.acceleration, robot.jerk)
-    return np.array([np.abs(r).max(axis=0) / limit for r, limit in zip(rates, limits)])
+    begin = cut.begin[cut.first]
+    use = np.zeros((3, 6))
+
+    def look(s: Array, k: IntArray, t: Array, run: IntArray) -> None:
+        nonlocal use
+        v0, a0, j = phases.v0[k], phases.a0[k], phases.j[k]
+        rates = np.column_stack([v0 + t * (a0 + t * j / 2), a0 + t * j, j])
+        use = np.maximum(use, joints.use(robot, s, joints.interval(s, run), run, rates))
+
+    # both ends and three inner points of each phase
+    owner = np.clip(np.searchsorted(begin, phases.s0 + 1e-12, side="right") - 1, 0, len(begin) - 1)
+    everything = np.arange(len(phases.s0))
+    last = joints.arc[joints.last]
+    for share in np.linspace(0, 1, 5):
+        t = share * phases.duration
+        s = phases.s0 + t * (phases.v0 + t * (phases.a0 / 2 + t * phases.j / 6))
+        look(np.clip(s, begin[owner], last[owner]), everything, t, owner)
+    # every knot that is no stop
+    between = np.setdiff1d(np.arange(len(joints.arc)), np.append(joints.first, joints.last[-1]))
+    for at in range(0, len(between), motion.CHUNK):
+        s = joints.arc[between[at : at + motion.CHUNK]]
+        time = phases.time_at(s)
+        k = np.clip(np.searchsorted(phases.start, time, side="right") - 1, 0, len(phases.start) - 1)
+        run = np.clip(np.searchsorted(begin, s, side="right") - 1, 0, len(begin) - 1)
+        look(s, k, time - phases.start[k], run)
+    return use

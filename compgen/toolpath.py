@@ -13,7 +13,7 @@ from compgen import pieces as pc
 from compgen.arrays import Array, BoolArray, IntArray, own
 from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
-from compgen.geometry import MAX_SPACING, Geometry
+from compgen.geometry import Geometry
 from compgen.pieces import Pieces
 from compgen.surfaces import Quadric
 

@@ -1,9 +1,9 @@
 r"""The real arm, independently: driven by the program's text as the controller would drive it.
 
 Nothing here comes from the optimiser's chain. The arm is ``plant``'s, confirmed by pinocchio on samples of every ride;
-its lengths are grown by summing thin elements of each link's profile; the time comes from the text's own lengths, speeds
-and stops; the heat from each node's own equation through that time. The controller's nominal inverse is ``ik``, and
-every pose it gives is confirmed with the nominal arm to 1e-9 m. CNT is taken as passing through the points.
+its lengths are grown by summing thin elements of each link's profile; the time comes from the text's own lengths,
+speeds and stops; the heat from each node's own equation through that time. The controller's nominal inverse is ``ik``,
+and every pose it gives is confirmed with the nominal arm to 1e-9 m. CNT is taken as passing through the points.
 """
 
 from collections.abc import Callable, Iterator, Sequence
