@@ -118,8 +118,8 @@ def disagreement(
     model = pin.Model()
     parent = 0
     places = np.zeros((6, 3))
-    for length, (joint, axis) in zip(_lengths(robot), LENGTHS.values()):
-        places[joint - 1, axis] = length
+    for length, (joint, along) in zip(_lengths(robot), LENGTHS.values()):
+        places[joint - 1, along] = length
     for i, (axis, place) in enumerate(zip(AXES, places)):
         kind = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
         parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), place), f"j{i + 1}")
@@ -131,9 +131,9 @@ def disagreement(
     far = 0.0
     for grown, found in ((np.zeros_like(growth), nominal), (growth, pose)):
         for m, angles in enumerate(theta - robot.pendant_zero):
-            for k, (joint, axis) in enumerate(LENGTHS.values()):
+            for k, (joint, around) in enumerate(LENGTHS.values()):
                 moved = places[joint - 1].copy()
-                moved[axis] += grown[m, k]
+                moved[around] += grown[m, k]
                 model.jointPlacements[joint].translation = moved
             pin.forwardKinematics(model, data, angles)
             there = data.oMi[6] * tool
