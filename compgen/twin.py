@@ -125,6 +125,7 @@ class Leg:
         twin.agree(theta, growth, (position, rotation), every)
         return Ride(line, fraction, now, rise, theta, position, rotation.reshape(-1, 3, 3))
 
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Twin:
     """The real arm with its tool and its warmth."""
@@ -166,6 +167,8 @@ class Twin:
         rise = self._heated(self._warm(np.zeros(len(self.heat.tau)), duties), time, driven)
         turn = turns(program.rotation[:-1], program.rotation[1:])
         pieces = 2 * np.maximum(1, np.ceil(length / (2 * GRID) - 1e-9)).astype(np.int64)
+        return Leg(self, program, time, rise, driven, points, turn, pieces)
+
     def reach(self, theta: Array, rise: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
         """Where the tool really is at commanded joints (M, 6) [rad] and rises (M, K) [K], (M, 3) [m] and (M, 3, 3)."""
         return self._fly(theta, self.growth(rise), progress)
@@ -194,7 +197,6 @@ class Twin:
         far = disagreement(self.robot, self.tool_position, self.tool_rotation, theta[some], growth[some], found)
         if not far <= AGREE:
             raise TwinError(f"pinocchio's arm is {far:.1e} from the twin's: the twin cannot be trusted")
-
 
     def _clock(self, program: Program, length: Array, theta: Array) -> tuple[Array, Array]:
         r"""When each position is passed (N,) [s], and the speed really driven on each segment, (N - 1,) [m/s].
