@@ -51,8 +51,9 @@ def check_arm_class(robot: Robot) -> None:
 
 def flange_of(position: Array, rotation: Array, tool_position: Array, tool_rotation: Array) -> tuple[Array, Array]:
     """Where the flange is when the tool is at a pose, (N, 3) [m] and (N, 3, 3)."""
-    flange = rotation @ tool_rotation.T
-    return position - flange @ tool_position, flange
+    # as one product of matrices over all rows at once
+    flange = (rotation.reshape(-1, 3) @ tool_rotation.T).reshape(-1, 3, 3)
+    return position - (flange.reshape(-1, 3) @ tool_position).reshape(-1, 3), flange
 
 
 def forward(robot: Robot, theta: Array) -> tuple[Array, Array]:

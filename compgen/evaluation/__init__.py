@@ -17,7 +17,7 @@ from compgen.evaluation.csource import c_source
 from compgen.evaluation.instructions import BLOCK, Picked, Rows, instructions_of, run
 from compgen.evaluation.library import Compiler, find_compiler, load
 
-__all__ = ["BLOCK", "Compiler", "Picked", "Rows", "evaluate", "find_compiler", "share_out", "use"]
+__all__ = ["BLOCK", "Compiler", "Picked", "Rows", "by_rows", "evaluate", "find_compiler", "joined", "share_out", "use"]
 
 FEW = 2048  # rows below which compiling is not worth the wait; which way a row goes depends on the inputs only
 
@@ -66,6 +66,32 @@ def share_out(count: int, work: Callable[[int, int], None]) -> None:
     edges = [min(count, BLOCK * (blocks * k // (4 * hands))) for k in range(4 * hands)] + [count]
     with ThreadPoolExecutor(hands) as pool:
         list(pool.map(lambda pair: work(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
+
+
+def joined(count: int, work: Callable[[int, int], bytes], rows: int = 2 * BLOCK) -> bytes:
+    """The texts of work(start, stop) over all of a count, in order, each worker a block at a time."""
+    starts = range(0, count, rows)
+    if _workers == 1 or len(starts) < 2:
+        return b"".join(work(at, min(count, at + rows)) for at in starts)
+    with ThreadPoolExecutor(_workers) as pool:
+        return b"".join(pool.map(lambda at: work(at, min(count, at + rows)), starts))
+
+
+def by_rows(work: Callable[..., Array], *rows: Array) -> Array:
+    """A numpy function of arrays row by row, over blocks that stay in cache, each worker a part of them."""
+    N = len(rows[0])
+    if N <= 2 * BLOCK:
+        return work(*rows)
+    first = work(*(r[:1] for r in rows))
+    out = np.empty((N, *first.shape[1:]), dtype=first.dtype)
+
+    def part(start: int, stop: int) -> None:
+        for at in range(start, stop, BLOCK):
+            end = min(stop, at + BLOCK)
+            out[at:end] = work(*(r[at:end] for r in rows))
+
+    share_out(N, part)
+    return out
 
 
 def _compile(function: Any) -> Any:

@@ -3,7 +3,9 @@
 import numpy as np
 
 from compgen.arrays import Array, IntArray
+from compgen.evaluation import joined
 from compgen.pipeline import Corrected, Planned
+from compgen.report import columns
 from compgen.units import DEG, MM, UM
 
 
@@ -16,27 +18,55 @@ def waypoints_csv(planned: Planned, corrected: Corrected | None) -> bytes:
     path, job = planned.path, planned.job
     trajectory = corrected.trajectory if corrected else planned.trajectory
     theta = corrected.solution.theta if corrected else planned.theta
-    count = len(path.arc)
-    columns: dict[str, tuple[str, Array | IntArray]] = {"n": ("%d", np.arange(1, count + 1))}
+    after = at_waypoints(corrected, len(path.arc)) if corrected else None
+    head = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
+    head += [*(f"rise_{n}_K" for n in job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
 
-    def add(names: list[str], form: str, values: Array) -> None:
-        # rounding first, so that nothing prints as a negative zero
-        decimals = int(form[2:-1])
-        columns.update({n: (form, v) for n, v in zip(names, (np.round(values, decimals) + 0.0).T)})
+    def block(first: int, last: int) -> bytes:
+        rows = slice(first, last)
+        tables = [
+            (trajectory.time[rows, None], 6),
+            (path.position[rows] / MM, 6),
+            (planned.error[rows, :3] / UM, 4),
+            (None if after is None else after[rows] / UM, 4),
+            (planned.rise[rows], 5),
+            (path.contact[rows, None].astype(np.int64), 0),
+            (job.robot.to_pendant(theta[rows]) / DEG, 6),
+        ]
+        return _lines(np.arange(first + 1, last + 1), tables)
 
-    add(["time_s"], "%.6f", trajectory.time[:, None])
-    add(["x_mm", "y_mm", "z_mm"], "%.6f", path.position / MM)
-    add(["before_dx_um", "before_dy_um", "before_dz_um"], "%.4f", planned.error[:, :3] / UM)
-    if corrected:
-        add(["after_dx_um", "after_dy_um", "after_dz_um"], "%.4f", at_waypoints(corrected, count) / UM)
-    else:
-        columns.update({f"after_d{a}_um": ("%.0s", np.zeros(count)) for a in "xyz"})
-    add([f"rise_{n}_K" for n in job.heat.names], "%.5f", planned.rise)
-    columns["contact"] = ("%d", path.contact.astype(int))
-    add([f"j{i}_deg" for i in range(1, 7)], "%.6f", job.robot.to_pendant(theta) / DEG)
-    form = ",".join(f for f, _ in columns.values()) + "\n"
-    rows = zip(*(v.tolist() for _, v in columns.values()))
-    return (",".join(columns) + "\n" + "".join(map(form.__mod__, rows))).encode("ascii")
+    return ",".join(head).encode("ascii") + joined(len(path.arc), block) + b"\n"
+
+
+def _lines(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
+    """Rows of text: the number, then each table's columns with so many decimals; an absent one is three blanks."""
+    words = columns.counted(number)
+    for table, decimals in tables:
+        for column in [None] * 3 if table is None else table.T:
+            if column is None:
+                more = columns.blank(len(number))
+            elif decimals == 0:
+                more = columns.digit(column)
+            else:
+                found = columns.decimal(column, decimals)
+                if found is None:
+                    return _any_size(number, tables)
+                more = found
+            words += more
+    return columns.squeezed(words)
+
+
+def _any_size(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
+    """The same for numbers that the tables have no room for."""
+    parts: list[tuple[str, Array | IntArray]] = [("%d", number)]
+    for table, decimals in tables:
+        if table is None:
+            parts += [("%.0s", number)] * 3
+        elif decimals == 0:
+            parts += [("%d", column) for column in table.T]
+        else:  # rounding first, so that nothing prints as a negative zero
+            parts += [(f"%.{decimals}f", np.round(column, decimals) + 0.0) for column in table.T]
+    return columns.plain(parts)
 
 
 def at_waypoints(corrected: Corrected, count: int) -> Array:

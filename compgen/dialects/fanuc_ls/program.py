@@ -2,10 +2,12 @@
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from compgen.arrays import Array, BoolArray, IntArray, own
+from compgen.evaluation import by_rows
 from compgen.ik import Posture
 from compgen.robot import Robot
 
@@ -46,13 +48,21 @@ def program_name(text: str, length: int) -> str:
 
 def turn_digits(robot: Robot, theta: Array) -> IntArray:
     """CONFIG's digits: 0 for -179..179 deg, 1 for 180..539, -1 for -180..-539, (N, 3)."""
-    angle = robot.to_pendant(theta)[:, np.array(robot.controller.turn_joints) - 1]
-    turns = np.sign(angle) * np.floor((np.abs(angle) + np.pi + HAIR) / (2 * np.pi))
-    return np.asarray(turns, dtype=np.int64)
+
+    def digits(theta: Array) -> Any:
+        angle = robot.to_pendant(theta)[:, np.array(robot.controller.turn_joints) - 1]
+        return (np.sign(angle) * np.floor((np.abs(angle) + np.pi + HAIR) / (2 * np.pi))).astype(np.int64)
+
+    found: Any = by_rows(digits, theta)
+    return np.asarray(found, dtype=np.int64)
 
 
 def apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
     """The joint angles that CONFIG's digits mean, from angles of any turn, (N, 6) [rad]."""
+    return by_rows(lambda theta, turns: _apply_turns(robot, theta, turns), theta, turns)  # type: ignore[arg-type]
+
+
+def _apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
     pendant = robot.to_pendant(theta)
     for column, joint in enumerate(robot.controller.turn_joints):
         a, n = pendant[:, joint - 1], turns[:, column]
@@ -81,12 +91,18 @@ def in_posture(robot: Robot, theta: Array, posture: Posture) -> BoolArray:
 
 def _letters(robot: Robot, theta: Array) -> tuple[BoolArray, BoolArray, BoolArray]:
     """Front, up and flip, (N,) each."""
+    found: Any = by_rows(lambda theta: _bits(robot, theta), theta)
+    front, up, flip = found.T
+    return front, up, flip
+
+
+def _bits(robot: Robot, theta: Array) -> Any:
     a, d = robot.a, robot.d
     beta = -theta[:, 1]
     forearm = beta + theta[:, 2] - np.pi / 2
     reach = a[0] + a[1] * np.cos(beta) - d[3] * np.cos(forearm) - a[2] * np.sin(forearm)
     up = np.cos(theta[:, 2] + np.arctan2(a[2], -d[3])) > 0
-    return reach > 0, up, theta[:, 4] - robot.pendant_zero[4] > 0
+    return np.column_stack([reach > 0, up, theta[:, 4] - robot.pendant_zero[4] > 0])
 
 
 def estimated_memory(program: Program) -> float:

@@ -17,6 +17,7 @@ from compgen.dialects.fanuc_ls.digits import (
     thousandths,
 )
 from compgen.dialects.fanuc_ls.program import Program
+from compgen.evaluation import joined
 from compgen.exceptions import InputError
 from compgen.ik import Posture
 from compgen.rotations import from_wpr, to_wpr
@@ -81,8 +82,13 @@ def _moves(program: Program, line: int) -> bytes:
     rows, which = different(program.speed)
     said = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
     ends = chosen([b" CNT100    ;\r\n", b" FINE    ;\r\n"], program.fine[1:].astype(np.int64))
-    numbers, lines = np.arange(2, N + 2), np.arange(line, line + N)
-    return ragged(N, [integers(lines, 4), b":L P[", integers(numbers), b"] ", chosen(said, which), ends])
+
+    def block(first: int, last: int) -> bytes:
+        numbers, lines = np.arange(first + 2, last + 2), np.arange(line + first, line + last)
+        tails = [chosen(said, which[first:last]), ends[first:last]]
+        return ragged(last - first, [integers(lines, 4), b":L P[", integers(numbers), b"] ", *tails])
+
+    return joined(N, block)
 
 
 def _places(program: Program, numbers: Array) -> bytes:
@@ -91,11 +97,16 @@ def _places(program: Program, numbers: Array) -> bytes:
     rows, which = different(program.turns)
     configs = [f"{letters(program.posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
     head = f"]{{\r\n   GP1:\r\n\tUF : {program.uframe}, UT : {program.utool},\t\tCONFIG : '".encode("ascii")
-    X, Y, Z, W, P, R = (fixed(thousandths(column)) for column in numbers.T)
-    parts: list[bytes | Bytes] = [b"P[", integers(np.arange(1, N + 1)), head, chosen(configs, which)]
-    parts += [b"',\r\n\tX = ", X, b"  mm,\tY = ", Y, b"  mm,\tZ = ", Z]
-    parts += [b"  mm,\r\n\tW = ", W, b" deg,\tP = ", P, b" deg,\tR = ", R, b" deg\r\n};\r\n"]
-    return ragged(N, parts)
+
+    def block(first: int, last: int) -> bytes:
+        X, Y, Z, W, P, R = (fixed(thousandths(column)) for column in numbers[first:last].T)
+        number = integers(np.arange(first + 1, last + 1))
+        parts: list[bytes | Bytes] = [b"P[", number, head, chosen(configs, which[first:last])]
+        parts += [b"',\r\n\tX = ", X, b"  mm,\tY = ", Y, b"  mm,\tZ = ", Z]
+        parts += [b"  mm,\r\n\tW = ", W, b" deg,\tP = ", P, b" deg,\tR = ", R, b" deg\r\n};\r\n"]
+        return ragged(last - first, parts)
+
+    return joined(N, block)
 
 
 def pose_numbers(position: Array, rotation: Array) -> Array:
