@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen import __version__, compensate, ik, timing, toolpath, verify
-from compgen.arrays import Array
+from compgen.arrays import Array, IntArray
 from compgen.compensate import Solution, Status
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
@@ -42,7 +42,6 @@ class Planned:
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
     error: Array  # (N, 6) predicted, uncorrected
-    program: Program  # uncorrected
     deviation: Deviation  # of the uncorrected text
     findings: tuple[Finding, ...]
 
@@ -55,7 +54,9 @@ class Corrected:
     trajectory: Trajectory
     program: Program
     text: bytes
-    leg: Leg
+    twin: Twin
+    before: tuple[Duty, ...]
+    samples: IntArray  # (N,) which sample of ``deviation`` is at each position
     deviation: Deviation
     start_window: float  # [s] how late the program may start
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
@@ -64,7 +65,7 @@ class Corrected:
     @property
     def ride(self) -> Ride:
         """What the twin does with the text at every sample, driven anew."""
-        return self.leg.ride()
+        return self.twin.ride(self.program, self.before)
 
     @property
     def inside(self) -> bool:
@@ -105,7 +106,7 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
-    return Planned(job, feed, path, model, theta, trajectory, rise, error, program, deviation, tuple(found))
+    return Planned(job, feed, path, model, theta, trajectory, rise, error, deviation, tuple(found))
 
 
 def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, Corrected]:
@@ -132,6 +133,7 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     window = start_window(planned, solution)
     program = _program(job, position, rotation, solution.theta, trajectory, path, date, start, window)
     text = fanuc_ls.compose(program)
+    del program, position, rotation
     written = fanuc_ls.interpret(text)
     leg = _twin(job).ready(written, job.before)
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
@@ -147,7 +149,10 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     if ripple > MAX_RIPPLE:
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
-    return planned, Corrected(solution, trajectory, written, text, leg, deviation, window, ripple, tuple(found))
+    return planned, Corrected(
+        solution, trajectory, written, text, leg.twin, job.before, leg.first_samples(), deviation, window, ripple,
+        tuple(found),
+    )  # fmt: skip
 
 
 def start_window(planned: Planned, solution: Solution) -> float:
@@ -180,6 +185,7 @@ def start_window(planned: Planned, solution: Solution) -> float:
 
 
 def _twin(job: Job) -> Twin:
+    """The real arm of a job."""
     return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
 
 

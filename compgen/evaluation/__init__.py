@@ -6,8 +6,9 @@ Python call and no ``DM`` a row, and a row's numbers do not depend on how many r
 """
 
 import ctypes
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,18 @@ from compgen.evaluation.csource import c_source
 from compgen.evaluation.instructions import BLOCK, Picked, Rows, instructions_of, run
 from compgen.evaluation.library import Compiler, find_compiler, load
 
-__all__ = ["BLOCK", "Compiler", "Picked", "Rows", "by_rows", "evaluate", "find_compiler", "joined", "share_out", "use"]
+__all__ = [
+    "BLOCK",
+    "Compiler",
+    "Picked",
+    "Rows",
+    "blocks_of",
+    "by_rows",
+    "evaluate",
+    "find_compiler",
+    "share_out",
+    "use",
+]
 
 FEW = 2048  # rows below which compiling is not worth the wait; which way a row goes depends on the inputs only
 
@@ -68,13 +80,20 @@ def share_out(count: int, work: Callable[[int, int], None]) -> None:
         list(pool.map(lambda pair: work(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
 
 
-def joined(count: int, work: Callable[[int, int], bytes], rows: int = 2 * BLOCK) -> bytes:
+def blocks_of(count: int, work: Callable[[int, int], bytes], rows: int = 2 * BLOCK) -> Iterator[bytes]:
     """The texts of work(start, stop) over all of a count, in order, each worker a block at a time."""
     starts = range(0, count, rows)
     if _workers == 1 or len(starts) < 2:
-        return b"".join(work(at, min(count, at + rows)) for at in starts)
+        yield from (work(at, min(count, at + rows)) for at in starts)
+        return
     with ThreadPoolExecutor(_workers) as pool:
-        return b"".join(pool.map(lambda at: work(at, min(count, at + rows)), starts))
+        ahead: deque[Future[bytes]] = deque()
+        for at in starts:  # a few blocks ahead, so that they do not pile up
+            ahead.append(pool.submit(work, at, min(count, at + rows)))
+            if len(ahead) > 2 * _workers:
+                yield ahead.popleft().result()
+        while ahead:
+            yield ahead.popleft().result()
 
 
 def by_rows(work: Callable[..., Array], *rows: Array) -> Array:

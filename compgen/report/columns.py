@@ -1,7 +1,7 @@
 """Numbers as text for whole columns: eight characters at a time from tables, squeezed together at the end.
 
-A column is one or two words of eight bytes a row, with zero bytes where a row is shorter; they are taken out when a block
-of rows is whole.
+A column is one or two words of eight bytes a row, with zero bytes where a row is shorter; they are taken out when a
+block of rows is whole.
 """
 
 from functools import lru_cache

@@ -3,7 +3,7 @@
 import numpy as np
 
 from compgen.arrays import Array, IntArray
-from compgen.evaluation import joined
+from compgen.evaluation import blocks_of
 from compgen.pipeline import Corrected, Planned
 from compgen.report import columns
 from compgen.units import DEG, MM, UM
@@ -18,7 +18,7 @@ def waypoints_csv(planned: Planned, corrected: Corrected | None) -> bytes:
     path, job = planned.path, planned.job
     trajectory = corrected.trajectory if corrected else planned.trajectory
     theta = corrected.solution.theta if corrected else planned.theta
-    after = at_waypoints(corrected, len(path.arc)) if corrected else None
+    after = at_waypoints(corrected) if corrected else None
     head = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
     head += [*(f"rise_{n}_K" for n in job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
 
@@ -35,7 +35,7 @@ def waypoints_csv(planned: Planned, corrected: Corrected | None) -> bytes:
         ]
         return _lines(np.arange(first + 1, last + 1), tables)
 
-    return ",".join(head).encode("ascii") + joined(len(path.arc), block) + b"\n"
+    return b"".join([",".join(head).encode("ascii"), *blocks_of(len(path.arc), block), b"\n"])
 
 
 def _lines(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
@@ -69,9 +69,6 @@ def _any_size(number: IntArray, tables: list[tuple[Array | IntArray | None, int]
     return columns.plain(parts)
 
 
-def at_waypoints(corrected: Corrected, count: int) -> Array:
+def at_waypoints(corrected: Corrected) -> Array:
     """The twin's error at each position, (N, 3) [m]."""
-    rows = corrected.leg.first_samples()
-    if len(rows) != count:
-        raise ValueError("the ride does not sample each position once")
-    return np.asarray(corrected.deviation.error[rows])
+    return np.asarray(corrected.deviation.error[corrected.samples])

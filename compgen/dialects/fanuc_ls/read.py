@@ -8,7 +8,7 @@ import numpy as np
 from compgen.arrays import IntArray
 from compgen.dialects.fanuc_ls.digits import Bytes, different, read_fixed
 from compgen.dialects.fanuc_ls.program import Program
-from compgen.dialects.fanuc_ls.write import compose, letters, speed_said
+from compgen.dialects.fanuc_ls.write import letters, says, speed_said
 from compgen.exceptions import InputError
 from compgen.ik import ALL_POSTURES
 from compgen.rotations import from_wpr
@@ -33,7 +33,7 @@ def interpret(data: bytes) -> Program:
         InputError: The text is not a program of this form; names the line.
     """
     quick = _by_columns(data)
-    if quick is not None and compose(quick) == data:
+    if quick is not None and says(quick, data):
         return quick
     text = data.decode("latin-1").replace("\r\n", "\n")
     sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)

@@ -1,5 +1,6 @@
 """Meaning to text: canonical .LS, CR LF, three decimals."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from compgen.dialects.fanuc_ls.digits import (
     thousandths,
 )
 from compgen.dialects.fanuc_ls.program import Program
-from compgen.evaluation import joined
+from compgen.evaluation import blocks_of
 from compgen.exceptions import InputError
 from compgen.ik import Posture
 from compgen.rotations import from_wpr, to_wpr
@@ -60,6 +61,21 @@ def compose(program: Program) -> bytes:
     Raises:
         InputError: A remark, a speed or a position that the format cannot say.
     """
+    return b"".join(_parts(program))
+
+
+def says(program: Program, data: bytes) -> bool:
+    """Whether ``data`` is the program's text, without the whole of it a second time."""
+    at = 0
+    for part in _parts(program):
+        if not data.startswith(part, at):
+            return False
+        at += len(part)
+    return at == len(data)
+
+
+def _parts(program: Program) -> Iterator[bytes]:
+    """The text, a block of rows at a time."""
     for remark in program.remarks:
         if len(remark) > REMARK_LENGTH or not remark.isascii():
             raise InputError(f"program {program.name}: remark '{remark}' is over {REMARK_LENGTH} ASCII characters")
@@ -71,14 +87,18 @@ def compose(program: Program) -> bytes:
     header = _HEADER.format(name=program.name, comment=program.comment, date=program.date, lines=count)
     first = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
     start = f"{header}{first}".replace("\n", "\r\n").encode("ascii")
-    return b"".join([start, _moves(program, len(body) + 1), b"/POS\r\n", _places(program, numbers), b"/END\r\n"])
+    yield start
+    yield from _moves(program, len(body) + 1)
+    yield b"/POS\r\n"
+    yield from _places(program, numbers)
+    yield b"/END\r\n"
 
 
-def _moves(program: Program, line: int) -> bytes:
+def _moves(program: Program, line: int) -> Iterator[bytes]:
     """The lines of all linear motions."""
     N = len(program.speed)
     if N == 0:
-        return b""
+        return iter(())
     rows, which = different(program.speed)
     said = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
     ends = chosen([b" CNT100    ;\r\n", b" FINE    ;\r\n"], program.fine[1:].astype(np.int64))
@@ -88,10 +108,10 @@ def _moves(program: Program, line: int) -> bytes:
         tails = [chosen(said, which[first:last]), ends[first:last]]
         return ragged(last - first, [integers(lines, 4), b":L P[", integers(numbers), b"] ", *tails])
 
-    return joined(N, block)
+    return blocks_of(N, block)
 
 
-def _places(program: Program, numbers: Array) -> bytes:
+def _places(program: Program, numbers: Array) -> Iterator[bytes]:
     """The blocks of all positions."""
     N = len(numbers)
     rows, which = different(program.turns)
@@ -106,7 +126,7 @@ def _places(program: Program, numbers: Array) -> bytes:
         parts += [b"  mm,\r\n\tW = ", W, b" deg,\tP = ", P, b" deg,\tR = ", R, b" deg\r\n};\r\n"]
         return ragged(last - first, parts)
 
-    return joined(N, block)
+    return blocks_of(N, block)
 
 
 def pose_numbers(position: Array, rotation: Array) -> Array:
