@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,12 +12,14 @@ from compgen import __version__
 from compgen import schema as sc
 from compgen.exceptions import InputError
 from compgen.ik import check_arm_class
-from compgen.job import Cell
 from compgen.reading import check, find_robot, override, read_toml, suggest
 from compgen.robot import Controller, Robot
 from compgen.sources import ThermalGrowth
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.units import DEG, HOUR, KB, MM, MS, UM
+
+if TYPE_CHECKING:
+    from compgen.job import Cell
 
 LENGTHS = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
 
@@ -32,7 +34,7 @@ def load_robot(name: str) -> Robot:
     return robot_of(check(sc.RobotFile, read_toml(source, "robots"), str(source)), str(source))
 
 
-def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
+def load_cell(name: str, overrides: Sequence[str] = ()) -> "Cell":
     """A robot with its warmth and its errors, by name or file.
 
     Args:
@@ -52,12 +54,14 @@ def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
     return cell_of(data, str(source), overrides)
 
 
-def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> Cell:
+def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell":
     """The cell that a robot file's tables describe.
 
     Raises:
         InputError: Anything wrong, naming file and key.
     """
+    from compgen.job import Cell  # here, so that a robot's nominal facts are read without the libraries of a job
+
     facts = check(sc.RobotFile, data, where)
     _refuse_double(facts, where)
     robot = robot_of(facts, where)

@@ -6,14 +6,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from compgen import outbox, pipeline
+from compgen import outbox
 from compgen.exceptions import InputError
+
+if TYPE_CHECKING:  # a command that needs no pipeline starts without it
+    from compgen.pipeline import Progress as Told
 
 app = typer.Typer(
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
@@ -36,7 +39,7 @@ Date = Annotated[str, typer.Option("--date", help="Date in the program's header,
 
 
 @contextmanager
-def stages(quiet: bool) -> Iterator[pipeline.Progress]:
+def stages(quiet: bool) -> "Iterator[Told]":
     """A bar for the stage at work, on a terminal only; errors come after it has gone."""
     console = Console(stderr=True)
     columns = (TextColumn("{task.description:<14}"), BarColumn(), TimeElapsedColumn())
@@ -67,7 +70,7 @@ def checked_date(date: str) -> str:
             raise ValueError
         datetime.strptime(f"20{date}", "%Y-%m-%d")
     except ValueError:
-        raise InputError(f"--date {date}: not a date YY-MM-DD, as in {pipeline.DATE}") from None
+        raise InputError(f"--date {date}: not a date YY-MM-DD, as in 26-01-31") from None
     return date
 
 

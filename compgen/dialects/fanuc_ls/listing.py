@@ -36,6 +36,7 @@ class LsProgram:
     statements: IntArray  # (S,) physical line at which each statement of /MN begins
     motions: Motions
     positions: Positions
+    place: IntArray  # (S,) byte at which each of those lines begins
 
     def text(self, span: Iterable[int]) -> str:
         """The text at a place."""
@@ -62,7 +63,7 @@ def loads(data: bytes) -> LsProgram:
         (k.decode("latin-1"), v.decode("latin-1").strip().removesuffix(";").rstrip())
         for k, v in _ATTRIBUTE.findall(head)
     )
-    motions, statements, remarks = read_motions(data, *sections["MN"])
+    motions, statements, place, remarks = read_motions(data, *sections["MN"])
     positions = read_positions(data, *sections["POS"])
     return LsProgram(
         data=data,
@@ -73,6 +74,7 @@ def loads(data: bytes) -> LsProgram:
         statements=statements,
         motions=motions,
         positions=positions,
+        place=place,
     )
 
 

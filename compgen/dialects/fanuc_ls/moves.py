@@ -62,15 +62,15 @@ class _Pattern:
         return filled.span[:, hole, 1] + (at - last)
 
 
-def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, tuple[str, ...]]:
-    """The motions in /MN, the line at which each statement begins, and the remarks.
+def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, IntArray, tuple[str, ...]]:
+    """The motions in /MN, the line and the byte at which each statement begins, and the remarks.
 
     Raises:
         InputError: A move whose target is not understood, or a C without its end point; names the line.
     """
     view = shapes.padded(data[:end])
     ends = shapes.found(view, start, end, lambda d: (d[:-1] == 10) | ((d[:-1] == 13) & (d[1:] != 10))) + 1
-    edge = np.unique(np.concatenate([[start], ends, [end]]))
+    edge = np.concatenate([[start], ends[ends < end], [end] if end > start else []]).astype(np.int64)
     first = line_of(data, start)
     groups = _sorted_out(data, view, edge) if len(edge) > shapes.FEW else []
     fits, numbered = np.zeros(len(edge), dtype=bool), np.zeros(len(edge), dtype=bool)
@@ -82,9 +82,11 @@ def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, 
     remarks = read.remarks + [
         (line, p.remark) for (p, _), here in zip(groups, begins) if p.remark is not None for line in here.tolist()
     ]
+    lines = np.sort(np.concatenate([*begins, np.array(read.lines, dtype=np.int64)]))
     return (
         _table(data, view, edge, first, groups, read.moves),
-        np.sort(np.concatenate([*begins, np.array(read.lines, dtype=np.int64)])),
+        lines,
+        edge[lines - first],
         tuple(text for _, text in sorted(remarks)),
     )
 

@@ -23,7 +23,7 @@ from compgen.rotations import from_wpr
 from compgen.units import DEG, MM
 
 NONE = -1
-CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d+)\s*,\s*(-?\d+)\s*,\s*(-?\d+))?\s*$")
+CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4}))?\s*$")
 J1, E1 = AXES.index("J1"), AXES.index("E1")
 
 

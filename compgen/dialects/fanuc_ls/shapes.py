@@ -19,7 +19,7 @@ DIGITS, DECIMAL, NUMBER, STARS, TEXT = range(5)
 P = TypeVar("P")
 Hole = tuple[int, int, int]  # kind, and from where to where; blanks in front of a number belong to the hole
 
-FEW = 64  # texts: below it the careful reader is as quick
+FEW = 1000  # texts: below it the careful reader is as quick
 _ROWS = 8192  # texts at a time: they stay in cache
 _CHUNK = 1 << 16  # bytes at a time
 _PAD = 80  # zero bytes behind the last text, so that a look ahead stays inside
