@@ -10,20 +10,14 @@ import numpy as np
 from compgen.arrays import BoolArray, IntArray
 from compgen.dialects.fanuc_ls import shapes
 from compgen.dialects.fanuc_ls.block import NO_NUMBER as NO_NUMBER
-from compgen.dialects.fanuc_ls.block import Span, before_blanks
+from compgen.dialects.fanuc_ls.block import Span
 from compgen.dialects.fanuc_ls.digits import Bytes
+from compgen.dialects.fanuc_ls.line_shapes import Pattern, sorted_out
 from compgen.dialects.fanuc_ls.lines import line_of
-from compgen.dialects.fanuc_ls.shapes import Filled, Shape
-from compgen.dialects.fanuc_ls.statement import (
-    Move,
-    Statements,
-    line_number,
-    own_number,
-    own_parts,
-    speed_number,
-    target_text,
-)
-from compgen.exceptions import InputError
+from compgen.dialects.fanuc_ls.shapes import Filled
+from compgen.dialects.fanuc_ls.statement import Move, Statements, own_number, target_text
+
+_LOOK = 16  # characters at either end of a line that tell whether it goes on
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,26 +36,6 @@ class Motions:
     speed_span: IntArray  # (M, 2)
 
 
-@dataclass(frozen=True, slots=True)
-class _Pattern:
-    """What the careful reader found in one line that is a whole statement: others of its shape are the same."""
-
-    start: int  # of the line
-    numbered: bool
-    move: Move | None
-    remark: str | None
-    holes: tuple[shapes.Hole, ...]
-    what: dict[tuple[str, int], int]  # which hole holds a part: ("target", 0), ("speed", 0), ...
-
-    def place(self, edge: IntArray, filled: Filled, at: int) -> IntArray:
-        """Where a place of this line is in the others; it lies outside the holes, or where one begins."""
-        behind = [(h, last) for h, (_, _, last) in enumerate(self.holes) if last <= at]
-        if not behind:
-            return edge[filled.which] + (at - self.start)
-        hole, last = behind[-1]
-        return filled.span[:, hole, 1] + (at - last)
-
-
 def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, IntArray, tuple[str, ...]]:
     """The motions in /MN, the line and the byte at which each statement begins, and the remarks.
 
@@ -69,95 +43,80 @@ def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, 
         InputError: A move whose target is not understood, or a C without its end point; names the line.
     """
     view = shapes.padded(data[:end])
-    ends = shapes.found(view, start, end, lambda d: (d[:-1] == 10) | ((d[:-1] == 13) & (d[1:] != 10))) + 1
-    edge = np.concatenate([[start], ends[ends < end], [end] if end > start else []]).astype(np.int64)
-    first = line_of(data, start)
-    groups = _sorted_out(data, view, edge) if len(edge) > shapes.FEW else []
-    fits, numbered = np.zeros(len(edge), dtype=bool), np.zeros(len(edge), dtype=bool)
+    first, lines = line_of(data, start), _lines(view, start, end)
+    unit = _units(view, lines)
+    edge = lines[unit]
+    groups = sorted_out(data, view, lines, unit) if len(unit) > shapes.FEW else []
+    fits, numbered = np.zeros(len(unit), dtype=bool), np.zeros(len(unit), dtype=bool)
     for pattern, filled in groups:
         fits[filled.which], numbered[filled.which] = True, pattern.numbered
-    read, met = _one_by_one(data, edge, first, fits, numbered)
+    read, met = _one_by_one(data, lines, unit, first, fits, numbered)
     groups = [(pattern, shapes.only(filled, met)) for pattern, filled in groups]
-    begins = [filled.which + first for _, filled in groups]
-    remarks = read.remarks + [
-        (line, p.remark) for (p, _), here in zip(groups, begins) if p.remark is not None for line in here.tolist()
-    ]
-    lines = np.sort(np.concatenate([*begins, np.array(read.lines, dtype=np.int64)]))
+    begins = [unit[filled.which] + first for _, filled in groups]
+    remarks = read.remarks
+    for (pattern, filled), here in zip(groups, begins):
+        if ("remark", 0) in pattern.what:
+            texts = shapes.texts(view, filled.span[:, pattern.what["remark", 0]])
+            remarks += [(line, text.rstrip()) for line, text in zip(here.tolist(), texts)]
+    statements = np.sort(np.concatenate([*begins, np.array(read.lines, dtype=np.int64)]))
     return (
-        _table(data, view, edge, first, groups, read.moves),
-        lines,
-        edge[lines - first],
+        _table(data, view, edge, unit + first, groups, read.moves),
+        statements,
+        lines[statements - first],
         tuple(text for _, text in sorted(remarks)),
     )
 
 
-def _sorted_out(data: bytes, view: Bytes, edge: IntArray) -> list[tuple[_Pattern, Filled]]:
-    def shape_at(k: int) -> tuple[Shape, _Pattern] | None:
-        first, last = int(edge[k]), int(edge[k + 1])
-        read = Statements(data)
-        try:
-            read.read(first, last, 1)
-        except InputError:
-            return None
-        if read.state or not read.lines:
-            return None
-        move = read.moves[0] if read.moves else None
-        number = line_number(data, first, last)
-        found = [] if number is None else [("line", 0, shapes.DIGITS, before_blanks(data, number[0]), number[1])]
-        found += [] if move is None else _holes(data, move)
-        holes = tuple((kind, begin, end) for *_, kind, begin, end in found)
-        what = {(name, i): hole for hole, (name, i, *_) in enumerate(found)}
-        shape = shapes.shape_of(data, first, last, holes)
-        remark = read.remarks[0][1] if read.remarks else None
-        return None if shape is None else (shape, _Pattern(first, number is not None, move, remark, holes, what))
-
-    return shapes.sorted_out(view, edge, shape_at)
+def _lines(view: Bytes, start: int, end: int) -> IntArray:
+    """Where each physical line begins, and the end of the last."""
+    ends = shapes.found(view, start, end, lambda d: (d[:-1] == 10) | ((d[:-1] == 13) & (d[1:] != 10))) + 1
+    return np.concatenate([[start], ends[ends < end], [end] if end > start else []]).astype(np.int64)
 
 
-def _holes(data: bytes, move: Move) -> list[tuple[str, int, int, int, int]]:
-    """What differs between motions of one shape: numbers and names of positions, speeds, CNT."""
-    found = []
-    for i, (start, _) in enumerate(move.target):
-        number, name = own_parts(data, move, i)
-        if number[0] == start and data[start - 2 : start] == b"P[":
-            found.append(("target", i, shapes.DIGITS, *number))
-            found += [("name", i, shapes.TEXT, *name)] if name[1] > name[0] else []
-    start, end = speed_number(data, move)
-    if end > start:
-        found.append(("speed", 0, shapes.DECIMAL, before_blanks(data, start) + 1, end))
-    start, end = move.termination
-    if data[start : start + 3].upper() == b"CNT" and data[start + 3 : end].isdigit():
-        found.append(("termination", 0, shapes.DIGITS, start + 3, end))
-    return found
+def _units(view: Bytes, lines: IntArray) -> IntArray:
+    """Lines at which something new begins, and the number of lines; a line that goes on with an open statement is none.
+
+    A guess by the first and the last characters only; the careful reader decides.
+    """
+    if len(lines) <= shapes.FEW:
+        return np.arange(len(lines))
+    head, tail = shapes.windows(view, lines[:-1], _LOOK), shapes.windows(view, np.maximum(lines[:-1] - _LOOK, 0), _LOOK)
+    blank = (head == ord(" ")) | (head == ord("\t"))
+    goes_on = head[np.arange(len(head)), blank.argmin(axis=1)] == ord(":")
+    blank = (tail == ord(" ")) | (tail == ord("\t")) | (tail == ord("\r")) | (tail == ord("\n"))
+    goes_on &= tail[np.arange(len(tail)), _LOOK - 1 - blank[:, ::-1].argmin(axis=1)] != ord(";")
+    goes_on[0] = False
+    return np.append(np.flatnonzero(~goes_on), len(lines) - 1)
 
 
 def _one_by_one(
-    data: bytes, edge: IntArray, first: int, fits: BoolArray, numbered: BoolArray
+    data: bytes, lines: IntArray, unit: IntArray, first: int, fits: BoolArray, numbered: BoolArray
 ) -> tuple[Statements, BoolArray]:
     """The lines that fit no shape, and which of those that do were met where a statement may begin."""
-    places, bad = edge.tolist(), np.flatnonzero(~fits).tolist()
+    places, units, bad = lines.tolist(), unit.tolist(), np.flatnonzero(~fits).tolist()
     fit, begins = fits.tolist(), numbered.tolist()
     met = np.zeros_like(fits)
     read = Statements(data)
     k = 0
-    while k < len(places) - 1:
+    while k < len(units) - 1:
         if fit[k] and (begins[k] or read.state == ""):
             read.between()
             after = bad[bisect_left(bad, k)]
             met[k:after] = True
             k = after
         else:
-            read.read(places[k], places[k + 1], first + k)
+            for i in range(units[k], units[k + 1]):
+                read.read(places[i], places[i + 1], first + i)
             k += 1
     read.between()
     return read, met
 
 
 def _table(
-    data: bytes, view: Bytes, edge: IntArray, first: int, groups: list[tuple[_Pattern, Filled]], moves: list[Move]
+    data: bytes, view: Bytes, edge: IntArray, number: IntArray, groups: list[tuple[Pattern, Filled]], moves: list[Move]
 ) -> Motions:
     """Columns of all motions in the order they stand."""
-    parts = [_many(data, view, edge, first, p, p.move, filled) for p, filled in groups if p.move is not None]
+    parts = [_many(data, view, edge, number, p, p.move, filled) for p, filled in groups if p.move is not None]
     parts.append(_singly(data, moves))
     line = np.concatenate([p.line for p in parts])
     order = np.argsort(line, kind="stable")
@@ -174,7 +133,7 @@ def _table(
 
 
 def _many(
-    data: bytes, view: Bytes, edge: IntArray, first: int, pattern: _Pattern, move: Move, filled: Filled
+    data: bytes, view: Bytes, edge: IntArray, number: IntArray, pattern: Pattern, move: Move, filled: Filled
 ) -> Motions:
     """Motions of one shape."""
     n = len(filled.which)
@@ -200,7 +159,7 @@ def _many(
     if ("speed", 0) in pattern.what:
         speed_span[:, 0] = filled.span[:, pattern.what["speed", 0], 0]
     return Motions(
-        line=filled.which + first,
+        line=number[filled.which],
         letter=(move.letter,) * n,
         disabled=np.full(n, move.disabled),
         target=tuple(zip(*targets)),

@@ -83,6 +83,12 @@ def posture_of(robot: Robot, theta: Array) -> list[Posture]:
     return [Posture(bool(f), bool(u), bool(w)) for f, u, w in zip(*_letters(robot, theta))]
 
 
+def posture_numbers(robot: Robot, theta: Array) -> IntArray:
+    """CONFIG's letters from joint angles, as numbers in ``ALL_POSTURES``, (N,)."""
+    front, up, flip = (letter.astype(np.int64) for letter in _letters(robot, theta))
+    return np.asarray(4 * (1 - front) + 2 * (1 - up) + flip)
+
+
 def in_posture(robot: Robot, theta: Array, posture: Posture) -> BoolArray:
     """Whether joint angles have the letters of a posture, (N,)."""
     front, up, flip = _letters(robot, theta)

@@ -123,7 +123,7 @@ def _fill(data: Bytes, edge: IntArray, which: IntArray, shape: Shape) -> Filled:
     value = np.full((len(which), len(shape.kinds)), np.nan)
     for hole, literal in enumerate(shape.literals):
         if literal:
-            same = _windows(data, at, len(literal)) == np.frombuffer(literal, dtype=np.uint8)
+            same = windows(data, at, len(literal)) == np.frombuffer(literal, dtype=np.uint8)
             if not same.all():
                 keep = same.all(axis=1)
                 at, which, span, value = at[keep], which[keep], span[keep], value[keep]
@@ -131,10 +131,10 @@ def _fill(data: Bytes, edge: IntArray, which: IntArray, shape: Shape) -> Filled:
         if hole < len(shape.kinds) and len(at):
             kind = shape.kinds[hole]
             if kind == TEXT:
-                length, keep = _text(_windows(data, at, _WIDTH[kind]), shape.literals[hole + 1][0])
+                length, keep = _text(windows(data, at, _WIDTH[kind]), shape.literals[hole + 1][0])
                 blanks, number = np.zeros_like(length), np.full(len(at), np.nan)
             else:
-                blanks, length, number, keep = _number(_windows(data, at, _WIDTH[kind]), kind)
+                blanks, length, number, keep = _number(windows(data, at, _WIDTH[kind]), kind)
             span[:, hole, 0], span[:, hole, 1], value[:, hole] = at + blanks, at + length, number
             at = at + length
             if not keep.all():
@@ -143,7 +143,7 @@ def _fill(data: Bytes, edge: IntArray, which: IntArray, shape: Shape) -> Filled:
     return Filled(which[keep], span[keep], value[keep])
 
 
-def _windows(data: Bytes, at: IntArray, width: int) -> Bytes:
+def windows(data: Bytes, at: IntArray, width: int) -> Bytes:
     """The bytes from places on, (N, width); near the end of the data the row of a text that ends before is wrong."""
     if width > len(data):
         return np.zeros((len(at), width), dtype=np.uint8)
@@ -203,7 +203,7 @@ def texts(data: Bytes, span: IntArray) -> list[str]:
     for first in range(0, len(span), _ROWS):
         here = slice(first, first + _ROWS)
         width = int((end[here] - start[here]).max()) + 1
-        window = _windows(data, start[here], width).copy()
+        window = windows(data, start[here], width).copy()
         column = np.arange(width)
         length = (end[here] - start[here])[:, None]
         window[column > length] = 0
