@@ -61,25 +61,33 @@ def compose(program: Program) -> bytes:
     Raises:
         InputError: A remark, a speed or a position that the format cannot say.
     """
-    return b"".join(_parts(program))
+    return b"".join(_parts(program, pose_numbers(program.position, program.rotation)))
 
 
-def says(program: Program, data: bytes) -> bool:
-    """Whether ``data`` is the program's text, without the whole of it a second time."""
+def says(program: Program, numbers: Array, data: bytes) -> bool:
+    """Whether ``data`` is the program's text with a table of positions, without the whole of it a second time.
+
+    Args:
+        program: What ``data`` may say.
+        numbers: X Y Z [mm] and W P R [deg], (N, 6).
+        data: A text.
+    """
     at = 0
-    for part in _parts(program):
-        if not data.startswith(part, at):
-            return False
-        at += len(part)
+    try:
+        for part in _parts(program, numbers):
+            if not data.startswith(part, at):
+                return False
+            at += len(part)
+    except (InputError, UnicodeEncodeError):  # what the format cannot say is not what it says
+        return False
     return at == len(data)
 
 
-def _parts(program: Program) -> Iterator[bytes]:
+def _parts(program: Program, numbers: Array) -> Iterator[bytes]:
     """The text, a block of rows at a time."""
     for remark in program.remarks:
         if len(remark) > REMARK_LENGTH or not remark.isascii():
             raise InputError(f"program {program.name}: remark '{remark}' is over {REMARK_LENGTH} ASCII characters")
-    numbers = pose_numbers(program.position, program.rotation)
     body = [f"  !{remark} ;" for remark in program.remarks]
     body += [f"  UFRAME_NUM={program.uframe} ;", f"  UTOOL_NUM={program.utool} ;"]
     body.append(f"J P[1] {APPROACH_PERCENT}% FINE    ;")
