@@ -121,5 +121,3 @@ def _refuse_known(source: Path, data: bytes) -> None:
                 f"{source}: it carries compgen's mark ({beside.name} says so): it would be corrected twice; start from "
                 "the planned program, get it back with --restore, or say --again"
             )
-
-
