@@ -36,6 +36,7 @@ BYTES_ALWAYS = 1_000_000
 MEMORY_EVERY = 50  # measuring memory is slow
 COLUMNS_EVERY = 25  # so is reading a short program by columns, and inspecting it
 PRINTED_SEEDS = 100
+AT_ONCE = 250
 QUIET = {"deadline": None, "database": None, "suppress_health_check": list(hypothesis.HealthCheck)}
 
 
@@ -161,15 +162,14 @@ def print_programs(count: int, seed: int) -> None:
         AssertionError: They do not; hypothesis tells the smallest program it found.
     """
 
-    @hypothesis.seed(seed)
-    @hypothesis.settings(max_examples=count, **QUIET)
-    @hypothesis.given(programs())
     def judge(data: bytes) -> None:
         assert_readers_agree(data)
         with columns_from(0):
             assert_readers_agree(data)
 
-    judge()
+    for first in range(0, count, AT_ONCE):  # hypothesis keeps what it drew: a few at a time stay small
+        settings = hypothesis.settings(max_examples=min(AT_ONCE, count - first), **QUIET)
+        hypothesis.seed(seed + first)(settings(hypothesis.given(programs())(judge)))()
 
 
 def guided() -> None:
