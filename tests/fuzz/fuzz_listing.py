@@ -201,7 +201,9 @@ def main() -> int:
     if given.printed:
         print_programs(given.printed, given.seed)
         print(f"{given.printed} printed programs, seed {given.seed}: both readers agree on every number", flush=True)
-    inputs = given.inputs or (0 if given.printed else 100_000)
+        if not given.inputs:
+            return 0
+    inputs = given.inputs or 100_000
     counts: Counter[str] = Counter()
     kinds: Counter[str] = Counter()
     for what, data in faults(inputs, given.seed, counts):
