@@ -99,7 +99,7 @@ def ragged(rows: int, parts: list[bytes | Bytes]) -> bytes:
             if not isinstance(part, bytes):
                 here[:, start:end] = part[first : first + BLOCK]
         flat = here.ravel()
-        out.append(flat[flat != 0].tobytes())
+        out.append(flat.tobytes() if flat.all() else flat.tobytes().replace(b"\0", b""))
     return b"".join(out)
 
 
