@@ -41,7 +41,7 @@ class Drive:
     length: Array  # (S,) [m] of the way there, NaN when an end is not known
     duration: Array  # (S,) [s] of the way there
     pause: Array  # (S,) [s] waited before leaving for it
-    untimed: tuple[int, ...]  # lines of motions without a time or speed of their own
+    untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
     flow: tuple[int, ...]  # lines of statements that may change the order
 
 
@@ -81,7 +81,8 @@ def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
     begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
     duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
     duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
-    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == "deg/sec")) | ~np.isfinite(duration)
+    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == "deg/sec"))
+    loose[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     pause, flow = _others(program, m.line[motion])
     return Drive(
         motion=motion,
