@@ -1,15 +1,17 @@
 """Programs for tests, composed line by line."""
 
+import numpy as np
 from naive_arm import config, flange, numbers
 
 
 def cartesian(n, values, uf=0, ut=0, letters="N U T, 0, 0, 0", form="{:.3f}", more="", name=""):
     """A position by X Y Z W P R."""
+    quoted = f':"{name}"' if name else ""
     x, y, z, w, p, r = (v if isinstance(v, str) else form.format(v) for v in values)
     return (
-        f"P[{n}{f':{name!r}' if name else ''}]{{\n   GP1:\n\tUF : {uf}, UT : {ut},\t\tCONFIG : '{letters}',\n"
+        f"P[{n}{quoted}]{{\n   GP1:\n\tUF : {uf}, UT : {ut},\t\tCONFIG : '{letters}',\n"
         f"\tX = {x}  mm,\tY = {y}  mm,\tZ = {z}  mm,\n\tW = {w} deg,\tP = {p} deg,\tR = {r} deg{more}\n}};\n"
-    ).replace("'\"", '"')
+    )
 
 
 def joint_form(n, joints, uf=0, ut=0, form="{:.3f}"):
@@ -20,8 +22,6 @@ def joint_form(n, joints, uf=0, ut=0, form="{:.3f}"):
 
 def at(n, joints, uf=None, ut=None, numbered=(0, 0), **how):
     """A Cartesian position where pendant angles bring the tool; ``uf`` and ``ut`` are matrices."""
-    import numpy as np
-
     world = flange(joints) @ (np.eye(4) if ut is None else ut)
     local = np.linalg.inv(np.eye(4) if uf is None else uf) @ world
     return cartesian(n, numbers(local), *numbered, letters=config(joints), **how)

@@ -82,7 +82,7 @@ def between_means(a, b):
 
 
 def warm_lengths(rise=WARM, cte=THERMAL["cte_um_m_K"]):
-    """Lengths [mm] at rises of the nodes; shapes are fixed at the reference, so each section is linear in its two rises."""
+    """Lengths [mm] at rises of the nodes; shapes are fixed at the reference, so sections are linear in the rises."""
 
     def mean(a, b, shape):
         ra, rb = WARM[a], WARM[b]

@@ -92,8 +92,7 @@ def test_a_robot_without_error_changes_no_byte(path, rigid):
     for options in ({}, {"split": True, "insert": 5e-6}):
         try:
             result = corrected(data, rigid, MANY, **options)
-        except InputError as refused:
-            assert "\n" not in str(refused)
+        except InputError:  # what each refusal says is tested beside its cause
             continue
         assert result.text == data
         assert (result.changed, result.added) == (0, 0)

@@ -23,7 +23,7 @@ _STRETCHES = (
     (r"\bSearch\s+Start\b", r"\bSearch\s+End\b", "inside a search"),
 )
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
-_WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[([^\]]*)\]\s*=")
+_WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[((?:[^\[\]]|\[[^\]]*\])*)\]\s*=")
 _USED = re.compile(r"(?<![A-Za-z])P\[\s*(?:(\d+)|R\[)", re.IGNORECASE)
 
 

@@ -29,8 +29,8 @@ _OPTIONS = {
 _STATEMENTS = {
     r"\bOFFSET CONDITION\b": "OFFSET CONDITION adds an offset at run time to what follows",
     r"\bTOOL_OFFSET CONDITION\b": "TOOL_OFFSET CONDITION adds an offset at run time to what follows",
-    r"\bUFRAME\s*\[[^\]]*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
-    r"\bUTOOL\s*\[[^\]]*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
+    r"\bUFRAME\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
+    r"\bUTOOL\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
     r"\bLINE_TRACK\b|\bSTOP_TRACKING\b": "line tracking changes the executed path",
     r"\bWeave\b": "weaving changes the executed path",
     r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)": "sensing changes the executed path",
