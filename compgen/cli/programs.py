@@ -114,7 +114,7 @@ def _refuse_known(source: Path, data: bytes) -> None:
         try:
             made = json.loads(beside.read_bytes())
             known = made["corrected_sha256"] == mine != made["planned_sha256"]
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
         if known:
             raise InputError(

@@ -143,7 +143,7 @@ def _time(result: Correction) -> list[Finding]:
     drive = result.plan.drive
     found = []
     if drive.untimed:
-        told = f"{_some('line', drive.untimed)}: the speed is only known at run time; an assumed one warms the model"
+        told = f"{_some('line', drive.untimed)}: speed or way is only known at run time; an assumed one warms the model"
         found.append(Finding("note", "timing.assumed", told))
     if drive.flow:
         told = f"{_some('line', drive.flow)}: jumps, calls and loops are not followed; the heat is that of one pass"

@@ -63,7 +63,7 @@ def correct(
         program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, frames)
         plan = _plan(program, cell, frames, before, options, progress)
     if options.split:
-        first = int(program.positions.number.max()) + 1
+        first = int(program.positions.number.max(initial=0)) + 1
         parts = parting(plan.drive, plan.free, plan.solved.correction, first)
         if parts:
             program = split_positions(program, plan.poses, plan.drive, parts)

@@ -1,8 +1,9 @@
 r"""What the robot does with any program, in the order listed: where it goes, and how long each way takes.
 
 Jumps, calls and loops are not followed. A way of length l at a speed v takes l / v, and each stop at one of its ends
-half a ramp more, T(v) = v / a + a / j with what the joints allow along the way; a joint motion at p percent takes the
-longest of its joints' turns over p percent of their speeds; a motion in seconds takes those. WAIT in seconds pauses.
+half a ramp more, T(v) = v / a + a / j with what the joints allow along the way, and no joint outruns its speed, as where
+the tool turns on the spot; a joint motion at p percent takes the longest of its joints' turns over p percent of their
+speeds; a motion in seconds takes those. WAIT in seconds pauses.
 """
 
 import re
@@ -41,7 +42,7 @@ class Drive:
     length: Array  # (S,) [m] of the way there, NaN when an end is not known
     duration: Array  # (S,) [s] of the way there
     pause: Array  # (S,) [s] waited before leaving for it
-    untimed: tuple[int, ...]  # lines of motions without a time or speed of their own
+    untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
     flow: tuple[int, ...]  # lines of statements that may change the order
 
 
@@ -71,16 +72,18 @@ def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
     with np.errstate(invalid="ignore", divide="ignore"):
         speed = np.where(np.isfinite(rate), value * rate, ASSUMED["L"])
         share = np.where(percent, value / 100, ASSUMED["J"])
-        by_joint = (turn / robot.speed).max(axis=1) / share
-        ride = length / speed
-        spin = _angles(poses, pose) / (value * DEG)
+        fastest = (turn / robot.speed).max(axis=1)
+        by_joint = fastest / share
+        ride = np.fmax(length / speed, fastest)
+        spin = np.fmax(_angles(poses, pose) / (value * DEG), fastest)
         duration = np.where(letter == "J", by_joint, np.where(unit == "deg/sec", spin, ride))
         gear = turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
         ramp = (gear / (RAMP * robot.acceleration)).max(axis=1) + (robot.acceleration / robot.jerk).max()
     begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
     duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
     duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
-    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == "deg/sec")) | ~np.isfinite(duration)
+    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == "deg/sec"))
+    loose[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     pause, flow = _others(program, m.line[motion])
     return Drive(
         motion=motion,

@@ -31,12 +31,12 @@ _OPTIONS = {
 _STATEMENTS = {
     r"\bOFFSET CONDITION\b": "OFFSET CONDITION adds an offset at run time to what follows",
     r"\bTOOL_OFFSET CONDITION\b": "TOOL_OFFSET CONDITION adds an offset at run time to what follows",
-    r"\bUFRAME\s*\[[^\]]*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
-    r"\bUTOOL\s*\[[^\]]*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
+    r"\bUFRAME\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
+    r"\bUTOOL\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
     r"\bLINE_TRACK\b|\bSTOP_TRACKING\b": "line tracking changes the executed path",
     r"\bWeave\b": "weaving changes the executed path",
     r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)": "sensing changes the executed path",
-    r"(?<![A-Z])P\[\s*\d+[^\]]*\]\s*=": "a position is written at run time: the file's value is not the one used",
+    r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=": "a position is written at run time: the file does not say it",
 }
 _APPL = {
     "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",
