@@ -142,9 +142,7 @@ def _texts(data: bytes, begin: IntArray, end: IntArray, which: IntArray) -> Iter
             yield s, said
 
 
-def _mentions(
-    program: LsProgram, motion: IntArray, owner: IntArray, said: dict[int, str]
-) -> tuple[IntArray, IntArray]:
+def _mentions(program: LsProgram, motion: IntArray, owner: IntArray, said: dict[int, str]) -> tuple[IntArray, IntArray]:
     """Which unit names which position."""
     units: list[int] = []
     numbers: list[int] = []

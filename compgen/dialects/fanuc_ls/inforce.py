@@ -1,8 +1,8 @@
 """Settings that one statement makes and later motions obey: frames, payload, conditions.
 
 A part of a program says them again. That is right only when it is sure which of them is in force: set by a statement
-that always runs, with a value that the file holds, and not changed by a called program. Frames and payload stay with the
-controller, so a part may also rely on the part before; conditions end with their program, so there it may not be parted.
+that always runs, with a value that the file holds, and not changed by a called program. Frames and payload stay with
+the controller, so a part may also rely on the part before; conditions end with their program: there it is not parted.
 """
 
 import re
