@@ -25,11 +25,12 @@ from compgen.rotations import from_wpr, to_wpr
 from compgen.units import DEG, INCH, MINUTE, MM
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
+EXACT = 1e-6  # so near, a unit says the speed itself
 APPROACH_PERCENT = 10  # of full joint speed, for the way to the first position
 REMARK_LENGTH = 32
 
 #: unit, m/s of one step, decimals, highest value
-_UNITS = (("mm/sec", MM, 0, 2000), ("cm/min", 10 * MM / MINUTE, 0, 12000), ("inch/min", 0.1 * INCH / MINUTE, 1, 47244))
+UNITS = (("mm/sec", MM, 0, 2000), ("cm/min", 10 * MM / MINUTE, 0, 12000), ("inch/min", 0.1 * INCH / MINUTE, 1, 47244))
 
 _HEADER = """/PROG  {name}
 /ATTR
@@ -166,10 +167,10 @@ def speed_text(speed: float) -> str:
     Raises:
         InputError: Slower or faster than any unit says.
     """
-    steps = [(unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in _UNITS]
+    steps = [(unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in UNITS]
     said = [(f"{n * 10.0**-decimals:.{decimals}f}{unit}", n * step) for unit, step, decimals, n in steps]
     best = max(said, key=lambda s: s[1])
-    for tolerance in (FEED_TOLERANCE, 1e-6):  # an exact unit comes before a fine enough one
+    for tolerance in (FEED_TOLERANCE, EXACT):  # an exact unit comes before a fine enough one
         best = next((s for s in said if abs(s[1] - speed) <= tolerance * speed), best)
     if best[1] < 0.5 * speed:
         raise InputError(f"program: a speed of {speed / MM:g} mm/s cannot be written; use 0.05 to 2000 mm/s")
@@ -178,7 +179,7 @@ def speed_text(speed: float) -> str:
 
 def speed_said(text: str) -> float:
     """m/s of a speed's text."""
-    for unit, step, decimals, _ in _UNITS:
+    for unit, step, decimals, _ in UNITS:
         if text.endswith(unit):
             return float(text[: -len(unit)]) * step * 10.0**decimals
     raise ValueError(text)
@@ -191,8 +192,3 @@ def writable_speed(speed: float) -> float:
         InputError: Slower or faster than any unit says.
     """
     return speed_said(speed_text(speed))
-
-
-def largest_feed_error(speed: Array) -> float:
-    """Largest relative difference between wanted and written speeds."""
-    return max((abs(speed_said(speed_text(v)) / v - 1) for v in np.unique(speed).tolist()), default=0.0)
