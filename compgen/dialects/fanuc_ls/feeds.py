@@ -23,8 +23,8 @@ _SLOWEST = 0.5  # of a wanted speed, below which a program cannot say it
 def written_feeds(speed: Array, length: Array) -> Array:
     """Speeds that a program can say for wanted ones.
 
-    The unit is the one that ``write.speed_text`` chooses: the first that says the speed exactly, else the coarsest that
-    meets it within 0.5 %.
+    The unit is the coarsest that says the speed exactly, else the coarsest whose step is at most 0.5 % of it, else the
+    finest.
 
     Args:
         speed: Wanted, (S,) [m/s].
@@ -98,13 +98,11 @@ def _rounded_down(speed: Array) -> tuple[Array, IntArray, IntArray, BoolArray]:
     """Each speed's unit step [m/s], how many of them, the most there are, and whether that is the speed, (S,) each."""
     steps = np.array([step for _, step, _, _ in UNITS])
     most = np.array([highest for _, _, _, highest in UNITS], dtype=np.int64)
-    number = np.minimum((speed[:, None] / steps + 1e-6).astype(np.int64), most)
-    off = np.abs(number * steps - speed[:, None])
-    unit = np.argmax(number * steps, axis=1)
-    exact = np.zeros(len(speed), dtype=bool)
-    for tolerance in (FEED_TOLERANCE, EXACT):
-        near = off <= tolerance * speed[:, None]
-        exact = near.any(axis=1)
-        unit = np.where(exact, np.argmax(near, axis=1), unit)
+    number = np.minimum(np.rint(speed[:, None] / steps).astype(np.int64), most)
+    says = np.abs(number * steps - speed[:, None]) <= EXACT * speed[:, None]
+    number = np.where(says, number, np.minimum((speed[:, None] / steps).astype(np.int64), most))
+    fine = steps <= FEED_TOLERANCE * speed[:, None]
+    exact = says.any(axis=1)
+    unit = np.where(exact, np.argmax(says, axis=1), np.where(fine.any(axis=1), np.argmax(fine, axis=1), len(UNITS) - 1))
     rows = np.arange(len(speed))
     return steps[unit], number[rows, unit], most[unit], exact
