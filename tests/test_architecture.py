@@ -28,6 +28,8 @@ ROOMS = [
     {"twin"},
     {"verify"},
     {"job"},
+    {"paging"},
+    {"delivery"},
     {"correction"},
     {"schema"},
     {"reading"},
