@@ -112,8 +112,9 @@ def findings(job: Job, delivered: Delivery, stops: Stops | None) -> list[Finding
         added = int(stops.added.sum())
         made = f"written as {len(paged.pages)} pages and a main program"
         drip = f", to be loaded in {paged.loads} loads, one after another (drip feed)" if paged.loads > 1 else ""
-        more = f"; {added} stops were put in for them" if added else ""
-        return [Finding("note", "controller.size", f"{told}; {made}{drip}{more}")]
+        more = f"; {added} stops were put in for them, {stops.on_the_part} of them on the part" if added else ""
+        level = "warning" if stops.on_the_part else "note"
+        return [Finding(level, "controller.size", f"{told}; {made}{drip}{more}")]
     if not over:
         return []
     if stops is None:

@@ -27,6 +27,7 @@ class Stops:
 
     stop: BoolArray  # (N,)
     added: BoolArray  # (N,) put in for the pages' sake
+    on_the_part: int  # how many of those stand on the part
     why_not: str  # a page cannot be made; empty when all can
 
     def __post_init__(self) -> None:
@@ -113,5 +114,6 @@ def put_stops(
             found[first] = True
         else:
             told = f"the robot does not stop between waypoints {first + 2} and {last + 1}, all a page holds"
-            return Stops(np.array(stop), np.zeros(N, dtype=bool), told)
-    return Stops(found, found & ~stop, "")
+            return Stops(np.array(stop), np.zeros(N, dtype=bool), 0, told)
+    added = found & ~stop
+    return Stops(found, added, int((added & contact).sum()), "")

@@ -12,7 +12,7 @@ ROOMS = [
     {"evaluation"},
     {"rotations"},
     {"robot", "boundaries", "surfaces", "pieces"},
-    {"patterns", "geometry"},
+    {"patterns", "geometry", "thinning"},
     {"toolpath"},
     {"kinematics", "ik"},
     {"motion", "ramps"},
