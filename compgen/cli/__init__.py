@@ -11,11 +11,11 @@ from typing import Annotated
 import typer
 
 from compgen import __version__
-from compgen.cli import init, jobs, programs
+from compgen.cli import init, jobs, paging, programs
 from compgen.cli.app import app, say_error
 from compgen.exceptions import CompgenError
 
-__all__ = ["init", "jobs", "main", "programs"]
+__all__ = ["init", "jobs", "main", "paging", "programs"]
 
 
 @app.callback(invoke_without_command=True)
