@@ -237,8 +237,9 @@ def _program(
     start: Array,
     window: float | None,
 ) -> Program:
+    decimals = job.robot.controller.decimals
     # the digits of CONFIG belong to the pose as printed
-    flange = ik.flange_of(*fanuc_ls.printed(position, rotation), job.tool_position, job.tool_rotation)
+    flange = ik.flange_of(*fanuc_ls.printed(position, rotation, decimals), job.tool_position, job.tool_rotation)
     joints, _ = ik.solve(job.robot, *flange, job.posture)
     length = np.linalg.norm(np.diff(position, axis=0), axis=1)
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
@@ -261,6 +262,7 @@ def _program(
         turns=turn_digits(job.robot, ik.nearest_turns(joints, theta)),
         speed=fanuc_ls.written_feeds(trajectory.speed, length),
         fine=path.stop,
+        decimals=decimals,
     )
 
 

@@ -234,6 +234,7 @@ class ControllerTable(Table):
     max_positions: Annotated[int, Field(gt=0)]
     memory_kB: Positive
     name_length: Annotated[int, Field(ge=8, le=36)]
+    decimals: Annotated[int, Field(ge=3, le=6)] = 3
     turn_joints: Annotated[list[Annotated[int, Field(ge=1, le=6)]], Field(min_length=3, max_length=3)]
 
 

@@ -106,7 +106,7 @@ def _program(corrected: Corrected) -> dict[str, Any]:
         "memory_kB": fanuc_ls.estimated_memory(program) / 1000,
         "largest_feed_error": feed,
         "largest_time_error_s": late,
-        "rounding_um": float(np.sqrt(3) / 2),
+        "rounding_um": float(np.sqrt(3) / 2 * 10.0 ** (3 - program.decimals)),
         "pages": [],
     }
     if delivered.paged is not None:

@@ -12,9 +12,9 @@ from compgen.arrays import Array, IntArray
 
 Bytes = NDArray[np.uint8]
 
-WIDTH, DECIMALS = 9, 3  # %9.3f
+WHOLE, DECIMALS, MOST_DECIMALS = 5, 3, 6  # %9.3f, to %12.6f
 BLOCK = 8192  # rows at a time: they stay in cache
-_LIMIT = 10**8  # thousandths: what nine characters hold of a positive number
+_LIMIT = 10**WHOLE  # below which a positive number has room
 _DOT, _MINUS, _ZERO, _SPACE = np.frombuffer(b".-0 ", dtype=np.uint8)
 
 
@@ -28,33 +28,37 @@ _NEGATIVE = np.frombuffer("".join(f"{'-' + str(i):>5}" for i in range(10_000)).e
 _THOUSANDTHS = _table("%03d", 1000)
 
 
-def fits(thousandths: IntArray) -> bool:
-    """Whether every number has room in nine characters."""
-    return bool(np.all((thousandths < _LIMIT) & (thousandths > -_LIMIT // 10)))
+def fits(units: IntArray, decimals: int = DECIMALS) -> bool:
+    """Whether every number has room: five characters before the point, its sign among them."""
+    limit = _LIMIT * 10**decimals
+    return bool(np.all((units < limit) & (units > -limit // 10)))
 
 
-def fixed(thousandths: IntArray) -> Bytes:
-    """Columns of ``%9.3f``, (N,) to (N, 9)."""
-    size = np.abs(thousandths)
-    whole, rest = size // 1000, size % 1000
-    out = np.empty((len(size), WIDTH), dtype=np.uint8)
-    out[:, :5] = _WHOLE[whole]
-    below = np.flatnonzero(thousandths < 0)
-    out[below, :5] = _NEGATIVE[whole[below]]
-    out[:, 5] = _DOT
-    out[:, 6:] = _THOUSANDTHS[rest]
+def fixed(units: IntArray, decimals: int = DECIMALS) -> Bytes:
+    """Columns of ``%9.3f`` (or ``%10.4f``, ``%11.5f``, ``%12.6f``) from units of the last digit, (N,) to (N, width)."""
+    size = np.abs(units)
+    whole, rest = size // 10**decimals, size % 10**decimals
+    out = np.empty((len(size), WHOLE + 1 + decimals), dtype=np.uint8)
+    out[:, :WHOLE] = _WHOLE[whole]
+    below = np.flatnonzero(units < 0)
+    out[below, :WHOLE] = _NEGATIVE[whole[below]]
+    out[:, WHOLE] = _DOT
+    more = decimals - DECIMALS
+    out[:, WHOLE + 1 : WHOLE + 4] = _THOUSANDTHS[rest // 10**more]
+    if more:
+        out[:, WHOLE + 4 :] = _THOUSANDTHS[rest % 10**more][:, DECIMALS - more :]
     return out
 
 
-def read_fixed(data: Bytes, at: IntArray) -> IntArray:
-    """Thousandths of the ``%9.3f`` fields at places, (N,); anything else gives a wrong number: check by writing."""
+def read_fixed(data: Bytes, at: IntArray, decimals: int = DECIMALS) -> IntArray:
+    """Units of the last digit of the fields at places, (N,); anything else gives a wrong number: check by writing."""
     out = np.empty(len(at), dtype=np.int64)
     for first in range(0, len(at), BLOCK):
         place = at[first : first + BLOCK]
         value = np.zeros(len(place), dtype=np.int64)
         below = np.zeros(len(place), dtype=bool)
-        for column in range(WIDTH):
-            if column != WIDTH - DECIMALS - 1:
+        for column in range(WHOLE + 1 + decimals):
+            if column != WHOLE:
                 character = data[place + column]
                 digit = character - _ZERO  # wraps below zero for blanks and signs
                 value = value * 10 + np.where(digit < 10, digit, 0)
@@ -126,6 +130,6 @@ def _weights(count: int) -> NDArray[np.uint64]:
     return np.array(weights, dtype=np.uint64)
 
 
-def thousandths(values: Array) -> IntArray:
-    """Nearest whole thousandths."""
-    return np.asarray(np.rint(values * 1000), dtype=np.int64)
+def units(values: Array, decimals: int = DECIMALS) -> IntArray:
+    """Nearest whole units of the last digit."""
+    return np.asarray(np.rint(values * 10**decimals), dtype=np.int64)

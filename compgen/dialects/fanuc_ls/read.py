@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.arrays import IntArray
-from compgen.dialects.fanuc_ls.digits import Bytes, different, read_fixed
+from compgen.dialects.fanuc_ls.digits import DECIMALS, MOST_DECIMALS, Bytes, different, read_fixed
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.dialects.fanuc_ls.write import letters, says, speed_said
 from compgen.exceptions import InputError
@@ -90,6 +90,7 @@ def interpret(data: bytes) -> Program:
         turns=np.array([r[6:9] for r in rows], dtype=np.int64),
         speed=np.array([speed_said(f"{m[3]}{m[4]}") for m in motions[1:]]),
         fine=np.array([m[5] == "FINE" for m in motions]),
+        decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
     )
 
 
@@ -111,7 +112,7 @@ def _by_columns(data: bytes) -> Program | None:
     closing, lines = np.flatnonzero(motions == ord("]")), np.flatnonzero(motions == ord("\n"))
     equals, quotes = np.flatnonzero(positions == ord("=")), np.flatnonzero(positions == ord("'"))
     N = len(lines) + 1
-    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 11 > len(positions):
+    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 14 > len(positions):
         return None
     tails, which = _texts(motions, closing + 2, lines)
     config, config_of = _texts(positions, quotes[::2] + 1, quotes[1::2])
@@ -119,7 +120,7 @@ def _by_columns(data: bytes) -> Program | None:
     turns = [_TURNS.search(t) for t in config]
     if not all(speeds) or not all(turns):
         return None
-    numbers = read_fixed(positions, equals + 2).reshape(N, 6) / 1000.0
+    numbers = read_fixed(positions, equals + 2, small.decimals).reshape(N, 6) / 10.0**small.decimals
     speed = np.array([speed_said(m.group(1).decode()) for m in speeds if m])
     fine = np.array([m.group(2) == b"FINE" for m in speeds if m])
     digits = np.array([[int(d) for d in m.groups()] for m in turns if m])

@@ -1,4 +1,4 @@
-"""Meaning to text: canonical .LS, CR LF, three decimals."""
+"""Meaning to text: canonical .LS, CR LF, three decimals (or up to six)."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ from compgen.dialects.fanuc_ls.digits import (
     fixed,
     integers,
     ragged,
-    thousandths,
+    units,
 )
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.evaluation import blocks_of
@@ -80,7 +80,7 @@ def _parts(program: Program) -> Iterator[bytes]:
     for remark in program.remarks:
         if len(remark) > REMARK_LENGTH or not remark.isascii():
             raise InputError(f"program {program.name}: remark '{remark}' is over {REMARK_LENGTH} ASCII characters")
-    numbers = pose_numbers(program.position, program.rotation)
+    numbers = pose_numbers(program.position, program.rotation, program.decimals)
     body = [f"  !{remark} ;" for remark in program.remarks]
     body += [f"  UFRAME_NUM={program.uframe} ;", f"  UTOOL_NUM={program.utool} ;"]
     body.append(f"J P[1] {APPROACH_PERCENT}% FINE    ;")
@@ -117,10 +117,11 @@ def _places(program: Program, numbers: Array) -> Iterator[bytes]:
     N = len(numbers)
     rows, which = different(program.turns)
     configs = [f"{letters(program.posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
+    d = program.decimals
     head = f"]{{\r\n   GP1:\r\n\tUF : {program.uframe}, UT : {program.utool},\t\tCONFIG : '".encode("ascii")
 
     def block(first: int, last: int) -> bytes:
-        X, Y, Z, W, P, R = (fixed(thousandths(column)) for column in numbers[first:last].T)
+        X, Y, Z, W, P, R = (fixed(units(column, d), d) for column in numbers[first:last].T)
         number = integers(np.arange(first + 1, last + 1))
         parts: list[bytes | Bytes] = [b"P[", number, head, chosen(configs, which[first:last])]
         parts += [b"',\r\n\tX = ", X, b"  mm,\tY = ", Y, b"  mm,\tZ = ", Z]
@@ -130,27 +131,27 @@ def _places(program: Program, numbers: Array) -> Iterator[bytes]:
     return blocks_of(N, block)
 
 
-def pose_numbers(position: Array, rotation: Array) -> Array:
+def pose_numbers(position: Array, rotation: Array, decimals: int = DECIMALS) -> Array:
     """X Y Z [mm] and W P R [deg] as printed, (N, 6); no negative zero.
 
     Raises:
         InputError: A value too large for the format.
     """
     numbers = np.column_stack([position / MM, *(angle / DEG for angle in to_wpr(rotation))])
-    if not np.all(np.isfinite(numbers)) or not fits(thousandths(numbers.ravel())):
+    if not np.all(np.isfinite(numbers)) or not fits(units(numbers.ravel(), decimals), decimals):
         raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
-    return np.asarray(np.round(numbers, DECIMALS) + 0.0)
+    return np.asarray(np.round(numbers, decimals) + 0.0)
 
 
-def printed(position: Array, rotation: Array) -> tuple[Array, Array]:
+def printed(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple[Array, Array]:
     """The poses that the text says, (N, 3) [m] and (N, 3, 3)."""
-    numbers = pose_numbers(position, rotation)
+    numbers = pose_numbers(position, rotation, decimals)
     return numbers[:, :3] * MM, from_wpr(*(numbers[:, 3:] * DEG).T)
 
 
 def as_written(program: Program) -> Program:
     """The program that its own text says: what ``interpret(compose(program))`` gives, without the text."""
-    position, rotation = printed(program.position, program.rotation)
+    position, rotation = printed(program.position, program.rotation, program.decimals)
     rows, which = different(program.speed)
     said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=position, rotation=rotation, speed=said[which])
