@@ -2,7 +2,7 @@
 
 A page ends where the robot stops. Where no stop of the path lies within what a page holds, one is put in: off the part
 where it can be, since a tool that stands on the part removes more there; on the part only when that is allowed. Of all
-waypoints in the later half of a page the calmest is taken, where the joints move least for a millimetre of path.
+waypoints that do not cost another page the calmest is taken, where the joints move least for a millimetre of path.
 """
 
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from compgen.toolpath import ToolPath
 
 FRAME_LINES = 2  # UFRAME_NUM and UTOOL_NUM
 FRAME_MEMORY = 64.0  # bytes of their text, at most
+ALIKE = 1e-6  # waypoints whose joints differ by less are equally calm; the last of them is taken
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,15 +103,16 @@ def put_stops(
     first, N = 0, len(stop)
     while N - first > holds:
         half, last = first + max(1, holds // 2), first + holds - 1
+        later = -(-(N - 1 - first) // (holds - 1)) - 1  # pages that must follow at least
         late = np.arange(half, last + 1)
         own_stops = np.flatnonzero(found[first + 1 : last + 1]) + first + 1
         free = late[~contact[late]]
-        if not len(free) and on_the_part:
-            free = late
+        if not len(free) and on_the_part:  # as few as can be: so late that no further page is needed
+            free = np.arange(max(first + 1, N - 1 - later * (holds - 1)), last + 1)
         if len(own_stops) and (own_stops[-1] >= half or not len(free)):
             first = int(own_stops[-1])
         elif len(free):
-            first = int(free[np.argmin(busy[free])])
+            first = int(free[busy[free] <= busy[free].min() * (1 + ALIKE)][-1])
             found[first] = True
         else:
             told = f"the robot does not stop between waypoints {first + 2} and {last + 1}, all a page holds"
