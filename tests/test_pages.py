@@ -6,6 +6,7 @@ from itertools import pairwise
 import naive_ls
 import naive_pages
 import pytest
+from conftest import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -524,3 +525,29 @@ def test_pages_in_another_order_or_missing_are_found():
         order_of(paged.main.replace(b"CALL " + a, b"JMP LBL[1]"))
     with pytest.raises(JoinError, match="twice"):
         order_of(paged.main.replace(b"CALL " + a, b"CALL " + b))
+
+
+# Programs of other people ----------------------------------------------------------------------------------------
+
+SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
+FOUND = [
+    *sorted((ROOT / "tests" / "golden").glob("*.LS")),
+    *sorted(p for p in SAMPLES.rglob("*.[lL][sS]") if p.is_file() and b"/PROG" in p.read_bytes()[:20]),
+]
+
+
+@pytest.mark.parametrize("path", FOUND, ids=lambda p: p.name)
+def test_a_program_of_others_is_parted_rightly_or_refused_with_its_line(path):
+    program = ls.loads(path.read_bytes())
+    whole = size(program)
+    for share in (0.2, 0.5, 0.9, 2.0):
+        asked = Store(max(6, int(whole.lines * share)), max(2, int(whole.positions * share)), 1e6, 16)
+        try:
+            paged = split(program, asked)
+        except ImpossibleError as refused:
+            assert re.search(r"line \d+", str(refused))  # noqa: PT017
+            continue
+        assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.drive(program.data))
+        assert_same_way(program.data, paged)
+        assert all(p.size.within(asked) for p in paged.pages)
+        assert len(paged.pages) == 1 or share < 1

@@ -14,6 +14,7 @@ from compgen.arrays import Array
 from compgen.dialects.fanuc_ls.flow import read_flow
 from compgen.dialects.fanuc_ls.listing import LsProgram, loads
 from compgen.dialects.fanuc_ls.moves import NO_NUMBER
+from compgen.dialects.fanuc_ls.parting import MOVED
 from compgen.dialects.fanuc_ls.places import Positions
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.dialects.fanuc_ls.read import interpret
@@ -70,14 +71,15 @@ def driven(program: LsProgram, frames: Mapping[str, str] | None = None) -> tuple
     flow, m = read_flow(program), program.motions
     said = _said(program)
     force = dict(frames or {})
+    settings = [(s, frame) for s, text in flow.text.items() if (frame := _FRAME.match(text))]
     rows = []
-    for s, i in enumerate(flow.motion.tolist()):
-        if i == NO_NUMBER:
-            if frame := _FRAME.match(flow.text.get(s, "")):
-                force[frame.group(1).upper()] = frame.group(2)
-            continue
+    for i, s in zip(flow.moves.tolist(), flow.move_unit.tolist()):
+        while settings and settings[0][0] < s:
+            frame = settings.pop(0)[1]
+            force[frame.group(1).upper()] = frame.group(2)
         goal = tuple(said.get(n, t) if n != NO_NUMBER else t for n, t in zip(m.position[i], m.target[i]))
         rows.append(Driven(m.letter[i], goal, m.speed[i], m.termination[i], m.options[i], tuple(sorted(force.items()))))
+    force.update({frame.group(1).upper(): frame.group(2) for _, frame in settings})
     return rows, force
 
 
@@ -101,7 +103,9 @@ def check_join(program: LsProgram, main: bytes, pages: Mapping[str, bytes]) -> i
         if name not in pages:
             raise JoinError(f"page {name}: the main program calls it, but it is not there")
         rows, force = driven(loads(pages[name]), force)
-        if k and rows and at and _is_entry(rows[0], whole[at - 1]) and rows[1:] == whole[at : at + len(rows) - 1]:
+        if k and at and _stands_at(whole[at - 1]):
+            if not rows or not _is_entry(rows[0], whole[at - 1]):
+                raise JoinError(f"page {name}: it does not start where the page before stopped")
             rows = rows[1:]
         for i, (row, wanted) in enumerate(zip(rows, whole[at:]), 1):
             if row != wanted:
@@ -112,6 +116,11 @@ def check_join(program: LsProgram, main: bytes, pages: Mapping[str, bytes]) -> i
     if at != len(whole):
         raise JoinError(f"pages: {at} motions of {len(whole)} are driven")
     return at
+
+
+def _stands_at(row: Driven) -> bool:
+    """Whether the file says where the robot stands after a motion."""
+    return not row.goal[-1].upper().startswith(("P[", "PR[")) and not MOVED.search(row.options)
 
 
 def _is_entry(row: Driven, before: Driven) -> bool:

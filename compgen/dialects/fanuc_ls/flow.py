@@ -49,6 +49,8 @@ class Flow:
     span: IntArray  # (S, 2) bytes, from the begin of a unit's first line to the begin of the next unit's
     line: IntArray  # (S,) physical line at which it begins, from 1
     motion: IntArray  # (S,) the motion that it is, NO_NUMBER for none
+    moves: IntArray  # (A,) active motions, those inside point logic among them
+    move_unit: IntArray  # (A,) the unit of each
     stop: BoolArray  # (S,) it is a motion that stops
     locked: BoolArray  # (S,) what belongs together lies on both sides of its end
     sure: BoolArray  # (S,) it is run once, whatever happens at run time
@@ -59,7 +61,7 @@ class Flow:
     def __post_init__(self) -> None:
         own(
             self, span=("S", 2), line=("S",), motion=("S",), stop=("S",), locked=("S",), sure=("S",),
-            mention_unit=("U",), mention=("U",),
+            moves=("A",), move_unit=("A",), mention_unit=("U",), mention=("U",),
         )  # fmt: skip
 
     @property
@@ -96,6 +98,8 @@ def read_flow(program: LsProgram) -> Flow:
         span=np.column_stack([begin, end]),
         line=line,
         motion=motion,
+        moves=np.flatnonzero(~m.disabled),
+        move_unit=owner[~m.disabled],
         stop=stop,
         locked=(depth + _depth(ties, S)) > 0,
         sure=_outside(branches, S),

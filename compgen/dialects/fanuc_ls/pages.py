@@ -23,7 +23,7 @@ from compgen.dialects.fanuc_ls.parting import Part, numbers_of, plan
 from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
 from compgen.dialects.fanuc_ls.store import USUAL_MOTION, Size, Store
 
-#: Remarks at a page's head, from its number (from 0), the count of pages, and the first motion that it takes.
+#: Remarks at a page's head, from its number (from 0), the count of pages, and how many motions come before it.
 Heading = Callable[[int, int, int], Sequence[str]]
 
 _BEGIN = rb"(?:\A|(?<=[\r\n]))"
@@ -43,7 +43,7 @@ class Page:
     name: str
     data: bytes
     load: int  # from 1
-    motions: tuple[int, int]  # of the undivided program, first and behind the last; its start is not among them
+    motions: tuple[int, int]  # active ones of the undivided program, first and behind the last; without its start
     size: Size
     notes: tuple[str, ...]  # what it leaves to the page before, and why
 
@@ -96,7 +96,7 @@ def split(
     Raises:
         ImpossibleError: It cannot be parted so that each page fits; names the lines.
     """
-    parts = plan(program, store, taken, head_lines, joint_entry is not None)
+    parts = plan(program, store, taken, head_lines)
     flow = read_flow(program)
     place = dict(zip(program.positions.number.tolist(), program.positions.block.tolist()))
     largest = max(place, default=0)
@@ -104,9 +104,7 @@ def split(
     count = len(parts.parts)
     pages = []
     for k, (part, name, load) in enumerate(zip(parts.parts, parts.names, parts.load)):
-        moves = flow.motion[part.first : part.last]
-        own = moves[moves != NO_NUMBER]
-        first = int(own[0]) if len(own) else 0
+        first, behind = np.searchsorted(flow.move_unit, [part.first, part.last]).tolist()
         told = heading(k, count, first) if heading else (f"page {k + 1} of {count}",)
         used = [n for n in numbers_of(program, flow, part) if n in place]
         new = {n: i for i, n in enumerate(used, 1)} if anew else {}
@@ -115,7 +113,6 @@ def split(
         places = [_renumbered(program.data[place[n][0] : place[n][1]], new) for n in order]
         data = _text(program, name, body, places)
         asks = Size(_lines(body), len(used), _memory(flow, part, body, len(used)))
-        behind = int(own[-1]) + 1 if len(own) else first
         pages.append(Page(name, data, load, (first, behind), asks, part.notes))
     name = program.name[: store.name_length]
     return Paged(name, _main(program, name, pages, main_heading), tuple(pages))

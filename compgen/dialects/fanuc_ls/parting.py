@@ -20,7 +20,8 @@ REMARK = 40.0  # bytes that a remark at a page's head takes at most
 CALL = 50.0  # bytes of a call in the main program besides the name, its message and its pause included
 
 _LOCAL = re.compile(r"(?<![A-Z_])(AR|LR)\[", re.IGNORECASE)
-_MOVED = re.compile(r"(?<![A-Z_])(?:TOOL_OFFSET|V?OFFSET|INC|SKIP|SKIPJUMP|COORD|RTCP)\b", re.IGNORECASE)
+#: options of a motion that ends elsewhere than at its position
+MOVED = re.compile(r"(?<![A-Z_])(?:TOOL_OFFSET|V?OFFSET|INC|SKIP|SKIPJUMP|COORD|RTCP)\b", re.IGNORECASE)
 _CALLED = re.compile(r"(?:CALL|RUN)\s+([^\s(;]+)", re.IGNORECASE)
 
 
@@ -44,9 +45,7 @@ class Plan:
     load: tuple[int, ...]  # from 1
 
 
-def plan(
-    program: LsProgram, store: Store, taken: Collection[str] = (), head_lines: int = 1, joint_entry: bool = False
-) -> Plan:
+def plan(program: LsProgram, store: Store, taken: Collection[str] = (), head_lines: int = 1) -> Plan:
     """Where to part a program.
 
     Args:
@@ -54,7 +53,6 @@ def plan(
         store: What the controller holds.
         taken: Names of programs that exist; pages get others.
         head_lines: Remarks that each page will have at its head.
-        joint_entry: Whether a page goes to its start by a joint motion, whatever ended the page before.
 
     Raises:
         ImpossibleError: No place to part within what a page holds, or the program uses arguments or registers of its
@@ -68,7 +66,7 @@ def plan(
     main = MEMORY_PROGRAM + CALL
     while True:
         room = Store(store.max_lines, store.max_positions, store.memory - main, store.name_length)
-        parts, memory = _parts(program, flow, settings, each, room, head_lines, joint_entry)
+        parts, memory = _parts(program, flow, settings, each, room, head_lines)
         names = page_names(program.name, len(parts), store.name_length, [*taken, *called])
         need = MEMORY_PROGRAM + sum(len(n) + CALL for n in names)
         if need <= main:
@@ -100,7 +98,6 @@ def _parts(
     each: Costs,
     store: Store,
     head_lines: int,
-    joint_entry: bool,
 ) -> tuple[list[Part], list[float]]:
     """The parts, and the memory of each."""
     may = flow.may_part & ~settings.forbidden
@@ -110,7 +107,7 @@ def _parts(
     memory: list[float] = []
     while first < S or not parts:
         again, left = settings.at(first - 1) if first else ([], [])
-        entry, why = _entry(program, flow, first, joint_entry) if first else (NO_NUMBER, "")
+        entry, why = _entry(program, flow, first) if first else (NO_NUMBER, "")
         head = _head(each, again, entry, head_lines)
         end = min(S, first + store.max_lines + 1)
         places = _places(program, flow, first, end, entry, before)
@@ -159,12 +156,12 @@ def _refuse_local(program: LsProgram, flow: Flow) -> None:
             )
 
 
-def _entry(program: LsProgram, flow: Flow, first: int, joint_entry: bool) -> tuple[int, str]:
+def _entry(program: LsProgram, flow: Flow, first: int) -> tuple[int, str]:
     """The motion that brings a page to its start, and why there is none."""
     m, i = program.motions, int(flow.motion[first - 1])
     if not m.position[i] or not np.any(program.positions.number == m.position[i][-1]):
         return NO_NUMBER, f"line {m.line[i]}: where it starts is not in the file"
-    if not joint_entry and _MOVED.search(m.options[i]):
+    if MOVED.search(m.options[i]):
         return NO_NUMBER, f"line {m.line[i]}: where it starts is found at run time ({m.options[i]})"
     return i, ""
 
