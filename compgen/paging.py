@@ -19,6 +19,7 @@ from compgen.toolpath import ToolPath
 
 FRAME_LINES = 2  # UFRAME_NUM and UTOOL_NUM
 FRAME_MEMORY = 64.0  # bytes of their text, at most
+FEWEST = 2  # positions of a page: its start and one more
 ALIKE = 1e-6  # waypoints whose joints differ by less are equally calm; the last of them is taken
 
 
@@ -52,11 +53,11 @@ def capacity(store: Store, count: int, head_lines: int) -> int:
     lines = store.max_lines - head_lines - FRAME_LINES
     own_memory = MEMORY_PROGRAM + REMARK * head_lines + FRAME_MEMORY
     each = MEMORY_POSITION + MEMORY_MOTION
-    n = max(2, min(lines, store.max_positions, count))
+    n = max(FEWEST, min(lines, store.max_positions, count))
     for _ in range(20):  # the main program grows with the number of pages
         pages = -(-2 * count // (n - 1)) + 1  # each at least half full
         main = MEMORY_PROGRAM + CALL + pages * (store.name_length + CALL)
-        fits = max(2, min(n, int((store.memory - main - own_memory) // each)))
+        fits = max(FEWEST, min(n, int((store.memory - main - own_memory) // each)))
         if fits == n:
             break
         n = fits
@@ -69,6 +70,9 @@ def page_stops(job: Job, path: ToolPath, theta: Array) -> Stops | None:
     if size(N, extra).within(store):
         return None
     holds = capacity(store, N, extra)
+    if holds <= FEWEST:
+        no = np.zeros(N, dtype=bool)
+        return Stops(path.stop, no, 0, "its limits leave no room for a page; raise them in the robot file")
     return put_stops(job.robot, path.arc, theta, path.stop, path.contact, holds, job.stop_on_the_part)
 
 

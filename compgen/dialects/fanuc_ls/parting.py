@@ -129,6 +129,12 @@ def _parts(
 
 def _nowhere(program: LsProgram, flow: Flow, settings: InForce, first: int, room: int, store: Store) -> ImpossibleError:
     """Why a program cannot be parted within what a page holds."""
+    holds = f"{store.max_lines} lines, {store.max_positions} positions, {max(store.memory, 0) / 1000:.1f} kB"
+    if room == 0:
+        return ImpossibleError(
+            f"program {program.name}: line {flow.line[first]} alone is more than a page holds ({holds}): raise "
+            "controller.max_lines, max_positions or memory_kB"
+        )
     until = min(first + room, len(flow.line) - 1)
     stop = flow.stop[first : first + room]
     if not stop.any():
@@ -139,7 +145,7 @@ def _nowhere(program: LsProgram, flow: Flow, settings: InForce, first: int, room
         why = "each stop lies inside IF, FOR, a jump, an arc or a bracket; put a stop (FINE) outside"
     return ImpossibleError(
         f"program {program.name}: line {flow.line[first]} to line {flow.line[until]} is more than a page holds "
-        f"({store.max_lines} lines, {store.max_positions} positions, {store.memory / 1000:.0f} kB): {why}"
+        f"({holds}): {why}"
     )
 
 
