@@ -244,6 +244,7 @@ def test_point_logic_goes_with_its_motion():
         ([move(1), "L P[2] AR[1]mm/sec FINE ", *[move(2)] * 9], r"line 10: AR\[\]"),
         (["  IF DI[1],OFFSET CONDITION PR[1] ", *[move(2)] * 9], "a condition in force"),
         (["  OFFSET CONDITION PR[1] ", "  PR[1]=LPOS ", *[move(2)] * 9], "a condition in force"),
+        (["  OFFSET CONDITION PR[1] ", "  CALL OTHER ", *[move(2)] * 9], "a condition in force"),
     ],
 )
 def test_what_cannot_be_parted_is_said_with_its_line(body, told):
@@ -290,6 +291,11 @@ def test_a_frame_that_is_not_sure_is_left_to_the_page_before(body, why):
 def test_a_frame_from_a_register_nobody_changes_is_said_again():
     _, paged = parted(["  UFRAME_NUM=R[1] ", "  R[2]=5 ", *[move(n) for n in (1, 2, 3, 4)]], lines=6)
     assert bodies(paged.pages[1])[1] == "UFRAME_NUM=R[1]"
+
+
+def test_a_condition_that_is_looked_at_all_the_time_is_said_again():
+    _, paged = parted(["  SKIP CONDITION R[1]=1 ", "  R[1]=5 ", *[move(n) for n in (1, 2, 3, 4)]], lines=6)
+    assert bodies(paged.pages[1])[1] == "SKIP CONDITION R[1]=1"
 
 
 def test_frames_of_two_groups_are_two_settings():

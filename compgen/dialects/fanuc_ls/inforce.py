@@ -31,6 +31,7 @@ _END = {
     "JOINT_MAX_SPEED": r"JOINT_MAX_SPEED\s*(?:\[[^\]]*\])?\s*=",
     "LINEAR_MAX_SPEED": r"LINEAR_MAX_SPEED\s*=",
 }
+_LIVE = {"SKIP CONDITION"}  # looked at while the robot moves, not when it is said
 _FORMS = {name: re.compile(form, re.IGNORECASE) for name, form in {**_STAY, **_END}.items()}
 _CALL = re.compile(r"(?:^|,\s*|\s)(?:CALL|RUN)\s+[A-Z_]", re.IGNORECASE)
 _REGISTER = re.compile(r"(?<![A-Z_$])(P?R)\[\s*(\d*)", re.IGNORECASE)
@@ -101,7 +102,7 @@ def _sure(
     if not flow.sure[s] or not _FORMS[name].match(text):
         return s - 1, f"line {flow.line[s]} sets it on a condition"
     until, why = S, ""
-    for kind, number in _REGISTER.findall(text):
+    for kind, number in _REGISTER.findall(text) if name not in _LIVE else ():
         later = [w for k, n, w in written if w > s and k == kind.upper() and (n == number or not n or not number)]
         later += [c for c in calls if c > s]
         if later and min(later) <= until:
