@@ -148,6 +148,7 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
             max_positions=controller.max_positions,
             memory=controller.memory_kB * KB,
             name_length=controller.name_length,
+            decimals=controller.decimals,
             turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
         ),
     )

@@ -39,6 +39,7 @@ class Job:
     chord: float  # [m] largest distance of the path from the line between two waypoints
     lift: float  # [m] approach and retract
     feed: float  # [m/s]
+    stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
     spin: float  # [rad] the tool's x axis against base x
     tool_number: int
     tool_position: Array  # (3,) [m] TCP in the flange

@@ -122,6 +122,7 @@ class ProcessTable(Table):
     feed_mm_s: Annotated[FiniteFloat, Field(ge=0.05, le=2000)]
     chord_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 1.5
     lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
+    page_stops: Literal["off the part", "anywhere"] = "off the part"
 
 
 class PostureTable(Table):
@@ -233,6 +234,7 @@ class ControllerTable(Table):
     max_positions: Annotated[int, Field(gt=0)]
     memory_kB: Positive
     name_length: Annotated[int, Field(ge=8, le=36)]
+    decimals: Annotated[int, Field(ge=3, le=6)] = 3
     turn_joints: Annotated[list[Annotated[int, Field(ge=1, le=6)]], Field(min_length=3, max_length=3)]
 
 

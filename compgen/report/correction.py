@@ -171,7 +171,10 @@ def _provenance(result: Correction) -> dict[str, Any]:
             for d in result.before
         ],
         "start_K": dict(zip(result.cell.heat.names, result.cell.heat.after(result.before).tolist())),
-        "options": {"split": options.split, "insert_um": None if options.insert is None else round(options.insert / UM, 9)},
+        "options": {
+            "split": options.split,
+            "insert_um": None if options.insert is None else round(options.insert / UM, 9),
+        },
         "planned_sha256": sha256(result.planned).hexdigest(),
         "corrected_sha256": sha256(result.text).hexdigest(),
     }

@@ -13,9 +13,9 @@ from compgen.arrays import Array, IntArray
 
 Bytes = NDArray[np.uint8]
 
-WIDTH, DECIMALS = 9, 3  # %9.3f
+WHOLE, DECIMALS, MOST_DECIMALS = 5, 3, 6  # %9.3f, to %12.6f
 BLOCK = 8192  # rows at a time: they stay in cache
-_LIMIT = 10**8  # thousandths: what nine characters hold of a positive number
+_LIMIT = 10**WHOLE  # below which a positive number has room
 _MINUS, _ZERO, _SPACE = np.frombuffer(b"-0 ", dtype=np.uint8)
 
 
@@ -33,33 +33,46 @@ _TWO = np.arange(65536, dtype=np.uint16).view(np.uint8).reshape(-1, 2)
 _PAIR = _WORTH[_TWO[:, 0]] * 10 + _WORTH[_TWO[:, 1]]  # of two characters as they lie in memory
 
 
-def fits(thousandths: IntArray) -> bool:
-    """Whether every number has room in nine characters."""
-    return bool(np.all((thousandths < _LIMIT) & (thousandths > -_LIMIT // 10)))
+def fits(units: IntArray, decimals: int = DECIMALS) -> bool:
+    """Whether every number has room: five characters before the point, its sign among them."""
+    limit = _LIMIT * 10**decimals
+    return bool(np.all((units < limit) & (units > -limit // 10)))
 
 
-def fixed(thousandths: IntArray) -> Bytes:
-    """Columns of ``%9.3f``, (N,) to (N, 9): a word of eight characters, and over its end one of four."""
-    size = np.abs(thousandths).astype(np.int32)
-    whole = size // 1000
-    rest = size - whole * 1000
-    rows = len(size)
-    out = np.empty((rows, WIDTH), dtype=np.uint8)
-    np.ndarray(rows, np.uint64, out, 0, WIDTH)[:] = _HEADS[np.where(thousandths < 0, whole + _POSITIVE, whole)]
-    np.ndarray(rows, np.uint32, out, 5, WIDTH)[:] = _TAILS[rest]
+def fixed(units: IntArray, decimals: int = DECIMALS) -> Bytes:
+    """Columns of ``%9.3f`` (or ``%10.4f``, ``%11.5f``, ``%12.6f``) from units of the last digit, (N,) to (N, width).
+
+    The first nine characters are a word of eight, and over its end one of four.
+    """
+    more = 10 ** (decimals - DECIMALS)
+    size = np.abs(units)
+    thousandths = (size // more if more > 1 else size).astype(np.int32)
+    whole = thousandths // 1000
+    rest = thousandths - whole * 1000
+    rows, width = len(size), WHOLE + 1 + decimals
+    out = np.empty((rows, width), dtype=np.uint8)
+    np.ndarray(rows, np.uint64, out, 0, (width,))[:] = _HEADS[np.where(units < 0, whole + _POSITIVE, whole)]
+    np.ndarray(rows, np.uint32, out, 5, (width,))[:] = _TAILS[rest]
+    left = size % more
+    for column in range(width - 1, WHOLE + DECIMALS, -1):
+        out[:, column] = left % 10 + _ZERO
+        left //= 10
     return out
 
 
-def read_fixed(data: Bytes, at: IntArray) -> IntArray:
-    """Thousandths of the ``%9.3f`` fields at places, (N,); anything else gives a wrong number: check by writing."""
-    windows = sliding_window_view(data, WIDTH)
+def read_fixed(data: Bytes, at: IntArray, decimals: int = DECIMALS) -> IntArray:
+    """Units of the last digit of the fields at places, (N,); anything else gives a wrong number: check by writing."""
+    width = WHOLE + 1 + decimals
+    windows = sliding_window_view(data, width)
     out = np.empty(len(at), dtype=np.int64)
     for first in range(0, len(at), BLOCK):
         text = np.ascontiguousarray(windows[at[first : first + BLOCK]])
         rows = len(text)
-        a, b, d = (_PAIR[np.ndarray(rows, np.uint16, text, place, WIDTH)] for place in (0, 2, 6))
+        a, b, d = (_PAIR[np.ndarray(rows, np.uint16, text, place, (width,))] for place in (0, 2, 6))
         said = ((a * 100 + b) * 10 + _WORTH[text[:, 4]]) * 1000 + d * 10 + _WORTH[text[:, 8]]
         size = said % _BELOW
+        for column in range(WHOLE + 1 + DECIMALS, width):
+            size = size * 10 + _WORTH[text[:, column]]
         out[first : first + BLOCK] = np.where(said >= _BELOW, -size, size)
     return out
 
@@ -129,6 +142,6 @@ def _weights(count: int) -> NDArray[np.uint64]:
     return np.array(weights, dtype=np.uint64)
 
 
-def thousandths(values: Array) -> IntArray:
-    """Nearest whole thousandths."""
-    return np.asarray(np.rint(values * 1000), dtype=np.int64)
+def units(values: Array, decimals: int = DECIMALS) -> IntArray:
+    """Nearest whole units of the last digit."""
+    return np.asarray(np.rint(values * 10**decimals), dtype=np.int64)

@@ -35,6 +35,7 @@ class Program:
     turns: IntArray  # (N, 3) the three digits of CONFIG
     speed: Array  # (N - 1,) [m/s] of the line that ends at position n + 1
     fine: BoolArray  # (N,) stops there
+    decimals: int = 3  # of each number, 3 to 6
 
     def __post_init__(self) -> None:
         own(self, position=("N", 3), rotation=("N", 3, 3), turns=("N", 3), speed=("S",), fine=("N",))

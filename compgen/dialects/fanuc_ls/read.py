@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.arrays import Array, IntArray
 from compgen.dialects.fanuc_ls import shapes
-from compgen.dialects.fanuc_ls.digits import BLOCK, Bytes, different, fits, read_fixed
+from compgen.dialects.fanuc_ls.digits import BLOCK, DECIMALS, MOST_DECIMALS, Bytes, different, fits, read_fixed
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.dialects.fanuc_ls.write import letters, says, speed_said
 from compgen.exceptions import InputError
@@ -91,6 +91,7 @@ def interpret(data: bytes) -> Program:
         turns=np.array([r[6:9] for r in rows], dtype=np.int64),
         speed=np.array([speed_said(f"{m[3]}{m[4]}") for m in motions[1:]]),
         fine=np.array([m[5] == "FINE" for m in motions]),
+        decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
     )
 
 
@@ -111,7 +112,7 @@ def _by_columns(data: bytes) -> tuple[Program, Array] | None:
     closing, lines = (_all(view, first, places, mark) for mark in b"]\n")
     equals, quotes = (_all(view, places + 6, end, mark) for mark in b"='")
     N = len(lines) + 1
-    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 11 > end:
+    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 14 > end:
         return None
     tails, which = _texts(view, closing + 2, lines)
     config, config_of = _texts(view, quotes[::2] + 1, quotes[1::2])
@@ -119,10 +120,10 @@ def _by_columns(data: bytes) -> tuple[Program, Array] | None:
     turns = [_TURNS.search(t) for t in config]
     if not all(speeds) or not all(turns):
         return None
-    whole = read_fixed(view, equals + 2)
-    if not fits(whole):
+    whole = read_fixed(view, equals + 2, small.decimals)
+    if not fits(whole, small.decimals):
         return None
-    numbers = whole.reshape(N, 6) / 1000.0
+    numbers = whole.reshape(N, 6) / 10.0**small.decimals
     speed = np.array([speed_said(m.group(1).decode()) for m in speeds if m])
     fine = np.array([m.group(2) == b"FINE" for m in speeds if m])
     digits = np.array([[int(d) for d in m.groups()] for m in turns if m])
