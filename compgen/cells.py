@@ -11,6 +11,7 @@ import numpy as np
 from compgen import __version__
 from compgen import schema as sc
 from compgen.exceptions import InputError
+from compgen.faults import read_box, read_sources
 from compgen.ik import check_arm_class
 from compgen.reading import check, find_robot, override, read_toml, suggest
 from compgen.robot import Controller, Robot
@@ -21,7 +22,7 @@ from compgen.units import DEG, HOUR, KB, MM, MS, UM
 if TYPE_CHECKING:
     from compgen.job import Cell
 
-LENGTHS = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
+LENGTHS = {"d1": ("d", 0), "a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
 
 
 def load_robot(name: str) -> Robot:
@@ -67,12 +68,15 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell
     robot = robot_of(facts, where)
     heat = _heat(facts.thermal, where)
     profiles = _profiles(facts, robot, where)
+    known = read_sources(facts.sources, _growth(robot, heat, profiles), robot, heat.names, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
     return Cell(
         robot=robot,
         heat=heat,
         profiles=profiles,
-        sources=(_growth(robot, heat, profiles),),
+        known=known,
+        sources=tuple(k.source for k in known),
+        joint_box=read_box(facts.sources, where),
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )
@@ -201,7 +205,7 @@ def _profiles(facts: sc.RobotFile, robot: Robot, where: str) -> tuple[Profile, .
             sections.append(Section(start, s.to_mm * MM, s.from_, s.to, s.shape))
             start = s.to_mm * MM
         kind, axis = LENGTHS[profile.length]
-        length = abs(float(getattr(robot, kind)[axis]))
+        length = abs(float(getattr(robot, kind)[axis])) or start  # World's origin may stand on top of the column
         if abs(start - length) > 1e-9:
             raise InputError(f"{key}: sections end at {start / MM:g} mm, {profile.length} is {length / MM:g} mm long")
         found.append(Profile(profile.length, cte * UM, tuple(sections)))
@@ -214,6 +218,6 @@ def _growth(robot: Robot, heat: NodeModel, profiles: Sequence[Profile]) -> Therm
     grown = {"a": np.zeros((6, len(heat.names))), "d": np.zeros((6, len(heat.names)))}
     for profile in profiles:
         kind, row = LENGTHS[profile.length]
-        sign = np.sign(getattr(robot, kind)[row])
+        sign = -1.0 if getattr(robot, kind)[row] < 0 else 1.0
         grown[kind][row] += sign * growth_weights(profile, reference, heat.names)
     return ThermalGrowth(grown["a"], grown["d"])

@@ -91,6 +91,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         heat=cell.heat,
         profiles=cell.profiles,
         sources=cell.sources,
+        joint_box=cell.joint_box,
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )

@@ -5,7 +5,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen import __version__, compensate, delivery, ik, paging, timing, toolpath, verify
+from compgen import (
+    __version__,
+    compensate,
+    delivery,
+    extrapolation,
+    ik,
+    paging,
+    timing,
+    toolpath,
+    verify,
+    waypoints,
+)
 from compgen.arrays import Array, IntArray
 from compgen.compensate import Solution, Status
 from compgen.delivery import Delivery, Start
@@ -13,9 +24,11 @@ from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
 from compgen.dialects.fanuc_ls.program import turn_digits
 from compgen.exceptions import ImpossibleError, InputError
+from compgen.flaws import flaws_of
 from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
+from compgen.sources import Motion, memory_of, motion_of
 from compgen.thermal import Duty
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
@@ -41,6 +54,7 @@ class Planned:
     page_stops: paging.Stops | None  # None when one file holds it, or none but one is wanted
     model: ErrorModel
     theta: Array  # (N, 6) [rad]
+    motion: Motion  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
     error: Array  # (N, 6) predicted, uncorrected
@@ -98,8 +112,9 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc_ls.writable_speed(job.feed)
-    flange = ik.flange_of(path.position, path.rotation, job.tool_position, job.tool_rotation)
-    theta = ik.follow(job.robot, *flange, job.posture)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    path, theta = waypoints.followed(job, model, path, feed, job.heat.after(job.before))
+    motion = motion_of(memory_of(job.sources), theta, path.position)
     page_stops = paging.page_stops(job, path, theta) if pages else None
     if page_stops is not None:
         path = replace(path, stop=page_stops.stop)
@@ -107,8 +122,7 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     start = job.heat.after(job.before)
     rise = job.heat.during(start, trajectory.time, trajectory.driven)
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
-    error = model.error(theta, rise, path.position, path.rotation)
+    error = model.error(theta, rise, path.position, path.rotation, motion)
     program = _program(job, path.position, path.rotation, theta, trajectory, path, date, start, None)
     program = fanuc_ls.as_written(program)
     leg = _twin(job).ready(program, job.before)
@@ -116,13 +130,14 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
     ]
+    found += extrapolation.findings(job, model, path, theta, rise, motion)
     if not job.before:
         found.append(Finding("note", "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
-    return Planned(job, feed, path, page_stops, model, theta, trajectory, rise, error, deviation, tuple(found))
+    return Planned(job, feed, path, page_stops, model, theta, motion, trajectory, rise, error, deviation, tuple(found))
 
 
 def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
@@ -144,7 +159,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
     problem = Problem(
         job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, planned.theta, planned.rise, path.arc, corners,
+        path.position, path.rotation, planned.theta, planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
     solution = compensate.optimise(problem, job.settings, lambda share: progress("correction", share))
     if solution.status is Status.FAILED:
@@ -190,12 +205,13 @@ def start_window(planned: Planned, solution: Solution, first: int = 0) -> float:
     some = np.unique(np.linspace(first, len(planned.path.arc) - 1, 400).astype(int))
     theta, rise = solution.theta[some], planned.rise[some]
     fade = np.exp(-(planned.trajectory.time[some] - planned.trajectory.time[first])[:, None] / job.heat.tau)
-    now, _ = planned.model.actual_pose(theta, rise)
+    motion = planned.motion.at(some)
+    now, _ = planned.model.actual_pose(theta, rise, motion)
     start = planned.rise[first]
 
     def drift(delay: float) -> float:
         late = job.heat.after([Duty("idle", 0.0, delay)], start)
-        moved, _ = planned.model.actual_pose(theta, rise + fade * (late - start))
+        moved, _ = planned.model.actual_pose(theta, rise + fade * (late - start), motion)
         return float(np.linalg.norm(moved - now, axis=1).max())
 
     low, high = 0.0, 60.0
@@ -223,7 +239,7 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
 
 def _twin(job: Job) -> Twin:
     """The real arm of a job."""
-    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
+    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, flaws_of(job.sources))
 
 
 def _program(

@@ -18,6 +18,7 @@ from compgen.ik import Posture, joints_expr
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
 from compgen.rotations import matrix_of, rotation_matrix_expr, rotation_vector_expr
+from compgen.sources import STILL, Motion
 
 STEPS = 3
 
@@ -50,6 +51,7 @@ class Problem:
     rise: Array  # (N, K) [K]
     arc: Array  # (N,) [m]
     stop: BoolArray  # (N,)
+    motion: Motion = STILL  # where the planned joints and the TCP come from
 
     def commanded(self, correction: Array) -> tuple[Array, Array]:
         """Poses that the program names, (N, 3) [m] and (N, 3, 3)."""
@@ -62,11 +64,11 @@ class Problem:
 
     def error(self, correction: Array) -> Array:
         """e_n, (N, 6)."""
-        return evaluate(self._functions().error, *self._targets(), correction, self.rise)[0]
+        return evaluate(self._functions().error, *self._targets(), correction, *self._moments())[0]
 
     def pointwise(self) -> Array:
         """The correction that leaves nothing, each waypoint for itself, (N, 6)."""
-        return evaluate(self._functions().pointwise, *self._targets(), self.rise)[0]
+        return evaluate(self._functions().pointwise, *self._targets(), *self._moments())[0]
 
     def _functions(self) -> "Functions":
         tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
@@ -75,10 +77,14 @@ class Problem:
     def _targets(self) -> tuple[Array, Array, Array]:
         return self.position, self.rotation.reshape(-1, 9), self.theta
 
+    def _moments(self) -> tuple[Array, Array, Array]:
+        return self.rise, self.motion.direction, self.motion.travel
+
     def window(self, rows: slice) -> "Problem":
         """The same problem on a stretch of waypoints."""
         return replace(
             self,
+            motion=self.motion.window(rows),
             **{f: getattr(self, f)[rows] for f in ("position", "rotation", "theta", "rise", "arc", "stop")},
         )
 
@@ -88,8 +94,8 @@ class Functions:
     """CasADi functions of the target's position (3) and rotation (9, row by row), and of joints (6) near its own."""
 
     joints: Any  # and c (6) -> theta (6), margin
-    error: Any  # and c (6), rise -> e (6)
-    pointwise: Any  # and rise -> c (6)
+    error: Any  # and c (6), rise, direction, travel -> e (6)
+    pointwise: Any  # and rise, direction, travel -> c (6)
 
 
 @lru_cache(maxsize=16)
@@ -98,7 +104,7 @@ def build_functions(
 ) -> Functions:
     """The way from a correction to its joints and to what stays."""
     p, rows, near, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("near", 6), ("c", 6)))
-    rise = ca.SX.sym("rise", model.actual.size1_in(1))
+    moment = [ca.SX.sym(name, model.actual.size1_in(k)) for k, name in enumerate(("rise", "direction", "travel"), 1)]
     rotation = ca.reshape(rows, 3, 3).T
     place, turn = (ca.DM(np.frombuffer(t).reshape(-1, 3)) for t in (tool_position, tool_rotation))
 
@@ -108,7 +114,7 @@ def build_functions(
         return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), margin
 
     def error(c: Any) -> Any:
-        position, actual = model.actual(joints(c)[0], rise)
+        position, actual = model.actual(joints(c)[0], *moment)
         return ca.vertcat(position - p, rotation_vector_expr(rotation.T @ actual))
 
     found = ca.SX.zeros(6)
@@ -116,8 +122,8 @@ def build_functions(
         found = found - error(found)
     return Functions(
         ca.Function("joints", [p, rows, near, c], [*joints(c)]),
-        ca.Function("error", [p, rows, near, c, rise], [error(c)]),
-        ca.Function("pointwise", [p, rows, near, rise], [found]),
+        ca.Function("error", [p, rows, near, c, *moment], [error(c)]),
+        ca.Function("pointwise", [p, rows, near, *moment], [found]),
     )
 
 

@@ -4,6 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from compgen.schema_sources import SourcesTable
+
 # Upper ends are far beyond any cell: they keep a slip of the keyboard from becoming a number that overflows.
 Number = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
 Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
@@ -269,7 +271,7 @@ class SectionTable(BaseModel):
 class ProfileTable(Table):
     """One heated length."""
 
-    length: Literal["a1", "a2", "a3", "d4", "d6"]
+    length: Literal["d1", "a1", "a2", "a3", "d4", "d6"]
     sections: Annotated[list[SectionTable], Field(min_length=1)]
 
 
@@ -300,3 +302,4 @@ class RobotFile(Table):
     singularity: SingularityTable
     controller: ControllerTable
     thermal: ThermalTable
+    sources: SourcesTable = SourcesTable()

@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.arrays import Array, IntArray
 from compgen.correction.edits import Edits, number_edits
-from compgen.correction.prove import on_the_way
+from compgen.correction.places import on_the_way
 from compgen.dialects.fanuc_ls.drive import Drive
 from compgen.dialects.fanuc_ls.frames import Frames
 from compgen.dialects.fanuc_ls.listing import LsProgram, edited
