@@ -71,6 +71,9 @@ def pages_of(paged):
 def assert_same_way(data, paged):
     """The naive reader drives pages and program alike, starts left out."""
     files = pages_of(paged)
+    for content in files.values():
+        numbers = [int(n) for n in re.findall(rb"(?m)^\s*P\[(\d+)[^\r\n]*\{", content)]
+        assert numbers == sorted(set(numbers))
     whole = naive_pages.drive(data)
     found = []
     for k, name in enumerate(naive_pages.calls(paged.main)):

@@ -321,3 +321,17 @@ def test_added_stops_leave_the_correction_smooth(made):
     free = load_job(path_file("line_x"), None, ("robot.controller.max_lines=9999",))
     plain = pipeline.generate(free, quiet)[1].solution.correction
     assert np.abs(corrected.solution.correction - plain).max() < 0.05 * UM
+
+
+def test_what_a_wait_does_counts_from_there_on():
+    """Across the arm's front the first half is the more sensitive: it is over when the robot waits in the middle."""
+    planned, corrected = pipeline.generate(load_job(path_file("line_y")), quiet)
+    job, theta, n = planned.job, corrected.solution.theta, len(planned.path.arc) // 2
+    window = pipeline.start_window(planned, corrected.solution, n)
+    assert window > corrected.start_window + 20
+    late = job.heat.after([Duty("idle", 0.0, window)], planned.rise[n])
+    rise = job.heat.during(
+        late, planned.trajectory.time[n:] - planned.trajectory.time[n], planned.trajectory.driven[n:]
+    )
+    moved = planned.model.actual_pose(theta[n:], rise)[0] - planned.model.actual_pose(theta[n:], planned.rise[n:])[0]
+    assert np.linalg.norm(moved, axis=1).max() == pytest.approx(job.start_drift, rel=1e-3)
