@@ -70,6 +70,7 @@ UNSAFE = [
     (["UTOOL[R[1:which]]=PR[1]"], {1, 2, 3}, "UTOOL[R"),
     (["P[1]=PR[2]", "L P[1] 50mm/sec FINE"], {1}, "P[1]=PR"),
     (["P[R[1]]=PR[2]", "L P[1] 50mm/sec FINE"], {1, 2, 3}, "P[R[1]]=PR"),
+    (["PR[2]=P[R[1]]", "L P[1] 50mm/sec FINE"], set(), "PR[2]=P[R"),
     (["PR[2]=P[1]", "L P[1] 50mm/sec FINE"], {1}, "PR[2]=P[1]"),
     (["IF P[1]=PR[2],JMP LBL[1]", "LBL[1]", "L P[1] 50mm/sec FINE"], {1}, "IF P[1]"),
 ]  # fmt: skip

@@ -24,7 +24,8 @@ _STRETCHES = (
 )
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
 _WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[((?:[^\[\]]|\[[^\]]*\])*)\]\s*=")
-_USED = re.compile(r"(?<![A-Za-z])P\[\s*(?:(\d+)|R\[)", re.IGNORECASE)
+_USED = re.compile(r"(?<![A-Za-z])P\[\s*(\d+)", re.IGNORECASE)
+_ANY = re.compile(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,9 +53,11 @@ def read_scope(program: LsProgram, poses: Poses, drive: Drive, robot: Robot) -> 
     held |= np.isin(row, named_rows)
     for number, text in other_statements(program) if len(poses.row) else []:
         around = _around(text, program, row)
+        told = " ".join(text.rstrip("; ").split())[:60]
         if (around & ~held).any() and number not in named:
-            reason = "it uses a position as a value, which is left as it is"
-            unsafe.append(Unsafe(number, " ".join(text.rstrip("; ").split())[:60], reason))
+            unsafe.append(Unsafe(number, told, "it uses a position as a value, which is left as it is"))
+        elif _ANY.search(text) and number not in named:
+            unsafe.append(Unsafe(number, told, "it may use any position as a value, corrected where the others are"))
         held |= around
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)
@@ -91,8 +94,8 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, st
             lambda k: f"J5 is {wrist[k] / DEG:.3f} deg from zero: J4 and J6 may swing round for a small correction",
         ),
         (stretched, lambda k: f"the arm is {room[k]:.2f} mm from full stretch or fold"),
-        (characters > LONGEST_NUMBER, lambda _: "it has a number of more digits than a controller writes"),
-        (~known, lambda _: "one of its six numbers is missing"),
+        (np.asarray(characters > LONGEST_NUMBER), lambda _: "it has a number of more digits than a controller writes"),
+        (np.asarray(~known), lambda _: "one of its six numbers is missing"),
         (poses.extended, lambda _: "an extended axis moves the base or the part: where it stands is not known here"),
     )
     for rows, why in reasons:
@@ -106,7 +109,8 @@ def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
     p = program.positions
     held = np.zeros(len(row), dtype=bool)
     for used in _USED.findall(text):
-        held |= (p.number[row] == int(used)) if used else np.ones(len(row), dtype=bool)
+        held |= p.number[row] == int(used)
+    held |= any(_ANY.findall(text))
     if written := _WRITTEN.search(text):
         column = p.uframe if written[1] == "FRAME" else p.utool
         index = written[2].partition(":")[0].strip()

@@ -55,7 +55,8 @@ def evaluate(function: Any, *rows: Rows) -> tuple[Array, ...]:
     Returns:
         One array per output, (N, entries in column-major order).
     """
-    N = max(len(r) for r in rows)
+    sizes = [len(r) for r in rows]
+    N = max(sizes) if min(sizes) else 0
     program = instructions_of(function)
     outs = [np.zeros((N, width)) for width in program.outputs]
     compiled = _compile(function) if N >= FEW else None

@@ -1,8 +1,8 @@
 r"""What the robot does with any program, in the order listed: where it goes, and how long each way takes.
 
 Jumps, calls and loops are not followed. A way of length l at a speed v takes l / v, and each stop at one of its ends
-half a ramp more, T(v) = v / a + a / j with what the joints allow along the way, and no joint outruns its speed, as where
-the tool turns on the spot; a joint motion at p percent takes the longest of its joints' turns over p percent of their
+half a ramp more, T(v) = v / a + a / j with what the joints allow along the way; no joint outruns its speed, as where
+the tool turns on the spot. A joint motion at p percent takes the longest of its joints' turns over p percent of their
 speeds; a motion in seconds takes those. WAIT in seconds pauses.
 """
 

@@ -36,7 +36,7 @@ _STATEMENTS = {
     r"\bLINE_TRACK\b|\bSTOP_TRACKING\b": "line tracking changes the executed path",
     r"\bWeave\b": "weaving changes the executed path",
     r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)": "sensing changes the executed path",
-    r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=": "a position is written at run time: the file does not say it",
+    r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=": "a position is written at run time, not the file's",
 }
 _APPL = {
     "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",
