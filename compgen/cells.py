@@ -8,21 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compgen import __version__
+from compgen import __version__, heating
 from compgen import schema as sc
 from compgen.exceptions import InputError
 from compgen.faults import read_box, read_sources
 from compgen.ik import check_arm_class
-from compgen.reading import check, find_robot, override, read_toml, suggest
+from compgen.reading import check, find_robot, override, read_toml
 from compgen.robot import Controller, Robot
 from compgen.sources import ThermalGrowth
-from compgen.thermal import NodeModel, Profile, Section, growth_weights
-from compgen.units import DEG, HOUR, KB, MM, MS, UM
+from compgen.thermal import NodeModel
+from compgen.thermal.network import Network
+from compgen.units import DEG, KB, MM, MS
 
 if TYPE_CHECKING:
     from compgen.job import Cell
-
-LENGTHS = {"d1": ("d", 0), "a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
 
 
 def load_robot(name: str) -> Robot:
@@ -66,9 +65,13 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell
     facts = check(sc.RobotFile, data, where)
     _refuse_double(facts, where)
     robot = robot_of(facts, where)
-    heat = _heat(facts.thermal, where)
-    profiles = _profiles(facts, robot, where)
-    known = read_sources(facts.sources, _growth(robot, heat, profiles), robot, heat.names, where)
+    profiles = heating.profiles(facts, robot, where)
+    nodes = heating.node_model(facts.thermal, profiles, where)
+    heat: NodeModel | Network = nodes
+    if facts.thermal.model == "network":
+        heat, profiles = heating.network(facts, robot, nodes, where)
+    growth = ThermalGrowth(*heating.growth(robot, heat.names, heat.reference_rise, profiles))
+    known = read_sources(facts.sources, growth, robot, heat.names, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
     return Cell(
         robot=robot,
@@ -77,6 +80,7 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell
         known=known,
         sources=tuple(k.source for k in known),
         joint_box=read_box(facts.sources, where),
+        sensors=facts.thermal.sensors,
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )
@@ -158,66 +162,3 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
     )
     check_arm_class(robot)
     return robot
-
-
-def _heat(table: sc.ThermalTable, where: str) -> NodeModel:
-    names = [n.name for n in table.node]
-    if twice := next((n for n in names if names.count(n) > 1), None):
-        raise InputError(f"{where}: thermal.node: the name '{twice}' stands twice; give each node its own")
-    if table.box.feed_mm_s[0] >= table.box.feed_mm_s[1]:
-        raise InputError(f"{where}: thermal.box.feed_mm_s: {table.box.feed_mm_s} must rise; give the lower feed first")
-    return NodeModel(
-        names=tuple(n.name for n in table.node),
-        reference_rise=np.array([n.rise_K for n in table.node]),
-        exponent=np.array([n.exponent for n in table.node]),
-        tau=np.array([n.tau_h for n in table.node]) * HOUR,
-        idle=table.idle_fraction,
-        reference_feed=table.reference_feed_mm_s * MM,
-        reference_time=table.reference_h * HOUR,
-        box_feed=np.array(table.box.feed_mm_s) * MM,
-        box_time=table.box.hours * HOUR,
-        box_rise=table.box.rise_K,
-    )
-
-
-def _profiles(facts: sc.RobotFile, robot: Robot, where: str) -> tuple[Profile, ...]:
-    thermal = facts.thermal
-    rises = {n.name: n.rise_K for n in thermal.node}
-    found = []
-    for i, profile in enumerate(thermal.profile):
-        key = f"{where}: thermal.profile.{i}"
-        cte = thermal.cte_um_m_K
-        if isinstance(cte, dict):
-            if unknown := sorted(set(cte) - {p.length for p in thermal.profile}):
-                raise InputError(f"{where}: thermal.cte_um_m_K.{unknown[0]}: no profile has this length")
-            if profile.length not in cte:
-                raise InputError(f"{where}: thermal.cte_um_m_K.{profile.length}: missing; add it")
-            cte = cte[profile.length]
-        start, sections = 0.0, []
-        for s in profile.sections:
-            for node in (s.from_, s.to):
-                if node not in rises:
-                    raise InputError(f"{key}: node '{node}' is unknown{suggest(node, list(rises))}")
-            if s.to_mm * MM <= start:
-                raise InputError(f"{key}: to_mm {s.to_mm:g} must be above the section before it")
-            if s.shape == "exponential" and not (rises[s.from_] > 0 and rises[s.to] > 0):
-                raise InputError(f"{key}: an exponential shape needs rises above zero at '{s.from_}' and '{s.to}'")
-            sections.append(Section(start, s.to_mm * MM, s.from_, s.to, s.shape))
-            start = s.to_mm * MM
-        kind, axis = LENGTHS[profile.length]
-        length = abs(float(getattr(robot, kind)[axis])) or start  # World's origin may stand on top of the column
-        if abs(start - length) > 1e-9:
-            raise InputError(f"{key}: sections end at {start / MM:g} mm, {profile.length} is {length / MM:g} mm long")
-        found.append(Profile(profile.length, cte * UM, tuple(sections)))
-    return tuple(found)
-
-
-def _growth(robot: Robot, heat: NodeModel, profiles: Sequence[Profile]) -> ThermalGrowth:
-    """Growth of each DH length; a length against its axis grows away from zero."""
-    reference = dict(zip(heat.names, heat.reference_rise.tolist()))
-    grown = {"a": np.zeros((6, len(heat.names))), "d": np.zeros((6, len(heat.names)))}
-    for profile in profiles:
-        kind, row = LENGTHS[profile.length]
-        sign = -1.0 if getattr(robot, kind)[row] < 0 else 1.0
-        grown[kind][row] += sign * growth_weights(profile, reference, heat.names)
-    return ThermalGrowth(grown["a"], grown["d"])

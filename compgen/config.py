@@ -3,13 +3,16 @@
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from compgen import __version__, boundaries, patterns, surfaces
+from compgen import __version__, boundaries, heating, patterns, surfaces
 from compgen import schema as sc
+from compgen.agenda import plan
 from compgen.boundaries import Boundary
 from compgen.cells import cell_of, load_cell, load_robot, refuse_unprintable
 from compgen.exceptions import InputError
@@ -18,14 +21,19 @@ from compgen.job import Job
 from compgen.pieces import Pieces
 from compgen.problem import Settings
 from compgen.reading import check, find_robot, override, path_model, read_toml
+from compgen.rehearsal import rehearse
 from compgen.rotations import from_wpr
-from compgen.thermal import Duty
+from compgen.thermal import Ambient, Duty
+from compgen.thermal.losses import mean_losses
+from compgen.thermal.measured import explain
+from compgen.thermal.network import Network
 from compgen.units import DEG, HOUR, MDEG, MINUTE, MM, UM
 from compgen.verify import Bounds
 
 __all__ = ["load_before", "load_cell", "load_job", "load_robot"]
 
 MAX_SWEEPS = 1e4
+HISTORY = ("before", "cycle", "after", "shift", "ambient", "log")
 
 
 def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
@@ -42,6 +50,11 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     Raises:
         InputError: Anything wrong, naming file and key.
     """
+    return _read(path_file, robot, overrides, alone=False)
+
+
+def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bool) -> Job:
+    """``load_job``; a program that only warms the robot stands alone, without a history of its own."""
     source = Path(path_file)
     if robot == "":
         raise InputError("--robot: an empty name; give a robot's name or file")
@@ -51,13 +64,22 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     for item in overrides:
         if item not in for_robot:
             override(path_data, item, item)
+    if alone:
+        path_data = {k: v for k, v in path_data.items() if k not in HISTORY}
     path = path_model(path_data, str(source))
     robot_source = find_robot(robot or path.robot, source)
     robot_data = read_toml(robot_source, "robots")
     for item in for_robot:
         override(robot_data, item.removeprefix("robot."), item)
     cell = cell_of(robot_data, str(robot_source), for_robot)
-    inputs = json.dumps([__version__, source.stem, path_data, robot_data], sort_keys=True, default=str)
+    air = heating.ambient(path.ambient, str(source))
+    read = None
+    if path.log is not None:
+        read = heating.log(path.log, cell.sensors, path.ambient.reference_degC, str(source))
+        if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
+            air = Ambient(np.zeros(1), read.air[-1:])  # nothing said of the air: as the log left it
+    others = heating.files_read(path, str(source))
+    inputs = json.dumps([__version__, source.stem, path_data, robot_data, *others], sort_keys=True, default=str)
     tool = path.tool
     angles = (np.array([a * DEG]) for a in (tool.w_deg, tool.p_deg, tool.r_deg))
     offset = any((tool.x_mm, tool.y_mm, tool.z_mm, tool.w_deg, tool.p_deg, tool.r_deg))
@@ -67,7 +89,12 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         raise InputError(f"{source.stem!r}: a path file's name must be printable text; rename it")
     boundary = _boundary(path, str(source))
     pattern, edge = _pattern(path, boundary, str(source))
-    return Job(
+    job = Job(
+        air=air,
+        cycle=(),
+        after=(),
+        runs=(0.0,),
+        standing=Duty("idle", 0.0, 1.0),
         name=source.stem,
         source=str(source),
         title=path.title,
@@ -85,7 +112,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
         settings=_settings(path),
         start_drift=path.compensation.start_drift_um * UM,
-        before=_stretches(path.before, str(source)),
+        before=(),
         bounds=_bounds(path.bounds),
         robot=cell.robot,
         heat=cell.heat,
@@ -95,6 +122,21 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )
+    parts = [
+        heating.steps(rows, name, str(source), job.feed)
+        for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
+    ]
+
+    def load(name: str) -> Job:
+        return _read(heating.find_program(name, str(source)), str(robot_source), for_robot, alone=True)
+
+    job = plan(job, parts, heating.shifts(path.shift, str(source)), path.ambient.clock_h * HOUR, load)
+    if read is None:
+        return job
+    loss: tuple[float, ...] = ()
+    if isinstance(job.heat, Network):
+        loss, _ = mean_losses(job.robot, job.heat.drives, rehearse(job, job.feed)[1])
+    return replace(job, heat=explain(read, job.heat, loss).heat)
 
 
 def _boundary(path: sc.PathFile, where: str) -> Boundary | None:
@@ -181,15 +223,6 @@ def _surface(path: sc.PathFile, where: str) -> surfaces.Quadric:
         raise InputError(f"{where}: {failure}") from failure
 
 
-def _stretches(before: Sequence[sc.BeforeTable], where: str) -> tuple[Duty, ...]:
-    for i, b in enumerate(before):
-        if b.state == "moving" and b.feed_mm_s is None:
-            raise InputError(f"{where}: before.{i}.feed_mm_s: missing; state 'moving' needs it")
-    return tuple(
-        Duty(b.state, (b.feed_mm_s or 0.0) * MM if b.state == "moving" else 0.0, b.duration_h * HOUR) for b in before
-    )
-
-
 def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
     """What the cell did before, from the command line.
 
@@ -204,15 +237,23 @@ def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
     for item in items:
         if item.endswith(".toml"):
             data = read_toml(Path(item), "paths")
-            table = check(sc.BeforeFile, {"before": data.get("before", [])}, item)
-            found += _stretches(table.before, item)
+            found += _plain_duties({"before": data.get("before", [])}, item)
         else:
-            table = check(sc.BeforeFile, {"before": [_stretch(item)]}, f"--before '{item}'")
-            found += _stretches(table.before, f"--before '{item}'")
+            found += _plain_duties({"before": [stretch(item)]}, f"--before '{item}'")
     return tuple(found)
 
 
-def _stretch(item: str) -> dict[str, str | float]:
+def _plain_duties(data: dict[str, Any], where: str) -> list[Duty]:
+    """Stretches of a duration each, as a program that exists already needs them."""
+    rows = check(sc.BeforeFile, data, where).before
+    steps = heating.steps(rows, "before", where, 0.0)
+    for step in steps:
+        if step.repeat is not None or step.program or step.shifts:
+            raise InputError(f"{step.key}: here only state, feed, duration and duty count; remove the rest")
+    return [Duty(s.state, s.feed, s.duration or 0.0, s.share) for s in steps]
+
+
+def stretch(item: str) -> dict[str, str | float]:
     """A stretch in words as a table."""
     table: dict[str, str | float] = {}
     for word in re.split(r"[\s,;:@]+", item.strip()):

@@ -1,6 +1,9 @@
 """What one run needs, in SI, with nothing left to look up: a job plans a program, a cell takes one that exists."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from compgen.arrays import Array, own
 from compgen.boundaries import Boundary
@@ -10,7 +13,9 @@ from compgen.problem import Settings
 from compgen.robot import Robot
 from compgen.sources import Known, Source
 from compgen.surfaces import Quadric
-from compgen.thermal import Duty, NodeModel, Profile
+from compgen.thermal import Ambient, Duty, NodeModel, Profile
+from compgen.thermal import after as run_through
+from compgen.thermal.network import Network
 from compgen.verify import Bounds
 
 
@@ -19,13 +24,14 @@ class Cell:
     """A robot, how it warms, and what makes it err: all that a program which exists already needs."""
 
     robot: Robot
-    heat: NodeModel
+    heat: NodeModel | Network
     profiles: tuple[Profile, ...]
     known: tuple[Known, ...]  # the sources with how well each parameter is known
     sources: tuple[Source, ...]
     joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
     overrides: tuple[str, ...]
     inputs_hash: str  # of the robot file and the overrides
+    sensors: Mapping[str, str] = field(default_factory=dict)  # part_<n> of a thermocouple log to the name of a rise
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,9 +56,14 @@ class Job:
     settings: Settings
     start_drift: float  # [m] how much a late start may add
     before: tuple[Duty, ...]
+    cycle: tuple[Duty, ...]  # the program's own runs and what is between them; empty: one run
+    after: tuple[Duty, ...]
+    runs: tuple[float, ...]  # [s] when each run of the program begins, counted from the first
+    standing: Duty  # one second of servo on before the program
+    air: Ambient  # from the first duty of ``before`` on
     bounds: Bounds
     robot: Robot
-    heat: NodeModel
+    heat: NodeModel | Network
     profiles: tuple[Profile, ...]
     sources: tuple[Source, ...]
     joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
@@ -61,3 +72,16 @@ class Job:
 
     def __post_init__(self) -> None:
         own(self, tool_position=(3,), tool_rotation=(3, 3))
+
+    @property
+    def clock(self) -> float:
+        """When the program starts, counted from the first duty of ``before`` [s]."""
+        return sum(d.duration for d in self.before)
+
+    def state(self) -> Array:
+        """Thermal state when the program starts, (S,)."""
+        return run_through(self.heat, self.before, air=self.air)
+
+    def start_rise(self) -> Array:
+        """Rises when the program starts, (K,) [K]."""
+        return np.asarray(self.heat.outputs @ self.state())

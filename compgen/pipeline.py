@@ -29,7 +29,8 @@ from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
 from compgen.sources import Motion, memory_of, motion_of
-from compgen.thermal import Duty
+from compgen.thermal import Ambient, Duty, after, during
+from compgen.thermal import Motion as Driven
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
 from compgen.twin import Leg, Ride, Twin
@@ -72,6 +73,7 @@ class Corrected:
     delivery: Delivery
     twin: Twin
     before: tuple[Duty, ...]
+    air: Ambient
     samples: IntArray  # (N,) which sample of ``deviation`` is at each position
     deviation: Deviation
     start_window: float  # [s] how late the program may start
@@ -81,7 +83,7 @@ class Corrected:
     @property
     def ride(self) -> Ride:
         """What the twin does with the text at every sample, driven anew."""
-        return self.twin.ride(self.program, self.before)
+        return self.twin.ride(self.program, self.before, air=self.air)
 
     @property
     def text(self) -> bytes:
@@ -113,19 +115,18 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc_ls.writable_speed(job.feed)
     model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
-    path, theta = waypoints.followed(job, model, path, feed, job.heat.after(job.before))
+    path, theta = waypoints.followed(job, model, path, feed, job.start_rise())
     motion = motion_of(memory_of(job.sources), theta, path.position)
     page_stops = paging.page_stops(job, path, theta) if pages else None
     if page_stops is not None:
         path = replace(path, stop=page_stops.stop)
     progress("timing", 0.0)
     trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
-    start = job.heat.after(job.before)
-    rise = job.heat.during(start, trajectory.time, trajectory.driven)
+    driven = Driven(trajectory.time, theta, trajectory.driven)
+    rise, _ = during(job.heat, job.state(), driven, job.air, job.clock)
     error = model.error(theta, rise, path.position, path.rotation, motion)
-    program = _program(job, path.position, path.rotation, theta, trajectory, path, date, start, None)
-    program = fanuc_ls.as_written(program)
-    leg = _twin(job).ready(program, job.before)
+    program = planned_program(job, path, theta, trajectory, date)
+    leg = _twin(job).ready(program, job.before, job.air)
     found = [
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
@@ -169,13 +170,12 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     trajectory = timing.retime(
         job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
     )
-    start = job.heat.after(job.before)
     window = start_window(planned, solution)
-    program = _program(job, position, rotation, solution.theta, trajectory, path, date, start, window)
+    program = _program(job, position, rotation, solution.theta, trajectory, path, date, job.start_rise(), window)
     delivered = _delivered(planned, solution, program)
     del program, position, rotation
     written = delivered.program
-    leg = _twin(job).ready(written, job.before)
+    leg = _twin(job).ready(written, job.before, job.air)
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
@@ -190,28 +190,31 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
     return planned, Corrected(
-        solution, trajectory, written, delivered, leg.twin, job.before, leg.first_samples(), deviation, window, ripple,
-        tuple(found),
+        solution, trajectory, written, delivered, leg.twin, job.before, job.air, leg.first_samples(), deviation,
+        window, ripple, tuple(found),
     )  # fmt: skip
 
 
 def start_window(planned: Planned, solution: Solution, first: int = 0) -> float:
     """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s].
 
-    A delay changes the rise by r(t) - r(0), and that difference fades during what follows with each node's time
-    constant. Every waypoint from ``first`` on, where the robot waits, is moved by what it does to the error there.
+    A delay changes the state at the start and the air on the way; both differences fade during what follows with each
+    mode's rate. Every waypoint from ``first`` on, where the robot waits, is moved by what they do to the error there.
     """
     job = planned.job
     some = np.unique(np.linspace(first, len(planned.path.arc) - 1, 400).astype(int))
-    theta, rise = solution.theta[some], planned.rise[some]
-    fade = np.exp(-(planned.trajectory.time[some] - planned.trajectory.time[first])[:, None] / job.heat.tau)
+    theta, rise, time = solution.theta[some], planned.rise[some], planned.trajectory.time[some]
+    begin = float(planned.trajectory.time[first])
     motion = planned.motion.at(some)
     now, _ = planned.model.actual_pose(theta, rise, motion)
-    start = planned.rise[first]
+    state = job.state()
+    if first:  # the robot waits half way through its program
+        whole = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven).until(first)
+        _, state = during(job.heat, state, whole, job.air, job.clock)
 
     def drift(delay: float) -> float:
-        late = job.heat.after([Duty("idle", 0.0, delay)], start)
-        moved, _ = planned.model.actual_pose(theta, rise + fade * (late - start), motion)
+        late = late_rise(job, delay, time - begin, state, job.clock + begin)
+        moved, _ = planned.model.actual_pose(theta, rise + late, motion)
         return float(np.linalg.norm(moved - now, axis=1).max())
 
     low, high = 0.0, 60.0
@@ -235,6 +238,33 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
         return Start(float(planned.trajectory.time[n]), planned.rise[n], window)
 
     return delivery.in_pages(planned.job, program, start_at)
+
+
+def late_rise(job: Job, delay: float, time: Array, state: Array, clock: float) -> Array:
+    """What a start delayed by ``delay`` [s] adds to the rises after it.
+
+    Args:
+        job: For its heat, its air, and what standing does.
+        delay: [s].
+        time: From the start on, (M,) [s].
+        state: In which the robot begins to wait, (S,).
+        clock: When it does, from the first duty on [s].
+
+    Returns:
+        (M, K) [K].
+    """
+    heat = job.heat
+    late = after(heat, [replace(job.standing, duration=delay)], state * 1.0)
+    late = late + heat.ambient * job.air.response(heat.rate, clock, np.array([clock + delay]))[0]
+    change = np.exp(-time[:, None] * heat.rate) * (late - state)
+    air = [job.air.response(heat.rate, clock + shift, clock + shift + time) for shift in (0.0, delay)]
+    return np.asarray((change + heat.ambient * (air[1] - air[0])) @ heat.outputs.T)
+
+
+def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
+    """The uncorrected program as its text would be read."""
+    program = _program(job, path.position, path.rotation, theta, trajectory, path, date, job.start_rise(), None)
+    return fanuc_ls.as_written(program)
 
 
 def _twin(job: Job) -> Twin:

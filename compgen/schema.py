@@ -4,28 +4,30 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from compgen.schema_heat import (
+    AmbientTable,
+    Length,
+    LogTable,
+    NetworkTable,
+    NotNegative,
+    Place,
+    Positive,
+    ShiftTable,
+    SixRates,
+    StepTable,
+    Table,
+    Word,
+)
 from compgen.schema_sources import SourcesTable
 
 # Upper ends are far beyond any cell: they keep a slip of the keyboard from becoming a number that overflows.
 Number = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
-Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
-NotNegative = Annotated[FiniteFloat, Field(ge=0, le=1e6)]
-Length = Annotated[FiniteFloat, Field(gt=0, le=1e4)]  # mm
-Place = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
 Angle = Annotated[FiniteFloat, Field(ge=-3600, le=3600)]  # deg
-Word = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=16)]
 SixPlaces = Annotated[list[Place], Field(min_length=6, max_length=6)]
 SixAngles = Annotated[list[Angle], Field(min_length=6, max_length=6)]
 SixNumbers = Annotated[list[Annotated[FiniteFloat, Field(ge=-10, le=10)]], Field(min_length=6, max_length=6)]
-SixRates = Annotated[list[Annotated[FiniteFloat, Field(ge=1e-3, le=1e6)]], Field(min_length=6, max_length=6)]
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
 AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2)]
-
-
-class Table(BaseModel):
-    """A TOML table: unknown keys are refused, numbers are numbers."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class PatternTable(Table):
@@ -146,18 +148,10 @@ class CompensationTable(Table):
     start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
 
 
-class BeforeTable(Table):
-    """What the cell did before the program, in order."""
-
-    state: Literal["moving", "idle", "off"]
-    feed_mm_s: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
-    duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)]
-
-
 class BeforeFile(Table):
     """A file, or words, that say only what went before."""
 
-    before: list[BeforeTable] = []
+    before: Annotated[list[StepTable], Field(default_factory=list)]
 
 
 class BoundsTable(Table):
@@ -184,7 +178,12 @@ class PathFile(Table):
     process: ProcessTable
     posture: PostureTable = PostureTable()
     compensation: CompensationTable = CompensationTable()
-    before: list[BeforeTable] = []
+    before: Annotated[list[StepTable], Field(default_factory=list)]
+    cycle: Annotated[list[StepTable], Field(default_factory=list)]
+    after: Annotated[list[StepTable], Field(default_factory=list)]
+    shift: Annotated[list[ShiftTable], Field(default_factory=list)]
+    ambient: AmbientTable = AmbientTable()
+    log: LogTable | None = None
     bounds: BoundsTable
 
 
@@ -279,8 +278,9 @@ Cte = Annotated[FiniteFloat, Field(ge=-1000, le=1000)]
 
 
 class ThermalTable(Table):
-    """The first thermal model."""
+    """The thermal models: the study's nodes, and the conduction network when the file has one."""
 
+    model: Literal["nodes", "network"] = "nodes"
     cte_um_m_K: Cte | dict[str, Cte]
     reference_feed_mm_s: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
     reference_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
@@ -288,6 +288,8 @@ class ThermalTable(Table):
     box: BoxTable
     node: Annotated[list[NodeTable], Field(min_length=1)]
     profile: list[ProfileTable]
+    sensors: Annotated[dict[str, str], Field(default_factory=dict)]
+    network: NetworkTable | None = None
 
 
 class RobotFile(Table):

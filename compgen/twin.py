@@ -7,7 +7,8 @@ and every pose it gives is confirmed with the nominal arm to 1e-9 m. CNT is take
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, 
 from compgen.real_arm import Flaws, Past, Placed, real_arm
 from compgen.robot import Robot
 from compgen.rotations import turns
-from compgen.thermal import Duty, NodeModel, Profile, Section
+from compgen.thermal import Ambient, Duty, Heat, Motion, NodeModel, Profile, Section, opening, still
 
 ELEMENT = 0.1e-3  # m
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
@@ -69,11 +70,13 @@ class Leg:
     twin: "Twin"
     program: Program
     time: Array  # (N,) [s]
-    rise: Array  # (N, K) [K]
+    rise: Array  # (N, K) [K] without what the air does from the first duty on
     driven: Array  # (S,) [m/s]
     theta: Array  # (N, 6) [rad]
     turn: Array  # (S, 3) [rad] rotation vector over each line, in the axes of its start
     pieces: IntArray  # (S,) samples on each
+    air: Ambient
+    clock: float  # [s] from the first duty to the program's start
 
     def ride(self, progress: Callable[[float], None] = lambda share: None) -> Ride:
         """All samples."""
@@ -100,7 +103,7 @@ class Leg:
         Raises:
             TwinError: Out of reach, or ik and the nominal arm disagree, or pinocchio disagrees with either.
         """
-        twin, heat = self.twin, self.twin.heat
+        twin = self.twin
         pieces = self.pieces[first:last]
         begin = np.concatenate([[0], np.cumsum(pieces)])
         line = np.repeat(np.arange(first, last), pieces)
@@ -108,10 +111,7 @@ class Leg:
         if last == len(self.pieces):
             line, fraction = np.append(line, last - 1), np.append(fraction, 1.0)
         now = self.time[line] + fraction * np.diff(self.time[first : last + 1])[line - first]
-        goal = heat.steady("moving", self.driven[first:last])
-        since = (now - self.time[line])[:, None]
-        warmth = build_warmth(len(heat.tau))
-        (rise,) = evaluate(warmth, Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], since)
+        rise = self.rises(line, fraction, now)
         growth = twin.growth(rise)
         drive = build_drive(
             twin.robot, self.program.posture, twin.tool_position.tobytes(), twin.tool_rotation.tobytes()
@@ -131,20 +131,52 @@ class Leg:
             position, rotation, past = twin.flawed(theta, growth, rise, past)
         return Ride(line, fraction, now, rise, theta, position, rotation), past
 
+    def rises(self, line: IntArray, fraction: Array, now: Array) -> Array:
+        """Rises on lines, (M,) and their fractions (M,) and moments (M,) [s], to (M, K) [K].
+
+        The nodes by their own equation; another model straight between two positions, seconds apart against hours.
+        """
+        heat, K = self.twin.heat, self.rise.shape[1]
+        if isinstance(heat, NodeModel):
+            first, last = int(line[0]), int(line[-1]) + 1
+            goal = heat.steady("moving", self.driven[first:last])
+            since = (now - self.time[line])[:, None]
+            (rise,) = evaluate(
+                build_warmth(K), Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], since
+            )
+        else:
+            rise = self.rise[line] + fraction[:, None] * (self.rise[line + 1] - self.rise[line])
+        return rise if self.air.is_still else rise + self._breathed(now)
+
+    def _breathed(self, now: Array) -> Array:
+        """What the air adds: the exact response on a grid of seconds, a line between, (M, K) [K]."""
+        heat = self.twin.heat
+        grid = np.arange(np.floor(now[0]), now[-1] + 2.0, 1.0)
+        share = heat.ambient * self.air.response(heat.rate, 0.0, self.clock + grid)
+        return np.array([np.interp(now, grid, column) for column in (share @ heat.outputs.T).T]).T
+
+    def rewarmed(self, twin: "Twin", duties: Sequence[Duty], air: Ambient | None = None) -> "Leg":
+        """The same drive of an arm with another warmth."""
+        return replace(self, twin=twin, **twin.heated(self.time, self.theta, self.driven, duties, air))
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Twin:
     """The real arm with its tool and its warmth."""
 
     robot: Robot
-    heat: NodeModel
+    heat: Heat
     profiles: tuple[Profile, ...]
     tool_position: Array  # (3,) [m]
     tool_rotation: Array  # (3, 3)
     flaws: Flaws | None = None  # beside growth; None is a perfect arm that only grows
 
     def ride(
-        self, program: Program, duties: Sequence[Duty], progress: Callable[[float], None] = lambda share: None
+        self,
+        program: Program,
+        duties: Sequence[Duty],
+        progress: Callable[[float], None] = lambda share: None,
+        air: Ambient | None = None,
     ) -> Ride:
         """Drive a program after the given duties.
 
@@ -152,6 +184,7 @@ class Twin:
             program: As read back from its text.
             duties: What the cell did before.
             progress: Called with the share done.
+            air: Over time, from the first duty on; default still.
 
         Returns:
             Samples at most 1 mm apart, each segment's ends and middle among them.
@@ -159,9 +192,9 @@ class Twin:
         Raises:
             TwinError: The text cannot be followed: out of reach, another posture, or ik and pinocchio disagree.
         """
-        return self.ready(program, duties).ride(progress)
+        return self.ready(program, duties, air).ride(progress)
 
-    def ready(self, program: Program, duties: Sequence[Duty]) -> Leg:
+    def ready(self, program: Program, duties: Sequence[Duty], air: Ambient | None = None) -> Leg:
         """Joints, clock and heat at the positions of a program, for driving it stretch by stretch.
 
         Raises:
@@ -171,10 +204,19 @@ class Twin:
         length = np.linalg.norm(step, axis=1)
         points = self._joints_at(program)
         time, driven = self._clock(program, length, points)
-        rise = self._heated(self._warm(np.zeros(len(self.heat.tau)), duties), time, driven)
+        warm = self.heated(time, points, driven, duties, air)
         turn = turns(program.rotation[:-1], program.rotation[1:])
         pieces = 2 * np.maximum(1, np.ceil(length / (2 * GRID) - 1e-9)).astype(np.int64)
-        return Leg(self, program, time, rise, driven, points, turn, pieces)
+        return Leg(self, program, time, driven=driven, theta=points, turn=turn, pieces=pieces, **warm)
+
+    def heated(
+        self, time: Array, theta: Array, driven: Array, duties: Sequence[Duty], air: Ambient | None
+    ) -> dict[str, Any]:
+        """The fields of a leg that its warmth decides."""
+        goals = self.heat.goals(Motion(time, theta, driven))
+        states = self._heated(self._warm(duties, air), time, goals)
+        clock = sum(d.duration for d in duties)
+        return {"rise": states @ self.heat.outputs.T, "air": air or still(), "clock": clock}
 
     def reach(
         self, theta: Array, rise: Array, progress: Callable[[float], None], tool: Placed | None = None
@@ -257,25 +299,25 @@ class Twin:
         slower = np.repeat(cruise / spent, np.diff(ends))
         return np.concatenate([[0.0], np.cumsum(said / slower)]), program.speed * slower
 
-    def _warm(self, rise: Array, duties: Sequence[Duty]) -> Array:
+    def _warm(self, duties: Sequence[Duty], air: Ambient | None) -> Array:
+        state = opening(self.heat, air)
         for duty in duties:
-            goal = self.heat.steady(duty.state, np.array([duty.feed]))[0]
-            rise = goal - (goal - rise) * np.exp(-duty.duration / self.heat.tau)
-        return rise
+            goal = self.heat.goal(duty)
+            state = goal - (goal - state) * np.exp(-duty.duration * self.heat.rate)
+        return state
 
-    def _heated(self, rise: Array, time: Array, speed: Array) -> Array:
-        r"""Each node by its own equation through every segment, (N, K) [K].
+    def _heated(self, state: Array, time: Array, goals: Array) -> Array:
+        r"""Each mode by its own equation through every segment, (N, S).
 
-        rise_{n+1} = goal_n + (rise_n - goal_n) k_n, k_n = exp(-dt_n / tau), is a sum once divided by the product of all
-        k so far; a stretch as long as that product stays a number is summed in one go.
+        state_{n+1} = goal_n + (state_n - goal_n) k_n, k_n = exp(-rate dt_n), is a sum once divided by the product of
+        all k so far; a stretch as long as that product stays a number is summed in one go.
         """
-        goals = self.heat.steady("moving", speed)
-        drop = np.diff(time)[:, None] / self.heat.tau
-        out = np.empty((len(time), len(rise)))
-        out[0] = rise
+        drop = np.diff(time)[:, None] * self.heat.rate
+        out = np.empty((len(time), len(state)))
+        out[0] = state
         first = 0
         passed = np.concatenate([[0.0], np.cumsum(drop.max(axis=1))])
-        while first < len(speed):
+        while first < len(goals):
             last = max(first + 1, int(np.searchsorted(passed, passed[first] + FADED, side="right")) - 1)
             kept = np.exp(-np.cumsum(drop[first:last], axis=0))
             gain = goals[first:last] * -np.expm1(-drop[first:last])

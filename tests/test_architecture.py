@@ -33,12 +33,15 @@ ROOMS = [
     {"paging"},
     {"delivery"},
     {"correction"},
-    {"schema_sources"},
+    {"rehearsal"},
+    {"agenda"},
+    {"schema_heat", "schema_sources"},
     {"schema"},
     {"reading"},
-    {"faults"},
+    {"heating", "faults"},
     {"cells"},
     {"config", "pipeline"},
+    {"study"},
     {"report", "outbox"},
     {"cli"},
     {"__main__"},
@@ -64,11 +67,12 @@ ONLY = {
         "verify",
     },
     "ruckig": {"ramps"},
-    "pinocchio": {"plant", "real_arm"},
+    "pinocchio": {"plant", "real_arm", "thermal"},  # thermal: inverse dynamics of the drives' losses
     "plotly": {"report"},
+    "distributed": {"study"},
     "rich": {"cli"},
     "typer": {"cli"},
-    "pydantic": {"schema_sources", "schema", "reading"},
+    "pydantic": {"schema_sources", "schema_heat", "schema", "reading"},
 }
 
 

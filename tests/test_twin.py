@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from compgen import pipeline
 from compgen.config import load_job
-from compgen.thermal import Duty
+from compgen.thermal import Duty, Motion, during
 from compgen.twin import TwinError, _ramp
 
 
@@ -54,7 +54,8 @@ def test_heat_is_the_nodes_own_equation(ridden):
     at = np.append(np.flatnonzero(ride.fraction == 0), len(ride.time) - 1)
     # against the closed sum of the planner, on the twin's own clock and driven speeds
     length, spent = speeds, np.diff(ride.time[at])
-    expected = job.heat.during(ride.rise[0], ride.time[at], length / spent)
+    motion = Motion(ride.time[at], ride.theta[at], length / spent)
+    expected, _ = during(job.heat, ride.rise[0], motion)
     assert_allclose(ride.rise[at], expected, atol=1e-9)
 
 

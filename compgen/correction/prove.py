@@ -7,12 +7,15 @@ import numpy as np
 
 from compgen.arrays import Array, IntArray, dot
 from compgen.correction.places import commanded, on_the_way, samples
+from compgen.correction.solve import stood
 from compgen.dialects.fanuc_ls.drive import Drive
 from compgen.dialects.fanuc_ls.poses import Poses
 from compgen.flaws import flaws_of
 from compgen.job import Cell
 from compgen.rotations import vector_of
-from compgen.thermal import Duty
+from compgen.thermal import Duty, opening
+from compgen.thermal import Motion as Driven
+from compgen.thermal.network import powered
 from compgen.twin import Twin
 
 INSIDE = 4  # parts of each straight line that are looked at
@@ -49,7 +52,7 @@ def fly(
     flaws = flaws_of(cell.sources)
     parts = INSIDE if flaws is None else FINE
     station, fraction = samples(poses, drive, np.arange(1, parts) / parts)
-    time, rise = _warmth(cell, drive, before, station, fraction)
+    time, rise = _warmth(cell, poses, drive, before, station, fraction)
     position, rotation = on_the_way(poses, drive, station, fraction)
     pose = drive.pose[station]
     theta, flange = commanded(cell.robot, poses, drive, station, fraction, position, rotation)
@@ -72,25 +75,29 @@ def off(flight: Flight, position: Array, rotation: Array) -> tuple[Array, Array]
 
 
 def _warmth(
-    cell: Cell, drive: Drive, before: Sequence[Duty], station: IntArray, fraction: Array
+    cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty], station: IntArray, fraction: Array
 ) -> tuple[Array, Array]:
-    """Time and rise of samples, stepping each node through every pause and way."""
-    tau = cell.heat.tau
-    now, rise = 0.0, np.zeros(len(tau))
-    for duty in before:
-        goal = cell.heat.steady(duty.state, np.array([duty.feed]))[0]
-        rise = goal - (goal - rise) * np.exp(-duty.duration / tau)
-    still = cell.heat.steady("idle", np.zeros(1))[0]
+    """Time and rise of samples, stepping each mode through every pause and way."""
+    rate = cell.heat.rate
+    legs = np.column_stack([drive.pause, drive.duration]).ravel()
     with np.errstate(invalid="ignore", divide="ignore"):
         driven = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
-    goals = cell.heat.steady("moving", driven)
-    begin, start = np.empty(len(driven)), np.empty((len(driven), len(tau)))
+    speeds = np.column_stack([np.zeros(len(driven)), driven]).ravel()
+    motion = Driven(np.concatenate([[0.0], np.cumsum(legs)]), stood(poses, drive), speeds)
+    every = cell.heat.goals(motion)
+    still, goals = every[0::2], every[1::2]
+    now, state = 0.0, opening(cell.heat)
+    for duty in powered(cell.heat, before, motion):
+        goal = cell.heat.goal(duty)
+        state = goal - (goal - state) * np.exp(-duty.duration * rate)
+    begin, start = np.empty(len(driven)), np.empty((len(driven), len(rate)))
     for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist())):
         if pause:
-            rise = still + (rise - still) * np.exp(-pause / tau)
-        begin[s], start[s] = now + pause, rise
-        rise = goals[s] + (rise - goals[s]) * np.exp(-way / tau)
+            state = still[s] + (state - still[s]) * np.exp(-pause * rate)
+        begin[s], start[s] = now + pause, state
+        state = goals[s] + (state - goals[s]) * np.exp(-way * rate)
         now += pause + way
     spent = fraction * drive.duration[station]
-    fade = np.exp(-spent[:, None] / tau)
-    return begin[station] + spent, goals[station] + (start[station] - goals[station]) * fade
+    fade = np.exp(-spent[:, None] * rate)
+    states = goals[station] + (start[station] - goals[station]) * fade
+    return begin[station] + spent, states @ cell.heat.outputs.T

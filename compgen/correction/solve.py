@@ -22,7 +22,9 @@ from compgen.job import Cell
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem, Settings
 from compgen.sources import Motion
-from compgen.thermal import Duty
+from compgen.thermal import Duty, after, during
+from compgen.thermal import Motion as Driven
+from compgen.thermal.network import powered
 
 STEPS = 6
 SAME_PLACE = 1e-6  # m
@@ -38,17 +40,30 @@ class Solved:
     time: Array  # (S,) [s] when each is reached
     held: tuple[tuple[int, str], ...]  # station, why no correction was taken
     limited: tuple[tuple[int, str], ...]  # station, limit that keeps the correction from being the best
+    start: Array  # (K,) [K] rises when the program starts
 
 
-def warmth(cell: Cell, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array]:
-    """Time (S,) [s] and rise (S, K) [K] at each station; a pause is standing with the servo on."""
+def warmth(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
+    """Time (S,) [s] and rise (S, K) [K] at each station, and rise at the start (K,).
+
+    A pause is standing with the servo on.
+    """
     legs = np.column_stack([drive.pause, drive.duration]).ravel()
     with np.errstate(invalid="ignore", divide="ignore"):
         driven = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
     speeds = np.column_stack([np.zeros(len(driven)), driven]).ravel()
     time = np.concatenate([[0.0], np.cumsum(legs)])
-    rise = cell.heat.during(cell.heat.after(before), time, speeds)
-    return time[2::2], rise[2::2]
+    motion = Driven(time, stood(poses, drive), speeds)
+    rise, _ = during(cell.heat, after(cell.heat, powered(cell.heat, before, motion)), motion)
+    return time[2::2], rise[2::2], rise[0]
+
+
+def stood(poses: Poses, drive: Drive) -> Array:
+    """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""
+    theta = poses.theta[drive.pose].copy()
+    known = np.maximum.accumulate(np.where(np.isnan(theta).any(axis=1), 0, np.arange(len(theta))))
+    theta = np.nan_to_num(theta[known])  # a position without joints: as if the robot stayed
+    return np.vstack([theta[:1], np.repeat(np.vstack([theta[:1], theta]), 2, axis=0)[1:-1]])
 
 
 def solve(
@@ -61,13 +76,13 @@ def solve(
     progress: Callable[[float], None] = lambda share: None,
 ) -> Solved:
     """Corrections of all free stations."""
-    time, rise = warmth(cell, drive, before)
+    time, rise, start = warmth(cell, poses, drive, before)
     S = len(free)
     correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
     limited: list[tuple[int, str]] = []
     rows = np.flatnonzero(free)
     if not len(rows):
-        return Solved(correction, theta, rise, time, (), ())
+        return Solved(correction, theta, rise, time, (), (), start)
     models = error_models(cell, poses, drive.pose[rows])
     motion, _ = course(cell, poses, drive)
     correction[rows], theta[rows] = pointwise(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
@@ -84,7 +99,7 @@ def solve(
     for station, _ in refused:
         correction[station] = 0.0
         theta[station] = poses.theta[drive.pose[station]]
-    return Solved(correction, theta, rise, time, tuple(refused), tuple(limited))
+    return Solved(correction, theta, rise, time, tuple(refused), tuple(limited), start)
 
 
 def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorModel]:

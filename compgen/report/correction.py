@@ -24,7 +24,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
     """Everything that ``correct`` found, in plain types; docs/report.md has the schema."""
     plan, heat = result.plan, result.cell.heat
     before, after = _numbers(result, result.error), _numbers(result, result.residual)
-    start = heat.after(result.before)
+    start = result.plan.solved.start
     end = plan.solved.rise[-1] if len(plan.solved.rise) else start
     return {
         "schema": SCHEMA,
@@ -170,7 +170,7 @@ def _provenance(result: Correction) -> dict[str, Any]:
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
             for d in result.before
         ],
-        "start_K": dict(zip(result.cell.heat.names, result.cell.heat.after(result.before).tolist())),
+        "start_K": dict(zip(result.cell.heat.names, result.plan.solved.start.tolist())),
         "options": {
             "split": options.split,
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),

@@ -1,7 +1,24 @@
-"""Temperature over time: what the cell did, and how warm that left each node."""
+"""Temperature over time: what the cell did, and how warm that left each part of the robot."""
 
-from compgen.thermal.duty import Duty
+from compgen.thermal.ambient import Ambient, still
+from compgen.thermal.contract import Heat
+from compgen.thermal.duty import Duty, Motion
 from compgen.thermal.nodes import NodeModel
 from compgen.thermal.profiles import Profile, Section, growth_weights
+from compgen.thermal.solve import after, during, history, opening
 
-__all__ = ["Duty", "NodeModel", "Profile", "Section", "growth_weights"]
+__all__ = [
+    "Ambient",
+    "Duty",
+    "Heat",
+    "Motion",
+    "NodeModel",
+    "Profile",
+    "Section",
+    "after",
+    "during",
+    "growth_weights",
+    "history",
+    "opening",
+    "still",
+]

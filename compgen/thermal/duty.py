@@ -3,11 +3,35 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from compgen.arrays import Array, own
+
 
 @dataclass(frozen=True, slots=True)
 class Duty:
-    """Moving at a feed, idle with the servo on, or off."""
+    """Moving at a feed, idle with the servo on, or off.
+
+    A moving stretch may rest for part of its time: ``share`` is the duty ratio, motion over the whole. The cycle of
+    motion and rest is short against every time constant, so that its mean counts (the models are linear).
+    """
 
     state: Literal["moving", "idle", "off"]
     feed: float  # [m/s], 0 unless moving
     duration: float  # [s]
+    share: float = 1.0  # of the time in motion, the rest idle
+    loss: tuple[float, ...] = ()  # [W] mean heat of each joint's drive, for models that ask for it
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Motion:
+    """A program being driven, at N waypoints: all that heat can depend on."""
+
+    time: Array  # (N,) [s]
+    theta: Array  # (N, 6) [rad] DH angles
+    driven: Array  # (N - 1,) [m/s] speed really driven on each segment
+
+    def __post_init__(self) -> None:
+        own(self, time=("N",), theta=("N", 6), driven=("S",))
+
+    def until(self, n: int) -> "Motion":
+        """Its first n segments."""
+        return Motion(self.time[: n + 1], self.theta[: n + 1], self.driven[:n])

@@ -1,0 +1,96 @@
+r"""The air around the robot over time, and what it alone does to a first-order mode.
+
+The air's rise above the reference temperature is a line from knot to knot plus one wave,
+
+    u(t) = piecewise linear(t) + a cos(w (t - t_peak))
+
+and a mode that follows it, dz/dt = rate (u - z), z(t_0) = 0, is solved exactly: on a straight piece c + s (t - t_a) the
+particular solution is c + s (t - t_a) - s / rate, for the wave a Re[H exp(i w (t - t_peak))], H = rate / (rate + i w).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.arrays import Array, own
+
+DAY = 86400.0  # s
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ambient:
+    """Rise of the air above the temperature at which the robot counts as cold."""
+
+    time: Array  # (Q,) [s] of the knots, rising; before the first and after the last the air holds still
+    rise: Array  # (Q,) [K]
+    amplitude: float = 0.0  # [K] of the wave
+    period: float = DAY  # [s]
+    peak: float = 0.0  # [s] when the wave is highest
+
+    def __post_init__(self) -> None:
+        own(self, time=("Q",), rise=("Q",))
+
+    @property
+    def is_still(self) -> bool:
+        """Always at the reference."""
+        return not (self.rise.any() or self.amplitude)
+
+    def at(self, time: Array) -> Array:
+        """Rise of the air, (M,) [s] to (M,) [K]."""
+        w = 2 * np.pi / self.period
+        return np.interp(time, self.time, self.rise) + self.amplitude * np.cos(w * (np.asarray(time) - self.peak))
+
+    def response(self, rate: Array, start: float, time: Array) -> Array:
+        """What the air does to modes that stood at zero at ``start``.
+
+        Args:
+            rate: Of each mode, (S,) [1/s].
+            start: [s].
+            time: Rising, none before ``start``, (M,) [s].
+
+        Returns:
+            (M, S) [K].
+        """
+        out = np.empty((len(time), len(rate)))
+        if len(time) == 0:
+            return out
+        if self.is_still:
+            return np.zeros_like(out)
+        inside = (self.time > start) & (self.time < time[-1])
+        edges = np.concatenate([[start], self.time[inside], [max(time[-1], start)]])
+        level = np.interp(edges, self.time, self.rise)
+        first = np.searchsorted(time, edges[:-1], side="left")
+        first[0], last = 0, np.append(first[1:], len(time))
+        state = np.zeros(len(rate))
+        for k, (begin, end) in enumerate(zip(edges[:-1], edges[1:])):
+            slope = (level[k + 1] - level[k]) / (end - begin) if end > begin else 0.0
+            offset = state - (level[k] - slope / rate)
+
+            def solution(t: Array, k: int = k, slope: float = slope, offset: Array = offset) -> Array:
+                past = (t - edges[k])[:, None]
+                return np.asarray(level[k] + slope * past - slope / rate + offset * np.exp(-rate * past))
+
+            out[first[k] : last[k]] = solution(time[first[k] : last[k]])
+            state = solution(np.array([end]))[0]
+        return np.asarray(out + self._wave(rate, start, time))
+
+    def settled(self, rate: Array) -> Array:
+        """Modes at time zero that have followed the air for long before, (S,) [K]."""
+        w = 2 * np.pi / self.period
+        wave = self.amplitude * rate / (rate + 1j * w) * np.exp(-1j * w * self.peak)
+        return np.asarray(np.interp(0.0, self.time, self.rise) + wave.real)
+
+    def _wave(self, rate: Array, start: float, time: Array) -> Array:
+        w = 2 * np.pi / self.period
+        gain = self.amplitude * rate / (rate + 1j * w)
+
+        def forced(t: Array) -> Array:
+            return np.asarray((gain * np.exp(1j * w * (t - self.peak))[:, None]).real)
+
+        fade = np.exp(-rate * (time - start)[:, None])
+        return np.asarray(forced(time) - forced(np.array([start])) * fade)
+
+
+def still() -> Ambient:
+    """Air that stays at the reference temperature."""
+    return Ambient(np.zeros(1), np.zeros(1))
