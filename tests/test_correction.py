@@ -447,7 +447,7 @@ def test_a_planned_program_agrees_with_generate():
     for name in ("circle_1300", "line_x"):
         job = load_job(str(ROOT / "paths" / f"{name}.toml"))
         before, done = pipeline.generate(job, quiet)
-        planned = compose(before.program)
+        planned = compose(pipeline.planned_program(job, before.path, before.theta, before.trajectory))
         tool = job.tool_position, job.tool_rotation
         cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
         result = correct(planned, cell, Frames({0: STILL}, {0: STILL, 1: tool}), job.before, Options(), quiet)

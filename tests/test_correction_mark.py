@@ -135,7 +135,8 @@ def test_what_generate_writes_is_refused_and_its_planned_program_is_not():
     with pytest.raises(InputError, match=r"its remark says 'compgen .*--again"):
         correct(done.text, cell, frames, job.before, Options(), quiet)
     assert correct(done.text, cell, frames, job.before, Options(again=True), quiet).changed
-    assert correct(compose(planned.program), cell, frames, job.before, Options(), quiet).changed
+    text = compose(pipeline.planned_program(job, planned.path, planned.theta, planned.trajectory))
+    assert correct(text, cell, frames, job.before, Options(), quiet).changed
 
 
 # The way back ------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from compgen import compensate
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.correction.course import course
 from compgen.dialects.fanuc_ls.drive import Drive
-from compgen.dialects.fanuc_ls.poses import Poses
+from compgen.dialects.fanuc_ls.poses import NONE, Poses
 from compgen.dialects.fanuc_ls.program import posture_of
 from compgen.ik import ALL_POSTURES, nearest_turns
 from compgen.job import Cell
@@ -60,7 +60,11 @@ def warmth(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tu
 
 def stood(poses: Poses, drive: Drive) -> Array:
     """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""
-    theta = poses.theta[drive.pose].copy()
+    if not len(drive.pose):
+        return np.zeros((1, 6))
+    theta = np.full((len(drive.pose), 6), np.nan)
+    told = drive.pose != NONE
+    theta[told] = poses.theta[drive.pose[told]]
     known = np.maximum.accumulate(np.where(np.isnan(theta).any(axis=1), 0, np.arange(len(theta))))
     theta = np.nan_to_num(theta[known])  # a position without joints: as if the robot stayed
     return np.vstack([theta[:1], np.repeat(np.vstack([theta[:1], theta]), 2, axis=0)[1:-1]])
