@@ -14,6 +14,7 @@ from ls_text import at, cartesian, joint_form, program
 from compgen import pipeline
 from compgen.config import load_before, load_cell, load_job
 from compgen.correction import Options, correct
+from compgen.correction.edits import like
 from compgen.dialects.fanuc_ls import compose
 from compgen.dialects.fanuc_ls.frames import Frames, known_without_a_table, load_frames
 from compgen.exceptions import CompgenError, InputError
@@ -458,3 +459,23 @@ def test_a_planned_program_agrees_with_generate():
         assert result.changed == len(ours)
         assert all(ours[n].groups[1].config == theirs[n].groups[1].config for n in ours)
         assert result.residual[0][result.judged].max() < 3e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "value", "more", "new"),
+    [
+        (b"180.000", 180.0012, 0, b"-179.999"),
+        (b"-180.000", -180.0012, 0, b"179.999"),
+        (b"180.000", 180.0, 1, b"-179.999"),
+        (b"-179.9999", -180.00015, 0, b"179.9998"),
+        (b"200.000", 200.5, 0, b"200.500"),  # written beyond 180 by whoever wrote it
+        (b"180.000", -180.0, 0, b"180.000"),  # the same turn: its text stays
+        (b"+.500", 0.25, 0, b"+.250"),
+        (b"-.500", 0.0001, 0, b"0.000"),
+        (b"7.", 8.4, 0, b"8."),
+        (b"7", -0.4, 0, b"0"),
+        (b"-.000", -0.0004, 0, b"-.000"),
+    ],
+)
+def test_a_number_is_written_as_the_program_writes_its_own(old, value, more, new):
+    assert like(old, value, bare=old.lstrip(b"+-")[:1] == b".", angle=abs(value) > 100, more=more) == new

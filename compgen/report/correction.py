@@ -235,6 +235,7 @@ def _space(result: Correction) -> go.Figure:
         "colorscale": "Turbo",
         "colorbar": {"title": "µm", "thickness": 12},
         "cmin": 0,
+        "cmax": max(float(np.max(result.error[0][rows], initial=0.0)) / UM, 1e-3),
     }
     text = [f"P[{n}]" for n in plan.poses.number[pose].tolist()]
     line = {"color": "#cbd5e1", "width": 2}
@@ -242,7 +243,7 @@ def _space(result: Correction) -> go.Figure:
     figure.add_scatter3d(x=x, y=y, z=z, mode="lines+markers", marker=marker, line=line, text=text, showlegend=False)
     figure.update_scenes(
         xaxis_title="X [mm]", yaxis_title="Y [mm]", zaxis_title="Z [mm]", aspectmode="data",
-        camera={"eye": {"x": 0.9, "y": -1.4, "z": 1.0}},
+        camera={"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
     )  # fmt: skip
     return dress(figure, 480)
 
