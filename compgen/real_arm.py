@@ -192,7 +192,7 @@ class RealArm:
                 J = pin.computeJointJacobian(model, data, q, 6)  # of joint 6 in its own axes
                 seen = data.oMi[6].actInv(tcp)
                 push = seen.rotation @ f.force
-                torque[m] += J[:3].T @ push + J[3:].T @ np.cross(seen.translation, push)
+                torque[m] += J[:3].T @ push + J[3:].T @ pin.skew(seen.translation) @ push
         return torque, position
 
     def _behind(self, link: int) -> pin.SE3:
@@ -253,23 +253,25 @@ def real_arm(robot: Robot, flaws: Flaws) -> RealArm:
 
 def came_from(theta: Array, width: Array, u: Array) -> Array:
     """The side that each joint has come from, step by step from ``u`` (6,), (M, 6) [-1, 1]."""
-    out = np.tile(u, (len(theta), 1))
-    for m, step in enumerate(np.diff(theta, axis=0), start=1):
-        left = np.exp(-np.abs(step) / width)
-        u = np.where(step > 0, 1 - (1 - u) * left, np.where(step < 0, (1 + u) * left - 1, u))
-        out[m] = u
-    return out
+    step = np.diff(theta, axis=0)
+    left = np.exp(-np.abs(step) / width)
+    return _kept(left, (1 - left) * np.sign(step), u)
 
 
 def followed(position: Array, width: float, t: Array) -> Array:
     """The direction of travel, following the path's own with a lag from ``t`` (3,), (M, 3)."""
-    out = np.tile(t, (len(position), 1))
-    for m, step in enumerate(np.diff(position, axis=0), start=1):
-        length = float(np.sqrt(step @ step))
-        if length > 0:
-            ahead = step / length
-            t = ahead + (t - ahead) * np.exp(-length / width)
-        out[m] = t
+    step = np.diff(position, axis=0)
+    length = np.sqrt((step**2).sum(axis=1, keepdims=True))
+    left = np.exp(-length / width)
+    return _kept(left, (1 - left) * step / np.maximum(length, 1e-30), t)
+
+
+def _kept(left: Array, more: Array, start: Array) -> Array:
+    """A state that keeps a share at each step and takes something on, sample by sample."""
+    out = np.empty((len(left) + 1, len(start)))
+    out[0] = now = start
+    for m, (share, gain) in enumerate(zip(left, more), start=1):
+        out[m] = now = share * now + gain
     return out
 
 

@@ -4,16 +4,28 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+# Upper ends are far beyond any arm that still works: they keep a slip of the keyboard from becoming a long search.
 Value = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
+Offset = Annotated[FiniteFloat, Field(ge=-5e4, le=5e4)]  # um
+Turn = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mdeg
+Ratio = Annotated[FiniteFloat, Field(ge=-1e5, le=1e5)]  # ppm
+Share = Annotated[FiniteFloat, Field(ge=-10, le=10)]
+Give = Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)]  # urad per N m, arcsec per K
 Mass = Annotated[FiniteFloat, Field(ge=0, le=1e4)]
 Width = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
 Place = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
 Three = Annotated[list[Value], Field(min_length=3, max_length=3)]
+ThreeOffsets = Annotated[list[Offset], Field(min_length=3, max_length=3)]
+ThreeTurns = Annotated[list[Turn], Field(min_length=3, max_length=3)]
 Spot = Annotated[list[Place], Field(min_length=3, max_length=3)]
 Six = Annotated[list[Value], Field(min_length=6, max_length=6)]
-SixByTwo = Annotated[list[Annotated[list[Value], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)]
-SixBySix = Annotated[list[Six], Field(min_length=6, max_length=6)]
-Vectors = Annotated[list[Three], Field(min_length=2, max_length=1000)]
+SixOffsets = Annotated[list[Offset], Field(min_length=6, max_length=6)]
+SixTurns = Annotated[list[Turn], Field(min_length=6, max_length=6)]
+SixShares = Annotated[list[Share], Field(min_length=6, max_length=6)]
+SixGives = Annotated[list[Give], Field(min_length=6, max_length=6)]
+SixByTwo = Annotated[list[Annotated[list[Turn], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)]
+SixBySix = Annotated[list[Annotated[list[Ratio], Field(min_length=6, max_length=6)]], Field(min_length=6, max_length=6)]
+Vectors = Annotated[list[ThreeOffsets], Field(min_length=2, max_length=1000)]
 Node = Annotated[str, Field(max_length=40)]
 Link = Literal["column", "a1", "a2", "a3", "d4"]
 
@@ -35,23 +47,23 @@ class SourceTable(Table):
 class ThermalGrowthTable(SourceTable):
     """Own cte of each length over the one of ``thermal.cte_um_m_K``, less one."""
 
-    excess_a: Six = 6 * [0.0]
-    excess_d: Six = 6 * [0.0]
+    excess_a: SixShares = 6 * [0.0]
+    excess_d: SixShares = 6 * [0.0]
 
 
 class LinkOffsetsTable(SourceTable):
     """DH offsets and Hayati angles."""
 
-    d_um: Six = 6 * [0.0]
-    a_um: Six = 6 * [0.0]
-    alpha_mdeg: Six = 6 * [0.0]
-    beta_mdeg: Six = 6 * [0.0]
+    d_um: SixOffsets = 6 * [0.0]
+    a_um: SixOffsets = 6 * [0.0]
+    alpha_mdeg: SixTurns = 6 * [0.0]
+    beta_mdeg: SixTurns = 6 * [0.0]
 
 
 class JointZerosTable(SourceTable):
     """Mastering."""
 
-    offset_mdeg: Six = 6 * [0.0]
+    offset_mdeg: SixTurns = 6 * [0.0]
 
 
 class JointCouplingTable(SourceTable):
@@ -63,7 +75,7 @@ class JointCouplingTable(SourceTable):
 class ComplianceTable(SourceTable):
     """Turn per torque."""
 
-    compliance_urad_Nm: Six = 6 * [0.0]
+    compliance_urad_Nm: SixGives = 6 * [0.0]
 
 
 class GearHarmonicsTable(SourceTable):
@@ -77,16 +89,16 @@ class GearHarmonicsTable(SourceTable):
 class HysteresisTable(SourceTable):
     """Half-widths, and how far a joint turns to be on the other side."""
 
-    backlash_mdeg: Six = 6 * [0.0]
-    windup_urad_Nm: Six = 6 * [0.0]
+    backlash_mdeg: SixTurns = 6 * [0.0]
+    windup_urad_Nm: SixGives = 6 * [0.0]
     width_mdeg: Annotated[list[Width], Field(min_length=6, max_length=6)]
 
 
 class FrameTable(SourceTable):
     """A place and a rotation vector."""
 
-    position_um: Three = 3 * [0.0]
-    rotation_mdeg: Three = 3 * [0.0]
+    position_um: ThreeOffsets = 3 * [0.0]
+    rotation_mdeg: ThreeTurns = 3 * [0.0]
 
 
 class ThermalBendTable(SourceTable):
@@ -95,7 +107,7 @@ class ThermalBendTable(SourceTable):
     link: list[Link]
     plane: list[Literal["arm", "side", "x", "y"]]
     node: list[Node]
-    rate_arcsec_K: list[Value]
+    rate_arcsec_K: list[Give]
     column_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 0.0  # from the base plate to World's origin
 
 

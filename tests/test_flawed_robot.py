@@ -19,6 +19,7 @@ from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls.frames import known_without_a_table
 from compgen.exceptions import InputError
 from compgen.problem import Problem
+from compgen.report import json as report
 from compgen.sources import STILL, AxisMap, Hysteresis, LinkOffsets, ThermalGrowth, table_of
 from compgen.units import DEG, MDEG, MM, UM
 
@@ -71,6 +72,13 @@ def test_both_directions_of_sweeps_are_cancelled_by_knowing_them(raster):
     left = np.linalg.norm(seeing.error(blind.correction)[planned.path.contact, :3], axis=1)
     assert left.max() > 50 * UM
     assert np.linalg.norm(corrected.solution.residual[planned.path.contact, :3], axis=1).max() < 1 * UM
+
+
+def test_the_report_names_the_sources(raster):
+    _, planned, corrected = raster
+    named = report.summary(planned, corrected)["provenance"]["sources"]
+    assert named[:2] == ["thermal_growth", "link_offsets"]
+    assert len(named) == 13
 
 
 def test_the_correction_stays_within_its_rate_through_reversals(raster):
@@ -218,6 +226,7 @@ def test_the_file_says_the_map_in_metres(robot):
         ("sources.link_ofsets.d_um=1", "sources.link_ofsets: unknown key; did you mean 'link_offsets'?"),
         ("sources.link_offsets.d_mm=[1,1,1,1,1,1]", "d_mm: unknown key; did you mean 'd_um'?"),
         ("sources.link_offsets.d_um=[1,1]", "sources.link_offsets.d_um: [1, 1]"),
+        ("sources.link_offsets.a_um=[0,1e6,0,0,0,0]", "a_um.1: 1000000.0: must be less than or equal to 50000"),
         ("sources.joint_zeros.offset_mdeg=[1,1,1,1,1,nan]", "is not a number"),
         ("sources.joint_zeros.sigma.offset_mdge=1", "sigma.offset_mdge: unknown key; did you mean 'offset_mdeg'?"),
         ("sources.joint_zeros.sigma.offset_mdeg=[1,2]", "must be one number, or 6 as the values are"),

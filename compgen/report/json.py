@@ -82,6 +82,7 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
         "compgen": __version__,
         "inputs_sha256": job.inputs_hash,
         "robot": job.robot.name,
+        "sources": [source.NAME for source in job.sources],
         "overrides": list(job.overrides),
         "tool": {
             "number": job.tool_number,
