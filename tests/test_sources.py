@@ -381,3 +381,16 @@ def test_what_is_unknown_of_the_start_fades_with_motion(cell):
     left = so.strangeness(so.memory_of(cell.sources), theta, place)
     assert_allclose(left.direction[:, 0], np.exp(-np.array([0, 0.01, 0.02, 0.02]) / (600 * MDEG)))
     assert_allclose(left.travel[:, 0], np.exp(-np.array([0, 0.05, 0.1, 0.1]) / 0.04))
+
+
+def test_link_centres_are_read_from_each_joint_in_world_axes(cell):
+    """As the file has them: link 2 from joint 2 at (150, 0, 0), link 4 from joint 4's origin at (150, 0, 1040) mm."""
+    carried = next(s.loads for s in cell.sources if isinstance(s, so.JointCompliance))
+    place, axes = rows_at_zero(cell.robot)
+    in_world = place[1:] + np.einsum("kij,kj->ki", axes[1:], carried.centre)
+    assert_allclose(in_world[1], [0.17, 0.01, 0.4], atol=1e-12)
+    assert_allclose(in_world[3], [0.45, 0, 1.04], atol=1e-12)
+    assert_allclose(carried.mass, [120, 70, 80, 25, 15, 5])
+    assert carried.payload == 34
+    assert_allclose(carried.payload_centre, [0.01, 0, 0.15])
+    assert_allclose(carried.force, [20, 0, -150])
