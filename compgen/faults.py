@@ -25,6 +25,7 @@ from compgen.sources import (
     Source,
     ThermalBend,
     ThermalGrowth,
+    ThermalShift,
     ToolFrame,
     prior_of,
 )  # fmt: skip
@@ -61,6 +62,9 @@ def read_sources(
             found.append(_known(kind, rows, where, **facts, **_facts(rows)))
     if table.thermal_bend is not None:
         found.append(_known(ThermalBend, table.thermal_bend, where, **_bends(table.thermal_bend, robot, nodes, where)))
+    if table.thermal_shift is not None:
+        shifts = _shifts(table.thermal_shift, np.array([0.0, 0.0, 1.0]), nodes, where)
+        found.append(_known(ThermalShift, table.thermal_shift, where, **shifts))
     if table.tool_frame is not None:
         found.append(_known(ToolFrame, table.tool_frame, where))
     axes = [row.axis for row in table.map]
@@ -174,7 +178,7 @@ def _bends(table: ss.ThermalBendTable, robot: Robot, nodes: Sequence[str], where
     for i, (link, plane, name) in enumerate(zip(table.link, table.plane, table.node)):
         if name not in nodes:
             raise InputError(f"{key}.node.{i}: '{name}' is unknown{suggest(name, list(nodes))}")
-        if (link == "column") != (plane in "xy"):
+        if plane != "twist" and (link == "column") != (plane in "xy"):
             fit = "'x' or 'y'" if link == "column" else "'arm' or 'side'"
             raise InputError(f"{key}.plane.{i}: '{plane}' does not fit the link '{link}'; say {fit}")
         if link != "column" and not (robot.d[3] if link == "d4" else robot.a[int(link[1]) - 1]):
@@ -192,9 +196,29 @@ def _bends(table: ss.ThermalBendTable, robot: Robot, nodes: Sequence[str], where
     }
 
 
+def _shifts(table: ss.ThermalShiftTable, flange_axis: Array, nodes: Sequence[str], where: str) -> dict[str, Any]:
+    """Row, axis and node of each shift; a fixture that moves takes the part away, so the tool is off the other way."""
+    key = f"{where}: sources.thermal_shift"
+    for name in ("node", "rate_um_K"):
+        if len(getattr(table, name)) != len(table.of):
+            raise InputError(f"{key}.{name}: {len(getattr(table, name))} entries for {len(table.of)}; give one each")
+    for i, name in enumerate(table.node):
+        if name not in nodes:
+            raise InputError(f"{key}.node.{i}: '{name}' is unknown{suggest(name, list(nodes))}")
+    tools = [of == "tool" for of in table.of]
+    axes = [flange_axis if of == "tool" else -np.eye(3)["xyz".index(of[-1])] for of in table.of]
+    return {
+        "row": np.where(tools, 6, 0).astype(int),
+        "axis": np.array(axes).reshape(-1, 3),
+        "node": np.array([nodes.index(n) for n in table.node], dtype=int),
+    }
+
+
 def _bend_of(link: str, plane: str, robot: Robot, column: float) -> tuple[int, Array, Array]:
     """Row, axis and lever of a link's bend in the frame it is put into."""
     if link == "column":
+        if plane == "twist":
+            return 0, np.eye(3)[2], np.zeros(3)
         return 0, np.eye(3)["xy".index(plane)], np.array([0.0, 0.0, column / 2])
     _, axes = rows_at_zero(robot)
     index = int(link[1])
@@ -202,6 +226,8 @@ def _bend_of(link: str, plane: str, robot: Robot, column: float) -> tuple[int, A
         row, vector, lever = 3, np.array([0.0, 0.0, robot.d[3]]), -0.5
     else:  # ends at its own frame
         row, vector, lever = index, np.array([robot.a[index - 1], 0.0, 0.0]), 0.5
+    if plane == "twist":
+        return row, vector / np.linalg.norm(vector), np.zeros(3)
     joint = axes[1 if link == "a1" else row - 1][:, 2]
     sense = -1.0 if joint @ axes[1][:, 2] < 0 else 1.0
     turn = axes[row].T @ joint * sense

@@ -19,6 +19,7 @@ from compgen.sources import (
     Source,
     ThermalBend,
     ThermalGrowth,
+    ThermalShift,
     ToolFrame,
 )  # fmt: skip
 
@@ -59,6 +60,9 @@ def flaws_of(sources: Sequence[Source]) -> Flaws | None:
             case ThermalBend():
                 rows = zip(source.rate, source.row, source.axis, source.lever, source.node)
                 bends += [Bend(float(r), int(i), a, v, int(k)) for r, i, a, v, k in rows]
+            case ThermalShift():
+                moved = zip(source.rate, source.row, source.axis, source.node)
+                bends += [Bend(0.0, int(i), a, a, int(k), float(r)) for r, i, a, k in moved]
             case AxisMap():
                 lines.append(Line(source.axis, source.station, source.forward, source.reverse, source.width))
             case _:

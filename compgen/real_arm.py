@@ -38,6 +38,7 @@ class Bend:
     axis: Array  # (3,)
     lever: Array  # (3,) [m]
     node: int
+    shift: float = 0.0  # [m/K] along the axis
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -240,7 +241,8 @@ class RealArm:
         for bend in f.bends:
             if bend.row == i:
                 turn = bend.rate * rise[:, bend.node, None] * bend.axis
-                found = _join(found, (matrix_of(turn), np.cross(turn, bend.lever)))
+                aside = np.cross(turn, bend.lever) + bend.shift * rise[:, bend.node, None] * bend.axis
+                found = _join(found, (matrix_of(turn), aside))
         if i == 6:
             found = _join(found, (matrix_of(f.tool[3:])[None], f.tool[None, :3]))
         return found

@@ -102,13 +102,24 @@ class FrameTable(SourceTable):
 
 
 class ThermalBendTable(SourceTable):
-    """Bends, one an entry: of which link, in the arm's plane or sideways (the column: x or y), with which node."""
+    """Bends, one an entry: of which link, in the arm's plane or sideways (the column: x or y), with which node.
+
+    ``twist`` turns the link's end about the link itself.
+    """
 
     link: list[Link]
-    plane: list[Literal["arm", "side", "x", "y"]]
+    plane: list[Literal["arm", "side", "x", "y", "twist"]]
     node: list[Node]
     rate_arcsec_K: list[Give]
     column_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 0.0  # from the base plate to World's origin
+
+
+class ThermalShiftTable(SourceTable):
+    """Shifts, one an entry: the tool along its axis, or the fixture along a World axis, with which node."""
+
+    of: list[Literal["tool", "fixture x", "fixture y", "fixture z"]]
+    node: list[Node]
+    rate_um_K: list[Value]
 
 
 class MapTable(SourceTable):
@@ -152,6 +163,7 @@ class SourcesTable(Table):
     hysteresis: HysteresisTable | None = None
     base_frame: FrameTable | None = None
     thermal_bend: ThermalBendTable | None = None
+    thermal_shift: ThermalShiftTable | None = None
     tool_frame: FrameTable | None = None
     map: list[MapTable] = []
     loads: LoadsTable = LoadsTable()

@@ -204,7 +204,7 @@ def test_workers_end_with_their_parent(tmp_path):
             break
     work.kill()
     work.wait()
-    for _ in range(200):
+    for _ in range(1200):  # a minute: one may still be loading its libraries
         if not any(Path(f"/proc/{p}").exists() and "Z" not in _state(p) for p in pids):
             return
         time.sleep(0.05)

@@ -19,6 +19,7 @@ from compgen.sources.motion import STILL, Memory, Motion, memory_of, motion_of, 
 from compgen.sources.state import Parameter, Source, State
 from compgen.sources.thermal_bend import ThermalBend
 from compgen.sources.thermal_growth import ThermalGrowth
+from compgen.sources.thermal_shift import ThermalShift
 
 ORDER = (
     ThermalGrowth,
@@ -30,6 +31,7 @@ ORDER = (
     Hysteresis,
     BaseFrame,
     ThermalBend,
+    ThermalShift,
     ToolFrame,
     AxisMap,
 )
@@ -54,6 +56,7 @@ __all__ = [
     "State",
     "ThermalBend",
     "ThermalGrowth",
+    "ThermalShift",
     "ToolFrame",
     "memory_of",
     "motion_of",
