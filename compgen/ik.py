@@ -51,9 +51,17 @@ def check_arm_class(robot: Robot) -> None:
 
 def flange_of(position: Array, rotation: Array, tool_position: Array, tool_rotation: Array) -> tuple[Array, Array]:
     """Where the flange is when the tool is at a pose, (N, 3) [m] and (N, 3, 3)."""
-    # as one product of matrices over all rows at once
-    flange = (rotation.reshape(-1, 3) @ tool_rotation.T).reshape(-1, 3, 3)
-    return position - (flange.reshape(-1, 3) @ tool_position).reshape(-1, 3), flange
+    tool = np.concatenate([tool_position, tool_rotation.ravel()])[None]
+    place, flange = evaluate(_flange(), position, rotation.reshape(-1, 9), tool)
+    return place, flange.reshape(-1, 3, 3)
+
+
+@lru_cache(maxsize=1)
+def _flange() -> Any:
+    """(tool position (3), rotation (9, row by row); TCP in the flange (12)) -> the flange's."""
+    p, r, tool = ca.SX.sym("p", 3), ca.SX.sym("r", 9), ca.SX.sym("tool", 12)
+    flange = ca.reshape(r, 3, 3).T @ ca.reshape(tool[3:], 3, 3)
+    return ca.Function("flange", [p, r, tool], [p - flange @ tool[:3], ca.vec(flange.T)])
 
 
 def forward(robot: Robot, theta: Array) -> tuple[Array, Array]:
@@ -151,7 +159,21 @@ def _unwrapped(robot: Robot, theta: Array) -> Array:
         legal = (start >= robot.lower) & (start <= robot.upper)
         other = start + turn
         start = np.where(~legal & (other >= robot.lower) & (other <= robot.upper), other, start)
-    return np.asarray(np.unwrap(np.vstack([start, theta]), axis=0)[1:])
+    return _continuous(theta, start)
+
+
+def _continuous(theta: Array, start: Array) -> Array:
+    """The same angles with whole turns added so that none jumps by more than half of one, from a start (6,) on."""
+    out = theta
+    for joint in range(theta.shape[1]):
+        step = np.diff(theta[:, joint], prepend=start[joint])
+        turned = np.flatnonzero(np.abs(step) > np.pi)
+        if len(turned):
+            out = theta.copy() if out is theta else out
+            whole = np.zeros(len(theta))
+            whole[turned] = np.ceil((step[turned] - np.pi) / (2 * np.pi))
+            out[:, joint] -= 2 * np.pi * np.cumsum(whole)
+    return out
 
 
 def follow(robot: Robot, position: Array, rotation: Array, posture: Posture) -> Array:
@@ -233,6 +255,8 @@ def _refuse_wrist(robot: Robot, theta: Array) -> None:
 
 def refuse_limits(robot: Robot, theta: Array) -> None:
     """Raises JointLimitError at the first waypoint beyond a limit, naming the joint that is farthest over."""
+    if np.all(theta.min(axis=0) >= robot.lower - 1e-12) and np.all(theta.max(axis=0) <= robot.upper + 1e-12):
+        return
     over = np.maximum(robot.lower - theta, theta - robot.upper)
     bad = np.flatnonzero((over > 1e-12).any(axis=1))
     if len(bad):

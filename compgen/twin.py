@@ -1,6 +1,6 @@
 r"""The real arm, independently: driven by the program's text as the controller would drive it.
 
-Nothing here comes from the optimiser's chain. The arm is ``plant``'s, confirmed by pinocchio on samples of every ride;
+Nothing here comes from the optimiser's chain. The arm is ``arm``'s, confirmed by pinocchio on samples of every ride;
 its lengths are grown by summing thin elements of each link's profile; the time comes from the text's own lengths,
 speeds and stops; the heat from each node's own equation through that time. The controller's nominal inverse is ``ik``,
 and every pose it gives is confirmed with the nominal arm to 1e-9 m. CNT is taken as passing through the points.
@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray, own
+from compgen.arm import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
+from compgen.arrays import Array, IntArray, norm, own
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, evaluate
 from compgen.exceptions import CompgenError
 from compgen.ik import flange_of, solve
-from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
 from compgen.robot import Robot
 from compgen.rotations import turns
 from compgen.thermal import Duty, NodeModel, Profile, Section
@@ -108,8 +108,8 @@ class Leg:
         goal = heat.steady("moving", self.driven[first:last])
         since = (now - self.time[line])[:, None]
         warmth = build_warmth(len(heat.tau))
-        (rise,) = evaluate(warmth, Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], since)
-        growth = twin.growth(rise)
+        per = twin.growths().reshape(1, -1)
+        rise, growth = evaluate(warmth, Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], per, since)
         drive = build_drive(
             twin.robot, self.program.posture, twin.tool_position.tobytes(), twin.tool_rotation.tobytes()
         )
@@ -161,7 +161,7 @@ class Twin:
             TwinError: Out of reach, or another posture.
         """
         step = np.diff(program.position, axis=0)
-        length = np.linalg.norm(step, axis=1)
+        length = norm(step)
         points = self._joints_at(program)
         time, driven = self._clock(program, length, points)
         rise = self._heated(self._warm(np.zeros(len(self.heat.tau)), duties), time, driven)
@@ -178,12 +178,12 @@ class Twin:
     ) -> None:
         """Raises TwinError unless the nominal arm is where the controller's inverse says, to 1e-9 m."""
         nominal = self._fly(theta, np.zeros((len(theta), len(LENGTHS))), progress)
-        off = np.linalg.norm(nominal[0] - position, axis=1)
+        off = norm(nominal[0] - position)
         turned = np.linalg.norm(nominal[1] - rotation, axis=(1, 2))
         refuse_unlike(segment, off, turned)
 
     def _fly(self, theta: Array, growth: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
-        """The real TCP at joints (M, 6) [rad] and growths (M, 5) [m], confirmed by pinocchio on samples."""
+        """The real TCP at joints (M, 6) [rad] and growths (M, 6) [m], confirmed by pinocchio on samples."""
         tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
         pose = evaluate(build_fly(self.robot, *tool), theta, growth)
         self.agree(theta, growth, pose, max(1, len(theta) // CONFIRMED))
@@ -205,18 +205,17 @@ class Twin:
         T(v) = v / a + a / j, or 2 sqrt(v / j) below a^2 / j, with a and j what the joints allow along the path at its
         stop. A run too short for both ramps reaches the speed p with p T(p) = length, and takes 2 T(p).
         """
-        share = np.abs(np.diff(theta, axis=0)) / length[:, None] + 1e-12  # rad/m
-        a = RAMP_ACCELERATION * (self.robot.acceleration / share).min(axis=1)
-        j = RAMP_JERK * (self.robot.jerk / share).min(axis=1)
         ends = np.flatnonzero(program.fine)
         first, last = ends[:-1], ends[1:] - 1
+        a_first, j_first = self._ramp_limits(theta, length, first)
+        a_last, j_last = self._ramp_limits(theta, length, last)
         said = length / program.speed
         whole, cruise = np.add.reduceat(length, first), np.add.reduceat(said, first)
-        begin = _ramp(program.speed[first], a[first], j[first])
-        end = _ramp(program.speed[last], a[last], j[last])
+        begin = _ramp(program.speed[first], a_first, j_first)
+        end = _ramp(program.speed[last], a_last, j_last)
         room = program.speed[first] * begin / 2 + program.speed[last] * end / 2
         low, high = np.zeros(len(first)), np.minimum(program.speed[first], program.speed[last])
-        soft_a, soft_j = np.minimum(a[first], a[last]), np.minimum(j[first], j[last])
+        soft_a, soft_j = np.minimum(a_first, a_last), np.minimum(j_first, j_last)
         for _ in range(60):
             peak = (low + high) / 2
             under = peak * _ramp(peak, soft_a, soft_j) < whole
@@ -224,6 +223,12 @@ class Twin:
         spent = np.where(room < whole, cruise + (begin + end) / 2, 2 * _ramp(low, soft_a, soft_j))
         slower = np.repeat(cruise / spent, np.diff(ends))
         return np.concatenate([[0.0], np.cumsum(said / slower)]), program.speed * slower
+
+    def _ramp_limits(self, theta: Array, length: Array, line: IntArray) -> tuple[Array, Array]:
+        """Acceleration and jerk along the path that the joints allow a ramp on some lines [m/s2], [m/s3]."""
+        share = np.abs(theta[line + 1] - theta[line]) / length[line, None] + 1e-12  # rad/m
+        a = RAMP_ACCELERATION * (self.robot.acceleration / share).min(axis=1)
+        return a, RAMP_JERK * (self.robot.jerk / share).min(axis=1)
 
     def _warm(self, rise: Array, duties: Sequence[Duty]) -> Array:
         for duty in duties:
@@ -267,24 +272,24 @@ class Twin:
         theta = apply_turns(self.robot, theta, program.turns)
         if not in_posture(self.robot, theta, program.posture).all():
             raise TwinError("the joints of a position contradict its CONFIG letters")
-        over = np.maximum(self.robot.lower - theta, theta - self.robot.upper)
-        if over.max() > 1e-6:
+        if theta_over(self.robot, theta) > 1e-6:
+            over = np.maximum(self.robot.lower - theta, theta - self.robot.upper)
             row, i = np.unravel_index(int(np.argmax(over)), over.shape)
             raise TwinError(
                 f"P[{row + 1}]: joint {self.robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
             )
-        turn = np.abs(np.diff(theta, axis=0)).max(axis=1, initial=0.0)
+        turn = np.abs(np.diff(theta, axis=0))
         if turn.max(initial=0.0) > np.pi / 2:
-            n = int(np.argmax(turn))
+            n = int(np.argmax(turn.max(axis=1)))
             raise TwinError(f"P[{n + 1}] to P[{n + 2}]: a joint turns by over 90 deg within one line")
         return theta
 
     def growth(self, rise: Array) -> Array:
-        """Growth of each of ``plant.LENGTHS``, (M, 5) [m], by summing thin elements."""
-        return np.asarray(rise @ self._growths())
+        """Growth of each of ``arm.LENGTHS``, (M, 6) [m], by summing thin elements."""
+        return np.asarray(rise @ self.growths())
 
-    def _growths(self) -> Array:
-        """The same per kelvin of each node, (K, 5) [m/K]."""
+    def growths(self) -> Array:
+        """The same per kelvin of each node, (K, 6) [m/K]."""
         reference = dict(zip(self.heat.names, self.heat.reference_rise.tolist()))
         grown = np.zeros((len(self.heat.names), len(LENGTHS)))
         for profile in self.profiles:
@@ -297,6 +302,11 @@ class Twin:
                 grown[a, column] += element * share.sum()
                 grown[b, column] += element * (1 - share).sum()
         return grown
+
+
+def theta_over(robot: Robot, theta: Array) -> float:
+    """How far any joint is beyond its limits, at most [rad]; below zero inside."""
+    return float(max((robot.lower - theta.min(axis=0)).max(), (theta.max(axis=0) - robot.upper).max()))
 
 
 def refuse_unlike(line: IntArray, off: Array, turned: Array) -> None:

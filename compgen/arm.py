@@ -19,13 +19,20 @@ from compgen.ik import Posture, joints_expr
 from compgen.robot import Robot
 
 #: the lengths that may grow, in the order of ``fly``'s growth: joint whose placement carries it, axis
-LENGTHS = {"a1": (2, 0), "a2": (3, 2), "a3": (4, 2), "d4": (5, 0), "d6": (6, 0)}
+LENGTHS = {"d1": (1, 2), "a1": (2, 0), "a2": (3, 2), "a3": (4, 2), "d4": (5, 0), "d6": (6, 0)}
 AXES = ((0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0))
 AGREE = 1e-12  # m, and in each entry of the rotation
 
 
 def _lengths(robot: Robot) -> tuple[float, ...]:
-    return (float(robot.a[0]), float(robot.a[1]), float(robot.a[2]), float(-robot.d[3]), float(-robot.d[5]))
+    return (
+        float(robot.d[0]),
+        float(robot.a[0]),
+        float(robot.a[1]),
+        float(robot.a[2]),
+        float(-robot.d[3]),
+        float(-robot.d[5]),
+    )
 
 
 def _turn_expr(axis: tuple[int, int, int], angle: Any) -> Any:
@@ -39,7 +46,7 @@ def _turn_expr(axis: tuple[int, int, int], angle: Any) -> Any:
 
 
 def pose_expr(robot: Robot, angles: Any, growth: Any, tool_position: Array, tool_rotation: Array) -> tuple[Any, Any]:
-    """TCP position (3, 1) and rotation (3, 3) from joint angles about the axes (6, 1) and growths (5, 1) [m]."""
+    """TCP position (3, 1) and rotation (3, 3) from joint angles about the axes (6, 1) and growths (6, 1) [m]."""
     position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
     where = {joint: (k, axis) for k, (joint, axis) in enumerate(LENGTHS.values())}
     for joint, turning in enumerate(AXES, 1):
@@ -87,15 +94,21 @@ def build_drive(robot: Robot, posture: Posture, tool_position: bytes, tool_rotat
 
 @lru_cache(maxsize=4)
 def build_warmth(nodes: int) -> Any:
-    """(rise at a line's start, what it tends to, time constants (K each); time since) -> rise (K)."""
+    """How warm the nodes (K) are some time into a line, and how much the lengths have grown by it (6) [m].
+
+    (rise at the line's start, what it tends to, time constants (K each); growth per kelvin (K by 6, node by node); time
+    since) -> rise, growth.
+    """
     rise, goal, tau = (ca.SX.sym(name, nodes) for name in ("rise", "goal", "tau"))
-    since = ca.SX.sym("since")
-    return ca.Function("warmth", [rise, goal, tau, since], [goal + (rise - goal) * ca.exp(-since / tau)])
+    per, since = ca.SX.sym("per", nodes * len(LENGTHS)), ca.SX.sym("since")
+    now = goal + (rise - goal) * ca.exp(-since / tau)
+    grown = ca.reshape(per, len(LENGTHS), nodes) @ now
+    return ca.Function("warmth", [rise, goal, tau, per, since], [now, grown])
 
 
 @lru_cache(maxsize=16)
 def build_fly(robot: Robot, tool_position: bytes, tool_rotation: bytes) -> Any:
-    """(theta (6), growths (5)) -> position (3), rotation (9, row by row) of the TCP."""
+    """(theta (6), growths (6)) -> position (3), rotation (9, row by row) of the TCP."""
     theta, growth = ca.SX.sym("theta", 6), ca.SX.sym("growth", len(LENGTHS))
     place, tool = (np.frombuffer(t).reshape(-1, 3) for t in (tool_position, tool_rotation))
     position, rotation = pose_expr(robot, theta - ca.DM(robot.pendant_zero), growth, place.ravel(), tool)
@@ -112,7 +125,7 @@ def disagreement(
         tool_position: TCP in the flange, (3,) [m].
         tool_rotation: (3, 3).
         theta: Joints of some samples, (S, 6) [rad].
-        growth: Growths of the lengths there, (S, 5) [m].
+        growth: Growths of the lengths there, (S, 6) [m].
         pose: What the expression found there with those growths, (S, 3) [m] and (S, 9).
     """
     model = pin.Model()
