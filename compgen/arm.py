@@ -89,7 +89,7 @@ def build_drive(robot: Robot, posture: Posture, tool_position: bytes, tool_rotat
     nominal = pose_expr(robot, angles, ca.SX.zeros(len(LENGTHS)), place.ravel(), tool)
     actual = pose_expr(robot, angles, growth, place.ravel(), tool)
     wrong = ca.vertcat(margin, ca.norm_2(nominal[0] - position), ca.norm_fro(nominal[1] - rotation))
-    return ca.Function("drive", symbols, [theta, actual[0], ca.vec(actual[1].T), wrong])
+    return ca.Function("drive", symbols, ca.cse([theta, actual[0], ca.vec(actual[1].T), wrong]))
 
 
 @lru_cache(maxsize=4)

@@ -40,6 +40,7 @@ class ToolPath:
     stop: BoolArray  # (N,) the robot stops here
     piece: IntArray  # (N - 1,) which piece a segment lies on
     span: Array  # (N - 1, 2) its parameters there
+    slope: Array  # (N - 1, 2) as ``Geometry.measured`` says
 
     def __post_init__(self) -> None:
         own(
@@ -51,6 +52,7 @@ class ToolPath:
             stop=("N",),
             piece=("S",),
             span=("S", 2),
+            slope=("S", 2),
         )
 
     def at(self, segment: IntArray, fraction: Array) -> tuple[Array, Array, Array]:
@@ -59,7 +61,9 @@ class ToolPath:
         Returns:
             (M, 3) [m], (M, 3, 3), (M, 3) unit vectors.
         """
-        return self.geometry.at(self.piece[segment], self.span[segment], np.diff(self.arc)[segment], fraction)
+        first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1
+        whole = np.diff(self.arc[first : last + 1])[segment - first]
+        return self.geometry.at(self.piece[segment], self.span[segment], whole, self.slope[segment], fraction)
 
 
 def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float, chord: float, lift: float) -> ToolPath:
@@ -114,7 +118,8 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
     point_piece = np.concatenate([[seg_piece[0]], seg_piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
     position, rotation = geometry.pose(point_piece, point_t)
-    arc = np.concatenate([[0.0], np.cumsum(geometry.length(seg_piece, span[:, 0], span[:, 1]))])
+    length, slope = geometry.measured(seg_piece, span)
+    arc = np.concatenate([[0.0], np.cumsum(length)])
     xy, _, _ = pattern.plane_curve(point_piece, point_t)
     ends = step == segments[seg_piece] - 1
     stop = np.concatenate([[True], ends & stops[seg_piece]])
@@ -130,6 +135,7 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
         stop=stop,
         piece=seg_piece,
         span=span,
+        slope=slope,
     )
 
 

@@ -18,14 +18,27 @@ _LIMIT = 10**8  # thousandths: what nine characters hold of a positive number
 _DOT, _MINUS, _ZERO, _SPACE = np.frombuffer(b".-0 ", dtype=np.uint8)
 
 
-def _table(form: str, count: int, step: int = 1) -> Bytes:
-    text = "".join(form % (i * step) for i in range(count))
-    return np.frombuffer(text.encode("ascii"), dtype=np.uint8).reshape(count, -1)
+def _digits(count: int, width: int, blank: int) -> Bytes:
+    """Numbers from 0, right-aligned, with a character before the first digit."""
+    number = np.arange(count)
+    out = np.empty((count, width), dtype=np.uint8)
+    for column in range(width):
+        place = 10 ** (width - 1 - column)
+        out[:, column] = np.where((number >= place) | (place == 1), number // place % 10 + _ZERO, blank)
+    return out
 
 
-_WHOLE = _table("%5d", 100_000)
-_NEGATIVE = np.frombuffer("".join(f"{'-' + str(i):>5}" for i in range(10_000)).encode(), dtype=np.uint8).reshape(-1, 5)
-_THOUSANDTHS = _table("%03d", 1000)
+def _below_zero(count: int, width: int) -> Bytes:
+    """The same with a minus sign before the first digit."""
+    out = _digits(count, width, int(_SPACE))
+    first = (out == _SPACE).sum(axis=1) - 1
+    out[np.arange(count), first] = _MINUS
+    return out
+
+
+_WHOLE = _digits(100_000, 5, int(_SPACE))
+_NEGATIVE = _below_zero(10_000, 5)
+_THOUSANDTHS = _digits(1000, 3, int(_ZERO))
 
 
 def fits(thousandths: IntArray) -> bool:
