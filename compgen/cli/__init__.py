@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+import compgen.cli.alone  # noqa: F401  (before numpy is loaded)
 from compgen import __version__
 from compgen.cli import init, jobs, programs
 from compgen.cli.app import app, say_error

@@ -16,11 +16,13 @@ from compgen.cli.app import (
     Quiet,
     RobotName,
     Set,
+    Workers,
     app,
     checked_date,
     output_folder,
     say_error,
     stages,
+    use_machine,
     write_file,
 )
 from compgen.cli.tables import show_job
@@ -40,8 +42,10 @@ def generate(
     date: Date = pipeline.DATE,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
     quiet: Quiet = False,
+    workers: Workers = None,
 ) -> None:
     """Write the corrected program and its proof."""
+    use_machine(workers)
     folder = output_folder(path, output)
     with stages(quiet) as progress:
         job = load_job(path, robot, set_ or ())
@@ -67,8 +71,10 @@ def predict(
     output: OutDir = None,
     set_: Set = None,
     quiet: Quiet = False,
+    workers: Workers = None,
 ) -> None:
     """Predict the error of the planned program, without correcting it."""
+    use_machine(workers)
     folder = output_folder(path, output)
     with stages(quiet) as progress:
         job = load_job(path, robot, set_ or ())
@@ -88,8 +94,10 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file.")] = None,
     quiet: Quiet = False,
+    workers: Workers = None,
 ) -> None:
     """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
+    use_machine(workers)
     with stages(quiet or as_json) as progress:
         job = load_job(path, robot, set_ or ())
         if junit is not None:
