@@ -9,7 +9,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.kinematics import nominal_chain, with_tool_expr
@@ -37,6 +36,15 @@ def violated(problem: Problem, settings: Settings, correction: Array) -> BoolArr
     return np.asarray(bad)
 
 
+def near(rows: BoolArray, steps: int) -> BoolArray:
+    """Rows no farther than so many steps from a marked one, (N,)."""
+    change = np.zeros(len(rows) + 1, dtype=np.int64)
+    marked = np.flatnonzero(rows)
+    np.add.at(change, np.maximum(marked - steps, 0), 1)
+    np.add.at(change, np.minimum(marked + steps + 1, len(rows)), -1)
+    return np.asarray(np.cumsum(change)[:-1] > 0)
+
+
 def hold(
     problem: Problem, settings: Settings, correction: Array, rows: BoolArray
 ) -> tuple[Array, tuple[tuple[int, str], ...], bool]:
@@ -55,7 +63,7 @@ def hold(
     correction = correction.copy()
     for _ in range(4):  # a stretch that still binds at its edge is widened
         converged = True
-        free = binary_dilation(rows, iterations=AROUND)
+        free = near(rows, AROUND)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
         for first, last in zip(edges[::2], edges[1::2]):
             low, high = max(0, first - 2), min(N, last + 2)
