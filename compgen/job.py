@@ -37,6 +37,8 @@ class Job:
     surface: Quadric
     boundary: Boundary
     chord: float  # [m] largest distance of the path from the line between two waypoints
+    spacing: float  # [m] largest distance of two waypoints
+    thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
     lift: float  # [m] approach and retract
     feed: float  # [m/s]
     spin: float  # [rad] the tool's x axis against base x

@@ -1,11 +1,11 @@
 """The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen import __version__, compensate, ik, timing, toolpath, verify
+from compgen import __version__, compensate, ik, thinning, timing, toolpath, verify
 from compgen.arrays import Array, IntArray
 from compgen.compensate import Solution, Status
 from compgen.dialects import fanuc_ls
@@ -44,6 +44,7 @@ class Planned:
     error: Array  # (N, 6) predicted, uncorrected
     deviation: Deviation  # of the uncorrected text
     findings: tuple[Finding, ...]
+    rows: IntArray  # which of the waypoints that were planned these are
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,7 +82,9 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
     """
     progress("path", 0.0)
     try:
-        path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+        path = toolpath.build(
+            job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing
+        )
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc_ls.writable_speed(job.feed)
@@ -106,7 +109,9 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
-    return Planned(job, feed, path, model, theta, trajectory, rise, error, deviation, tuple(found))
+    return Planned(
+        job, feed, path, model, theta, trajectory, rise, error, deviation, tuple(found), np.arange(len(theta))
+    )
 
 
 def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, Corrected]:
@@ -125,6 +130,12 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     if solution.status is Status.FAILED:
         n, limit = solution.active[0] if solution.active else (1, "a limit")
         raise ImpossibleError(f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it")
+    limited = _limited(solution, job)
+    if job.thin is not None:
+        progress("thinning", 0.0)
+        planned, solution = _thinned(planned, solution, job.thin)
+        path = planned.path
+        problem = problem.window(planned.rows)
     position, rotation = problem.commanded(solution.correction)
     trajectory = timing.retime(
         job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
@@ -139,7 +150,7 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
-        *_limited(solution, job),
+        *limited,
         *_timing_findings(job, planned.feed, path, trajectory),
         *_controller_findings(job, written, text),
         *_clock_findings(trajectory, leg),
@@ -153,6 +164,33 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
         solution, trajectory, written, text, leg.twin, job.before, leg.first_samples(), deviation, window, ripple,
         tuple(found),
     )  # fmt: skip
+
+
+def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
+    """The same with the waypoints that the controller needs."""
+    path, job = planned.path, planned.job
+    rows = thinning.kept(path, solution.correction[:, :3], tolerance, planned.feed * job.robot.controller.period)
+    N = len(path.arc)
+    told = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
+    motion = planned.trajectory
+    fewer = replace(
+        planned,
+        path=path.only(rows),
+        theta=planned.theta[rows],
+        trajectory=replace(
+            motion, time=motion.time[rows], speed=motion.speed[rows[1:] - 1], driven=motion.driven[rows[1:] - 1]
+        ),
+        rise=planned.rise[rows],
+        error=planned.error[rows],
+        findings=(*planned.findings, Finding("note", "path.thinned", told)),
+        rows=rows,
+    )
+    return fewer, replace(
+        solution,
+        correction=solution.correction[rows],
+        theta=solution.theta[rows],
+        residual=solution.residual[rows],
+    )
 
 
 def start_window(planned: Planned, solution: Solution) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array, BoolArray
+from compgen.arrays import Array, BoolArray, IntArray
 from compgen.evaluation import evaluate
 from compgen.ik import Posture, joints_expr
 from compgen.predict import ErrorModel
@@ -75,8 +75,8 @@ class Problem:
     def _targets(self) -> tuple[Array, Array, Array]:
         return self.position, self.rotation.reshape(-1, 9), self.theta
 
-    def window(self, rows: slice) -> "Problem":
-        """The same problem on a stretch of waypoints."""
+    def window(self, rows: slice | IntArray) -> "Problem":
+        """The same problem on some of its waypoints."""
         return replace(
             self,
             **{f: getattr(self, f)[rows] for f in ("position", "rotation", "theta", "rise", "arc", "stop")},

@@ -21,7 +21,7 @@ ROOMS = [
     {"predict"},
     {"problem"},
     {"limits"},
-    {"compensate"},
+    {"compensate", "thinning"},
     {"dialects"},
     {"inspection"},
     {"arm"},
