@@ -24,9 +24,9 @@ from enum import Enum
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from compgen.arrays import Array, BoolArray, own
+from compgen.arrays import Array, own
 from compgen.limits import hold, violated
-from compgen.problem import Problem, Settings, measure, weights
+from compgen.problem import Problem, Settings, bands, measure, weights
 
 STEP_TOLERANCE = 1e-12  # m, and rad times lever
 MAX_ITERATIONS = 20
@@ -54,28 +54,6 @@ class Solution:
 
     def __post_init__(self) -> None:
         own(self, correction=("N", 6), theta=("N", 6), residual=("N", 6))
-
-
-def bands(arc: Array, stop: BoolArray, settings: Settings, fidelity: float = 1.0) -> Array:
-    """diag(ds) fidelity + l1 D1'D1 + l2 D2'D2 in upper banded form, (3, N)."""
-    h = np.maximum(np.diff(arc), 1e-12)
-    N = len(arc)
-    diagonal, first, second = measure(arc) * fidelity, np.zeros(N), np.zeros(N)
-    k = (settings.rate_period / (2 * np.pi)) ** 2 / h
-    diagonal[:-1] += k
-    diagonal[1:] += k
-    first[1:] -= k
-    if N > 2:
-        h0, h1 = h[:-1], h[1:]
-        a, b, c = 2 / (h0 * (h0 + h1)), -2 / (h0 * h1), 2 / (h1 * (h0 + h1))
-        k = (settings.curvature_period / (2 * np.pi)) ** 4 * (h0 + h1) / 2 * ~stop[1:-1]
-        diagonal[:-2] += k * a * a
-        diagonal[1:-1] += k * b * b
-        diagonal[2:] += k * c * c
-        first[1:-1] += k * a * b
-        first[2:] += k * b * c
-        second[2:] += k * a * c
-    return np.array([second, first, diagonal])
 
 
 def optimise(problem: Problem, settings: Settings, progress: Callable[[float], None] = lambda share: None) -> Solution:
@@ -115,7 +93,7 @@ def optimise(problem: Problem, settings: Settings, progress: Callable[[float], N
     status = Status.CONVERGED if step <= STEP_TOLERANCE else Status.FAILED
     rows = violated(problem, settings, correction)
     if rows.any():
-        correction, active, legal = hold(problem, settings, correction, rows)
+        correction, active, legal = hold(problem, settings, correction, rows, progress)
         status = Status.LIMITED if legal and status is Status.CONVERGED else Status.FAILED
     theta, _ = problem.joints(correction)
     progress(1.0)

@@ -1,15 +1,19 @@
-r"""The same problem where a constraint binds: a general nonlinear program in CasADi over a stretch of waypoints.
+r"""Where a constraint binds: which waypoints, and the best legal correction of them and of those around.
 
-Variables are the joints, theta_n = theta_n(free solution) + 1e-4 x_n, so joint limits are bounds; the commanded pose is
+``hold`` has it from ``interior``. ``solve_stretch`` is the same problem as a general nonlinear program in CasADi, the
+oracle of both fast solutions in the tests. Its variables are the joints, theta_n = theta_n(free solution) + 1e-4 x_n,
+so joint limits are bounds; the commanded pose is
 the nominal forward kinematics, and c_n and e_n follow from it. Waypoints around the stretch keep the free solution and
-tie its ends. Costs milliseconds a waypoint, and is the oracle of the fast solution in the tests.
+tie its ends. It costs milliseconds a waypoint.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from compgen import interior
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.kinematics import nominal_chain, with_tool_expr
 from compgen.problem import Problem, Settings, measure, weights
@@ -46,7 +50,11 @@ def near(rows: BoolArray, steps: int) -> BoolArray:
 
 
 def hold(
-    problem: Problem, settings: Settings, correction: Array, rows: BoolArray
+    problem: Problem,
+    settings: Settings,
+    correction: Array,
+    rows: BoolArray,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Array, tuple[tuple[int, str], ...], bool]:
     """Solve the stretches around violating waypoints.
 
@@ -55,23 +63,18 @@ def hold(
         settings: Smoothness and limits.
         correction: Free solution, (N, 6).
         rows: Waypoints that break a limit, (N,).
+        progress: Called with the share done.
 
     Returns:
         The legal correction (N, 6), the limits that bind as (waypoint from 1, name), and whether all is legal.
     """
-    N = len(rows)
     correction = correction.copy()
     for _ in range(4):  # a stretch that still binds at its edge is widened
-        converged = True
-        free = near(rows, AROUND)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
-        for first, last in zip(edges[::2], edges[1::2]):
-            low, high = max(0, first - 2), min(N, last + 2)
-            inside = slice(low, high)
-            loose = np.zeros(high - low, dtype=bool)
-            loose[first - low : last - low] = True
-            correction[inside], found = solve_stretch(problem.window(inside), settings, correction[inside], loose)
-            converged = converged and found
+        loose = near(rows, AROUND)
+        inside = near(loose, 2)  # two waypoints on either side stay as they are and tie the ends
+        part = np.flatnonzero(inside)
+        window, held = problem.window(part), loose[part]
+        correction[part], converged = interior.solve(window, settings, correction[part], held, progress)
         still = violated(problem, settings, correction)
         if not still.any():
             break

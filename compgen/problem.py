@@ -64,6 +64,11 @@ class Problem:
         """e_n, (N, 6)."""
         return evaluate(self._functions().error, *self._targets(), correction, self.rise)[0]
 
+    def linear(self, correction: Array) -> tuple[Array, Array, Array, Array]:
+        """e (N, 6), de/dc (N, 6, 6), theta (N, 6) and dtheta/dc (N, 6, 6)."""
+        e, E, theta, G = evaluate(self._functions().linear, *self._targets(), correction, self.rise)
+        return e, np.swapaxes(E.reshape(-1, 6, 6), 1, 2), theta, np.swapaxes(G.reshape(-1, 6, 6), 1, 2)
+
     def pointwise(self) -> Array:
         """The correction that leaves nothing, each waypoint for itself, (N, 6)."""
         return evaluate(self._functions().pointwise, *self._targets(), self.rise)[0]
@@ -90,6 +95,7 @@ class Functions:
     joints: Any  # and c (6) -> theta (6), margin
     error: Any  # and c (6), rise -> e (6)
     pointwise: Any  # and rise -> c (6)
+    linear: Any  # and c (6), rise -> e (6), de/dc (36, column-major), theta (6), dtheta/dc (36)
 
 
 @lru_cache(maxsize=16)
@@ -111,13 +117,19 @@ def build_functions(
         position, actual = model.actual(joints(c)[0], rise)
         return ca.vertcat(position - p, rotation_vector_expr(rotation.T @ actual))
 
-    found = ca.SX.zeros(6)
-    for _ in range(STEPS):
+    # without a correction the joints are the planned ones, so the first step needs no inverse
+    position, actual = model.actual(near, rise)
+    found = -ca.vertcat(position - p, rotation_vector_expr(rotation.T @ actual))
+    for _ in range(STEPS - 1):
         found = found - error(found)
+    theta, _ = joints(c)
+    e = error(c)
+    E, G = ca.jacobian(e, c), ca.jacobian(theta, c)
     return Functions(
         ca.Function("joints", [p, rows, near, c], [*joints(c)]),
         ca.Function("error", [p, rows, near, c, rise], [error(c)]),
         ca.Function("pointwise", [p, rows, near, rise], [found]),
+        ca.Function("linear", [p, rows, near, c, rise], ca.cse([e, ca.densify(E), theta, ca.densify(G)])),
     )
 
 
@@ -132,3 +144,25 @@ def measure(arc: Array) -> Array:
     """ds_n: the length of path that a waypoint stands for, (N,) [m]."""
     h = np.maximum(np.diff(arc), 1e-12)
     return np.asarray(np.concatenate([[h[0] / 2], (h[:-1] + h[1:]) / 2, [h[-1] / 2]]))
+
+
+def bands(arc: Array, stop: BoolArray, settings: Settings, fidelity: float = 1.0) -> Array:
+    """diag(ds) fidelity + l1 D1'D1 + l2 D2'D2 in upper banded form, (3, N)."""
+    h = np.maximum(np.diff(arc), 1e-12)
+    N = len(arc)
+    diagonal, first, second = measure(arc) * fidelity, np.zeros(N), np.zeros(N)
+    k = (settings.rate_period / (2 * np.pi)) ** 2 / h
+    diagonal[:-1] += k
+    diagonal[1:] += k
+    first[1:] -= k
+    if N > 2:
+        h0, h1 = h[:-1], h[1:]
+        a, b, c = 2 / (h0 * (h0 + h1)), -2 / (h0 * h1), 2 / (h1 * (h0 + h1))
+        k = (settings.curvature_period / (2 * np.pi)) ** 4 * (h0 + h1) / 2 * ~stop[1:-1]
+        diagonal[:-2] += k * a * a
+        diagonal[1:-1] += k * b * b
+        diagonal[2:] += k * c * c
+        first[1:-1] += k * a * b
+        first[2:] += k * b * c
+        second[2:] += k * a * c
+    return np.array([second, first, diagonal])

@@ -20,6 +20,7 @@ ROOMS = [
     {"sources"},
     {"predict"},
     {"problem"},
+    {"interior"},
     {"limits"},
     {"compensate", "thinning"},
     {"dialects"},
