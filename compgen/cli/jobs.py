@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 from xml.sax.saxutils import quoteattr
@@ -30,7 +31,7 @@ from compgen.config import load_job
 from compgen.exceptions import InputError
 from compgen.job import Job
 from compgen.pipeline import Corrected, Planned
-from compgen.report import report_html, report_json, summary, waypoints_csv
+from compgen.report import report_html, report_json, summary, waypoints_blocks
 
 
 @app.command()
@@ -117,15 +118,15 @@ def check(
         raise typer.Exit(1 if as_json else say_error(f"outside bounds: {worst}", 1))
 
 
-def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes]:
+def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
     return {
         "report.json": report_json(planned, corrected),
-        "waypoints.csv": waypoints_csv(planned, corrected),
+        "waypoints.csv": waypoints_blocks(planned, corrected),
         "report.html": report_html(planned, corrected),
     }
 
 
-def _publish(folder: Path, files: dict[str, bytes], job: Job) -> None:
+def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job) -> None:
     program = f"{pipeline.program_name_of(job)}.LS"
     outbox.publish(folder, files, {"report.json", "waypoints.csv", "report.html", program})
 
