@@ -4,7 +4,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -89,17 +88,17 @@ def correction(problem: Problem, compiler: Any) -> dict[str, float]:
     evaluation.use(compiler)
     whole = seconds(lambda: compensate.optimise(problem, Settings())) / rows
     found["with smoothing"] = whole
-    joint = 2
-    free = compensate.optimise(problem, Settings())
-    # a limit that one waypoint in a hundred breaks
-    bound = float(np.quantile(free.theta[:, joint], 0.01))
-    lower = problem.robot.lower.copy()
-    lower[joint] = bound
-    held = replace(problem, robot=replace(problem.robot, lower=lower))
-    solution = compensate.optimise(held, Settings())
-    found["limited"] = seconds(lambda: compensate.optimise(held, Settings()), 3) / rows
+    tight = clamped(problem, 0.99)
+    solution = compensate.optimise(problem, tight)
+    found["limited"] = seconds(lambda: compensate.optimise(problem, tight), 3) / rows
     found["at a limit"] = len({n for n, _ in solution.active}) / rows
     return found
+
+
+def clamped(problem: Problem, share: float) -> Settings:
+    """A clamp that this share of the waypoints keeps without being asked to."""
+    free = compensate.optimise(problem, Settings())
+    return Settings(clamp_position=float(np.quantile(np.linalg.norm(free.correction[:, :3], axis=1), share)))
 
 
 def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
@@ -107,16 +106,12 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
     part = problem.window(slice(len(problem.arc) // 2, len(problem.arc) // 2 + points))
     everywhere = np.ones(len(part.arc), dtype=bool)
     found: dict[str, float] = {}
-    free = compensate.optimise(part, Settings())
-    lower = part.robot.lower.copy()
-    lower[2] = float(np.quantile(free.theta[:, 2], 0.01))
-    tight = replace(part, robot=replace(part.robot, lower=lower))
-    for name, case in (("free", part), ("limited", tight)):
-        fast = compensate.optimise(case, Settings())
+    for name, settings in (("free", Settings()), ("limited", clamped(part, 0.99))):
+        fast = compensate.optimise(part, settings)
         begin = time.process_time()
-        answer = limits.solve_stretch(case, Settings(), np.zeros((points, 6)), everywhere)
+        answer = limits.solve_stretch(part, settings, np.zeros((points, 6)), everywhere)
         found[f"{name} slow"] = (time.process_time() - begin) / points
-        found[f"{name} fast"] = seconds(lambda case=case: compensate.optimise(case, Settings())) / points
+        found[f"{name} fast"] = seconds(lambda settings=settings: compensate.optimise(part, settings)) / points
         found[f"{name} difference"] = float(np.abs(answer[0] - fast.correction)[:, :3].max())
     return found
 

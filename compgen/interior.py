@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from scipy.linalg import solveh_banded
 
 from compgen.arrays import Array, BoolArray
@@ -27,7 +28,7 @@ BAND = 12
 STEPS = 80
 NEAR = 5e-3  # rad from a limit within which a joint is looked after
 DONE = 1e-6  # um, of the last step
-SLACK = 1e-8  # um^2 of mu at the end: smaller only adds noise
+SLACK = 1e-7  # um^2 of mu at the end: smaller only adds noise
 BACK = 0.995  # of the way to where a slack or a multiplier would vanish
 
 
@@ -93,7 +94,7 @@ def solve(
     moved = np.inf
     for step in range(STEPS):
         gap = sum(float((a * b).sum()) for a, b in zip(s, lam)) / count
-        mu = max(0.1 * gap, 0.1 * SLACK) if step else gap
+        mu = max(0.1 * gap, SLACK) if step else gap
         r = tuple(np.where(u, v + t, 0.0) for u, v, t in zip(used, g, s))
         push = tuple(np.where(u, (mu + k * q) / t, 0.0) for u, k, q, t in zip(used, lam, r, s))
         stiff = tuple(k / t for k, t in zip(lam, s))
@@ -114,7 +115,11 @@ def solve(
         force[:, 3:] += push[1][:, 1:] * w
         force[1:, :3] += push[2][:, None] * d
         force[:-1, :3] -= push[2][:, None] * d
-        dx = solveh_banded(_assembled(smooth, block, -pair, fixed), np.where(fixed, 0.0, -force.ravel())).reshape(N, 6)
+        try:
+            found = solveh_banded(_assembled(smooth, block, -pair, fixed), np.where(fixed, 0.0, -force.ravel()))
+        except (LinAlgError, ValueError):  # multipliers without bound: the limits leave no way
+            return start, False
+        dx = found.reshape(N, 6)
 
         turned = np.matmul(A, dx[:, :, None])[:, :, 0]
         slope = (

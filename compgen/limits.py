@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from compgen import interior
-from compgen.arrays import Array, BoolArray, IntArray
+from compgen.arrays import Array, BoolArray, IntArray, norm
 from compgen.kinematics import nominal_chain, with_tool_expr
 from compgen.problem import Problem, Settings, measure, weights
 from compgen.units import UM
@@ -26,14 +26,18 @@ OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
 NEAR = 1 - 1e-4  # how near it counts as on it
 
 
-def violated(problem: Problem, settings: Settings, correction: Array) -> BoolArray:
-    """Which waypoints break a limit, (N,)."""
-    theta, margin = problem.joints(correction)
+def violated(
+    problem: Problem, settings: Settings, correction: Array, joints: tuple[Array, Array] | None = None
+) -> BoolArray:
+    """Which waypoints break a limit, (N,); ``joints`` are theta and the reach margin where they are known."""
+    theta, margin = joints or problem.joints(correction)
     robot = problem.robot
-    bad = ((theta < robot.lower - 1e-12) | (theta > robot.upper + 1e-12)).any(axis=1) | (margin < 0)
-    bad |= np.linalg.norm(correction[:, :3], axis=1) > settings.clamp_position * OVER
-    bad |= np.linalg.norm(correction[:, 3:], axis=1) > settings.clamp_rotation * OVER
-    step = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1)
+    bad = margin < 0
+    for i in range(6):
+        bad |= (theta[:, i] < robot.lower[i] - 1e-12) | (theta[:, i] > robot.upper[i] + 1e-12)
+    bad |= norm(correction[:, :3]) > settings.clamp_position * OVER
+    bad |= norm(correction[:, 3:]) > settings.clamp_rotation * OVER
+    step = norm(np.diff(correction[:, :3], axis=0))
     steep = step > settings.rate * np.diff(problem.arc) * OVER + 1e-12
     bad[:-1] |= steep
     bad[1:] |= steep

@@ -14,7 +14,7 @@ import numpy as np
 
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.evaluation import evaluate
-from compgen.ik import Posture, joints_expr
+from compgen.ik import Posture, branch_expr
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
 from compgen.rotations import matrix_of, rotation_matrix_expr, rotation_vector_expr
@@ -62,7 +62,12 @@ class Problem:
 
     def error(self, correction: Array) -> Array:
         """e_n, (N, 6)."""
-        return evaluate(self._functions().error, *self._targets(), correction, self.rise)[0]
+        return self.looked_at(correction)[0]
+
+    def looked_at(self, correction: Array) -> tuple[Array, Array, Array]:
+        """e_n (N, 6), the joints (N, 6) [rad] and the reach margin (N,) [m]."""
+        e, theta, margin = evaluate(self._functions().error, *self._targets(), correction, self.rise)
+        return e, theta, margin[:, 0]
 
     def linear(self, correction: Array) -> tuple[Array, Array, Array, Array]:
         """e (N, 6), de/dc (N, 6, 6), theta (N, 6) and dtheta/dc (N, 6, 6)."""
@@ -93,7 +98,7 @@ class Functions:
     """CasADi functions of the target's position (3) and rotation (9, row by row), and of joints (6) near its own."""
 
     joints: Any  # and c (6) -> theta (6), margin
-    error: Any  # and c (6), rise -> e (6)
+    error: Any  # and c (6), rise -> e (6), theta (6), margin
     pointwise: Any  # and rise -> c (6)
     linear: Any  # and c (6), rise -> e (6), de/dc (36, column-major), theta (6), dtheta/dc (36)
 
@@ -108,29 +113,55 @@ def build_functions(
     rotation = ca.reshape(rows, 3, 3).T
     place, turn = (ca.DM(np.frombuffer(t).reshape(-1, 3)) for t in (tool_position, tool_rotation))
 
-    def joints(c: Any) -> tuple[Any, Any]:
+    def branch(c: Any) -> tuple[Any, Any, Any, Any]:
         flange = rotation @ rotation_matrix_expr(c[3:]) @ turn.T
-        theta, margin = joints_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
-        return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), margin
+        theta, cosine, sine, margin = branch_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
+        return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), cosine, sine, margin
+
+    def against(pose: tuple[Any, Any]) -> Any:
+        return ca.vertcat(pose[0] - p, rotation_vector_expr(rotation.T @ pose[1]))
 
     def error(c: Any) -> Any:
-        position, actual = model.actual(joints(c)[0], rise)
-        return ca.vertcat(position - p, rotation_vector_expr(rotation.T @ actual))
+        return against(with_pairs(model.actual, *branch(c)[:3], rise))
 
     # without a correction the joints are the planned ones, so the first step needs no inverse
-    position, actual = model.actual(near, rise)
-    found = -ca.vertcat(position - p, rotation_vector_expr(rotation.T @ actual))
+    found = -against(model.actual(near, rise))
     for _ in range(STEPS - 1):
         found = found - error(found)
-    theta, _ = joints(c)
+    theta, _, _, margin = branch(c)
     e = error(c)
     E, G = ca.jacobian(e, c), ca.jacobian(theta, c)
     return Functions(
-        ca.Function("joints", [p, rows, near, c], [*joints(c)]),
-        ca.Function("error", [p, rows, near, c, rise], [error(c)]),
-        ca.Function("pointwise", [p, rows, near, rise], [found]),
+        ca.Function("joints", [p, rows, near, c], [theta, margin]),
+        ca.Function("error", [p, rows, near, c, rise], ca.cse([e, theta, margin])),
+        ca.Function("pointwise", [p, rows, near, rise], ca.cse([found])),
         ca.Function("linear", [p, rows, near, c, rise], ca.cse([e, ca.densify(E), theta, ca.densify(G)])),
     )
+
+
+def with_pairs(function: Any, theta: Any, cosine: Any, sine: Any, *others: Any) -> list[Any]:
+    """A function of theta and others as an expression, each cos and sin of a joint angle given instead of computed."""
+    given = [theta, *others]
+    work: list[Any] = [None] * function.sz_w()
+    joint: list[int | None] = [None] * function.sz_w()  # which joint's angle a work place holds
+    out = [ca.SX.zeros(*function.size_out(k)) for k in range(function.n_out())]
+    for k in range(function.n_instructions()):
+        code, i, o = function.instruction_id(k), function.instruction_input(k), function.instruction_output(k)
+        if code == ca.OP_OUTPUT:
+            out[o[0]][o[1]] = work[i[0]]
+            continue
+        held = None
+        if code == ca.OP_INPUT:
+            value, held = given[i[0]][i[1]], i[1] if i[0] == 0 else None
+        elif code == ca.OP_CONST:
+            value = ca.SX(function.instruction_constant(k))
+        elif code in (ca.OP_SIN, ca.OP_COS) and joint[i[0]] is not None:
+            value = (sine if code == ca.OP_SIN else cosine)[joint[i[0]]]
+        else:
+            parts = [work[n] for n in i]
+            value = ca.SX.binary(code, *parts) if len(parts) == 2 else ca.SX.unary(code, *parts)
+        work[o[0]], joint[o[0]] = value, held
+    return out
 
 
 def weights(settings: Settings) -> Array:
