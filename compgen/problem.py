@@ -5,6 +5,7 @@ real arm. Because de/dc = I + O(1e-3), the correction that leaves nothing, e(c) 
 which shrinks what is left about a thousandfold a step: ``STEPS`` of them are one expression as well.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -118,7 +119,7 @@ def build_functions(
         theta, cosine, sine, margin = branch_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
         return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), cosine, sine, margin
 
-    def against(pose: tuple[Any, Any]) -> Any:
+    def against(pose: Sequence[Any]) -> Any:
         return ca.vertcat(pose[0] - p, rotation_vector_expr(rotation.T @ pose[1]))
 
     def error(c: Any) -> Any:
