@@ -4,22 +4,25 @@ import json
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from compgen import __version__
 from compgen import schema as sc
 from compgen.exceptions import InputError
+from compgen.faults import read_box, read_sources
 from compgen.ik import check_arm_class
-from compgen.job import Cell
 from compgen.reading import check, find_robot, override, read_toml, suggest
 from compgen.robot import Controller, Robot
 from compgen.sources import ThermalGrowth
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.units import DEG, HOUR, KB, MM, MS, UM
 
-LENGTHS = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
+if TYPE_CHECKING:
+    from compgen.job import Cell
+
+LENGTHS = {"d1": ("d", 0), "a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
 
 
 def load_robot(name: str) -> Robot:
@@ -32,7 +35,7 @@ def load_robot(name: str) -> Robot:
     return robot_of(check(sc.RobotFile, read_toml(source, "robots"), str(source)), str(source))
 
 
-def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
+def load_cell(name: str, overrides: Sequence[str] = ()) -> "Cell":
     """A robot with its warmth and its errors, by name or file.
 
     Args:
@@ -52,23 +55,28 @@ def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
     return cell_of(data, str(source), overrides)
 
 
-def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> Cell:
+def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell":
     """The cell that a robot file's tables describe.
 
     Raises:
         InputError: Anything wrong, naming file and key.
     """
+    from compgen.job import Cell  # here, so that a robot's nominal facts are read without the libraries of a job
+
     facts = check(sc.RobotFile, data, where)
     _refuse_double(facts, where)
     robot = robot_of(facts, where)
     heat = _heat(facts.thermal, where)
     profiles = _profiles(facts, robot, where)
+    known = read_sources(facts.sources, _growth(robot, heat, profiles), robot, heat.names, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
     return Cell(
         robot=robot,
         heat=heat,
         profiles=profiles,
-        sources=(_growth(robot, heat, profiles),),
+        known=known,
+        sources=tuple(k.source for k in known),
+        joint_box=read_box(facts.sources, where),
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )
@@ -144,6 +152,7 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
             max_positions=controller.max_positions,
             memory=controller.memory_kB * KB,
             name_length=controller.name_length,
+            decimals=controller.decimals,
             turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
         ),
     )
@@ -196,7 +205,7 @@ def _profiles(facts: sc.RobotFile, robot: Robot, where: str) -> tuple[Profile, .
             sections.append(Section(start, s.to_mm * MM, s.from_, s.to, s.shape))
             start = s.to_mm * MM
         kind, axis = LENGTHS[profile.length]
-        length = abs(float(getattr(robot, kind)[axis]))
+        length = abs(float(getattr(robot, kind)[axis])) or start  # World's origin may stand on top of the column
         if abs(start - length) > 1e-9:
             raise InputError(f"{key}: sections end at {start / MM:g} mm, {profile.length} is {length / MM:g} mm long")
         found.append(Profile(profile.length, cte * UM, tuple(sections)))
@@ -209,6 +218,6 @@ def _growth(robot: Robot, heat: NodeModel, profiles: Sequence[Profile]) -> Therm
     grown = {"a": np.zeros((6, len(heat.names))), "d": np.zeros((6, len(heat.names)))}
     for profile in profiles:
         kind, row = LENGTHS[profile.length]
-        sign = np.sign(getattr(robot, kind)[row])
+        sign = -1.0 if getattr(robot, kind)[row] < 0 else 1.0
         grown[kind][row] += sign * growth_weights(profile, reference, heat.names)
     return ThermalGrowth(grown["a"], grown["d"])

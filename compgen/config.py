@@ -79,6 +79,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         thin=None if path.process.thin_um is None else path.process.thin_um * UM,
         lift=path.process.lift_mm * MM,
         feed=path.process.feed_mm_s * MM,
+        stop_on_the_part=path.process.page_stops == "anywhere",
         spin=tool.spin_deg * DEG,
         tool_number=tool.number if tool.number is not None else int(offset),
         tool_position=np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM,
@@ -92,6 +93,7 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         heat=cell.heat,
         profiles=cell.profiles,
         sources=cell.sources,
+        joint_box=cell.joint_box,
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )

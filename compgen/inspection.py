@@ -4,37 +4,23 @@ Motions are taken as listed: jumps, calls and loops are not followed. Lengths an
 their frames known.
 """
 
-import re
 from collections import Counter
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from compgen.arrays import Array
+from compgen.arrays import Array, BoolArray, IntArray
+from compgen.dialects.fanuc_ls.drive import RATES, TIMES, arc_lengths, rows_of, speeds_said
 from compgen.dialects.fanuc_ls.frames import Frames
 from compgen.dialects.fanuc_ls.listing import LsProgram
-from compgen.dialects.fanuc_ls.places import AXES
-from compgen.dialects.fanuc_ls.program import apply_turns
-from compgen.dialects.fanuc_ls.safety import unsafe_statements
-from compgen.ik import Posture, solve
+from compgen.dialects.fanuc_ls.moves import NO_NUMBER
+from compgen.dialects.fanuc_ls.poses import CONFIG, NONE, Poses, read_poses
+from compgen.dialects.fanuc_ls.safety import Unsafe, unsafe_statements
 from compgen.robot import Robot
-from compgen.rotations import from_wpr
-from compgen.units import DEG, INCH, MINUTE, MM
+from compgen.units import DEG, MM
 
-_RATES = {"mm/sec": MM, "cm/min": 10 * MM / MINUTE, "inch/min": INCH / MINUTE}
-_TIMES = {"sec": 1.0, "msec": 1e-3}
-_CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d+)\s*,\s*(-?\d+)\s*,\s*(-?\d+))?\s*$")
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Places:
-    """GP1 of each position of a program, where it can be told."""
-
-    number: tuple[int, ...]
-    position: Array  # (G, 3) [m] TCP in World, NaN when not known
-    theta: Array  # (G, 6) [rad] on the robot, NaN when not known
-    margin: Array  # (G,) [m] inside reach, NaN when not asked
+_HALF = 32  # bits: two numbers in one
+LONGEST_S = 1e9  # a time above is a slip of the pen, not a duration
 
 
 def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
@@ -46,136 +32,134 @@ def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
         frames: What UFRAME and UTOOL numbers mean.
     """
     m, p = program.motions, program.positions
-    active = ~m.disabled
-    uses = Counter(int(n) for i in np.flatnonzero(active) for n in m.position[i] if n >= 0)
-    defined = p.number.tolist()
-    places = _places(program, robot, frames)
-    length, duration, untimed = _travel(program, places)
+    active = np.flatnonzero(~m.disabled)
+    via, goal = _targets(program, active)
+    targets = np.concatenate([via, goal])
+    used, uses = _distinct(targets[targets >= 0])
+    defined, _ = _distinct(p.number)
+    poses = read_poses(program, robot, frames)
+    length, duration, untimed = _travel(program, poses, active, via, goal)
     first = p.group <= 1
-    pairs = Counter(zip(p.uframe[first].tolist(), p.utool[first].tolist()))
-    joint_form = (p.span[first][:, AXES.index("J1"), 1] > 0) if first.any() else np.zeros(0, dtype=bool)
+    pairs, pair_counts = _distinct((p.uframe[first] + 1 << _HALF) + p.utool[first] + 1)  # F is -1
+    beyond = np.flatnonzero(poses.margin < 0)
+    number = p.number[poses.row]
+    unsafe = [*unsafe_statements(program), *_unknown_frames(program, frames), *_out_of_reach(program, poses, robot)]
     return {
         "name": program.name,
         "subtype": program.subtype,
         "comment": dict(program.attributes).get("COMMENT", "").strip('"'),
         "robot": robot.name,
         "bytes": len(program.data),
-        "motions": dict(Counter(letter for letter, on in zip(m.letter, active) if on)),
-        "disabled_motions": int((~active).sum()),
-        "frames": [{"uframe": uf, "utool": ut, "positions": n} for (uf, ut), n in sorted(pairs.items())],
+        "motions": dict(Counter(map(m.letter.__getitem__, active.tolist()))),
+        "disabled_motions": int(m.disabled.sum()),
+        "frames": [
+            {"uframe": (pair >> _HALF) - 1, "utool": (pair & (1 << _HALF) - 1) - 1, "positions": n}
+            for pair, n in zip(pairs.tolist(), pair_counts.tolist())
+        ],
         "positions": {
-            "defined": len(set(defined)),
-            "used": len(set(defined) & set(uses)),
-            "unused": sorted(set(defined) - set(uses)),
-            "shared": sorted(n for n, count in uses.items() if count > 1),
-            "undefined": sorted(set(uses) - set(defined)),
-            "joint_form": int(joint_form.sum()),
+            "defined": len(defined),
+            "used": int(np.isin(defined, used).sum()),
+            "unused": defined[~np.isin(defined, used)].tolist(),
+            "shared": used[uses > 1].tolist(),
+            "undefined": used[~np.isin(used, defined)].tolist(),
+            "joint_form": int(poses.joint_form.sum()),
         },
         "path_length_mm": length / MM,
         "duration_s": duration,
         "motions_without_time": untimed,
-        "postures": dict(Counter(_letters(c) for c, g in zip(p.config, p.group) if g <= 1 and c is not None)),
-        "limits": _limits(places, robot),
-        "out_of_reach": [n for n, margin in zip(places.number, places.margin) if margin < 0],
-        "unsafe": [{"line": u.line, "text": u.text, "reason": u.reason} for u in unsafe_statements(program)],
+        "postures": _postures(program, first),
+        "limits": _limits(poses, number, robot),
+        "out_of_reach": number[beyond].tolist(),
+        "unsafe": [
+            {"line": u.line, "text": u.text, "reason": u.reason}
+            for u in sorted(unsafe, key=lambda u: (u.line, u.reason))
+        ],
     }
 
 
-def _letters(config: str) -> str:
-    found = _CONFIG.match(config)
-    return " ".join(found.groups()[:3]) if found else config
+def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
+    """The different numbers in rising order, and how often each occurs."""
+    ordered = np.sort(numbers)
+    begins = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)])
+    return ordered[begins], np.diff(np.append(begins, len(ordered)))
 
 
-def _places(program: LsProgram, robot: Robot, frames: Frames) -> Places:
+def _targets(program: LsProgram, active: IntArray) -> tuple[IntArray, IntArray]:
+    """P numbers of the via point and of the end of each motion; NO_NUMBER where there is none in the file."""
+    numbers = list(map(program.motions.position.__getitem__, active.tolist()))
+    goal = np.array([n[-1] if n else NO_NUMBER for n in numbers], dtype=np.int64)
+    return np.array([n[0] if len(n) > 1 else NO_NUMBER for n in numbers], dtype=np.int64), goal
+
+
+def _postures(program: LsProgram, first: BoolArray) -> dict[str, int]:
+    """How many positions have which letters."""
     p = program.positions
-    rows = np.flatnonzero(p.group <= 1)
-    count = len(rows)
-    position, theta, margin = np.full((count, 3), np.nan), np.full((count, 6), np.nan), np.full(count, np.nan)
-    value = p.value[rows]
-    joints = value[:, 6:12] * DEG
-    by_joint = np.isfinite(joints).all(axis=1)
-    theta[by_joint] = robot.to_theta(joints[by_joint])
-    known = np.array(
-        [u in frames.uframe and t in frames.utool for u, t in zip(p.uframe[rows].tolist(), p.utool[rows].tolist())],
-        dtype=bool,
-    )
-    cartesian = np.flatnonzero(np.isfinite(value[:, :6]).all(axis=1) & known)
-    if len(cartesian):
-        base = [frames.uframe[int(u)] for u in p.uframe[rows[cartesian]]]
-        tool = [frames.utool[int(t)] for t in p.utool[rows[cartesian]]]
-        base_p, base_R = np.array([b[0] for b in base]), np.array([b[1] for b in base])
-        tool_p, tool_R = np.array([t[0] for t in tool]), np.array([t[1] for t in tool])
-        position[cartesian] = base_p + np.einsum("nij,nj->ni", base_R, value[cartesian, :3] * MM)
-        turned = base_R @ from_wpr(*(value[cartesian, 3:6] * DEG).T)
-        flange = turned @ np.swapaxes(tool_R, 1, 2)
-        reach = position[cartesian] - np.einsum("nij,nj->ni", flange, tool_p)
-        configs = [_CONFIG.match(p.config[i] or "") for i in rows[cartesian]]
-        for letters in {c.groups()[:3] for c in configs if c}:
-            some = np.array([c is not None and c.groups()[:3] == letters for c in configs])
-            posture = Posture(letters[2] == "T", letters[1] == "U", letters[0] == "F")
-            solved, inside = solve(robot, reach[some], flange[some], posture)
-            turns = np.array(
-                [[int(t or 0) for t in c.groups()[3:]] for c in configs if c and c.groups()[:3] == letters]
-            )
-            theta[cartesian[some]] = np.where(inside[:, None] >= 0, apply_turns(robot, solved, turns), np.nan)
-            margin[cartesian[some]] = inside
-    return Places(tuple(int(n) for n in p.number[rows]), position, theta, margin)
+    said = Counter(map(p.config.__getitem__, np.flatnonzero(first).tolist()))
+    found: Counter[str] = Counter()
+    for config, count in said.items():
+        if config is not None:
+            match = CONFIG.match(config)
+            found[" ".join(match.groups()[:3]) if match else config] += count
+    return dict(found)
 
 
-def _travel(program: LsProgram, places: Places) -> tuple[float, float, int]:
+def _travel(
+    program: LsProgram, poses: Poses, active: IntArray, via: IntArray, goal: IntArray
+) -> tuple[float, float, int]:
     """Length of linear and circular motions [m], their time at programmed speeds [s], and motions without a time."""
-    where = {n: places.position[i] for i, n in enumerate(places.number)}
     m = program.motions
-    length = duration = 0.0
-    untimed = 0
-    here: Array | None = None
-    for i in np.flatnonzero(~m.disabled).tolist():
-        stations = [where.get(int(n)) for n in m.position[i]]
-        goal = stations[-1] if stations else None
-        if goal is not None and np.isnan(goal).any():
-            goal = None
-        step = None
-        if here is not None and goal is not None:
-            via = stations[0] if m.letter[i] == "C" and len(stations) == 2 else None
-            step = float(np.linalg.norm(goal - here)) if via is None else _arc(here, via, goal)
-        number, unit = _speed(m.speed[i])
-        if number is not None and unit in _TIMES:
-            duration += number * _TIMES[unit]
-        elif m.letter[i] != "J" and step is not None and number and unit in _RATES:
-            duration += step / (number * _RATES[unit])
-        else:
-            untimed += 1
-        if m.letter[i] != "J" and step is not None:
-            length += step
-        here = goal
-    return length, duration, untimed
+    if not len(active):
+        return 0.0, 0.0, 0
+    stands = np.vstack([poses.position, np.full((1, 3), np.nan)])  # the last row: not known
+    stands[:-1][poses.joint_form & (poses.tool == NONE)] = np.nan
+    number = program.positions.number[poses.row]
+    there, between = stands[rows_of(goal, number)], stands[rows_of(via, number)]
+    here = np.vstack([stands[-1:], there[:-1]])
+    letter = np.array(m.letter, dtype="U1")[active]
+    step = np.linalg.norm(there - here, axis=1)
+    arc = np.flatnonzero((letter == "C") & (via != NO_NUMBER))
+    step[arc] = arc_lengths(here[arc], between[arc], there[arc])
+    step[letter == "J"] = np.nan
+    value, unit = (column[active] for column in speeds_said(m.speed))
+    units, which = np.unique(unit, return_inverse=True)
+    rate = np.array([RATES.get(u, np.nan) for u in units.tolist()])[which]
+    seconds = np.array([TIMES.get(u, np.nan) for u in units.tolist()])[which]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        duration = np.where(np.isfinite(seconds), value * seconds, step / (value * rate))
+    timed = duration < LONGEST_S
+    return float(np.nansum(step)), float(duration[timed].sum()), int((~timed).sum())
 
 
-def _speed(text: str) -> tuple[float | None, str]:
-    found = re.match(r"(\d*\.?\d+)\s*(\S+)$", text)
-    return (float(found.group(1)), found.group(2).lower()) if found else (None, "")
+def _unknown_frames(program: LsProgram, frames: Frames) -> list[Unsafe]:
+    """Frames and tools whose value is not known, told at their first position."""
+    p = program.positions
+    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1)
+    found = []
+    for kind, numbers, known in (("uframe", p.uframe, frames.uframe), ("utool", p.utool, frames.utool)):
+        rows = np.flatnonzero(cartesian & (numbers >= 0) & ~np.isin(numbers, list(known)))
+        for number, first, count in zip(*np.unique(numbers[rows], return_index=True, return_counts=True)):
+            i = rows[first]
+            others = f" and {count - 1} more" if count > 1 else ""
+            reason = f"{kind} {number} is not known: give [{kind}.{number}] in a table with --frames"
+            found.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]{others}", reason))
+    return found
 
 
-def _arc(a: Array, b: Array, c: Array) -> float:
-    """Length of the circle arc from a through b to c; the straight way when they are in line."""
-    u, v = b - a, c - a
-    normal = np.cross(u, v)
-    size = float(normal @ normal)
-    if size < 1e-18:
-        return float(np.linalg.norm(u) + np.linalg.norm(c - b))
-    centre = a + (float(v @ v) * np.cross(normal, u) + float(u @ u) * np.cross(v, normal)) / (2 * size)
-    start, end = a - centre, c - centre
-    radius = float(np.linalg.norm(start))
-    angle = float(np.arctan2(normal @ np.cross(start, end) / np.sqrt(size), start @ end)) % (2 * np.pi)
-    return radius * angle
+def _out_of_reach(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
+    p = program.positions
+    found = []
+    for k in np.flatnonzero(poses.margin < 0).tolist():
+        row, lack = poses.row[k], -poses.margin[k] / MM
+        found.append(Unsafe(int(p.line[row]), f"P[{p.number[row]}]", f"out of reach of {robot.name} by {lack:.1f} mm"))
+    return found
 
 
-def _limits(places: Places, robot: Robot) -> dict[str, Any]:
+def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
     """Closest distance of each joint to its limits, and to the singularities, with the position."""
-    known = np.isfinite(places.theta).all(axis=1)
+    known = np.isfinite(poses.theta).all(axis=1)
     if not known.any():
         return {}
-    theta, names = places.theta[known], np.array(places.number)[known]
+    theta, names = poses.theta[known], number[known]
     room = np.minimum(theta - robot.lower, robot.upper - theta) / DEG
     closest = room.argmin(axis=0)
     wrist = np.abs(theta[:, 4] - robot.pendant_zero[4]) / DEG
@@ -184,7 +168,7 @@ def _limits(places: Places, robot: Robot) -> dict[str, Any]:
         for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist()))
     }
     found["wrist_singularity"] = {"room_deg": float(wrist.min()), "position": int(names[wrist.argmin()])}
-    margin = places.margin[known]
+    margin: Array = poses.margin[known]
     if np.isfinite(margin).any():
         i = int(np.nanargmin(margin))
         found["reach"] = {"room_mm": float(margin[i] / MM), "position": int(names[i])}

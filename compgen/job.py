@@ -8,7 +8,7 @@ from compgen.ik import Posture
 from compgen.pieces import Pieces
 from compgen.problem import Settings
 from compgen.robot import Robot
-from compgen.sources import Source
+from compgen.sources import Known, Source
 from compgen.surfaces import Quadric
 from compgen.thermal import Duty, NodeModel, Profile
 from compgen.verify import Bounds
@@ -21,7 +21,9 @@ class Cell:
     robot: Robot
     heat: NodeModel
     profiles: tuple[Profile, ...]
+    known: tuple[Known, ...]  # the sources with how well each parameter is known
     sources: tuple[Source, ...]
+    joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
     overrides: tuple[str, ...]
     inputs_hash: str  # of the robot file and the overrides
 
@@ -41,6 +43,7 @@ class Job:
     thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
     lift: float  # [m] approach and retract
     feed: float  # [m/s]
+    stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
     spin: float  # [rad] the tool's x axis against base x
     tool_number: int
     tool_position: Array  # (3,) [m] TCP in the flange
@@ -54,6 +57,7 @@ class Job:
     heat: NodeModel
     profiles: tuple[Profile, ...]
     sources: tuple[Source, ...]
+    joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
     overrides: tuple[str, ...]
     inputs_hash: str
 

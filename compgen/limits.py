@@ -15,7 +15,7 @@ import numpy as np
 
 from compgen import interior
 from compgen.arrays import Array, BoolArray, IntArray, norm
-from compgen.kinematics import nominal_chain, with_tool_expr
+from compgen.kinematics import nominal_chain
 from compgen.problem import Problem, Settings, measure, weights
 from compgen.units import UM
 
@@ -87,17 +87,16 @@ def hold(
 
 
 def pose_functions(problem: Problem) -> Any:
-    """(theta, rise, target position, target rotation column-major) -> c (6), e (6)."""
+    """(theta, rise, direction, travel, target position, target rotation column-major) -> c (6), e (6)."""
     theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", problem.rise.shape[1])
+    direction, travel = ca.SX.sym("direction", 6), ca.SX.sym("travel", 3)
     p, r = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
     R = ca.reshape(r, 3, 3)
-    nominal = with_tool_expr(
-        nominal_chain(problem.robot, theta).pose_expr(), problem.tool_position, problem.tool_rotation
-    )
-    actual = problem.model.actual(theta, rise)
+    nominal = nominal_chain(problem.robot, theta, (problem.tool_position, problem.tool_rotation)).tcp_expr()
+    actual = problem.model.actual(theta, rise, direction, travel)
     c = ca.vertcat(nominal[0] - p, _vector_expr(R.T @ nominal[1]))
     e = ca.vertcat(actual[0] - p, _vector_expr(R.T @ actual[1]))
-    return ca.Function("pose", [theta, rise, p, r], [c, e])
+    return ca.Function("pose", [theta, rise, direction, travel, p, r], [c, e])
 
 
 def _vector_expr(rotation: Any) -> Any:
@@ -118,9 +117,9 @@ def solve_stretch(problem: Problem, settings: Settings, start: Array, loose: Boo
     function = pose_functions(problem)
     x = ca.MX.sym("x", 6, N)
     targets = np.swapaxes(problem.rotation, 1, 2).reshape(N, 9)
-    c, e = function.map(N)(
-        ca.DM(theta0.T) + SCALE * x, ca.DM(problem.rise.T), ca.DM(problem.position.T), ca.DM(targets.T)
-    )
+    motion = (_each(problem.motion.direction, N), _each(problem.motion.travel, N))
+    given = (ca.DM(problem.rise.T), *motion, ca.DM(problem.position.T), ca.DM(targets.T))
+    c, e = function.map(N)(ca.DM(theta0.T) + SCALE * x, *given)
     h, ds = np.diff(problem.arc), measure(problem.arc)
     share = 1 / float(ds.mean())  # a waypoint counts about one
     lever = ca.repmat(ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM, 1, N) * c
@@ -153,7 +152,7 @@ def solve_stretch(problem: Problem, settings: Settings, start: Array, loose: Boo
     found = solver(x0=0, lbx=lower.ravel(), ubx=upper.ravel(), lbg=-np.inf, ubg=bounds)
     theta = theta0 + SCALE * np.asarray(found["x"]).reshape(N, 6)
     theta = np.clip(theta, robot.lower, robot.upper)
-    c_of, _ = function.map(N)(ca.DM(theta.T), ca.DM(problem.rise.T), ca.DM(problem.position.T), ca.DM(targets.T))
+    c_of, _ = function.map(N)(ca.DM(theta.T), *given)
     result = start.copy()
     result[loose] = np.asarray(c_of).T[loose]
     return result, bool(solver.stats()["success"])
@@ -199,6 +198,11 @@ def _gauss_newton(x: Any, r: Any, c: Any, h: Array, settings: Settings) -> Any:
 def _rows(values: Array, count: int = 6) -> Any:
     """The same row for each of ``count`` components, to multiply with."""
     return ca.repmat(ca.DM(values).T, count, 1)
+
+
+def _each(rows: Array, count: int) -> Any:
+    """Rows as columns, one for each waypoint; a single row serves all."""
+    return ca.DM(np.broadcast_to(rows, (count, rows.shape[1])).T.copy())
 
 
 def _active(problem: Problem, settings: Settings, correction: Array) -> tuple[tuple[int, str], ...]:

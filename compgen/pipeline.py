@@ -5,16 +5,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen import __version__, compensate, ik, thinning, timing, toolpath, verify
+from compgen import (
+    __version__,
+    compensate,
+    delivery,
+    extrapolation,
+    ik,
+    paging,
+    sparing,
+    timing,
+    toolpath,
+    verify,
+    waypoints,
+)
 from compgen.arrays import Array, IntArray
 from compgen.compensate import Solution, Status
+from compgen.delivery import Delivery, Start
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
 from compgen.dialects.fanuc_ls.program import turn_digits
 from compgen.exceptions import ImpossibleError, InputError
+from compgen.flaws import flaws_of
 from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
+from compgen.sources import Motion, memory_of, motion_of
 from compgen.thermal import Duty
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
@@ -27,7 +42,7 @@ DATE = "26-01-01"
 LONGEST_DELAY = 16 * HOUR
 MAX_RIPPLE = 0.05 * UM
 CLOCK_ERROR = 0.2  # difference of plan's and twin's duration, above which it is a finding
-FEED_ERROR = 0.01  # written below wanted speed, above which it is a finding
+FEED_ERROR = 0.01  # of a written speed, above which it is a finding
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,9 +51,11 @@ class Planned:
 
     job: Job
     feed: float  # [m/s] the wanted one as a program can say it
-    path: ToolPath
+    path: ToolPath  # with the stops that its pages need
+    page_stops: paging.Stops | None  # None when one file holds it, or none but one is wanted
     model: ErrorModel
     theta: Array  # (N, 6) [rad]
+    motion: Motion  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
     error: Array  # (N, 6) predicted, uncorrected
@@ -54,7 +71,7 @@ class Corrected:
     solution: Solution
     trajectory: Trajectory
     program: Program
-    text: bytes
+    delivery: Delivery
     twin: Twin
     before: tuple[Duty, ...]
     samples: IntArray  # (N,) which sample of ``deviation`` is at each position
@@ -69,13 +86,24 @@ class Corrected:
         return self.twin.ride(self.program, self.before)
 
     @property
+    def text(self) -> bytes:
+        """The file that the operator starts: the program, or the main program of its pages."""
+        return self.delivery.text
+
+    @property
     def inside(self) -> bool:
         """Whether every bound is kept."""
         return not any(f.level == "outside" for f in self.findings)
 
 
-def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
+def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> Planned:
     """What would go wrong if the planned program ran as it is.
+
+    Args:
+        job: The planned program.
+        progress: Called with the stage and the share done.
+        date: In the program's header.
+        pages: Whether a program that is more than the controller holds in one file gets the stops of its pages.
 
     Raises:
         ImpossibleError: The robot cannot drive the path.
@@ -88,14 +116,17 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc_ls.writable_speed(job.feed)
-    flange = ik.flange_of(path.position, path.rotation, job.tool_position, job.tool_rotation)
-    theta = ik.follow(job.robot, *flange, job.posture)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    path, theta = waypoints.followed(job, model, path, feed, job.heat.after(job.before))
+    motion = motion_of(memory_of(job.sources), theta, path.position)
+    page_stops = paging.page_stops(job, path, theta) if pages else None
+    if page_stops is not None:
+        path = replace(path, stop=page_stops.stop)
     progress("timing", 0.0)
     trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     start = job.heat.after(job.before)
     rise = job.heat.during(start, trajectory.time, trajectory.driven)
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
-    error = model.error(theta, rise, path.position, path.rotation)
+    error = model.error(theta, rise, path.position, path.rotation, motion)
     program = _program(job, path.position, path.rotation, theta, trajectory, path, date, start, None)
     program = fanuc_ls.as_written(program)
     leg = _twin(job).ready(program, job.before)
@@ -103,28 +134,39 @@ def predict(job: Job, progress: Progress, date: str = DATE) -> Planned:
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
     ]
+    found += extrapolation.findings(job, model, path, theta, rise, motion)
     if not job.before:
         found.append(Finding("note", "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
+    rows = np.arange(len(theta))
     return Planned(
-        job, feed, path, model, theta, trajectory, rise, error, deviation, tuple(found), np.arange(len(theta))
+        job, feed, path, page_stops, model, theta, motion, trajectory, rise, error, deviation, tuple(found), rows
     )
 
 
-def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, Corrected]:
-    """The corrected program, proven from its text.
+def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
+    """The corrected program, proven from the text that is delivered.
+
+    Args:
+        job: The planned program.
+        progress: Called with the stage and the share done.
+        date: In the program's header.
+        pages: Whether a program that is more than the controller holds in one file is written as pages.
 
     Raises:
         ImpossibleError: The robot cannot drive the path, or no legal correction exists.
+        JoinError: Pages, read back, are not the program.
     """
-    planned = predict(job, progress, date)
+    planned = predict(job, progress, date, pages)
     path = planned.path
+    # a stop for a page's sake is no corner of the path: the correction stays smooth across it
+    corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
     problem = Problem(
         job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, planned.theta, planned.rise, path.arc, path.stop,
+        path.position, path.rotation, planned.theta, planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
     solution = compensate.optimise(problem, job.settings, lambda share: progress("correction", share))
     if solution.status is Status.FAILED:
@@ -143,16 +185,16 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
     start = job.heat.after(job.before)
     window = start_window(planned, solution)
     program = _program(job, position, rotation, solution.theta, trajectory, path, date, start, window)
-    text = fanuc_ls.compose(program)
+    delivered = _delivered(planned, solution, program)
     del program, position, rotation
-    written = fanuc_ls.interpret(text)
+    written = delivered.program
     leg = _twin(job).ready(written, job.before)
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
         *limited,
-        *_timing_findings(job, planned.feed, path, trajectory),
-        *_controller_findings(job, written, text),
+        *_timing_findings(job, planned.feed, path, trajectory, written),
+        *delivery.findings(job, delivered, planned.page_stops),
         *_clock_findings(trajectory, leg),
         *planned.findings,
     ]
@@ -161,7 +203,7 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
     return planned, Corrected(
-        solution, trajectory, written, text, leg.twin, job.before, leg.first_samples(), deviation, window, ripple,
+        solution, trajectory, written, delivered, leg.twin, job.before, leg.first_samples(), deviation, window, ripple,
         tuple(found),
     )  # fmt: skip
 
@@ -169,14 +211,16 @@ def generate(job: Job, progress: Progress, date: str = DATE) -> tuple[Planned, C
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
     """The same with the waypoints that the controller needs."""
     path, job = planned.path, planned.job
-    rows = thinning.kept(path, solution.correction[:, :3], tolerance, planned.feed * job.robot.controller.period)
+    rows = sparing.kept(path, solution.correction[:, :3], tolerance, planned.feed * job.robot.controller.period)
     N = len(path.arc)
     told = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
-    motion = planned.trajectory
+    motion, stops = planned.trajectory, planned.page_stops
     fewer = replace(
         planned,
         path=path.only(rows),
+        page_stops=stops and replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
         theta=planned.theta[rows],
+        motion=planned.motion.at(rows),
         trajectory=replace(
             motion, time=motion.time[rows], speed=motion.speed[rows[1:] - 1], driven=motion.driven[rows[1:] - 1]
         ),
@@ -193,22 +237,23 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     )
 
 
-def start_window(planned: Planned, solution: Solution) -> float:
+def start_window(planned: Planned, solution: Solution, first: int = 0) -> float:
     """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s].
 
-    A delay changes the rise at the start by r(t) - r(0), and that difference fades during the program with each
-    node's time constant. Every waypoint is moved by what it does to the error there.
+    A delay changes the rise by r(t) - r(0), and that difference fades during what follows with each node's time
+    constant. Every waypoint from ``first`` on, where the robot waits, is moved by what it does to the error there.
     """
     job = planned.job
-    some = np.unique(np.linspace(0, len(planned.path.arc) - 1, 400).astype(int))
+    some = np.unique(np.linspace(first, len(planned.path.arc) - 1, 400).astype(int))
     theta, rise = solution.theta[some], planned.rise[some]
-    fade = np.exp(-planned.trajectory.time[some][:, None] / job.heat.tau)
-    now, _ = planned.model.actual_pose(theta, rise)
-    start = job.heat.after(job.before)
+    fade = np.exp(-(planned.trajectory.time[some] - planned.trajectory.time[first])[:, None] / job.heat.tau)
+    motion = planned.motion.at(some)
+    now, _ = planned.model.actual_pose(theta, rise, motion)
+    start = planned.rise[first]
 
     def drift(delay: float) -> float:
         late = job.heat.after([Duty("idle", 0.0, delay)], start)
-        moved, _ = planned.model.actual_pose(theta, rise + fade * (late - start))
+        moved, _ = planned.model.actual_pose(theta, rise + fade * (late - start), motion)
         return float(np.linalg.norm(moved - now, axis=1).max())
 
     low, high = 0.0, 60.0
@@ -222,9 +267,21 @@ def start_window(planned: Planned, solution: Solution) -> float:
     return low
 
 
+def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
+    """The program's files: pages when they are needed and possible."""
+    if planned.page_stops is None or planned.page_stops.why_not:
+        return delivery.one_file(program)
+
+    def start_at(n: int) -> Start:
+        window = start_window(planned, solution, n)
+        return Start(float(planned.trajectory.time[n]), planned.rise[n], window)
+
+    return delivery.in_pages(planned.job, program, start_at)
+
+
 def _twin(job: Job) -> Twin:
     """The real arm of a job."""
-    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
+    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, flaws_of(job.sources))
 
 
 def _program(
@@ -238,9 +295,11 @@ def _program(
     start: Array,
     window: float | None,
 ) -> Program:
+    decimals = job.robot.controller.decimals
     # the digits of CONFIG belong to the pose as printed
-    flange = ik.flange_of(*fanuc_ls.printed(position, rotation), job.tool_position, job.tool_rotation)
+    flange = ik.flange_of(*fanuc_ls.printed(position, rotation, decimals), job.tool_position, job.tool_rotation)
     joints, _ = ik.solve(job.robot, *flange, job.posture)
+    length = np.linalg.norm(np.diff(position, axis=0), axis=1)
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
     remarks = [f"compgen {__version__} {job.robot.name}"[:32], f"inputs {job.inputs_hash[:24]}"]
     if window is None:
@@ -259,8 +318,9 @@ def _program(
         rotation=rotation,
         posture=job.posture,
         turns=turn_digits(job.robot, ik.nearest_turns(joints, theta)),
-        speed=trajectory.speed,
+        speed=fanuc_ls.written_feeds(trajectory.speed, length),
         fine=path.stop,
+        decimals=decimals,
     )
 
 
@@ -278,7 +338,7 @@ def _limited(solution: Solution, job: Job) -> list[Finding]:
     return [Finding("warning", "compensation.limited", message)]
 
 
-def _timing_findings(job: Job, feed: float, path: ToolPath, trajectory: Trajectory) -> list[Finding]:
+def _timing_findings(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
     found = []
     if trajectory.use.max() > 1:
         kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
@@ -306,9 +366,13 @@ def _timing_findings(job: Job, feed: float, path: ToolPath, trajectory: Trajecto
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
         found.append(Finding("note", "timing.feed", told))
-    error = fanuc_ls.largest_feed_error(trajectory.speed)
+    length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
+    error, late = fanuc_ls.feed_errors(trajectory.speed, program.speed, length)
     if error > FEED_ERROR:
-        told = f"written speeds are up to {100 * error:.1f} % below the wanted where the speed is low"
+        told = (
+            f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
+            f"stretch by {late * 1000:.0f} ms at most"
+        )
         found.append(Finding("note", "timing.feed_error", told))
     return found
 
@@ -322,21 +386,6 @@ def _clock_findings(trajectory: Trajectory, leg: Leg) -> list[Finding]:
         f"the twin takes {ridden:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
     )
     return [Finding("note", "timing.clock", told)]
-
-
-def _controller_findings(job: Job, program: Program, text: bytes) -> list[Finding]:
-    controller = job.robot.controller
-    memory = fanuc_ls.estimated_memory(program)
-    checks = [
-        ("max_positions", len(program.position), controller.max_positions, "positions"),
-        ("max_lines", text.count(b"\r\n", text.index(b"/MN"), text.index(b"/POS")) - 1, controller.max_lines, "lines"),
-        ("memory_kB", memory / 1000, controller.memory / 1000, "kB estimated"),
-    ]
-    over = [f"{value:.0f} {what} (controller.{key} = {limit:g})" for key, value, limit, what in checks if value > limit]
-    if not over:
-        return []
-    message = f"{', '.join(over)}: more than this controller holds in one file; raise process.chord_um, or split it"
-    return [Finding("warning", "controller.size", message)]
 
 
 def program_name_of(job: Job) -> str:

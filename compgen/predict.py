@@ -1,7 +1,8 @@
 r"""What would go wrong: the error model, all sources folded into one chain.
 
 At the joints theta that the controller commands, the TCP is believed at nominal(theta) and really at
-actual(theta, rise). The model gives, position in base axes and orientation as a rotation vector in tool axes,
+actual(theta, rise, direction, travel). The model gives, position in base axes and orientation as a rotation vector in
+tool axes,
 
     e_p = p_actual - p_reference          e_w = log(R_reference^T R_actual)
 
@@ -16,30 +17,30 @@ import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array
-from compgen.kinematics import evaluate, nominal_chain, with_tool_expr
+from compgen.kinematics import evaluate, nominal_chain
 from compgen.robot import Robot
 from compgen.rotations import vector_of
-from compgen.sources import Source
+from compgen.sources import STILL, Motion, Source, State
 
 
 @dataclass(frozen=True, slots=True)
 class ErrorModel:
-    """CasADi functions (theta, rise) -> position (3), rotation (9 column-major) of the TCP."""
+    """CasADi functions to position (3) and rotation (9 column-major) of the TCP."""
 
-    nominal: Any
-    actual: Any
+    nominal: Any  # theta
+    actual: Any  # theta, rise, direction, travel
 
     def nominal_pose(self, theta: Array) -> tuple[Array, Array]:
         """Where the controller believes the TCP to be, (N, 3) [m] and (N, 3, 3)."""
         return _pose(evaluate(self.nominal, theta))
 
-    def actual_pose(self, theta: Array, rise: Array) -> tuple[Array, Array]:
+    def actual_pose(self, theta: Array, rise: Array, motion: Motion = STILL) -> tuple[Array, Array]:
         """Where the TCP really is, (N, 3) [m] and (N, 3, 3)."""
-        return _pose(evaluate(self.actual, theta, rise))
+        return _pose(evaluate(self.actual, theta, rise, motion.direction, motion.travel))
 
-    def error(self, theta: Array, rise: Array, position: Array, rotation: Array) -> Array:
+    def error(self, theta: Array, rise: Array, position: Array, rotation: Array, motion: Motion = STILL) -> Array:
         """Actual against a reference pose, (N, 6): e_p [m] in base axes, e_w [rad] in tool axes."""
-        p, R = self.actual_pose(theta, rise)
+        p, R = self.actual_pose(theta, rise, motion)
         return np.hstack([p - position, vector_of(np.swapaxes(rotation, 1, 2) @ R)])
 
 
@@ -48,14 +49,16 @@ def build_error_model(
 ) -> ErrorModel:
     """Fold the sources over the nominal chain."""
     theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1))
-    chain = nominal_chain(robot, theta)
-    nominal = with_tool_expr(chain.pose_expr(), tool_position, tool_rotation)
+    direction, travel = ca.SX.sym("direction", 6), ca.SX.sym("travel", 3)
+    believed = nominal_chain(robot, theta, (tool_position, tool_rotation))
+    state = State(believed, rise, direction, travel)
+    chain = believed
     for source in sources:
-        chain = source.distort(chain, rise)
-    actual = with_tool_expr(chain.pose_expr(), tool_position, tool_rotation)
+        chain = source.distort(chain, state)
+    nominal, actual = believed.tcp_expr(), ca.cse(list(chain.tcp_expr()))
     return ErrorModel(
         ca.Function("nominal", [theta], [nominal[0], ca.densify(nominal[1])]),
-        ca.Function("actual", [theta, rise], [actual[0], ca.densify(actual[1])]),
+        ca.Function("actual", [theta, rise, direction, travel], [actual[0], ca.densify(actual[1])]),
     )
 
 

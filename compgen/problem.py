@@ -19,6 +19,7 @@ from compgen.ik import Posture, branch_expr
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
 from compgen.rotations import matrix_of, rotation_matrix_expr, rotation_vector_expr
+from compgen.sources import STILL, Motion
 
 STEPS = 3
 
@@ -51,6 +52,7 @@ class Problem:
     rise: Array  # (N, K) [K]
     arc: Array  # (N,) [m]
     stop: BoolArray  # (N,)
+    motion: Motion = STILL  # where the planned joints and the TCP come from
 
     def commanded(self, correction: Array) -> tuple[Array, Array]:
         """Poses that the program names, (N, 3) [m] and (N, 3, 3)."""
@@ -67,17 +69,17 @@ class Problem:
 
     def looked_at(self, correction: Array) -> tuple[Array, Array, Array]:
         """e_n (N, 6), the joints (N, 6) [rad] and the reach margin (N,) [m]."""
-        e, theta, margin = evaluate(self._functions().error, *self._targets(), correction, self.rise)
+        e, theta, margin = evaluate(self._functions().error, *self._targets(), correction, *self._moments())
         return e, theta, margin[:, 0]
 
     def linear(self, correction: Array) -> tuple[Array, Array, Array, Array]:
         """e (N, 6), de/dc (N, 6, 6), theta (N, 6) and dtheta/dc (N, 6, 6)."""
-        e, E, theta, G = evaluate(self._functions().linear, *self._targets(), correction, self.rise)
+        e, E, theta, G = evaluate(self._functions().linear, *self._targets(), correction, *self._moments())
         return e, np.swapaxes(E.reshape(-1, 6, 6), 1, 2), theta, np.swapaxes(G.reshape(-1, 6, 6), 1, 2)
 
     def pointwise(self) -> Array:
         """The correction that leaves nothing, each waypoint for itself, (N, 6)."""
-        return evaluate(self._functions().pointwise, *self._targets(), self.rise)[0]
+        return evaluate(self._functions().pointwise, *self._targets(), *self._moments())[0]
 
     def _functions(self) -> "Functions":
         tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
@@ -86,10 +88,14 @@ class Problem:
     def _targets(self) -> tuple[Array, Array, Array]:
         return self.position, self.rotation.reshape(-1, 9), self.theta
 
+    def _moments(self) -> tuple[Array, Array, Array]:
+        return self.rise, self.motion.direction, self.motion.travel
+
     def window(self, rows: slice | IntArray) -> "Problem":
         """The same problem on some of its waypoints."""
         return replace(
             self,
+            motion=self.motion.window(rows),
             **{f: getattr(self, f)[rows] for f in ("position", "rotation", "theta", "rise", "arc", "stop")},
         )
 
@@ -99,9 +105,9 @@ class Functions:
     """CasADi functions of the target's position (3) and rotation (9, row by row), and of joints (6) near its own."""
 
     joints: Any  # and c (6) -> theta (6), margin
-    error: Any  # and c (6), rise -> e (6), theta (6), margin
-    pointwise: Any  # and rise -> c (6)
-    linear: Any  # and c (6), rise -> e (6), de/dc (36, column-major), theta (6), dtheta/dc (36)
+    error: Any  # and c (6), rise, direction, travel -> e (6), theta (6), margin
+    pointwise: Any  # and rise, direction, travel -> c (6)
+    linear: Any  # and c (6) and the same -> e (6), de/dc (36, column-major), theta (6), dtheta/dc (36)
 
 
 @lru_cache(maxsize=16)
@@ -110,7 +116,7 @@ def build_functions(
 ) -> Functions:
     """The way from a correction to its joints and to what stays."""
     p, rows, near, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("near", 6), ("c", 6)))
-    rise = ca.SX.sym("rise", model.actual.size1_in(1))
+    moment = [ca.SX.sym(name, model.actual.size1_in(k)) for k, name in enumerate(("rise", "direction", "travel"), 1)]
     rotation = ca.reshape(rows, 3, 3).T
     place, turn = (ca.DM(np.frombuffer(t).reshape(-1, 3)) for t in (tool_position, tool_rotation))
 
@@ -123,10 +129,10 @@ def build_functions(
         return ca.vertcat(pose[0] - p, rotation_vector_expr(rotation.T @ pose[1]))
 
     def error(c: Any) -> Any:
-        return against(with_pairs(model.actual, *branch(c)[:3], rise))
+        return against(with_pairs(model.actual, *branch(c)[:3], *moment))
 
     # without a correction the joints are the planned ones, so the first step needs no inverse
-    found = -against(model.actual(near, rise))
+    found = -against(model.actual(near, *moment))
     for _ in range(STEPS - 1):
         found = found - error(found)
     theta, _, _, margin = branch(c)
@@ -134,9 +140,9 @@ def build_functions(
     E, G = ca.jacobian(e, c), ca.jacobian(theta, c)
     return Functions(
         ca.Function("joints", [p, rows, near, c], [theta, margin]),
-        ca.Function("error", [p, rows, near, c, rise], ca.cse([e, theta, margin])),
-        ca.Function("pointwise", [p, rows, near, rise], ca.cse([found])),
-        ca.Function("linear", [p, rows, near, c, rise], ca.cse([e, ca.densify(E), theta, ca.densify(G)])),
+        ca.Function("error", [p, rows, near, c, *moment], ca.cse([e, theta, margin])),
+        ca.Function("pointwise", [p, rows, near, *moment], ca.cse([found])),
+        ca.Function("linear", [p, rows, near, c, *moment], ca.cse([e, ca.densify(E), theta, ca.densify(G)])),
     )
 
 

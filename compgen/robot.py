@@ -27,6 +27,7 @@ class Controller:
     max_positions: int
     memory: float  # [bytes] for programs
     name_length: int
+    decimals: int  # of the numbers in a position
     turn_joints: tuple[int, int, int]  # which joints (from 1) the three digits of CONFIG count
 
 

@@ -4,6 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from compgen.schema_sources import SourcesTable
+
 # Upper ends are far beyond any cell: they keep a slip of the keyboard from becoming a number that overflows.
 Number = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
 Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
@@ -124,6 +126,7 @@ class ProcessTable(Table):
     spacing_mm: Annotated[FiniteFloat, Field(ge=1e-3, le=10)] = 10.0
     thin_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] | None = None
     lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
+    page_stops: Literal["off the part", "anywhere"] = "off the part"
 
 
 class PostureTable(Table):
@@ -235,6 +238,7 @@ class ControllerTable(Table):
     max_positions: Annotated[int, Field(gt=0)]
     memory_kB: Positive
     name_length: Annotated[int, Field(ge=8, le=36)]
+    decimals: Annotated[int, Field(ge=3, le=6)] = 3
     turn_joints: Annotated[list[Annotated[int, Field(ge=1, le=6)]], Field(min_length=3, max_length=3)]
 
 
@@ -269,7 +273,7 @@ class SectionTable(BaseModel):
 class ProfileTable(Table):
     """One heated length."""
 
-    length: Literal["a1", "a2", "a3", "d4", "d6"]
+    length: Literal["d1", "a1", "a2", "a3", "d4", "d6"]
     sections: Annotated[list[SectionTable], Field(min_length=1)]
 
 
@@ -300,3 +304,4 @@ class RobotFile(Table):
     singularity: SingularityTable
     controller: ControllerTable
     thermal: ThermalTable
+    sources: SourcesTable = SourcesTable()

@@ -1,93 +1,132 @@
-"""The fewest waypoints that a controller needs: of those planned, each as far from the last as the tolerance lets it.
+r"""Fewer points on a curve, where they stand closer than the controller can follow.
 
-A line between two kept waypoints may leave the true path by no more than the tolerance, what the correction between
-them differs from a straight change included. Ends of pieces stay. Where the end of a piece would be nearer than the
-controller can follow at feed, the waypoint before moves back half way. All pieces are walked at once.
+The controller interpolates every period: a segment shorter than feed x period cannot be driven at feed. Points are left
+out until no segment is shorter, as far as the line between the points that stay keeps within a tolerance of the curve.
+The curve is the cubic spline through all points between two that must stay (stops and corners), so the bulge between
+two points counts as well as the points that are gone:
+
+    chord error = largest distance of the spline, at every point and at quarters between, from the line instead
+
+Points go in rounds: each round proposes points that do not touch each other, tries them all at once, and takes those
+that keep the tolerance; so the work is a few passes over the points, none of them in Python's own loop.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from compgen.arrays import Array, BoolArray, IntArray, norm
-from compgen.toolpath import ToolPath
+from compgen.arrays import Array, BoolArray, IntArray, dot, own
+from compgen.exceptions import InputError
+from compgen.units import UM
+
+TOLERANCE = 1.5 * UM
+QUARTERS = 4  # samples of the curve for each of its first segments
+SLACK = 1e-9  # of a length, for what rounding makes of it
 
 
-def kept(path: ToolPath, correction: Array, tolerance: float, shortest: float) -> IntArray:
-    """Rows of the waypoints that stay.
+@dataclass(frozen=True, eq=False, slots=True)
+class Thinned:
+    """Which points stay, and what that does."""
+
+    keep: BoolArray  # (N,)
+    saved: int  # points left out
+    short_before: int  # segments below the shortest that can be followed
+    short_left: int  # those that stay so: the tolerance allows no more
+    chord: float  # [m] largest distance of the curve from the lines, on stretches that lost points
+
+    def __post_init__(self) -> None:
+        own(self, keep=("N",))
+
+
+def thin(arc: Array, position: Array, must_stay: BoolArray, shortest: float, tolerance: float = TOLERANCE) -> Thinned:
+    """Leave points out until no segment is shorter than can be followed.
 
     Args:
-        path: With N waypoints.
-        correction: Of each waypoint's position, (N, 3) [m].
-        tolerance: Largest distance of the real TCP from the true path between two waypoints [m].
-        shortest: Feed times the interpolation period [m].
+        arc: Length along the curve, (N,) [m], rising.
+        position: Points, (N, D) [m]: three coordinates, or more where an orientation shall be kept as well, each angle
+            times the lever at which it counts.
+        must_stay: Stops, corners, and whatever else may not go, (N,); both ends stay.
+        shortest: Segments as long as this or longer are left alone [m]: feed x period; infinite leaves out all it can.
+        tolerance: Largest chord error [m].
 
     Returns:
-        Rising row numbers, with both ends of every piece among them.
+        The points that stay.
+
+    Raises:
+        InputError: Arc lengths do not rise, or a tolerance below zero.
     """
-    S = len(path.piece)
-    ends = np.flatnonzero(np.append(path.piece[1:] != path.piece[:-1], True)) + 1
-    begins = np.concatenate([[0], ends[:-1]])
-    last = np.repeat(ends, ends - begins)  # of the piece that begins or runs on at each row
-    reach = _farthest(path, correction, tolerance, last)
-
-    chosen = [begins]
-    at, rows = begins.copy(), np.arange(len(begins))
-    before = begins.copy()
-    while len(rows):
-        before[rows] = at[rows]
-        at[rows] = reach[at[rows]]
-        chosen.append(at[rows].copy())
-        rows = rows[at[rows] < ends[rows]]
-    keep = np.zeros(S + 1, dtype=bool)
-    keep[np.concatenate(chosen)] = True
-    # the last line of a piece: give it half of the one before
-    short = np.flatnonzero((path.arc[ends] - path.arc[before] < shortest) & (before > begins))
-    if len(short):
-        keep[before[short]] = False
-        previous = _previous(keep, before[short])
-        keep[before[short]] = True
-        middle = (path.arc[previous] + path.arc[ends[short]]) / 2
-        moved = np.clip(np.searchsorted(path.arc, middle), previous + 1, before[short])
-        keep[before[short]] = False
-        keep[moved] = True
-    return np.flatnonzero(keep)
+    N = len(arc)
+    if N and not np.all(np.diff(arc) > 0):
+        n = int(np.argmin(np.diff(arc))) + 1
+        raise InputError(f"thinning: points {n} and {n + 1} do not rise along the path; remove one")
+    if not tolerance >= 0:
+        raise InputError(f"thinning: a tolerance of {tolerance:g} m; give zero or more")
+    keep = np.ones(N, dtype=bool)
+    fixed = np.array(must_stay, dtype=bool)
+    if N < 3:
+        return Thinned(keep, 0, _short(arc, keep, shortest), _short(arc, keep, shortest), 0.0)
+    fixed[[0, -1]] = True
+    before = _short(arc, keep, shortest)
+    curve = _samples(arc, position, fixed)
+    odd = 1
+    while odd >= 0:
+        gone = _proposed(arc, keep, fixed, shortest, odd)
+        keep[gone[_chords(curve, *_around(keep, gone)) <= tolerance]] = False
+        odd = 1 if not keep[gone].all() else odd - 1  # the even ones when no odd one can go any more
+    stays = np.flatnonzero(keep)
+    lost = np.flatnonzero(np.diff(stays) > 1)
+    chord = float(_chords(curve, stays[lost], stays[lost + 1]).max(initial=0.0))
+    return Thinned(keep, int(N - keep.sum()), before, _short(arc, keep, shortest), chord)
 
 
-def _previous(keep: BoolArray, rows: IntArray) -> IntArray:
-    """The kept row before each."""
-    marked = np.flatnonzero(keep)
-    return np.asarray(marked[np.searchsorted(marked, rows) - 1])
+def _short(arc: Array, keep: BoolArray, shortest: float) -> int:
+    """How many segments are too short."""
+    return int((np.diff(arc[keep]) < shortest * (1 - SLACK)).sum())
 
 
-def _farthest(path: ToolPath, correction: Array, tolerance: float, last: IntArray) -> IntArray:
-    """For each of the S rows that begin a segment, the farthest row of its piece that a line may lead to."""
-    S = len(last)
-    first = np.arange(S)
-    low, high = first + 1, last.copy()  # low is always good: a planned segment
-    step = np.ones(S, dtype=np.int64)
-    # doubling steps until one is too far, then halving: what is asked stays near the answer
-    rows = np.flatnonzero(low < high)
-    while len(rows):
-        tried = np.minimum(first[rows] + 2 * step[rows], last[rows])
-        good = _within(path, correction, first[rows], tried, tolerance)
-        low[rows[good]] = tried[good]
-        high[rows[~good]] = tried[~good] - 1
-        step[rows] *= 2
-        rows = rows[good & (tried < last[rows])]
-    rows = np.flatnonzero(low < high)
-    while len(rows):
-        middle = (low[rows] + high[rows] + 1) // 2
-        good = _within(path, correction, first[rows], middle, tolerance)
-        low[rows[good]] = middle[good]
-        high[rows[~good]] = middle[~good] - 1
-        rows = rows[low[rows] < high[rows]]
-    return low
+def _samples(arc: Array, position: Array, fixed: BoolArray) -> Array:
+    """The curve at every point and at the quarters between; point n is row 4 n."""
+    N = len(arc)
+    share = np.arange(QUARTERS) / QUARTERS
+    where = np.append((arc[:-1, None] + np.diff(arc)[:, None] * share).ravel(), arc[-1])
+    curve = np.empty((len(where), position.shape[1]))
+    ends = np.flatnonzero(fixed)
+    for a, b in zip(ends[:-1].tolist(), ends[1:].tolist()):
+        rows = slice(QUARTERS * a, QUARTERS * b + 1)
+        curve[rows] = CubicSpline(arc[a : b + 1], position[a : b + 1])(where[rows])
+    curve[::QUARTERS][:N] = position
+    return curve
 
 
-def _within(path: ToolPath, correction: Array, first: IntArray, last: IntArray, tolerance: float) -> BoolArray:
-    """Whether lines between rows of one piece stay within the tolerance, (M,)."""
-    span = np.column_stack([path.span[first, 0], path.span[last - 1, 1]])
-    chord = path.geometry.chord(path.piece[first], span)
-    middle = (first + last) // 2
-    share = ((path.arc[middle] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
-    bent = norm(correction[middle] - (1 - share) * correction[first] - share * correction[last])
-    return np.asarray(chord + bent <= tolerance)
+def _proposed(arc: Array, keep: BoolArray, fixed: BoolArray, shortest: float, odd: int) -> IntArray:
+    """Every other point beside a segment that is too short, counted from one that must stay; no two of them touch."""
+    stays = np.flatnonzero(keep)
+    short = np.diff(arc[stays]) < shortest * (1 - SLACK)
+    beside = np.concatenate([[False], short]) | np.concatenate([short, [False]])
+    rank = np.arange(len(stays))
+    turn = (rank - np.maximum.accumulate(np.where(fixed[stays], rank, 0))) % 2 == odd
+    return np.asarray(stays[beside & turn & ~fixed[stays]])
+
+
+def _around(keep: BoolArray, gone: IntArray) -> tuple[IntArray, IntArray]:
+    """The points before and behind each of some points."""
+    stays = np.flatnonzero(keep)
+    at = np.searchsorted(stays, gone)
+    return stays[at - 1], stays[at + 1]
+
+
+def _chords(curve: Array, start: IntArray, end: IntArray) -> Array:
+    """Largest distance of the curve from the line between two points of it, for each pair, (K,) [m]."""
+    if not len(start):
+        return np.zeros(0)
+    count = QUARTERS * (end - start) + 1
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    row = np.arange(int(count.sum())) - np.repeat(first - QUARTERS * start, count)
+    a, along = curve[QUARTERS * start], curve[QUARTERS * end] - curve[QUARTERS * start]
+    size = np.maximum(dot(along, along), np.finfo(float).tiny)
+    off = curve[row] - np.repeat(a, count, axis=0)
+    along_each = np.repeat(along, count, axis=0)
+    share = np.clip(dot(off, along_each) / np.repeat(size, count), 0, 1)
+    off = off - share[:, None] * along_each
+    return np.asarray(np.sqrt(np.maximum.reduceat(dot(off, off), first)))

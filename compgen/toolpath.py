@@ -141,25 +141,42 @@ def build(
             break
         segments = np.where(worst > 1, np.ceil(segments * np.sqrt(worst) + 0.5), segments).astype(np.int64)
 
-    point_piece = np.concatenate([[seg_piece[0]], seg_piece])
-    point_t = np.concatenate([[0.0], span[:, 1]])
-    position, rotation = geometry.pose(point_piece, point_t)
-    length, slope = geometry.measured(seg_piece, span)
-    arc = np.concatenate([[0.0], np.cumsum(length)])
-    xy, _, _ = pattern.plane_curve(point_piece, point_t)
     ends = step == segments[seg_piece] - 1
     stop = np.concatenate([[True], ends & stops[seg_piece]])
     stop[-1] = True
-    working = pattern.working[point_piece].copy()
-    working[:-1] |= pattern.working[seg_piece]  # a work piece's first point is in contact
+    return _path(geometry, seg_piece, span, stop)
+
+
+def refined(path: ToolPath, parts: IntArray) -> ToolPath:
+    """The same way with each segment cut into so many parts of equal parameter, (N - 1,); stops stay where they are."""
+    owner = np.repeat(np.arange(len(parts)), parts)
+    step = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    start, size = path.span[owner, 0], np.diff(path.span[owner], axis=1)[:, 0]
+    last = step == parts[owner] - 1
+    end = np.where(last, path.span[owner, 1], start + size * (step + 1) / parts[owner])
+    span = np.column_stack([start + size * step / parts[owner], end])
+    stop = np.concatenate([path.stop[:1], last & path.stop[1:][owner]])
+    return _path(path.geometry, path.piece[owner], span, stop)
+
+
+def _path(geometry: Geometry, piece: IntArray, span: Array, stop: BoolArray) -> ToolPath:
+    """The path whose segments run over these parameters of their pieces."""
+    point_piece = np.concatenate([[piece[0]], piece])
+    point_t = np.concatenate([[0.0], span[:, 1]])
+    position, rotation = geometry.pose(point_piece, point_t)
+    length, slope = geometry.measured(piece, span)
+    arc = np.concatenate([[0.0], np.cumsum(length)])
+    xy, _, _ = geometry.pieces.plane_curve(point_piece, point_t)
+    working = geometry.pieces.working[point_piece].copy()
+    working[:-1] |= geometry.pieces.working[piece]  # a work piece's first point is in contact
     return ToolPath(
         geometry=geometry,
         position=position,
         rotation=rotation,
         arc=arc,
-        contact=working & boundary.contains(xy),
+        contact=working & geometry.boundary.contains(xy),
         stop=stop,
-        piece=seg_piece,
+        piece=piece,
         span=span,
         slope=slope,
     )

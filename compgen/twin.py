@@ -1,6 +1,6 @@
 r"""The real arm, independently: driven by the program's text as the controller would drive it.
 
-Nothing here comes from the optimiser's chain. The arm is ``arm``'s, confirmed by pinocchio on samples of every ride;
+Nothing here comes from the optimiser's chain. The arm is ``plant``'s, confirmed by pinocchio on samples of every ride;
 its lengths are grown by summing thin elements of each link's profile; the time comes from the text's own lengths,
 speeds and stops; the heat from each node's own equation through that time. The controller's nominal inverse is ``ik``,
 and every pose it gives is confirmed with the nominal arm to 1e-9 m. CNT is taken as passing through the points.
@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.arm import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
 from compgen.arrays import Array, IntArray, norm, own
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, evaluate
 from compgen.exceptions import CompgenError
 from compgen.ik import flange_of, solve
+from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
+from compgen.real_arm import Flaws, Past, Placed, real_arm
 from compgen.robot import Robot
 from compgen.rotations import turns
 from compgen.thermal import Duty, NodeModel, Profile, Section
@@ -86,12 +87,14 @@ class Leg:
     def rides(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[Ride]:
         """The samples, a stretch of lines at a time; each stretch begins with its first line's start."""
         S = len(self.pieces)
+        past = Past()
         for first in range(0, S, CHUNK):
             last = min(S, first + CHUNK)
-            yield self._ride(first, last)
+            ride, past = self._ride(first, last, past)
+            yield ride
             progress(last / S)
 
-    def _ride(self, first: int, last: int) -> Ride:
+    def _ride(self, first: int, last: int, past: Past) -> tuple[Ride, Past]:
         """Samples of the lines first to last, with the end of the program where it is among them.
 
         Raises:
@@ -123,7 +126,10 @@ class Leg:
         refuse_unlike(line, wrong[:, 1], wrong[:, 2])
         every = max(1, (len(line) * len(self.pieces)) // (CONFIRMED * (last - first)))
         twin.agree(theta, growth, (position, rotation), every)
-        return Ride(line, fraction, now, rise, theta, position, rotation.reshape(-1, 3, 3))
+        rotation = rotation.reshape(-1, 3, 3)
+        if twin.flaws is not None:
+            position, rotation, past = twin.flawed(theta, growth, rise, past)
+        return Ride(line, fraction, now, rise, theta, position, rotation), past
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -135,6 +141,7 @@ class Twin:
     profiles: tuple[Profile, ...]
     tool_position: Array  # (3,) [m]
     tool_rotation: Array  # (3, 3)
+    flaws: Flaws | None = None  # beside growth; None is a perfect arm that only grows
 
     def ride(
         self, program: Program, duties: Sequence[Duty], progress: Callable[[float], None] = lambda share: None
@@ -169,9 +176,34 @@ class Twin:
         pieces = 2 * np.maximum(1, np.ceil(length / (2 * GRID) - 1e-9)).astype(np.int64)
         return Leg(self, program, time, rise, driven, points, turn, pieces)
 
-    def reach(self, theta: Array, rise: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
-        """Where the tool really is at commanded joints (M, 6) [rad] and rises (M, K) [K], (M, 3) [m] and (M, 3, 3)."""
-        return self._fly(theta, self.growth(rise), progress)
+    def reach(
+        self, theta: Array, rise: Array, progress: Callable[[float], None], tool: Placed | None = None
+    ) -> tuple[Array, Array]:
+        """Where the tool really is, at samples in the order in which they are driven.
+
+        Args:
+            theta: Commanded joints, (M, 6) [rad].
+            rise: (M, K) [K].
+            progress: Called with the share done.
+            tool: A tool a sample, (M, 3, 3) and (M, 3) [m]; default the twin's own.
+
+        Returns:
+            (M, 3) [m] and (M, 3, 3).
+        """
+        if self.flaws is None and tool is None:
+            return self._fly(theta, self.growth(rise), progress)
+        position, rotation, _ = self.flawed(theta, self.growth(rise), rise, Past(), tool)
+        progress(1.0)
+        return position, rotation
+
+    def flawed(
+        self, theta: Array, growth: Array, rise: Array, past: Past, tool: Placed | None = None
+    ) -> tuple[Array, Array, Past]:
+        """The TCP with all flaws, (M, 3) [m] and (M, 3, 3), and what the samples leave for those after them."""
+        arm = real_arm(self.robot, self.flaws or Flaws())
+        grown = dict(zip(LENGTHS, growth.T))
+        mine = (self.tool_rotation[None], self.tool_position[None])
+        return arm.fly(theta, grown, rise, tool or mine, past)
 
     def confirm(
         self, theta: Array, position: Array, rotation: Array, segment: IntArray, progress: Callable[[float], None]
@@ -285,7 +317,7 @@ class Twin:
         return theta
 
     def growth(self, rise: Array) -> Array:
-        """Growth of each of ``arm.LENGTHS``, (M, 6) [m], by summing thin elements."""
+        """Growth of each of ``plant.LENGTHS``, (M, 6) [m], by summing thin elements."""
         return np.asarray(rise @ self.growths())
 
     def growths(self) -> Array:

@@ -132,9 +132,9 @@ def test_general_program_keeps_a_tool_tilt_small(circle):
     growth = circle.rise.shape[1]
 
     class Tilt:
-        def distort(self, chain, rise):
+        def distort(self, chain, state):
             theta = list(chain.theta)
-            theta[4] = theta[4] + 1e-5 * rise[0]
+            theta[4] = theta[4] + 1e-5 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
     from compgen.predict import build_error_model
@@ -149,9 +149,9 @@ def test_general_program_keeps_a_tool_tilt_small(circle):
 
 def test_free_spin_leaves_the_turn_about_the_tool_alone(circle):
     class Spin:
-        def distort(self, chain, rise):
+        def distort(self, chain, state):
             theta = list(chain.theta)
-            theta[5] = theta[5] + 1e-4 * rise[0]
+            theta[5] = theta[5] + 1e-4 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
     from compgen.predict import build_error_model
@@ -241,7 +241,7 @@ def test_pose_functions_agree_with_the_numeric_error(circle):
     correction = np.hstack([rng.normal(scale=1e-4, size=(5, 3)), rng.normal(scale=1e-3, size=(5, 3))])
     theta, _ = part.joints(correction)
     for n in range(5):
-        c, e = function(theta[n], part.rise[n], part.position[n], part.rotation[n].T.ravel())
+        c, e = function(theta[n], part.rise[n], np.zeros(6), np.zeros(3), part.position[n], part.rotation[n].T.ravel())
         assert_allclose(np.asarray(c).ravel(), correction[n], atol=1e-12)
         assert_allclose(np.asarray(e).ravel(), part.error(correction)[n], atol=1e-12)
 

@@ -174,8 +174,9 @@ def test_columns_read_what_lines_read():
     from compgen.dialects.fanuc_ls import read
 
     text = ls.compose(many(300, 5))
-    quick = read._by_columns(text)
-    assert quick is not None
+    found = read._by_columns(text)
+    assert found is not None
+    quick = found[0]
     slow = ls.interpret(text.replace(b" 200mm/sec", b" 200.mm/sec", 1))  # not as we write it: read line by line
     assert_allclose(quick.position, slow.position, atol=1e-12)
     assert_allclose(quick.rotation, slow.rotation, atol=1e-12)
@@ -186,6 +187,7 @@ def test_columns_read_what_lines_read():
 def test_a_changed_character_is_never_read_wrongly():
     """Each byte of a small program changed in turn: refused, or read as the careful reader reads it."""
     from compgen.dialects.fanuc_ls import read
+    from compgen.dialects.fanuc_ls.write import says
 
     text = ls.compose(many(3, 6))
     start = text.index(b"/MN")
@@ -197,7 +199,7 @@ def test_a_changed_character_is_never_read_wrongly():
             except InputError:
                 continue
             quick = read._by_columns(changed)
-            if quick is not None and ls.compose(quick) == changed:
+            if quick is not None and says(*quick, changed):
                 with pytest.MonkeyPatch.context() as patch:
                     patch.setattr(read, "_by_columns", lambda data: None)
                     assert np.array_equal(ls.interpret(changed).position, program.position)
@@ -340,3 +342,28 @@ def test_an_overlong_remark_is_refused():
 def test_a_position_that_is_no_number_is_refused():
     with pytest.raises(InputError, match="position"):
         ls.compose(replace(demo(), position=np.array([[np.nan, 0, 0]] * 3)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 30), st.integers(3, 6))
+def test_more_decimals_are_written_and_read(seed, count, decimals):
+    rng = np.random.default_rng(seed)
+    program = replace(
+        demo(),
+        position=rng.uniform(-3, 3, (count, 3)) * 10.0 ** rng.integers(-6, 1, (count, 1)),
+        rotation=matrix_of(rng.normal(size=(count, 3))),
+        turns=rng.integers(-2, 3, (count, 3)),
+        speed=np.full(count - 1, 0.2),
+        fine=np.ones(count, dtype=bool),
+        decimals=decimals,
+    )
+    text = ls.compose(program)
+    numbers = pose_numbers(program.position, program.rotation, decimals)
+    said = re.findall(rb"[XYZWPR] = (.{%d}) " % (6 + decimals), text)
+    assert said == [f"{v:{6 + decimals}.{decimals}f}".encode() for v in numbers.ravel()]
+    back = ls.interpret(text)
+    assert back.decimals == decimals
+    assert np.abs(back.position - program.position).max() <= 0.5e-3 * 10.0**-decimals * 1.0001
+    slow = ls.interpret(text.replace(b"J P[1] 10%", b"J P[1] 10.%"))
+    assert np.abs(slow.position - back.position).max() < 1e-12
+    assert ls.compose(back) == text

@@ -13,6 +13,7 @@ from compgen import inspection
 from compgen.config import load_robot
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls.frames import known_without_a_table, load_frames
+from compgen.dialects.fanuc_ls.poses import read_poses
 from compgen.dialects.fanuc_ls.safety import unsafe_statements
 from compgen.exceptions import InputError
 from compgen.units import DEG
@@ -129,9 +130,7 @@ def test_frames_of_a_table_move_positions_into_world(tmp_path):
     )
     frames = load_frames(str(tmp_path / "f.toml"))
     robot = load_robot("m710ic50")
-    places = inspection._places(
-        program(["J P[1] 10% FINE    ;"], {"uf": 2, "ut": 3, "x": 50.0, "y": -300.0}), robot, frames
-    )
+    places = read_poses(program(["J P[1] 10% FINE    ;"], {"uf": 2, "ut": 3, "x": 50.0, "y": -300.0}), robot, frames)
     assert_allclose(places.position[0], [1.3, 0.05, 0.203], atol=1e-12)
     from test_ik import forward
 
@@ -146,7 +145,7 @@ def test_joint_form_positions_are_taken_as_they_are():
     joints = ",".join(f"\n\tJ{i}= {v:9.3f} deg" for i, v in enumerate((10, 20, -15, 30, -60, 45), 1))
     found = fanuc_ls.loads((text[:start] + joints + text[end:]).encode())
     robot = load_robot("m710ic50")
-    places = inspection._places(found, robot, known_without_a_table())
+    places = read_poses(found, robot, known_without_a_table())
     assert_allclose(robot.to_pendant(places.theta)[0] / DEG, [10, 20, -15, 30, -60, 45], atol=1e-12)
 
 

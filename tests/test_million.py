@@ -21,8 +21,8 @@ from compgen import (
     pieces,
     pipeline,
     ramps,
+    sparing,
     surfaces,
-    thinning,
     timing,
     toolpath,
     verify,
@@ -209,11 +209,11 @@ def test_the_cubic_from_length_to_parameter_is_newtons():
     assert np.array_equal(quick[~even[segment]], newton[~even[segment]])
 
 
-def test_thinning_keeps_the_fewest_that_stay_within_the_tolerance():
+def test_sparing_keeps_the_fewest_that_stay_within_the_tolerance():
     table = pieces.spiral((0, 0), (0.1, 0.3), (0, 6 * np.pi))
     path = on_plane(table, chord=0.05 * UM, spacing=0.2 * MM)
     none = np.zeros((len(path.arc), 3))
-    rows = thinning.kept(path, none, 1.5 * UM, 0.0)
+    rows = sparing.kept(path, none, 1.5 * UM, 0.0)
     thin = path.only(rows)
     assert len(rows) < len(path.arc) / 5
     chord = thin.geometry.chord(thin.piece, thin.span)
@@ -225,9 +225,9 @@ def test_thinning_keeps_the_fewest_that_stay_within_the_tolerance():
     # a correction that wriggles is followed
     wave = none.copy()
     wave[:, 2] = 20 * UM * np.sin(path.arc / 1e-3)
-    assert len(thinning.kept(path, wave, 1.5 * UM, 0.0)) > 1.3 * len(rows)
+    assert len(sparing.kept(path, wave, 1.5 * UM, 0.0)) > 1.3 * len(rows)
     # no line too short to follow where there is another way
-    long = thinning.kept(path, none, 1.5 * UM, 0.5 * MM)
+    long = sparing.kept(path, none, 1.5 * UM, 0.5 * MM)
     assert np.diff(path.arc[long]).min() >= 0.5 * MM
 
 
@@ -274,7 +274,7 @@ def test_percentile_of_bins_is_the_percentile_of_all():
 
 def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
     """The confirmation bites: a length wrong by a nanometre in the twin's own expression."""
-    from compgen import arm
+    from compgen import plant as arm
     from compgen.twin import TwinError
 
     job = load_job(path_file("line_y"))

@@ -109,7 +109,7 @@ def test_symbolic_jacobian_agrees_with_differences(job):
         job.robot, job.sources, 5, np.array([0.03, -0.02, 0.2]), matrix_of(np.array([0.1, 0.2, 0.3]))
     )
     theta, rise = ca.SX.sym("t", 6), ca.SX.sym("r", 5)
-    position, rotation = model.actual(theta, rise)
+    position, rotation = model.actual(theta, rise, ca.SX.zeros(6), ca.SX.zeros(3))
     outputs = ca.vertcat(position, ca.vec(rotation))
     jacobian = ca.Function("j", [theta, rise], [ca.densify(ca.jacobian(outputs, ca.vertcat(theta, rise)))])
     rng = np.random.default_rng(2)

@@ -5,6 +5,7 @@ Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be don
 
 import os
 import sys
+from importlib import import_module
 from io import TextIOWrapper
 from typing import Annotated
 
@@ -12,11 +13,13 @@ import typer
 
 import compgen.cli.alone  # noqa: F401  (before numpy is loaded)
 from compgen import __version__
-from compgen.cli import init, jobs, programs
 from compgen.cli.app import app, say_error
 from compgen.exceptions import CompgenError
 
-__all__ = ["init", "jobs", "main", "programs"]
+__all__ = ["main"]
+
+_ALL = ("inspect", "init", "jobs", "programs", "paging")
+_ALONE = {"inspect": "inspect", "init": "init"}  # quick commands, which need not load the libraries of the others
 
 
 @app.callback(invoke_without_command=True)
@@ -32,6 +35,8 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
+        for module in [_ALONE[sys.argv[1]]] if sys.argv[1:2] and sys.argv[1] in _ALONE else _ALL:
+            import_module(f"compgen.cli.{module}")
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
         sys.stdout.flush()
     except CompgenError as failure:

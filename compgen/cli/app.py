@@ -7,14 +7,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from compgen import evaluation, outbox, pipeline
+from compgen import outbox
 from compgen.exceptions import InputError
+
+if TYPE_CHECKING:  # a command that needs no pipeline starts without it
+    from compgen.pipeline import Progress as Told
 
 app = typer.Typer(
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
@@ -40,7 +43,7 @@ Date = Annotated[str, typer.Option("--date", help="Date in the program's header,
 
 
 @contextmanager
-def stages(quiet: bool) -> Iterator[pipeline.Progress]:
+def stages(quiet: bool) -> "Iterator[Told]":
     """A bar for the stage at work, on a terminal only; errors come after it has gone."""
     console = Console(stderr=True)
     columns = (
@@ -66,6 +69,8 @@ def use_machine(workers: int | None) -> None:
 
     Compiled functions are kept in ``$XDG_CACHE_HOME/compgen`` (``~/.cache/compgen``); ``$CC`` names another compiler.
     """
+    from compgen import evaluation  # a command that needs no evaluation starts without it
+
     count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     compiler = evaluation.find_compiler(Path(base) / "compgen", os.environ.get("CC"))
@@ -103,7 +108,7 @@ def checked_date(date: str) -> str:
             raise ValueError
         datetime.strptime(f"20{date}", "%Y-%m-%d")
     except ValueError:
-        raise InputError(f"--date {date}: not a date YY-MM-DD, as in {pipeline.DATE}") from None
+        raise InputError(f"--date {date}: not a date YY-MM-DD, as in 26-01-31") from None
     return date
 
 

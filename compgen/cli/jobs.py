@@ -26,8 +26,10 @@ from compgen.cli.app import (
     use_machine,
     write_file,
 )
+from compgen.cli.paging import written_before
 from compgen.cli.tables import show_job
 from compgen.config import load_job
+from compgen.dialects.fanuc_ls.manifest import ENDING
 from compgen.exceptions import InputError
 from compgen.job import Job
 from compgen.pipeline import Corrected, Planned
@@ -42,6 +44,9 @@ def generate(
     set_: Set = None,
     date: Date = pipeline.DATE,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
+    pages: Annotated[
+        bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
+    ] = True,
     quiet: Quiet = False,
     workers: Workers = None,
 ) -> None:
@@ -50,12 +55,12 @@ def generate(
     folder = output_folder(path, output)
     with stages(quiet) as progress:
         job = load_job(path, robot, set_ or ())
-        planned, corrected = pipeline.generate(job, progress, checked_date(date))
+        planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
         progress("report", 0.5)
         files = _files(planned, corrected)
         program = f"{corrected.program.name}.LS"
         if corrected.inside or force:
-            files[program] = corrected.text
+            files |= dict(corrected.delivery.files)
         _publish(folder, files, job)
     if not quiet:
         show_job(planned, corrected, folder, files)
@@ -127,8 +132,9 @@ def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | I
 
 
 def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job) -> None:
-    program = f"{pipeline.program_name_of(job)}.LS"
-    outbox.publish(folder, files, {"report.json", "waypoints.csv", "report.html", program})
+    program = pipeline.program_name_of(job)
+    ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
+    outbox.publish(folder, files, ours | written_before(folder / f"{program}{ENDING}"))
 
 
 def _junit(data: dict[str, Any]) -> bytes:

@@ -1,49 +1,23 @@
-"""Commands on a program that exists: inspect, correct."""
+"""The command that corrects a program that exists."""
 
 import json
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from compgen import correction, inspection, outbox
+from compgen import correction, outbox
 from compgen.cli.app import Quiet, Set, app, output_folder, say_error, stages
-from compgen.cli.tables import show_correction, show_program
-from compgen.config import load_before, load_cell, load_robot
-from compgen.dialects import fanuc_ls
-from compgen.dialects.fanuc_ls.frames import Frames, known_without_a_table, load_frames
+from compgen.cli.inspect import FramesFile, ProgramFile, RobotFile, frames_table, naming_program, read_program
+from compgen.cli.tables import show_correction
+from compgen.config import load_before, load_cell
 from compgen.exceptions import InputError
 from compgen.report import correction_csv, correction_html, correction_json, planned_of, provenance_json
 from compgen.units import UM
 
 PROVENANCE = ".compgen.json"  # beside a corrected program
-
-ProgramFile = Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)]
-RobotFile = Annotated[str, typer.Option("--robot", help="Robot name or file.")]
-FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
-
-
-@app.command()
-def inspect(
-    program: ProgramFile,
-    robot: RobotFile = "m710ic50",
-    frames: FramesFile = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
-) -> None:
-    """Say what a program is, and what makes correcting it unsafe. Changes nothing."""
-    table = _frames(frames)
-    arm = load_robot(robot)
-    data = _read(program)
-    with _naming(program):
-        found = inspection.inspect(fanuc_ls.loads(data), arm, table)
-    if as_json:
-        sys.stdout.write(json.dumps(found, indent=2, allow_nan=False) + "\n")
-    else:
-        show_program(found)
 
 
 @app.command()
@@ -79,7 +53,7 @@ def correct(
             raise InputError(f"{name} {value:g}: must be 0.1 to {most:g} um")
     source = Path(program)
     folder = output_folder(program, output)
-    data = _read(program)
+    data = read_program(program)
     if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
         raise InputError(f"{program}: the result would replace it; give another folder with -o")
     if restore:
@@ -94,9 +68,9 @@ def correct(
         again=again,
         bound=None if max_um is None else max_um * UM,
     )
-    cell, table, past = load_cell(robot, set_ or ()), _frames(frames), load_before(before or ())
+    cell, table, past = load_cell(robot, set_ or ()), frames_table(frames), load_before(before or ())
     with stages(quiet or as_json) as progress:
-        with _naming(program):
+        with naming_program(program):
             result = correction.correct(data, cell, table, past, options, progress)
         progress("report", 0.5)
         files = {
@@ -140,31 +114,10 @@ def _refuse_known(source: Path, data: bytes) -> None:
         try:
             made = json.loads(beside.read_bytes())
             known = made["corrected_sha256"] == mine != made["planned_sha256"]
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
         if known:
             raise InputError(
                 f"{source}: it carries compgen's mark ({beside.name} says so): it would be corrected twice; start from "
                 "the planned program, get it back with --restore, or say --again"
             )
-
-
-@contextmanager
-def _naming(program: str) -> Iterator[None]:
-    """Put the file's name before what is wrong in it."""
-    try:
-        yield
-    except InputError as failure:
-        raise InputError(f"{program}: {failure}") from failure
-
-
-def _read(program: str) -> bytes:
-    try:
-        return Path(program).read_bytes()
-    except (OSError, ValueError) as failure:
-        why = getattr(failure, "strerror", None) or str(failure)
-        raise InputError(f"{program}: cannot be read: {why}; give a program listing (.LS)") from None
-
-
-def _frames(path: str | None) -> Frames:
-    return load_frames(path) if path is not None else known_without_a_table()

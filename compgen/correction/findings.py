@@ -3,10 +3,13 @@
 import numpy as np
 
 from compgen.arrays import Array
+from compgen.correction.course import course
 from compgen.correction.edits import decimals_of
 from compgen.correction.result import Correction
 from compgen.correction.share import SAME
+from compgen.correction.solve import error_models
 from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+from compgen.extrapolation import outside_joints, outside_map, unknown_start
 from compgen.units import KB, MM, UM
 from compgen.verify import Finding
 
@@ -30,6 +33,7 @@ def findings(result: Correction, stray: Array) -> tuple[Finding, ...]:
             *_lines(result, stray),
             *_text(result),
             *_heat(result),
+            *_sources(result),
             *_time(result),
             *_controller(result),
         ]
@@ -55,6 +59,24 @@ def _verdict(result: Correction) -> list[Finding]:
         told = f"line {line}: {after.max() / UM:.2f} um after correction, above the {bound / UM:g} um of --max-um"
         found.append(Finding("outside", "bounds.max", told))
     return found
+
+
+def _sources(result: Correction) -> list[Finding]:
+    """Where the program leaves what the errors were measured in, or starts from what is not known."""
+    plan, cell = result.plan, result.cell
+    rows = plan.drive.pose[plan.free]
+    if not len(rows):
+        return []
+    poses = plan.poses
+    found = [*outside_map(cell, poses.position[rows]), *outside_joints(cell, poses.theta[rows])]
+    known = np.flatnonzero(plan.drive.pose >= 0)
+    known = known[np.isfinite(poses.theta[plan.drive.pose[known]]).all(axis=1)]
+    at = plan.drive.pose[known]
+    first = plan.drive.pose[plan.free][:1]
+    model = error_models(cell, poses, first)[int(poses.tool[first[0]])]
+    motion = course(cell, poses, plan.drive)[0].at(known)
+    start = (poses.theta[at], poses.position[at], plan.solved.rise[known], motion, plan.free[known])
+    return [*found, *unknown_start(cell, model, *start)]
 
 
 def _scope(result: Correction) -> list[Finding]:
@@ -143,7 +165,7 @@ def _time(result: Correction) -> list[Finding]:
     drive = result.plan.drive
     found = []
     if drive.untimed:
-        told = f"{_some('line', drive.untimed)}: the speed is only known at run time; an assumed one warms the model"
+        told = f"{_some('line', drive.untimed)}: speed or way is only known at run time; an assumed one warms the model"
         found.append(Finding("note", "timing.assumed", told))
     if drive.flow:
         told = f"{_some('line', drive.flow)}: jumps, calls and loops are not followed; the heat is that of one pass"

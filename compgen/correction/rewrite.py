@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.arrays import Array, IntArray
 from compgen.correction.edits import Edits, number_edits
-from compgen.correction.prove import on_the_way
+from compgen.correction.places import on_the_way
 from compgen.dialects.fanuc_ls.drive import Drive
 from compgen.dialects.fanuc_ls.frames import Frames
 from compgen.dialects.fanuc_ls.listing import LsProgram, edited
@@ -33,7 +33,7 @@ def room_for_points(program: LsProgram, poses: Poses, drive: Drive, pieces: IntA
     allowed = np.ones(len(pieces), dtype=np.int64)
     for s in np.flatnonzero(pieces > 1).tolist():
         i, j = int(drive.motion[s]), int(drive.motion[s - 1])
-        of_line = re.search(r"(?<![/\w])m?sec$|deg/sec$", m.speed[i])
+        of_line = re.search(r"(?<![/a-z])m?sec$|deg/sec$", m.speed[i], re.IGNORECASE)
         jumps = bool(((flow > m.line[j]) & (flow < m.line[i])).any())
         alone = groups[poses.number[drive.pose[s]]] == 1
         if jumps or not alone or of_line or poses.joint_form[drive.pose[s]]:

@@ -22,8 +22,9 @@ _STRETCHES = (
     (r"\bTouch\s+Offset\s+(?!End)\w+", r"\bTouch\s+Offset\s+End\b", "shifted by a touch offset"),
     (r"\bSearch\s+Start\b", r"\bSearch\s+End\b", "inside a search"),
 )
-_WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[([^\]]*)\]\s*=")
-_USED = re.compile(r"(?<![A-Za-z])P\[\s*(\d+)")
+LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
+_WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[((?:[^\[\]]|\[[^\]]*\])*)\]\s*=")
+_USED = re.compile(r"(?<![A-Za-z])P\[\s*(?:(\d+)|R\[)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,14 +44,18 @@ def read_scope(program: LsProgram, poses: Poses, drive: Drive, robot: Robot) -> 
     held = np.isin(line, list(named)) | (drive.pose == NONE)
     pose = np.maximum(drive.pose, 0)
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
-    bad = {int(poses.row[k]): reason for k, reason in _unfit(poses, robot)}
+    bad = {int(poses.row[k]): reason for k, reason in _unfit(program, poses, robot)}
     for i, reason in bad.items():
         if int(p.line[i]) not in named:
             unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
     named_rows = np.flatnonzero(np.isin(p.line, [u.line for u in unsafe]))
     held |= np.isin(row, named_rows)
-    for _, text in other_statements(program):
-        held |= _around(text, program, row)
+    for number, text in other_statements(program) if len(poses.row) else []:
+        around = _around(text, program, row)
+        if (around & ~held).any() and number not in named:
+            reason = "it uses a position as a value, which is left as it is"
+            unsafe.append(Unsafe(number, " ".join(text.rstrip("; ").split())[:60], reason))
+        held |= around
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)
         unsafe += [
@@ -61,9 +66,10 @@ def read_scope(program: LsProgram, poses: Poses, drive: Drive, robot: Robot) -> 
     return Scope(~held, tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
 
 
-def _unfit(poses: Poses, robot: Robot) -> list[tuple[int, str]]:
+def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, str]]:
     """Positions that can be told but not corrected, and why."""
     room = poses.margin / MM
+    characters = np.diff(program.positions.span[poses.row], axis=2).max(axis=(1, 2), initial=0)
     known = np.isfinite(poses.theta).all(axis=1)
     with np.errstate(invalid="ignore"):
         over = np.maximum(robot.lower - poses.theta, poses.theta - robot.upper)
@@ -85,6 +91,8 @@ def _unfit(poses: Poses, robot: Robot) -> list[tuple[int, str]]:
             lambda k: f"J5 is {wrist[k] / DEG:.3f} deg from zero: J4 and J6 may swing round for a small correction",
         ),
         (stretched, lambda k: f"the arm is {room[k]:.2f} mm from full stretch or fold"),
+        (characters > LONGEST_NUMBER, lambda _: "it has a number of more digits than a controller writes"),
+        (~known, lambda _: "one of its six numbers is missing"),
         (poses.extended, lambda _: "an extended axis moves the base or the part: where it stands is not known here"),
     )
     for rows, why in reasons:
@@ -98,7 +106,7 @@ def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
     p = program.positions
     held = np.zeros(len(row), dtype=bool)
     for used in _USED.findall(text):
-        held |= p.number[row] == int(used)
+        held |= (p.number[row] == int(used)) if used else np.ones(len(row), dtype=bool)
     if written := _WRITTEN.search(text):
         column = p.uframe if written[1] == "FRAME" else p.utool
         index = written[2].partition(":")[0].strip()

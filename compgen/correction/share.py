@@ -40,7 +40,7 @@ def parting(drive: Drive, free: BoolArray, correction: Array, first: int) -> lis
     """Stations that need a position of their own, and its number, counted from ``first``.
 
     Uses of a position whose corrections cannot be told apart stay together; the first of them keeps the old number
-    unless a station that is passed through uses it as well.
+    unless a station that is passed through, whose correction is none, uses it as well.
     """
     barred = set(drive.pose[~free].tolist())
     groups: dict[int, list[tuple[Array, int | None]]] = {}
@@ -48,10 +48,10 @@ def parting(drive: Drive, free: BoolArray, correction: Array, first: int) -> lis
     _, back, uses = np.unique(drive.pose, return_inverse=True, return_counts=True)
     for s in np.flatnonzero(free & (uses[back] > 1)).tolist():
         pose, c = int(drive.pose[s]), correction[s]
-        kin = groups.setdefault(pose, [])
+        kin = groups.setdefault(pose, [(np.zeros(6), None)] if pose in barred else [])
         near = next((k for k in kin if _same(k[0], c)), None)
         if near is None:
-            number = None if not kin and pose not in barred else first
+            number = first if kin else None
             first += number is not None
             near = (c, number)
             kin.append(near)

@@ -13,6 +13,7 @@ import numpy as np
 
 from compgen import compensate
 from compgen.arrays import Array, BoolArray, IntArray
+from compgen.correction.course import course
 from compgen.dialects.fanuc_ls.drive import Drive
 from compgen.dialects.fanuc_ls.poses import Poses
 from compgen.dialects.fanuc_ls.program import posture_of
@@ -20,6 +21,7 @@ from compgen.ik import ALL_POSTURES, nearest_turns
 from compgen.job import Cell
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem, Settings
+from compgen.sources import Motion
 from compgen.thermal import Duty
 
 STEPS = 6
@@ -67,12 +69,13 @@ def solve(
     if not len(rows):
         return Solved(correction, theta, rise, time, (), ())
     models = error_models(cell, poses, drive.pose[rows])
-    correction[rows], theta[rows] = pointwise(cell, models, poses, drive.pose[rows], rise[rows])
+    motion, _ = course(cell, poses, drive)
+    correction[rows], theta[rows] = pointwise(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
     runs = dense_runs(poses, drive, free, settings.curvature_period)
     for i, (first, last) in enumerate(runs):
         rows = np.arange(first, last + 1)
         arc = np.concatenate([[0.0], np.cumsum(drive.length[first + 1 : last + 1])])
-        run = _problem(cell, models, poses, drive.pose[rows], rise[rows], arc, drive.stop[rows])
+        run = _problem(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows), arc, drive.stop[rows])
         solution = compensate.optimise(run, settings)
         correction[rows], theta[rows] = solution.correction, solution.theta
         limited += [(first + n - 1, limit) for n, limit in solution.active]
@@ -93,7 +96,7 @@ def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorMod
 
 
 def pointwise(
-    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array
+    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array, motion: Motion
 ) -> tuple[Array, Array]:
     """The correction that cancels each position's own error (n, 6), and the joints it leads to (n, 6) [rad]."""
     correction, theta = np.zeros((len(pose), 6)), np.empty((len(pose), 6))
@@ -101,7 +104,7 @@ def pointwise(
     for kind in np.unique(kinds, axis=0):
         rows = np.flatnonzero((kinds == kind).all(axis=1))
         still = np.zeros(len(rows))
-        here = _problem(cell, models, poses, pose[rows], rise[rows], still, still.astype(bool))
+        here = _problem(cell, models, poses, pose[rows], rise[rows], motion.at(rows), still, still.astype(bool))
         c = np.zeros((len(rows), 6))
         for _ in range(STEPS):
             c = c - here.error(c)
@@ -110,13 +113,20 @@ def pointwise(
 
 
 def _problem(
-    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array, arc: Array, stop: BoolArray
+    cell: Cell,
+    models: dict[int, ErrorModel],
+    poses: Poses,
+    pose: IntArray,
+    rise: Array,
+    motion: Motion,
+    arc: Array,
+    stop: BoolArray,
 ) -> Problem:
     """Positions of one tool and one posture as the optimiser takes them."""
     tool = int(poses.tool[pose[0]])
     return Problem(
         cell.robot, models[tool], ALL_POSTURES[int(poses.posture[pose[0]])], *poses.tool_of(tool),
-        poses.position[pose], poses.rotation[pose], poses.theta[pose], rise, arc, stop,
+        poses.position[pose], poses.rotation[pose], poses.theta[pose], rise, arc, stop, motion,
     )  # fmt: skip
 
 

@@ -8,8 +8,10 @@ import numpy as np
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.correction import findings as say
 from compgen.correction import mark
+from compgen.correction.course import course
 from compgen.correction.edits import decimals_of, number_edits
-from compgen.correction.prove import fly, off, on_the_way, straight
+from compgen.correction.places import on_the_way, straight
+from compgen.correction.prove import fly, off
 from compgen.correction.result import Correction, Options, Plan
 from compgen.correction.rewrite import insert_points, room_for_points, split_positions
 from compgen.correction.scope import read_scope
@@ -63,7 +65,7 @@ def correct(
         program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, frames)
         plan = _plan(program, cell, frames, before, options, progress)
     if options.split:
-        first = int(program.positions.number.max()) + 1
+        first = int(program.positions.number.max(initial=0)) + 1
         parts = parting(plan.drive, plan.free, plan.solved.correction, first)
         if parts:
             program = split_positions(program, plan.poses, plan.drive, parts)
@@ -153,7 +155,8 @@ def _middle(plan: Plan, cell: Cell, ways: IntArray) -> Array:
     )  # fmt: skip
     rise = (plan.solved.rise[ways] + plan.solved.rise[ways - 1]) / 2
     row = np.arange(len(ways))
-    return pointwise(cell, error_models(cell, poses, row), poses, row, rise)[0]
+    midway = course(cell, plan.poses, plan.drive)[1].at(ways)
+    return pointwise(cell, error_models(cell, poses, row), poses, row, rise, midway)[0]
 
 
 def _written(

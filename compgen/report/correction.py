@@ -33,7 +33,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         "before": before,
         "after": after,
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if before and after["total"]["max_um"] else None,
-        "bounds": {} if result.options.bound is None else {"max_um": result.options.bound / UM},
+        "bounds": {} if result.options.bound is None else {"max_um": round(result.options.bound / UM, 9)},
         "findings": [{"level": f.level, "code": f.code, "message": f.message} for f in result.findings],
         "unsafe": [{"line": u.line, "text": u.text, "reason": u.reason} for u in plan.scope.unsafe],
         "positions": {
@@ -78,7 +78,7 @@ def planned_of(provenance: bytes, corrected: bytes, where: str) -> bytes:
         packed, sums = data["planned_zlib_b85"], (data["planned_sha256"], data["corrected_sha256"])
         if data["kind"] != KIND:
             raise KeyError("kind")
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         raise InputError(f"{where}: not what compgen wrote beside a corrected program") from None
     if sha256(corrected).hexdigest() != sums[1]:
         raise InputError(
@@ -86,7 +86,7 @@ def planned_of(provenance: bytes, corrected: bytes, where: str) -> bytes:
         )
     try:
         planned = zlib.decompress(base64.b85decode(packed))
-    except (ValueError, zlib.error):
+    except (ValueError, TypeError, zlib.error):
         planned = b""
     if sha256(planned).hexdigest() != sums[0]:
         raise InputError(f"{where}: the planned program in it is damaged; take it from a backup")
@@ -171,7 +171,10 @@ def _provenance(result: Correction) -> dict[str, Any]:
             for d in result.before
         ],
         "start_K": dict(zip(result.cell.heat.names, result.cell.heat.after(result.before).tolist())),
-        "options": {"split": options.split, "insert_um": None if options.insert is None else options.insert / UM},
+        "options": {
+            "split": options.split,
+            "insert_um": None if options.insert is None else round(options.insert / UM, 9),
+        },
         "planned_sha256": sha256(result.planned).hexdigest(),
         "corrected_sha256": sha256(result.text).hexdigest(),
     }

@@ -78,14 +78,7 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
             "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
             "predicted_residual_um": float(np.linalg.norm(solution.residual[:, :3], axis=1).max() / UM),
         }
-        report["program"] = {
-            "file": f"{corrected.program.name}.LS",
-            "positions": len(corrected.program.position),
-            "bytes": len(corrected.text),
-            "memory_kB": fanuc_ls.estimated_memory(corrected.program) / 1000,
-            "largest_feed_error": fanuc_ls.largest_feed_error(trajectory.speed),
-            "rounding_um": float(np.sqrt(3) / 2),
-        }
+        report["program"] = _program(corrected)
     report["provenance"] = {
         "compgen": __version__,
         "inputs_sha256": job.inputs_hash,
@@ -100,6 +93,38 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
         "joint_range_deg": _joint_range(planned, corrected),
     }
     return report
+
+
+def _program(corrected: Corrected) -> dict[str, Any]:
+    """The files for the controller."""
+    program, delivered = corrected.program, corrected.delivery
+    length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
+    feed, late = fanuc_ls.feed_errors(corrected.trajectory.speed, program.speed, length)
+    told = {
+        "file": delivered.files[-1][0],
+        "positions": len(program.position),
+        "bytes": sum(len(content) for name, content in delivered.files if name.endswith(".LS")),
+        "memory_kB": fanuc_ls.estimated_memory(program) / 1000,
+        "largest_feed_error": feed,
+        "largest_time_error_s": late,
+        "rounding_um": float(np.sqrt(3) / 2 * 10.0 ** (3 - program.decimals)),
+        "pages": [],
+    }
+    if delivered.paged is not None:
+        told["memory_kB"] = sum(page.size.memory for page in delivered.paged.pages) / 1000
+        told["pages"] = [
+            {
+                "file": f"{page.name}.LS",
+                "load": page.load,
+                "lines": page.size.lines,
+                "positions": page.size.positions,
+                "memory_kB": page.size.memory / 1000,
+                "start_s": start.time,
+                "start_window_s": start.window,
+            }
+            for page, start in zip(delivered.paged.pages, delivered.starts)
+        ]
+    return told
 
 
 def report_json(planned: Planned, corrected: Corrected | None) -> bytes:

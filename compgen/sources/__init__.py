@@ -1,19 +1,64 @@
 """Error sources: each a function from a symbolic chain to a symbolic chain.
 
-Adding one: a file with the source, a line here, its table in ``config``, a test (zero, hand formula, differences).
+Adding one: a file with the source, a line here, its table in ``schema_sources``, its physics again in ``real_arm``, a
+test (zero, hand formula, differences). Sources are folded over the nominal chain in the order of ``ORDER``; each sees
+the nominal chain in its ``State``, so that what it does depends on the commanded pose and not on those before it.
 """
 
-from typing import Any, Protocol
-
-from compgen.kinematics import Chain
+from compgen.sources.compliance import JointCompliance
+from compgen.sources.frames import BaseFrame, ToolFrame
+from compgen.sources.gear_harmonics import GearHarmonics
+from compgen.sources.gravity import Loads
+from compgen.sources.hysteresis import Hysteresis
+from compgen.sources.joint_coupling import JointCoupling
+from compgen.sources.joint_zeros import JointZeros
+from compgen.sources.knowledge import Known, prior_of, table_of
+from compgen.sources.link_offsets import LinkOffsets, parallel
+from compgen.sources.measured_map import AxisMap
+from compgen.sources.motion import STILL, Memory, Motion, memory_of, motion_of, strangeness
+from compgen.sources.state import Parameter, Source, State
+from compgen.sources.thermal_bend import ThermalBend
 from compgen.sources.thermal_growth import ThermalGrowth
 
-__all__ = ["Source", "ThermalGrowth"]
+ORDER = (
+    ThermalGrowth,
+    LinkOffsets,
+    JointZeros,
+    JointCoupling,
+    JointCompliance,
+    GearHarmonics,
+    Hysteresis,
+    BaseFrame,
+    ThermalBend,
+    ToolFrame,
+    AxisMap,
+)
 
-
-class Source(Protocol):
-    """What makes the real arm differ from the nominal one."""
-
-    def distort(self, chain: Chain, rise: Any) -> Chain:
-        """The chain with this error in it; ``rise`` (K, 1) [K] are the node rises as symbols."""
-        ...
+__all__ = [
+    "ORDER",
+    "STILL",
+    "AxisMap",
+    "BaseFrame",
+    "GearHarmonics",
+    "Hysteresis",
+    "JointCompliance",
+    "JointCoupling",
+    "JointZeros",
+    "Known",
+    "LinkOffsets",
+    "Loads",
+    "Memory",
+    "Motion",
+    "Parameter",
+    "Source",
+    "State",
+    "ThermalBend",
+    "ThermalGrowth",
+    "ToolFrame",
+    "memory_of",
+    "motion_of",
+    "parallel",
+    "prior_of",
+    "strangeness",
+    "table_of",
+]

@@ -1,16 +1,20 @@
-r"""Links lengthen as they warm: a -> a + g_a . rise, d -> d + g_d . rise.
+r"""Links lengthen as they warm: a -> a + (1 + x_a) g_a . rise, d -> d + (1 + x_d) g_d . rise.
 
-g is the growth per kelvin of each node (``thermal.profiles``). A length that points against its axis (d4 and d6 of a
-FANUC arm are negative) grows away from zero too: its g is negative.
+g is the growth per kelvin of each node at the robot file's cte (``thermal.profiles``), x the excess of each length's
+own cte over it: an identified cte is (1 + x) times the file's. A length that points against its axis (d4 and d6 of a
+FANUC arm are negative) grows away from zero too: its g is negative. Row 1's d is the base column. Source: the reference
+study, equation 8; valid inside the thermal box of the robot file.
 """
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
-import casadi as ca
+import numpy as np
 
 from compgen.arrays import Array, own
-from compgen.kinematics import Chain
+from compgen.kinematics import Chain, is_zero
+from compgen.sources.expressions import entries, weighted
+from compgen.sources.state import Parameter, State, settle
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -19,18 +23,33 @@ class ThermalGrowth:
 
     a: Array  # (6, K) [m/K]
     d: Array  # (6, K) [m/K]
+    excess_a: Any = field(default_factory=lambda: np.zeros(6))  # (6,) own cte over the file's, less one
+    excess_d: Any = field(default_factory=lambda: np.zeros(6))  # (6,)
+
+    NAME: ClassVar[str] = "thermal_growth"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("excess_a", "excess_a", (6,), 1.0, 0.3, "own cte of each a over the file's, less one"),
+        Parameter("excess_d", "excess_d", (6,), 1.0, 0.3, "own cte of each d over the file's, less one"),
+    )
 
     def __post_init__(self) -> None:
         own(self, a=(6, "K"), d=(6, "K"))
+        settle(self)
 
-    def distort(self, chain: Chain, rise: Any) -> Chain:
+    def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its lengths grown."""
         return replace(
             chain,
-            a=tuple(a + _sum(g, rise) if g.any() else a for a, g in zip(chain.a, self.a)),
-            d=tuple(d + _sum(g, rise) if g.any() else d for d, g in zip(chain.d, self.d)),
+            a=_grown(chain.a, self.a, entries(self.excess_a, 6), state.rise),
+            d=_grown(chain.d, self.d, entries(self.excess_d, 6), state.rise),
         )
 
 
-def _sum(weights: Array, rise: Any) -> Any:
-    return ca.dot(ca.DM(weights), rise)
+def _grown(lengths: tuple[Any, ...], growth: Array, excess: list[Any], rise: Any) -> tuple[Any, ...]:
+    found = []
+    for length, g, x in zip(lengths, growth, excess):
+        if g.any():
+            more = weighted(g, rise)
+            length = length + (more if is_zero(x) else (1 + x) * more)
+        found.append(length)
+    return tuple(found)

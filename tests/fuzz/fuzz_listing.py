@@ -1,6 +1,8 @@
 """Damaged programs at the reader: it takes them whole or refuses them in one way, quickly and within its memory.
 
-python tests/fuzz/fuzz_listing.py --inputs 100000 --seed 1
+python tests/fuzz/fuzz_listing.py --inputs 1000000 --seed 1     mutated bytes of samples and of printed programs
+python tests/fuzz/fuzz_listing.py --printed 10000               printed programs, judged by the second reader
+python tests/fuzz/fuzz_listing.py --atheris                     guided by coverage, until it is stopped
 """
 
 import argparse
@@ -10,24 +12,47 @@ import time
 import tracemalloc
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from compgen.dialects.fanuc_ls.listing import dumps, loads
-from compgen.exceptions import CompgenError
-
 TESTS = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "fuzz")]
+
+import hypothesis  # noqa: E402
+from agreement import assert_readers_agree, differences  # noqa: E402
+from printed import programs  # noqa: E402
+
+from compgen import inspection  # noqa: E402
+from compgen.cells import load_robot  # noqa: E402
+from compgen.dialects.fanuc_ls import shapes  # noqa: E402
+from compgen.dialects.fanuc_ls.frames import known_without_a_table  # noqa: E402
+from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, loads  # noqa: E402
+from compgen.exceptions import CompgenError  # noqa: E402
+
 SAMPLES = TESTS.parents[1] / "shared" / "fanuc" / "samples"
 LONGEST_S = 1.0
 BYTES_PER_BYTE = 50
 BYTES_ALWAYS = 1_000_000
 MEMORY_EVERY = 50  # measuring memory is slow
+COLUMNS_EVERY = 25  # so is reading a short program by columns, and inspecting it
+PRINTED_SEEDS = 100
+AT_ONCE = 250
+QUIET = {"deadline": None, "database": None, "suppress_health_check": list(hypothesis.HealthCheck)}
 
 
 def seeds() -> list[bytes]:
-    """Good programs to start from: the golden ones, and real ones where there are any."""
+    """Good programs to start from: the golden ones, real ones where there are any, printed ones."""
     golden = sorted((TESTS / "golden").glob("*.LS"))
     real = sorted(p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls")
-    return [p.read_bytes() for p in (*golden, *real)]
+    drawn: list[bytes] = []
+
+    @hypothesis.settings(max_examples=PRINTED_SEEDS, derandomize=True, **QUIET)
+    @hypothesis.given(programs())
+    def draw(data: bytes) -> None:
+        drawn.append(data)
+
+    draw()
+    return [*(p.read_bytes() for p in (*golden, *real)), *drawn]
 
 
 def mutated(rng: random.Random, pool: list[bytes]) -> bytes:
@@ -56,10 +81,39 @@ def mutated(rng: random.Random, pool: list[bytes]) -> bytes:
     return bytes(data)
 
 
+@contextmanager
+def columns_from(few: int) -> Iterator[None]:
+    """Read by columns whatever has at least so many lines or positions."""
+    usual, shapes.FEW = shapes.FEW, few
+    try:
+        yield
+    finally:
+        shapes.FEW = usual
+
+
+def read_or_refused(data: bytes, few: int) -> LsProgram | str:
+    """The program, or why there is none."""
+    with columns_from(few):
+        try:
+            return loads(data)
+        except CompgenError as refused:
+            return str(refused)
+
+
+def disagreement(data: bytes) -> str:
+    """How reading by columns differs from reading one by one; empty when it does not."""
+    quick, careful = read_or_refused(data, 0), read_or_refused(data, sys.maxsize)
+    if isinstance(quick, str) or isinstance(careful, str):
+        same = isinstance(quick, str) and isinstance(careful, str) and quick == careful
+        return "" if same else "columns and the careful reader: one refuses, or for another reason"
+    return ", ".join(differences(quick, careful))
+
+
 def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, bytes]]:
     """What went wrong, with the input that did it; what went right is counted."""
     rng = random.Random(seed)
     pool = seeds()
+    robot, frames = load_robot("m710ic50"), known_without_a_table()
     for i in range(inputs):
         data = mutated(rng, pool)
         measured = i % MEMORY_EVERY == 0
@@ -89,18 +143,70 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
         elif took > LONGEST_S:  # tracing itself takes time
             yield f"{took:.1f} s", data
         counts["slowest_us"] = max(counts["slowest_us"], 0 if measured else int(took * 1e6))
+        if i % COLUMNS_EVERY == 0:
+            counts["compared"] += 1
+            try:
+                if how := disagreement(data):
+                    yield how, data
+                inspection.inspect(loads(data), robot, frames)
+            except CompgenError:
+                pass
+            except Exception as exception:
+                yield f"{type(exception).__name__}: {exception}"[:160], data
+
+
+def print_programs(count: int, seed: int) -> None:
+    """Programs nobody wrote: both readers, and both ways of the first, agree on every number.
+
+    Raises:
+        AssertionError: They do not; hypothesis tells the smallest program it found.
+    """
+
+    def judge(data: bytes) -> None:
+        assert_readers_agree(data)
+        with columns_from(0):
+            assert_readers_agree(data)
+
+    for first in range(0, count, AT_ONCE):  # hypothesis keeps what it drew: a few at a time stay small
+        settings = hypothesis.settings(max_examples=min(AT_ONCE, count - first), **QUIET)
+        hypothesis.seed(seed + first)(settings(hypothesis.given(programs())(judge)))()
+
+
+def guided() -> None:
+    """Inputs grown by atheris; it stops at the first exception that is no refusal."""
+    import atheris
+
+    def one(data: bytes) -> None:
+        for few in (0, sys.maxsize):
+            read_or_refused(data, few)
+
+    atheris.instrument_all()
+    atheris.Setup([sys.argv[0]], one)
+    atheris.Fuzz()
 
 
 def main() -> int:
     """Run, print each kind of fault once, and a closing line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--inputs", type=int, default=100_000)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--inputs", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="folder for the first input of each kind of fault")
+    parser.add_argument("--samples", type=Path, default=SAMPLES, help="folder with more programs to start from")
+    parser.add_argument("--printed", type=int, default=0)
+    parser.add_argument("--atheris", action="store_true")
     given = parser.parse_args()
+    globals()["SAMPLES"] = given.samples
+    if given.atheris:
+        guided()
+    if given.printed:
+        print_programs(given.printed, given.seed)
+        print(f"{given.printed} printed programs, seed {given.seed}: both readers agree on every number", flush=True)
+        if not given.inputs:
+            return 0
+    inputs = given.inputs or 100_000
     counts: Counter[str] = Counter()
     kinds: Counter[str] = Counter()
-    for what, data in faults(given.inputs, given.seed, counts):
+    for what, data in faults(inputs, given.seed, counts):
         kinds[what] += 1
         if kinds[what] == 1:
             print(f"fault: {what} ({len(data)} bytes)", flush=True)
@@ -108,9 +214,9 @@ def main() -> int:
                 given.keep.mkdir(parents=True, exist_ok=True)
                 (given.keep / f"{len(kinds):03d}.LS").write_bytes(data)
     print(
-        f"{given.inputs} inputs, seed {given.seed}: {counts['accepted']} accepted, {counts['refused']} refused, "
+        f"{inputs} inputs, seed {given.seed}: {counts['accepted']} accepted, {counts['refused']} refused, "
         f"{sum(kinds.values())} faults of {len(kinds)} kinds, {counts['measured']} measured for memory, "
-        f"slowest {counts['slowest_us'] / 1e6:.3f} s"
+        f"{counts['compared']} read both ways, slowest {counts['slowest_us'] / 1e6:.3f} s"
     )
     return 1 if kinds else 0
 

@@ -4,10 +4,11 @@ Any program: ``loads`` and ``dumps`` between bytes and records, without loss. co
 ``interpret`` between meaning and canonical text.
 """
 
+from compgen.dialects.fanuc_ls.feeds import feed_errors, written_feeds
 from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
 from compgen.dialects.fanuc_ls.program import Program, estimated_memory, program_name
 from compgen.dialects.fanuc_ls.read import interpret
-from compgen.dialects.fanuc_ls.write import as_written, compose, largest_feed_error, printed, writable_speed
+from compgen.dialects.fanuc_ls.write import as_written, compose, printed, writable_speed
 
 __all__ = [
     "LsProgram",
@@ -17,10 +18,11 @@ __all__ = [
     "dumps",
     "edited",
     "estimated_memory",
+    "feed_errors",
     "interpret",
-    "largest_feed_error",
     "loads",
     "printed",
     "program_name",
     "writable_speed",
+    "written_feeds",
 ]

@@ -6,73 +6,74 @@ A table of text rows is a byte matrix with zero bytes where a row is shorter; ``
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from compgen.arrays import Array, IntArray
 
 Bytes = NDArray[np.uint8]
 
-WIDTH, DECIMALS = 9, 3  # %9.3f
+WHOLE, DECIMALS, MOST_DECIMALS = 5, 3, 6  # %9.3f, to %12.6f
 BLOCK = 8192  # rows at a time: they stay in cache
-_LIMIT = 10**8  # thousandths: what nine characters hold of a positive number
-_DOT, _MINUS, _ZERO, _SPACE = np.frombuffer(b".-0 ", dtype=np.uint8)
+_LIMIT = 10**WHOLE  # below which a positive number has room
+_MINUS, _ZERO, _SPACE = np.frombuffer(b"-0 ", dtype=np.uint8)
 
 
-def _digits(count: int, width: int, blank: int) -> Bytes:
-    """Numbers from 0, right-aligned, with a character before the first digit."""
-    number = np.arange(count)
-    out = np.empty((count, width), dtype=np.uint8)
-    for column in range(width):
-        place = 10 ** (width - 1 - column)
-        out[:, column] = np.where((number >= place) | (place == 1), number // place % 10 + _ZERO, blank)
+_POSITIVE = 100_000  # whole numbers from 0; behind them those below 0
+_HEADS = np.frombuffer(
+    "".join([f"{i:5d}.00" for i in range(_POSITIVE)] + [f"{'-' + str(i):>5}.00" for i in range(10_000)]).encode(),
+    dtype=np.uint64,
+)
+_TAILS = np.frombuffer("".join([f".{i:03d}" for i in range(1000)]).encode(), dtype=np.uint32)
+_BELOW = 10**9  # a minus sign in front adds a multiple of it
+_WORTH = np.zeros(256, dtype=np.int64)  # of a character
+_WORTH[_ZERO : _ZERO + 10] = np.arange(10)
+_WORTH[_MINUS] = _BELOW // 1000
+_TWO = np.arange(65536, dtype=np.uint16).view(np.uint8).reshape(-1, 2)
+_PAIR = _WORTH[_TWO[:, 0]] * 10 + _WORTH[_TWO[:, 1]]  # of two characters as they lie in memory
+
+
+def fits(units: IntArray, decimals: int = DECIMALS) -> bool:
+    """Whether every number has room: five characters before the point, its sign among them."""
+    limit = _LIMIT * 10**decimals
+    return bool(np.all((units < limit) & (units > -limit // 10)))
+
+
+def fixed(units: IntArray, decimals: int = DECIMALS) -> Bytes:
+    """Columns of ``%9.3f`` (or ``%10.4f``, ``%11.5f``, ``%12.6f``) from units of the last digit, (N,) to (N, width).
+
+    The first nine characters are a word of eight, and over its end one of four.
+    """
+    more = 10 ** (decimals - DECIMALS)
+    size = np.abs(units)
+    thousandths = (size // more if more > 1 else size).astype(np.int32)
+    whole = thousandths // 1000
+    rest = thousandths - whole * 1000
+    rows, width = len(size), WHOLE + 1 + decimals
+    out = np.empty((rows, width), dtype=np.uint8)
+    np.ndarray(rows, np.uint64, out, 0, (width,))[:] = _HEADS[np.where(units < 0, whole + _POSITIVE, whole)]
+    np.ndarray(rows, np.uint32, out, 5, (width,))[:] = _TAILS[rest]
+    left = size % more
+    for column in range(width - 1, WHOLE + DECIMALS, -1):
+        out[:, column] = left % 10 + _ZERO
+        left //= 10
     return out
 
 
-def _below_zero(count: int, width: int) -> Bytes:
-    """The same with a minus sign before the first digit."""
-    out = _digits(count, width, int(_SPACE))
-    first = (out == _SPACE).sum(axis=1) - 1
-    out[np.arange(count), first] = _MINUS
-    return out
-
-
-_WHOLE = _digits(100_000, 5, int(_SPACE))
-_NEGATIVE = _below_zero(10_000, 5)
-_THOUSANDTHS = _digits(1000, 3, int(_ZERO))
-
-
-def fits(thousandths: IntArray) -> bool:
-    """Whether every number has room in nine characters."""
-    return bool(np.all((thousandths < _LIMIT) & (thousandths > -_LIMIT // 10)))
-
-
-def fixed(thousandths: IntArray) -> Bytes:
-    """Columns of ``%9.3f``, (N,) to (N, 9)."""
-    size = np.abs(thousandths)
-    whole, rest = size // 1000, size % 1000
-    out = np.empty((len(size), WIDTH), dtype=np.uint8)
-    out[:, :5] = _WHOLE[whole]
-    below = np.flatnonzero(thousandths < 0)
-    out[below, :5] = _NEGATIVE[whole[below]]
-    out[:, 5] = _DOT
-    out[:, 6:] = _THOUSANDTHS[rest]
-    return out
-
-
-def read_fixed(data: Bytes, at: IntArray) -> IntArray:
-    """Thousandths of the ``%9.3f`` fields at places, (N,); anything else gives a wrong number: check by writing."""
+def read_fixed(data: Bytes, at: IntArray, decimals: int = DECIMALS) -> IntArray:
+    """Units of the last digit of the fields at places, (N,); anything else gives a wrong number: check by writing."""
+    width = WHOLE + 1 + decimals
+    windows = sliding_window_view(data, width)
     out = np.empty(len(at), dtype=np.int64)
     for first in range(0, len(at), BLOCK):
-        place = at[first : first + BLOCK]
-        value = np.zeros(len(place), dtype=np.int64)
-        below = np.zeros(len(place), dtype=bool)
-        for column in range(WIDTH):
-            if column != WIDTH - DECIMALS - 1:
-                character = data[place + column]
-                digit = character - _ZERO  # wraps below zero for blanks and signs
-                value = value * 10 + np.where(digit < 10, digit, 0)
-                below |= character == _MINUS
-        out[first : first + BLOCK] = np.where(below, -value, value)
+        text = np.ascontiguousarray(windows[at[first : first + BLOCK]])
+        rows = len(text)
+        a, b, d = (_PAIR[np.ndarray(rows, np.uint16, text, place, (width,))] for place in (0, 2, 6))
+        said = ((a * 100 + b) * 10 + _WORTH[text[:, 4]]) * 1000 + d * 10 + _WORTH[text[:, 8]]
+        size = said % _BELOW
+        for column in range(WHOLE + 1 + DECIMALS, width):
+            size = size * 10 + _WORTH[text[:, column]]
+        out[first : first + BLOCK] = np.where(said >= _BELOW, -size, size)
     return out
 
 
@@ -111,7 +112,7 @@ def ragged(rows: int, parts: list[bytes | Bytes]) -> bytes:
             if not isinstance(part, bytes):
                 here[:, start:end] = part[first : first + BLOCK]
         flat = here.ravel()
-        out.append(flat[flat != 0].tobytes())
+        out.append(flat.tobytes() if flat.all() else flat.tobytes().replace(b"\0", b""))
     return b"".join(out)
 
 
@@ -121,6 +122,8 @@ def different(rows: NDArray[Any]) -> tuple[IntArray, IntArray]:
     Rows are told apart by a sum over their bytes, eight at a time, with odd weights; that this sufficed is checked.
     """
     flat = np.ascontiguousarray(rows).reshape(len(rows), -1).view(np.uint8)
+    if len(flat) and (flat == flat[0]).all():
+        return np.zeros(1, dtype=np.int64), np.zeros(len(flat), dtype=np.int64)
     padded = np.zeros((len(rows), -(-flat.shape[1] // 8) * 8), dtype=np.uint8)
     padded[:, : flat.shape[1]] = flat
     words = padded.view(np.uint64)
@@ -139,6 +142,6 @@ def _weights(count: int) -> NDArray[np.uint64]:
     return np.array(weights, dtype=np.uint64)
 
 
-def thousandths(values: Array) -> IntArray:
-    """Nearest whole thousandths."""
-    return np.asarray(np.rint(values * 1000), dtype=np.int64)
+def units(values: Array, decimals: int = DECIMALS) -> IntArray:
+    """Nearest whole units of the last digit."""
+    return np.asarray(np.rint(values * 10**decimals), dtype=np.int64)

@@ -1,5 +1,9 @@
 """Lines of a program file: CR LF, LF and CR each end one."""
 
+import re
+
+_END = re.compile(rb"[\r\n]")
+
 
 def line_of(data: bytes, place: int) -> int:
     """Physical line of a byte, from 1."""
@@ -10,3 +14,9 @@ def line_ends(data: bytes, start: int, stop: int) -> int:
     """Line ends between two places."""
     part = data[start:stop]
     return part.count(b"\n") + part.count(b"\r") - part.count(b"\r\n")
+
+
+def end_of_line(data: bytes, place: int) -> int:
+    """Where the line that holds a byte ends."""
+    found = _END.search(data, place)
+    return found.start() if found else len(data)

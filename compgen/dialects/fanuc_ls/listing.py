@@ -19,7 +19,7 @@ _BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
 _TRANSLATED = re.compile(
     _BEGIN + rb"/?(?:EIGN\.|KOMMENTAR|PROPRIETAIRE|COMENTARIO|PROPIETARIO|ZEILEN)[ \t]*(?=[=\r\n])", re.IGNORECASE
 )
-_SECTION = re.compile(_BEGIN + rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
+_SECTION = re.compile(rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
 _NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)", re.IGNORECASE)
 _ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
 
@@ -36,6 +36,7 @@ class LsProgram:
     statements: IntArray  # (S,) physical line at which each statement of /MN begins
     motions: Motions
     positions: Positions
+    place: IntArray  # (S,) byte at which each of those lines begins
 
     def text(self, span: Iterable[int]) -> str:
         """The text at a place."""
@@ -62,7 +63,7 @@ def loads(data: bytes) -> LsProgram:
         (k.decode("latin-1"), v.decode("latin-1").strip().removesuffix(";").rstrip())
         for k, v in _ATTRIBUTE.findall(head)
     )
-    motions, statements, remarks = read_motions(data, *sections["MN"])
+    motions, statements, place, remarks = read_motions(data, *sections["MN"])
     positions = read_positions(data, *sections["POS"])
     return LsProgram(
         data=data,
@@ -73,6 +74,7 @@ def loads(data: bytes) -> LsProgram:
         statements=statements,
         motions=motions,
         positions=positions,
+        place=place,
     )
 
 
@@ -103,7 +105,7 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
         if b"\0" in data[:4096]:
             raise InputError("program: this is a binary file; convert the .TP to .LS on the controller first")
         raise InputError("program: line 1: it does not begin with /PROG; give a program listing (.LS)")
-    found = [(m.group(1).decode().upper(), m.start(), m.end()) for m in _SECTION.finditer(data)]
+    found = _tags(data)
     tags = [tag for tag, _, _ in found]
     if _TRANSLATED.search(data, 0, found[tags.index("MN")][1] if "MN" in tags else len(data)):
         raise InputError("program: its keywords are in another language; export it from a controller set to English")
@@ -117,3 +119,15 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
     pos = next((t for t in after if t[0] == "POS" and t[1] < end[1]), None)
     stop = pos[1] if pos else end[1]
     return {"MN": (found[mn][2], stop), "POS": (pos[2], end[1]) if pos else (end[1], end[1])}
+
+
+def _tags(data: bytes) -> list[tuple[str, int, int]]:
+    """Section tags at the beginning of a line, and where each stands."""
+    begins = [0]
+    for mark in (b"\n/", b"\r/"):
+        at = data.find(mark)
+        while at >= 0:
+            begins.append(at + 1)
+            at = data.find(mark, at + 2)
+    found = (_SECTION.match(data, at) for at in sorted(begins))
+    return [(m[1].decode().upper(), m.start(), m.end()) for m in found if m]

@@ -1,48 +1,23 @@
-"""Motion statements of a program, as places in its bytes.
+"""Motion statements of a program, as columns: lines of one shape together, the others one by one."""
 
-Two traps of real files are met here: a remark that wraps to a line looking like a move, and numbers that restart inside
-point logic.
-"""
-
-import re
-from dataclasses import dataclass
+from bisect import bisect_left
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
 from compgen.arrays import BoolArray, IntArray
+from compgen.dialects.fanuc_ls import shapes
+from compgen.dialects.fanuc_ls.block import NO_NUMBER as NO_NUMBER
+from compgen.dialects.fanuc_ls.block import Span
+from compgen.dialects.fanuc_ls.digits import Bytes
+from compgen.dialects.fanuc_ls.line_shapes import Pattern, sorted_out
 from compgen.dialects.fanuc_ls.lines import line_of
-from compgen.exceptions import InputError
+from compgen.dialects.fanuc_ls.shapes import Filled
+from compgen.dialects.fanuc_ls.statement import Move, Statements, own_number, target_text
 
-NO_NUMBER = -1  # a frame that is F, a target that is not in the file
-_LINE = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|$)")
-_NUMBERED = re.compile(rb"[ \t]*+(\d*+)[ \t]*+:")
-_MOVE = re.compile(rb"[ \t]*+(//)?+[ \t]*+([JLCAS])[ \t]++(?=PR?\[)", re.IGNORECASE)
-_NUMBER = rb"(?:\d++\.?\d*+|\.\d++)"
-_UNIT = rb"(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)"
-_TARGET = re.compile(
-    rb"[ \t]*(PR?)\[([^\r\n]*?)\](?=[ \t]+(?:"
-    + _NUMBER
-    + rb"[ \t]*"
-    + _UNIT
-    + rb"|A?R\[|WELD_SPEED|max_speed|PR?\[)|[ \t]*$)",
-    re.IGNORECASE,
-)
-_SPEED = re.compile(
-    rb"[ \t]*(?:(" + _NUMBER + rb"|A?R\[[^\r\n]*?\])[ \t]*(" + _UNIT + rb")|(WELD_SPEED|max_speed))",
-    re.IGNORECASE,
-)
-_END_OF_MOVE = re.compile(rb"[ \t]*(FINE|CNT[ \t]*(?:\d+|R\[[^\r\n]*?\])|C[RD][ \t]*\d+)", re.IGNORECASE)
-
-#: What nearly all motions of a long program look like; the careful way below reads them the same.
-_USUAL = re.compile(
-    rb"[ \t]*+\d++[ \t]*+:[ \t]*+([JL])[ \t]++(P\[\d{1,9}\])[ \t]++"
-    rb"(\d++(?:%|mm/sec|cm/min|\.\d++inch/min))[ \t]++(FINE|CNT\d++)[ \t]*+;[ \t]*+(?:\r\n|\n)"
-)
-
-
-#: line, letter, disabled, targets, speed, termination, options, place of the speed, of the statement
-_Row = tuple[int, str, bool, list[str], str, str, str, tuple[int, int], tuple[int, int]]
+_LOOK = 16  # characters at either end of a line that tell whether it goes on
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,144 +36,157 @@ class Motions:
     speed_span: IntArray  # (M, 2)
 
 
-def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, tuple[str, ...]]:
-    """The motions in /MN, the line at which each statement begins, and the remarks.
+def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, IntArray, tuple[str, ...]]:
+    """The motions in /MN, the line and the byte at which each statement begins, and the remarks.
 
     Raises:
         InputError: A move whose target is not understood, or a C without its end point; names the line.
     """
-    rows: list[_Row] = []
-    statements, remarks = [], []
-    number = line_of(data, start)
-    state = ""  # "" between statements, "!" in a remark, "C" a motion without its end, "x" in other text
-    pending: list[str] = []
-    begin = (0, "", False)
-    at = start
-    while at < end:
-        if usual := _USUAL.match(data, at, end):
-            _whole(state, begin[0])
-            letter, place, speed, termination = (text.decode() for text in usual.groups())
-            begin, state = (number, letter, False), ""
-            spans = usual.regs
-            rows.append(
-                (
-                    *begin,
-                    [place],
-                    speed,
-                    termination,
-                    "",
-                    spans[3],
-                    (spans[1][0], usual.end(4) + data[usual.end(4) : usual.end()].find(b";")),
-                )
-            )
-            statements.append(number)
-            at, number = usual.end(), number + 1
-            continue
-        found = _LINE.match(data, at, end)
-        stop = found.end() if found else end
-        text_end = stop - len(data[at:stop]) + len(data[at:stop].rstrip(b"\r\n"))
-        mark = _NUMBERED.match(data, at, text_end)
-        if mark and mark.group(1):
-            _whole(state, begin[0])
-            state = ""  # a numbered line begins a statement, whatever came before
-        if mark:
-            body = mark.end()
-            close = data.find(b";", body, text_end)
-            done = close >= 0
-            limit = close if done else text_end
-            move = _MOVE.match(data, body, limit) if state == "" else None
-            if state == "":
-                statements.append(number)
-            if move:
-                begin = (number, move.group(2).decode().upper(), bool(move.group(1)))
-                pending, after = _targets(data, move.end(), limit)
-                where = move.start(2)
-                if not pending:
-                    raise InputError(f"program: line {number}: the target of this move is not understood; mend it")
-                if any(_own_number(t) > 999_999_999 for t in pending):
-                    raise InputError(f"program: line {number}: no position has a number as large; mend it")
-            elif state == "C":
-                more, after = _targets(data, body, limit)
-                pending = [*pending, *more]
-            elif state == "m":
-                rows[-1] = _continued(rows[-1], _tail(data, body, limit), data[body:limit], (where, limit))
-            elif state == "" and data[body:limit].lstrip()[:1] == b"!":
-                remarks.append(data[body:limit].lstrip()[1:].decode("latin-1").rstrip())
-                state = "!"
-            elif state == "":
-                state = "x"
-            if (move or state == "C") and (done or not move or begin[1] != "C" or len(pending) > 1):
-                rows.append((*begin, pending, *_tail(data, after, limit), (where, limit)))
-                state = "" if done else "m"
-            elif move:
-                state = "C"
-            if done:
-                state = ""
-        at, number = stop, number + 1
-        if stop == found.start() if found else True:
-            break
-    _whole(state, begin[0])
-    columns: list[Any] = list(zip(*rows)) if rows else [()] * 9
-    line, letter, disabled, target, speed, termination, options, speed_span, span = columns
+    view = shapes.padded(data[:end])
+    first, lines = line_of(data, start), _lines(view, start, end)
+    unit = _units(view, lines)
+    edge = lines[unit]
+    groups = sorted_out(data, view, lines, unit) if len(unit) > shapes.FEW else []
+    fits, numbered = np.zeros(len(unit), dtype=bool), np.zeros(len(unit), dtype=bool)
+    for pattern, filled in groups:
+        fits[filled.which], numbered[filled.which] = True, pattern.numbered
+    read, met = _one_by_one(data, lines, unit, first, fits, numbered)
+    groups = [(pattern, shapes.only(filled, met)) for pattern, filled in groups]
+    begins = [unit[filled.which] + first for _, filled in groups]
+    remarks = read.remarks
+    for (pattern, filled), here in zip(groups, begins):
+        if ("remark", 0) in pattern.what:
+            texts = shapes.texts(view, filled.span[:, pattern.what["remark", 0]])
+            remarks += [(line, text.rstrip()) for line, text in zip(here.tolist(), texts)]
+    statements = np.sort(np.concatenate([*begins, np.array(read.lines, dtype=np.int64)]))
     return (
-        Motions(
-            line=np.array(line, dtype=np.int64),
-            letter=tuple(letter),
-            disabled=np.array(disabled, dtype=bool),
-            target=tuple(tuple(t) for t in target),
-            position=tuple(tuple(map(_own_number, ts)) for ts in target),
-            speed=tuple(speed),
-            termination=tuple(termination),
-            options=tuple(options),
-            span=np.array(span, dtype=np.int64).reshape(-1, 2),
-            speed_span=np.array(speed_span, dtype=np.int64).reshape(-1, 2),
-        ),
-        np.array(statements, dtype=np.int64),
-        tuple(remarks),
+        _table(data, view, edge, unit + first, groups, read.moves),
+        statements,
+        lines[statements - first],
+        tuple(text for _, text in sorted(remarks)),
     )
 
 
-def _continued(row: _Row, more: tuple[str, str, str, tuple[int, int]], text: bytes, span: tuple[int, int]) -> _Row:
-    """A motion whose statement runs on: what is still missing is taken from the next line, the rest are options."""
-    *begin, speed, termination, options, place, _ = row
-    if termination or options:
-        return (*begin, speed, termination, f"{options} {text.decode('latin-1').strip()}".strip(), place, span)  # type: ignore[return-value]
-    if not speed:
-        speed, place = more[0], more[3]
-    return (*begin, speed, more[1], more[2], place, span)  # type: ignore[return-value]
+def _lines(view: Bytes, start: int, end: int) -> IntArray:
+    """Where each physical line begins, and the end of the last."""
+    ends = shapes.found(view, start, end, lambda d: (d[:-1] == 10) | ((d[:-1] == 13) & (d[1:] != 10))) + 1
+    return np.concatenate([[start], ends[ends < end], [end] if end > start else []]).astype(np.int64)
 
 
-def _whole(state: str, line: int) -> None:
-    """Raises InputError for a C without its end point."""
-    if state == "C":
-        raise InputError(f"program: line {line}: this C has no end point; mend it")
+def _units(view: Bytes, lines: IntArray) -> IntArray:
+    """Lines at which something new begins, and the number of lines; a line that goes on with an open statement is none.
+
+    A guess by the first and the last characters only; the careful reader decides.
+    """
+    if len(lines) <= shapes.FEW:
+        return np.arange(len(lines))
+    head, tail = shapes.windows(view, lines[:-1], _LOOK), shapes.windows(view, np.maximum(lines[:-1] - _LOOK, 0), _LOOK)
+    blank = (head == ord(" ")) | (head == ord("\t"))
+    goes_on = head[np.arange(len(head)), blank.argmin(axis=1)] == ord(":")
+    blank = (tail == ord(" ")) | (tail == ord("\t")) | (tail == ord("\r")) | (tail == ord("\n"))
+    goes_on &= tail[np.arange(len(tail)), _LOOK - 1 - blank[:, ::-1].argmin(axis=1)] != ord(";")
+    goes_on[0] = False
+    return np.append(np.flatnonzero(~goes_on), len(lines) - 1)
 
 
-def _targets(data: bytes, at: int, limit: int) -> tuple[list[str], int]:
-    """Targets from a place on, and where they end."""
-    found = []
-    while target := _TARGET.match(data, at, limit):
-        found.append(f"{target.group(1).decode().upper()}[{target.group(2).decode('latin-1')}]")
-        at = target.end()
-    return found, at
+def _one_by_one(
+    data: bytes, lines: IntArray, unit: IntArray, first: int, fits: BoolArray, numbered: BoolArray
+) -> tuple[Statements, BoolArray]:
+    """The lines that fit no shape, and which of those that do were met where a statement may begin."""
+    places, units, bad = lines.tolist(), unit.tolist(), np.flatnonzero(~fits).tolist()
+    fit, begins = fits.tolist(), numbered.tolist()
+    met = np.zeros_like(fits)
+    read = Statements(data)
+    k = 0
+    while k < len(units) - 1:
+        if fit[k] and (begins[k] or read.state == ""):
+            read.between()
+            after = bad[bisect_left(bad, k)]
+            met[k:after] = True
+            k = after
+        else:
+            for i in range(units[k], units[k + 1]):
+                read.read(places[i], places[i + 1], first + i)
+            k += 1
+    read.between()
+    return read, met
 
 
-def _tail(data: bytes, at: int, limit: int) -> tuple[str, str, str, tuple[int, int]]:
-    """Speed, termination and options after the last target, and where the speed stands."""
-    speed, place = "", (at, at)
-    if found := _SPEED.match(data, at, limit):
-        speed = data[found.start() : found.end()].strip().decode("latin-1")
-        at = found.end()
-        place = (at - len(speed), at)
-    termination = ""
-    if found := _END_OF_MOVE.match(data, at, limit):
-        termination, at = found.group(1).decode("latin-1"), found.end()
-    return speed, termination, data[at:limit].decode("latin-1").strip(), place
+def _table(
+    data: bytes, view: Bytes, edge: IntArray, number: IntArray, groups: list[tuple[Pattern, Filled]], moves: list[Move]
+) -> Motions:
+    """Columns of all motions in the order they stand."""
+    parts = [_many(data, view, edge, number, p, p.move, filled) for p, filled in groups if p.move is not None]
+    parts.append(_singly(data, moves))
+    line = np.concatenate([p.line for p in parts])
+    order = np.argsort(line, kind="stable")
+    rank = order.tolist()
+    columns: dict[str, Any] = {}
+    for column in fields(Motions):
+        pieces = [getattr(p, column.name) for p in parts]
+        if isinstance(pieces[0], np.ndarray):
+            columns[column.name] = np.concatenate(pieces)[order]
+        else:
+            whole = [item for piece in pieces for item in piece]
+            columns[column.name] = tuple([whole[i] for i in rank])
+    return Motions(**columns)
 
 
-def _own_number(target: str) -> int:
-    """n of P[n] or P[n:name]; anything else is not in the file."""
-    if target[:2] == "P[" and target[2:-1].isdecimal():
-        return int(target[2:-1][:10])
-    found = re.match(r"P\[\s*(\d+)\s*(?::.*)?\]$", target, re.DOTALL)
-    return int(found.group(1)[:10]) if found else NO_NUMBER
+def _many(
+    data: bytes, view: Bytes, edge: IntArray, number: IntArray, pattern: Pattern, move: Move, filled: Filled
+) -> Motions:
+    """Motions of one shape."""
+    n = len(filled.which)
+
+    def places(span: Span) -> IntArray:
+        return np.column_stack([pattern.place(edge, filled, at) for at in span])
+
+    def said(name: str, span: IntArray, same: Span) -> list[str]:
+        if (name, 0) in pattern.what:
+            return shapes.texts(view, span)
+        return [data[slice(*same)].decode("latin-1")] * n
+
+    targets, numbers = [], []
+    for i, (start, end) in enumerate(move.target):
+        hole = pattern.what.get(("target", i))
+        if hole is None:
+            targets.append([target_text(data, move, i)] * n)
+            numbers.append([own_number(data, move, i)] * n)
+        else:
+            targets.append(shapes.texts(view, places((start - 2, end + 1))))
+            numbers.append(filled.value[:, hole].astype(np.int64).tolist())
+    speed_span = places(move.speed)
+    if ("speed", 0) in pattern.what:
+        speed_span[:, 0] = filled.span[:, pattern.what["speed", 0], 0]
+    return Motions(
+        line=number[filled.which],
+        letter=(move.letter,) * n,
+        disabled=np.full(n, move.disabled),
+        target=tuple(zip(*targets)),
+        position=tuple(zip(*numbers)),
+        speed=tuple(said("speed", speed_span, move.speed)),
+        termination=tuple(said("termination", places(move.termination), move.termination)),
+        options=(move.options,) * n,
+        span=places(move.span),
+        speed_span=speed_span,
+    )
+
+
+def _singly(data: bytes, moves: list[Move]) -> Motions:
+    """Motions that were read one by one."""
+
+    def said(spans: Iterable[Span]) -> tuple[str, ...]:
+        return tuple(data[start:end].decode("latin-1") for start, end in spans)
+
+    return Motions(
+        line=np.array([m.line for m in moves], dtype=np.int64),
+        letter=tuple(m.letter for m in moves),
+        disabled=np.array([m.disabled for m in moves], dtype=bool),
+        target=tuple(tuple(target_text(data, m, i) for i in range(len(m.target))) for m in moves),
+        position=tuple(tuple(own_number(data, m, i) for i in range(len(m.target))) for m in moves),
+        speed=said(m.speed for m in moves),
+        termination=said(m.termination for m in moves),
+        options=tuple(m.options for m in moves),
+        span=np.array([m.span for m in moves], dtype=np.int64).reshape(-1, 2),
+        speed_span=np.array([m.speed for m in moves], dtype=np.int64).reshape(-1, 2),
+    )

@@ -1,39 +1,19 @@
-"""Positions of a program, as places in its bytes; names may hold ``:`` and ``]``."""
+"""Positions of a program, as columns: those of one shape together, the others one by one."""
 
-import re
-from dataclasses import dataclass
-from typing import Any
+from bisect import bisect_left
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray
+from compgen.arrays import Array, BoolArray, IntArray
+from compgen.dialects.fanuc_ls import shapes
+from compgen.dialects.fanuc_ls.block import AXES as AXES
+from compgen.dialects.fanuc_ls.block import NO_NUMBER, Block, Span, before_blanks, plain_name, read_block, skip
+from compgen.dialects.fanuc_ls.digits import Bytes
 from compgen.dialects.fanuc_ls.lines import line_ends, line_of
-from compgen.dialects.fanuc_ls.moves import NO_NUMBER
+from compgen.dialects.fanuc_ls.shapes import Filled, Shape
 from compgen.exceptions import InputError
-
-#: Columns of ``Positions.value``.
-AXES = ("X", "Y", "Z", "W", "P", "R", "J1", "J2", "J3", "J4", "J5", "J6", "J7", "J8", "J9", "E1", "E2", "E3")
-_COLUMN = {axis: i for i, axis in enumerate(AXES)}
-_BETWEEN = b" \t\r\n\f\v,;"  # may stand between two fields of a position
-_BLOCK = re.compile(rb"\s*P\[[ \t]*(\d{1,9})[ \t]*(?::([^\r\n]*?))?\][ \t]*\{", re.IGNORECASE)
-_INSIDE = re.compile(
-    rb"[\s,;]*(?:(?P<group>GP(\d{1,9})[ \t]*:)"
-    rb"|(?P<frame>UF[ \t]*:[ \t]*(\d{1,9}|F)[ \t]*,[ \t]*UT[ \t]*:[ \t]*(\d{1,9}|F))"
-    rb"|CONFIG[ \t]*:[ \t]*'(?P<config>[^'\r\n]*)'"
-    rb"|(?P<axis>[XYZWPR]|[JE]\d)[ \t]*=[ \t]*"
-    rb"(?P<number>[-+]?(?:\d{1,15}(?!\d)(?:\.\d*)?|\.\d+)|\*+)[ \t]*(?P<unit>mm|deg)?"
-    rb"|(?P<end>\}[ \t]*;?))",
-    re.IGNORECASE,
-)
-
-
-_NUMBER = rb"[ \t]*([-+]?(?:\d{1,15}\.\d*|\.\d+))[ \t]*"
-#: What nearly all positions of a long program look like; the careful way below reads them the same.
-_USUAL = re.compile(
-    rb"\s*P\[(\d{1,9})\]\{\s*GP1:\s*UF : (\d{1,9}), UT : (\d{1,9}),\s*CONFIG : '([^'\r\n]*)',\s*"
-    + rb",\s*".join(rb"%c =" % axis + _NUMBER + unit for axis, unit in zip(b"XYZWPR", [b"mm"] * 3 + [b"deg"] * 3))
-    + rb"\s*\}[ \t]*;?"
-)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,125 +33,196 @@ class Positions:
     block: IntArray  # (G, 2) of the whole P[n]{...};
 
 
+@dataclass(frozen=True, slots=True)
+class _Pattern:
+    """What the careful reader found in one position: the others of its shape mean the same, save for their holes."""
+
+    block: Block
+    what: tuple[tuple[str, int, int], ...]  # what fills each: of which group, and in which column
+    ends: int  # line ends in the text
+    behind: int  # bytes behind the position
+
+
 def read_positions(data: bytes, start: int, end: int) -> Positions:
     """The positions in /POS.
 
     Raises:
         InputError: Something that is no position, or is given twice; names the line.
     """
-    rows: list[tuple[int, int, int, str, int, int, str | None, tuple[int, int], tuple[int, int]]] = []
-    values: list[tuple[int, int, float, int, int]] = []
-    at, number, counted = start, line_of(data, start), start
-    taught: set[int] = set()
-    usual_rows: list[int] = []
-    usual_texts: list[tuple[bytes, ...]] = []
-    usual_spans: list[tuple[tuple[int, int], ...]] = []
-    while True:
-        if (usual := _USUAL.match(data, at, end)) and int(usual[1]) not in taught:
-            spans = usual.regs
-            number += line_ends(data, counted, spans[1][0])
-            counted, at = spans[1][0], usual.end()
-            taught.add(int(usual[1]))
-            usual_rows.append(len(rows))
-            usual_texts.append(usual.groups()[4:])
-            usual_spans.append(spans[5:])
-            config = usual[4].decode("latin-1")
-            rows.append(
-                (int(usual[1]), 1, number, "", int(usual[2]), int(usual[3]), config, spans[4], (counted - 2, at))
-            )
-            continue
-        block = _BLOCK.match(data, at, end)
-        if block is None:
-            break
-        opened = block.start(1)
-        number += line_ends(data, counted, opened)
-        counted = opened
-        name = (block.group(2) or b"").decode("latin-1").strip()
-        if len(name) > 1 and name[0] == name[-1] == '"':
-            name = name[1:-1]
-        if int(block.group(1)) in taught:
-            raise InputError(f"program: line {number}: P[{block.group(1).decode()}] is defined twice; remove one")
-        taught.add(int(block.group(1)))
-        groups: set[int] = set()
-        axes: set[str] = set()
-        group, frame, config, config_place = 0, (NO_NUMBER, NO_NUMBER), None, (0, 0)
-        first = len(rows)
-        begun = False
-        at = block.end()
-        while True:
-            token = _INSIDE.match(data, at, end)
-            if token is None:
-                raise InputError(
-                    f"program: line {number + line_ends(data, counted, _skip(data, at, end, _BETWEEN))}: "
-                    f"not understood in P[{block.group(1).decode()}]; mend the position"
-                )
-            at = token.end()
-            if token["group"] is not None or token["end"] is not None:
-                if begun:
-                    rows.append((int(block.group(1)), group, number, name, *frame, config, config_place, (0, 0)))
-                if token["end"] is not None:
-                    break
-                if int(token[2]) in groups:
-                    raise InputError(
-                        f"program: line {number}: P[{block.group(1).decode()}] has GP{int(token[2])} twice"
-                    )
-                groups.add(int(token[2]))
-                axes = set()
-                group, frame, config, config_place, begun = int(token[2]), (NO_NUMBER, NO_NUMBER), None, (0, 0), True
-            elif token["frame"] is not None:
-                frame, begun = (_frame(token[4]), _frame(token[5])), True
-            elif token["config"] is not None:
-                config, config_place, begun = token["config"].decode("latin-1"), token.span("config"), True
-            else:
-                axis = token["axis"].decode().upper()
-                if axis in axes:
-                    raise InputError(f"program: line {number}: P[{block.group(1).decode()}] has {axis} twice")
-                axes.add(axis)
-                if axis not in _COLUMN:
-                    raise InputError(f"program: line {number}: P[{block.group(1).decode()}] has an axis {axis}")
-                text = token["number"]
-                value = np.nan if text[:1] == b"*" else float(text)
-                values.append((len(rows), _COLUMN[axis], value, *token.span("number")))
-                begun = True
-        if len(rows) == first:
-            raise InputError(f"program: line {number}: P[{block.group(1).decode()}] is empty; teach or remove it")
-        whole = (block.start(1) - 2, at)
-        for i in range(first, len(rows)):
-            rows[i] = (*rows[i][:-1], whole)
-    rest = _skip(data, at, end)
-    if rest < end:
-        raise InputError(f"program: line {number + line_ends(data, counted, rest)}: not a position; mend it")
-    table = np.full((len(rows), len(AXES)), np.nan)
-    spans_of = np.zeros((len(rows), len(AXES), 2), dtype=np.int64)
-    if values:
-        r, c, v, s, e = (np.array(column) for column in zip(*values))
-        table[r, c] = v
-        spans_of[r, c, 0], spans_of[r, c, 1] = s, e
-    if usual_rows:
-        table[usual_rows, :6] = np.array(usual_texts).astype(float)
-        spans_of[usual_rows, :6] = np.array(usual_spans)
-    columns: list[Any] = list(zip(*rows)) if rows else [()] * 9
-    n, g, line, names, uf, ut, config_text, config_span, blocks = columns
-    return Positions(
-        number=np.array(n, dtype=np.int64),
-        group=np.array(g, dtype=np.int64),
-        line=np.array(line, dtype=np.int64),
-        name=tuple(names),
-        uframe=np.array(uf, dtype=np.int64),
-        utool=np.array(ut, dtype=np.int64),
-        config=tuple(config_text),
-        config_span=np.array(config_span, dtype=np.int64).reshape(-1, 2),
-        value=table,
-        span=spans_of,
-        block=np.array(blocks, dtype=np.int64).reshape(-1, 2),
+    view = shapes.padded(data)
+    edge = _edges(view, start, end)
+    groups = _sorted_out(data, view, edge) if len(edge) > shapes.FEW else []
+    fits = np.zeros(len(edge), dtype=bool)
+    for _, filled in groups:
+        fits[filled.which] = True
+    blocks, met = _one_by_one(data, start, end, edge, fits)
+    groups = [(pattern, shapes.only(filled, met)) for pattern, filled in groups]
+    return _table(data, view, end, edge, groups, blocks)
+
+
+def _edges(view: Bytes, start: int, end: int) -> IntArray:
+    """Where something like P[ stands, and the end of the last."""
+    begins = shapes.found(view, start, end, lambda d: ((d[:-1] | 32) == ord("p")) & (d[1:] == ord("[")))
+    return np.append(begins, end)
+
+
+def _sorted_out(data: bytes, view: Bytes, edge: IntArray) -> list[tuple[_Pattern, Filled]]:
+    def shape_at(k: int) -> tuple[Shape, _Pattern] | None:
+        first, last = int(edge[k]), int(edge[k + 1])
+        try:
+            block = read_block(data, first, last)
+        except InputError:
+            return None
+        if block is None or skip(data, block.span[1], last) < last:
+            return None
+        holes, what = _holes(data, block)
+        shape = shapes.shape_of(data, first, last, holes)
+        ends = line_ends(data, first, last)
+        return None if shape is None else (shape, _Pattern(block, what, ends, last - block.span[1]))
+
+    return shapes.sorted_out(view, edge, shape_at)
+
+
+def _holes(data: bytes, block: Block) -> tuple[list[shapes.Hole], tuple[tuple[str, int, int], ...]]:
+    """What differs between positions of one shape: numbers and names; which groups and axes there are is the shape."""
+    found: list[tuple[Span, int, tuple[str, int, int]]] = [(block.number_span, shapes.DIGITS, ("number", 0, 0))]
+    if block.name:
+        found.append((block.name_span, shapes.TEXT, ("name", 0, 0)))
+    for g, group in enumerate(block.groups):
+        for what, frame, span in zip(("uframe", "utool"), group.frame, group.frame_span):
+            if frame != NO_NUMBER:
+                found.append((span, shapes.DIGITS, (what, g, 0)))
+        if group.config is not None:
+            found.append((group.config_span, shapes.TEXT, ("config", g, 0)))
+        for column, (value, span) in group.axes.items():
+            found.append((span, shapes.STARS if np.isnan(value) else shapes.NUMBER, ("axis", g, column)))
+    found.sort()
+    holes = [
+        (kind, first if kind == shapes.TEXT else before_blanks(data, first), last) for (first, last), kind, _ in found
+    ]
+    return holes, tuple(what for _, _, what in found)
+
+
+def _one_by_one(data: bytes, start: int, end: int, edge: IntArray, fits: BoolArray) -> tuple[list[Block], BoolArray]:
+    """The positions that fit no shape, and which of those that do were met where a position may begin."""
+    places, bad = edge.tolist(), np.flatnonzero(~fits).tolist()
+    met = np.zeros_like(fits)
+    blocks = []
+    at = skip(data, start, end)
+    while at < end:
+        k = bisect_left(places, at)
+        if places[k] == at and fits[k]:
+            after = bad[bisect_left(bad, k)]
+            met[k:after] = True
+            at = places[after]
+        else:
+            block = read_block(data, at, end)
+            if block is None:
+                raise InputError(f"program: line {line_of(data, at)}: not a position; mend it")
+            blocks.append(block)
+            at = skip(data, block.span[1], end)
+    return blocks, met
+
+
+def _table(
+    data: bytes, view: Bytes, end: int, edge: IntArray, groups: list[tuple[_Pattern, Filled]], blocks: list[Block]
+) -> Positions:
+    """Columns of all positions in the order they stand."""
+    place = np.concatenate([*(edge[f.which] for _, f in groups), _ints(b.span[0] for b in blocks)])
+    order = np.argsort(place)
+    rank = np.argsort(order)
+    count = np.concatenate([*(_same(len(p.block.groups), f) for p, f in groups), _ints(len(b.groups) for b in blocks)])
+    first = (np.cumsum(count[order]) - count[order])[rank]  # row of a position's first group
+    following = np.append(place[order], end)[rank + 1]
+    singles = slice(len(place) - len(blocks), None)
+    lines = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following[singles].tolist())]
+    ends = np.concatenate([*(_same(p.ends, f) for p, f in groups), _ints(lines)])[order]
+    line = np.cumsum(ends) - ends + (line_of(data, int(place[order[0]])) if len(place) else 0)
+    number = np.concatenate([*(f.value[:, 0].astype(np.int64) for _, f in groups), _ints(b.number for b in blocks)])
+    stop = np.concatenate([*(edge[f.which + 1] - p.behind for p, f in groups), _ints(b.span[1] for b in blocks)])
+    _once(number[order], line)
+    many = count[order]
+    rows = int(many.sum())
+    table = Positions(
+        number=np.repeat(number[order], many),
+        group=np.zeros(rows, dtype=np.int64),
+        line=np.repeat(line, many),
+        name=(),
+        uframe=np.full(rows, NO_NUMBER),
+        utool=np.full(rows, NO_NUMBER),
+        config=(),
+        config_span=np.zeros((rows, 2), dtype=np.int64),
+        value=np.full((rows, len(AXES)), np.nan),
+        span=np.zeros((rows, len(AXES), 2), dtype=np.int64),
+        block=np.repeat(np.column_stack([place, stop])[order], many, axis=0),
     )
+    names: list[str] = [""] * rows
+    configs: list[str | None] = [None] * rows
+    done = 0
+    for pattern, filled in groups:
+        _many(view, table, names, configs, pattern, filled, first[done : done + len(filled.which)])
+        done += len(filled.which)
+    for block, row in zip(blocks, first[singles].tolist()):
+        _one(table, names, configs, block, row)
+    return replace(table, name=tuple(names), config=tuple(configs))
 
 
-def _frame(text: bytes) -> int:
-    return int(text) if text.isdigit() else NO_NUMBER
+def _many(
+    view: Bytes,
+    table: Positions,
+    names: list[str],
+    configs: list[str | None],
+    pattern: _Pattern,
+    filled: Filled,
+    first: IntArray,
+) -> None:
+    """Rows of positions of one shape."""
+    for g, group in enumerate(pattern.block.groups):
+        table.group[first + g] = group.group
+    axes: dict[int, list[tuple[int, int]]] = {}
+    for hole, (what, g, column) in enumerate(pattern.what):
+        rows = first + g
+        if what == "axis":
+            axes.setdefault(g, []).append((hole, column))
+        elif what in ("uframe", "utool"):
+            getattr(table, what)[rows] = filled.value[:, hole]
+        elif what == "config":
+            table.config_span[rows] = filled.span[:, hole]
+            for row, text in zip(rows.tolist(), shapes.texts(view, filled.span[:, hole])):
+                configs[row] = text
+        elif what == "name":
+            said = shapes.texts(view, filled.span[:, hole])
+            for row, text in zip(rows.tolist(), said):
+                for k in range(len(pattern.block.groups)):
+                    names[row + k] = plain_name(text)
+    for g, pairs in axes.items():
+        holes, columns = (np.array(numbers) for numbers in zip(*pairs))
+        table.value[(first + g)[:, None], columns] = filled.value[:, holes]
+        table.span[(first + g)[:, None], columns] = filled.span[:, holes]
 
 
-def _skip(data: bytes, at: int, end: int, over: bytes | None = None) -> int:
-    """First byte from a place on that is not blank."""
-    rest = data[at:end]
-    return end - len(rest.lstrip(over))
+def _one(table: Positions, names: list[str], configs: list[str | None], block: Block, row: int) -> None:
+    """Rows of one position."""
+    for i, group in enumerate(block.groups, row):
+        names[i], configs[i] = block.name, group.config
+        table.group[i], (table.uframe[i], table.utool[i]) = group.group, group.frame
+        table.config_span[i] = group.config_span
+        for column, (value, span) in group.axes.items():
+            table.value[i, column], table.span[i, column] = value, span
+
+
+def _once(number: IntArray, line: IntArray) -> None:
+    """Raises InputError for a position that is defined twice."""
+    order = np.argsort(number, kind="stable")
+    again = order[1:][np.diff(number[order]) == 0]
+    if len(again):
+        i = int(again.min())
+        raise InputError(f"program: line {line[i]}: P[{number[i]}] is defined twice; remove one")
+
+
+def _ints(values: Iterable[int]) -> IntArray:
+    return np.array(list(values), dtype=np.int64)
+
+
+def _same(value: int, filled: Filled) -> IntArray:
+    return np.full(len(filled.which), value)

@@ -15,7 +15,7 @@ from compgen.arrays import Array, BoolArray, IntArray
 from compgen.dialects.fanuc_ls.frames import Frames, Pose
 from compgen.dialects.fanuc_ls.listing import LsProgram
 from compgen.dialects.fanuc_ls.places import AXES
-from compgen.dialects.fanuc_ls.program import apply_turns, posture_of
+from compgen.dialects.fanuc_ls.program import apply_turns, posture_numbers
 from compgen.exceptions import InputError
 from compgen.ik import ALL_POSTURES, Posture, flange_of, forward, solve
 from compgen.robot import Robot
@@ -23,7 +23,7 @@ from compgen.rotations import from_wpr
 from compgen.units import DEG, MM
 
 NONE = -1
-CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d+)\s*,\s*(-?\d+)\s*,\s*(-?\d+))?\s*$")
+CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4}))?\s*$")
 J1, E1 = AXES.index("J1"), AXES.index("E1")
 
 
@@ -77,7 +77,7 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
         tcp, turn = _stacked(tool[taught], tools)
         position[taught] = flange[0] + np.einsum("nij,nj->ni", flange[1], tcp)
         rotation[taught] = flange[1] @ turn
-        posture[taught] = [ALL_POSTURES.index(s) for s in posture_of(robot, theta[taught])]
+        posture[taught] = posture_numbers(robot, theta[taught])
 
     given = np.isfinite(value[:, :6]).all(axis=1) & (tool != NONE) & (base != NONE) & ~joint_form
     cartesian = np.flatnonzero(given)

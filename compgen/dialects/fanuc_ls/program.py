@@ -35,6 +35,7 @@ class Program:
     turns: IntArray  # (N, 3) the three digits of CONFIG
     speed: Array  # (N - 1,) [m/s] of the line that ends at position n + 1
     fine: BoolArray  # (N,) stops there
+    decimals: int = 3  # of each number, 3 to 6
 
     def __post_init__(self) -> None:
         own(self, position=("N", 3), rotation=("N", 3, 3), turns=("N", 3), speed=("S",), fine=("N",))
@@ -81,6 +82,12 @@ def posture_of(robot: Robot, theta: Array) -> list[Posture]:
     axis 1.
     """
     return [Posture(bool(f), bool(u), bool(w)) for f, u, w in zip(*_letters(robot, theta))]
+
+
+def posture_numbers(robot: Robot, theta: Array) -> IntArray:
+    """CONFIG's letters from joint angles, as numbers in ``ALL_POSTURES``, (N,)."""
+    front, up, flip = (letter.astype(np.int64) for letter in _letters(robot, theta))
+    return np.asarray(4 * (1 - front) + 2 * (1 - up) + flip)
 
 
 def in_posture(robot: Robot, theta: Array, posture: Posture) -> BoolArray:

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.arrays import IntArray
-from compgen.dialects.fanuc_ls.digits import Bytes, different, read_fixed
+from compgen.arrays import Array, IntArray
+from compgen.dialects.fanuc_ls import shapes
+from compgen.dialects.fanuc_ls.digits import BLOCK, DECIMALS, MOST_DECIMALS, Bytes, different, fits, read_fixed
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.dialects.fanuc_ls.write import letters, says, speed_said
 from compgen.exceptions import InputError
@@ -33,8 +34,8 @@ def interpret(data: bytes) -> Program:
         InputError: The text is not a program of this form; names the line.
     """
     quick = _by_columns(data)
-    if quick is not None and says(quick, data):
-        return quick
+    if quick is not None and says(*quick, data):
+        return quick[0]
     text = data.decode("latin-1").replace("\r\n", "\n")
     sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)
     if len(sections) < 7 or sections[1::2][:3] != ["MN", "POS", "END"] or not text.startswith("/PROG"):
@@ -90,12 +91,13 @@ def interpret(data: bytes) -> Program:
         turns=np.array([r[6:9] for r in rows], dtype=np.int64),
         speed=np.array([speed_said(f"{m[3]}{m[4]}") for m in motions[1:]]),
         fine=np.array([m[5] == "FINE" for m in motions]),
+        decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
     )
 
 
-def _by_columns(data: bytes) -> Program | None:
-    """What canonical text would mean, or None; only ``interpret`` may believe it."""
-    moves, places, end = data.find(b"/MN\r\n"), data.find(b"/POS\r\n"), data.find(b"/END\r\n")
+def _by_columns(data: bytes) -> tuple[Program, Array] | None:
+    """What canonical text would mean, and its table of positions, or None; only ``interpret`` may believe it."""
+    moves, places, end = data.find(b"/MN\r\n"), data.find(b"\n/POS\r\n") + 1, data.rfind(b"/END\r\n")
     first = data.find(b":L P[2] ", moves)
     if min(moves, places, end) < 0 or not moves < first < places < end:
         return None
@@ -106,24 +108,26 @@ def _by_columns(data: bytes) -> Program | None:
         small = interpret(data[:first] + data[places:block] + b"/END\r\n")
     except InputError:
         return None
-    motions = np.frombuffer(data, np.uint8)[first:places]
-    positions = np.frombuffer(data, np.uint8)[places + 6 : end]
-    closing, lines = np.flatnonzero(motions == ord("]")), np.flatnonzero(motions == ord("\n"))
-    equals, quotes = np.flatnonzero(positions == ord("=")), np.flatnonzero(positions == ord("'"))
+    view = np.frombuffer(data, dtype=np.uint8)
+    closing, lines = (_all(view, first, places, mark) for mark in b"]\n")
+    equals, quotes = (_all(view, places + 6, end, mark) for mark in b"='")
     N = len(lines) + 1
-    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 11 > len(positions):
+    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 14 > end:
         return None
-    tails, which = _texts(motions, closing + 2, lines)
-    config, config_of = _texts(positions, quotes[::2] + 1, quotes[1::2])
+    tails, which = _texts(view, closing + 2, lines)
+    config, config_of = _texts(view, quotes[::2] + 1, quotes[1::2])
     speeds = [_TAIL.match(t) for t in tails]
     turns = [_TURNS.search(t) for t in config]
     if not all(speeds) or not all(turns):
         return None
-    numbers = read_fixed(positions, equals + 2).reshape(N, 6) / 1000.0
+    whole = read_fixed(view, equals + 2, small.decimals)
+    if not fits(whole, small.decimals):
+        return None
+    numbers = whole.reshape(N, 6) / 10.0**small.decimals
     speed = np.array([speed_said(m.group(1).decode()) for m in speeds if m])
     fine = np.array([m.group(2) == b"FINE" for m in speeds if m])
     digits = np.array([[int(d) for d in m.groups()] for m in turns if m])
-    return replace(
+    program = replace(
         small,
         position=numbers[:, :3] * MM,
         rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
@@ -131,6 +135,7 @@ def _by_columns(data: bytes) -> Program | None:
         speed=speed[which],
         fine=np.concatenate([small.fine, fine[which]]),
     )
+    return program, numbers
 
 
 _TAIL = re.compile(rb"([\d.]+(?:mm/sec|cm/min|inch/min)) (FINE|CNT100) ")
@@ -138,12 +143,20 @@ _TURNS = re.compile(rb", (-?\d{1,9}), (-?\d{1,9}), (-?\d{1,9})$")
 _LONGEST = 48
 
 
-def _texts(data: Bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
+def _all(view: Bytes, start: int, end: int, mark: int) -> IntArray:
+    """Where a character stands."""
+    return shapes.found(view, start, end, lambda part: part[:-1] == mark)
+
+
+def _texts(view: Bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
     """The different texts between places, at most 48 characters of each, and which row has which."""
-    length = min(_LONGEST, int((end - start).max()))
-    texts = np.empty((len(start), length), dtype=np.uint8)
-    for column in range(length):
-        at = start + column
-        texts[:, column] = np.where(at < end, data[np.minimum(at, len(data) - 1)], 0)
+    length = end - start
+    width = max(1, min(_LONGEST, int(length.max())))
+    texts = np.empty((len(start), width), dtype=np.uint8)
+    column = np.arange(width)
+    for first in range(0, len(start), BLOCK):
+        here = slice(first, first + BLOCK)
+        window = shapes.windows(view, start[here], width)
+        texts[here] = np.where(column < length[here, None], window, 0)
     rows, which = different(texts)
     return [bytes(t.tobytes().rstrip(b"\0")) for t in texts[rows]], which

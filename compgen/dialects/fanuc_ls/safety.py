@@ -9,9 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from compgen.dialects.fanuc_ls.drive import other_statements
 from compgen.dialects.fanuc_ls.lines import line_of
 from compgen.dialects.fanuc_ls.listing import LsProgram
 from compgen.dialects.fanuc_ls.moves import NO_NUMBER
+from compgen.dialects.fanuc_ls.poses import CONFIG
 
 #: option word -> why a motion with it cannot be corrected off-line
 _OPTIONS = {
@@ -29,20 +31,17 @@ _OPTIONS = {
 _STATEMENTS = {
     r"\bOFFSET CONDITION\b": "OFFSET CONDITION adds an offset at run time to what follows",
     r"\bTOOL_OFFSET CONDITION\b": "TOOL_OFFSET CONDITION adds an offset at run time to what follows",
-    r"\bUFRAME\s*\[[^\]]*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
-    r"\bUTOOL\s*\[[^\]]*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
+    r"\bUFRAME\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
+    r"\bUTOOL\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
     r"\bLINE_TRACK\b|\bSTOP_TRACKING\b": "line tracking changes the executed path",
     r"\bWeave\b": "weaving changes the executed path",
     r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)": "sensing changes the executed path",
-    r"(?<![A-Z])P\[\s*\d+[^\]]*\]\s*=": "a position is written at run time: the file's value is not the one used",
+    r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=": "a position is written at run time: the file does not say it",
 }
 _APPL = {
     "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",
     "LINE_TRACK_SCHEDULE": "line tracking changes the executed path",
 }
-
-
-_POSTURE = re.compile(r"\s*[NF]\s+[UD]\s+[TB]\s*(,|$)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +62,14 @@ def unsafe_statements(program: LsProgram) -> tuple[Unsafe, ...]:
 def _motions(program: LsProgram) -> list[Unsafe]:
     m = program.motions
     defined = set(program.positions.number.tolist())
+    why = {options: _of_options(options) for options in set(m.options)}
+    doubtful = [
+        i
+        for i, (numbers, options, speed, off) in enumerate(zip(m.position, m.options, m.speed, m.disabled.tolist()))
+        if not (off or (numbers and speed and not why[options] and defined.issuperset(numbers)))
+    ]
     found = []
-    for i in np.flatnonzero(~m.disabled).tolist():
+    for i in doubtful:
         reasons = []
         for target, number in zip(m.target[i], m.position[i]):
             if number == NO_NUMBER:
@@ -73,14 +78,17 @@ def _motions(program: LsProgram) -> list[Unsafe]:
                 reasons.append(f"{target} is used but not defined")
         if not m.target[i]:
             reasons.append("its target is not understood")
-        if options := m.options[i].upper():
-            reasons += [why for word, why in _OPTIONS.items() if re.search(rf"(?<![A-Z_]){word}\b", options)]
+        reasons += why[m.options[i]]
         if not m.speed[i]:
             reasons.append("its speed is not understood")
-        if reasons:
-            text = " ".join(program.text(m.span[i]).split())
-            found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
+        text = " ".join(program.text(m.span[i]).split())
+        found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
     return found
+
+
+def _of_options(options: str) -> list[str]:
+    words = options.upper()
+    return [why for word, why in _OPTIONS.items() if re.search(rf"(?<![A-Z_]){word}\b", words)] if words else []
 
 
 def _positions(program: LsProgram) -> list[Unsafe]:
@@ -89,7 +97,8 @@ def _positions(program: LsProgram) -> list[Unsafe]:
     untaught = ~given.any(axis=1) | (given & np.isnan(p.value)).any(axis=1)
     cartesian = given[:, :6].any(axis=1)
     open_frame = (p.uframe == NO_NUMBER) | (p.utool == NO_NUMBER)
-    posture = np.array([bool(_POSTURE.match(c or "")) for c in p.config], dtype=bool)
+    told = {config: config is not None and bool(CONFIG.match(config)) for config in set(p.config)}
+    posture = np.array([told[config] for config in p.config], dtype=bool)
     found = []
     for rows, reason in (
         (untaught, "it is not taught (****)"),
@@ -104,14 +113,10 @@ def _positions(program: LsProgram) -> list[Unsafe]:
 
 def _others(program: LsProgram) -> list[Unsafe]:
     """Statements that are neither motion nor remark."""
-    lines = re.split(rb"\r\n|\n|\r", program.data)
-    moves = set(program.motions.line.tolist())
     found = []
-    for number in program.statements.tolist():
-        text = lines[number - 1].decode("latin-1").partition(":")[2].strip()
-        if number not in moves and not text.startswith(("!", "//", "--")):
-            short = " ".join(text.rstrip("; ").split())[:60]
-            found += [Unsafe(number, short, why) for form, why in _STATEMENTS.items() if re.search(form, text)]
+    for number, text in other_statements(program):
+        short = " ".join(text.rstrip("; ").split())[:60]
+        found += [Unsafe(number, short, why) for form, why in _STATEMENTS.items() if re.search(form, text)]
     return found
 
 

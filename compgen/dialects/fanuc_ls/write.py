@@ -1,4 +1,4 @@
-"""Meaning to text: canonical .LS, CR LF, three decimals."""
+"""Meaning to text: canonical .LS, CR LF, three decimals (or up to six)."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ from compgen.dialects.fanuc_ls.digits import (
     fixed,
     integers,
     ragged,
-    thousandths,
+    units,
 )
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.evaluation import blocks_of
@@ -25,11 +25,12 @@ from compgen.rotations import from_wpr, to_wpr
 from compgen.units import DEG, INCH, MINUTE, MM
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
+EXACT = 1e-6  # so near, a unit says the speed itself
 APPROACH_PERCENT = 10  # of full joint speed, for the way to the first position
 REMARK_LENGTH = 32
 
 #: unit, m/s of one step, decimals, highest value
-_UNITS = (("mm/sec", MM, 0, 2000), ("cm/min", 10 * MM / MINUTE, 0, 12000), ("inch/min", 0.1 * INCH / MINUTE, 1, 47244))
+UNITS = (("mm/sec", MM, 0, 2000), ("cm/min", 10 * MM / MINUTE, 0, 12000), ("inch/min", 0.1 * INCH / MINUTE, 1, 47244))
 
 _HEADER = """/PROG  {name}
 /ATTR
@@ -61,25 +62,33 @@ def compose(program: Program) -> bytes:
     Raises:
         InputError: A remark, a speed or a position that the format cannot say.
     """
-    return b"".join(_parts(program))
+    return b"".join(_parts(program, pose_numbers(program.position, program.rotation, program.decimals)))
 
 
-def says(program: Program, data: bytes) -> bool:
-    """Whether ``data`` is the program's text, without the whole of it a second time."""
+def says(program: Program, numbers: Array, data: bytes) -> bool:
+    """Whether ``data`` is the program's text with a table of positions, without the whole of it a second time.
+
+    Args:
+        program: What ``data`` may say.
+        numbers: X Y Z [mm] and W P R [deg], (N, 6).
+        data: A text.
+    """
     at = 0
-    for part in _parts(program):
-        if not data.startswith(part, at):
-            return False
-        at += len(part)
+    try:
+        for part in _parts(program, numbers):
+            if not data.startswith(part, at):
+                return False
+            at += len(part)
+    except (InputError, UnicodeEncodeError):  # what the format cannot say is not what it says
+        return False
     return at == len(data)
 
 
-def _parts(program: Program) -> Iterator[bytes]:
+def _parts(program: Program, numbers: Array) -> Iterator[bytes]:
     """The text, a block of rows at a time."""
     for remark in program.remarks:
         if len(remark) > REMARK_LENGTH or not remark.isascii():
             raise InputError(f"program {program.name}: remark '{remark}' is over {REMARK_LENGTH} ASCII characters")
-    numbers = pose_numbers(program.position, program.rotation)
     body = [f"  !{remark} ;" for remark in program.remarks]
     body += [f"  UFRAME_NUM={program.uframe} ;", f"  UTOOL_NUM={program.utool} ;"]
     body.append(f"J P[1] {APPROACH_PERCENT}% FINE    ;")
@@ -116,10 +125,11 @@ def _places(program: Program, numbers: Array) -> Iterator[bytes]:
     N = len(numbers)
     rows, which = different(program.turns)
     configs = [f"{letters(program.posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
+    d = program.decimals
     head = f"]{{\r\n   GP1:\r\n\tUF : {program.uframe}, UT : {program.utool},\t\tCONFIG : '".encode("ascii")
 
     def block(first: int, last: int) -> bytes:
-        X, Y, Z, W, P, R = (fixed(thousandths(column)) for column in numbers[first:last].T)
+        X, Y, Z, W, P, R = (fixed(units(column, d), d) for column in numbers[first:last].T)
         number = integers(np.arange(first + 1, last + 1))
         parts: list[bytes | Bytes] = [b"P[", number, head, chosen(configs, which[first:last])]
         parts += [b"',\r\n\tX = ", X, b"  mm,\tY = ", Y, b"  mm,\tZ = ", Z]
@@ -129,27 +139,27 @@ def _places(program: Program, numbers: Array) -> Iterator[bytes]:
     return blocks_of(N, block)
 
 
-def pose_numbers(position: Array, rotation: Array) -> Array:
+def pose_numbers(position: Array, rotation: Array, decimals: int = DECIMALS) -> Array:
     """X Y Z [mm] and W P R [deg] as printed, (N, 6); no negative zero.
 
     Raises:
         InputError: A value too large for the format.
     """
     numbers = np.column_stack([position / MM, *(angle / DEG for angle in to_wpr(rotation))])
-    if not np.all(np.isfinite(numbers)) or not fits(thousandths(numbers.ravel())):
+    if not np.all(np.isfinite(numbers)) or not fits(units(numbers.ravel(), decimals), decimals):
         raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
-    return np.asarray(np.round(numbers, DECIMALS) + 0.0)
+    return np.asarray(np.round(numbers, decimals) + 0.0)
 
 
-def printed(position: Array, rotation: Array) -> tuple[Array, Array]:
+def printed(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple[Array, Array]:
     """The poses that the text says, (N, 3) [m] and (N, 3, 3)."""
-    numbers = pose_numbers(position, rotation)
+    numbers = pose_numbers(position, rotation, decimals)
     return numbers[:, :3] * MM, from_wpr(*(numbers[:, 3:] * DEG).T)
 
 
 def as_written(program: Program) -> Program:
     """The program that its own text says: what ``interpret(compose(program))`` gives, without the text."""
-    position, rotation = printed(program.position, program.rotation)
+    position, rotation = printed(program.position, program.rotation, program.decimals)
     rows, which = different(program.speed)
     said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=position, rotation=rotation, speed=said[which])
@@ -166,10 +176,10 @@ def speed_text(speed: float) -> str:
     Raises:
         InputError: Slower or faster than any unit says.
     """
-    steps = [(unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in _UNITS]
+    steps = [(unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in UNITS]
     said = [(f"{n * 10.0**-decimals:.{decimals}f}{unit}", n * step) for unit, step, decimals, n in steps]
     best = max(said, key=lambda s: s[1])
-    for tolerance in (FEED_TOLERANCE, 1e-6):  # an exact unit comes before a fine enough one
+    for tolerance in (FEED_TOLERANCE, EXACT):  # an exact unit comes before a fine enough one
         best = next((s for s in said if abs(s[1] - speed) <= tolerance * speed), best)
     if best[1] < 0.5 * speed:
         raise InputError(f"program: a speed of {speed / MM:g} mm/s cannot be written; use 0.05 to 2000 mm/s")
@@ -178,7 +188,7 @@ def speed_text(speed: float) -> str:
 
 def speed_said(text: str) -> float:
     """m/s of a speed's text."""
-    for unit, step, decimals, _ in _UNITS:
+    for unit, step, decimals, _ in UNITS:
         if text.endswith(unit):
             return float(text[: -len(unit)]) * step * 10.0**decimals
     raise ValueError(text)
@@ -191,8 +201,3 @@ def writable_speed(speed: float) -> float:
         InputError: Slower or faster than any unit says.
     """
     return speed_said(speed_text(speed))
-
-
-def largest_feed_error(speed: Array) -> float:
-    """Largest relative difference between wanted and written speeds."""
-    return max((abs(speed_said(speed_text(v)) / v - 1) for v in np.unique(speed).tolist()), default=0.0)

@@ -19,20 +19,13 @@ from compgen.ik import Posture, joints_expr
 from compgen.robot import Robot
 
 #: the lengths that may grow, in the order of ``fly``'s growth: joint whose placement carries it, axis
-LENGTHS = {"d1": (1, 2), "a1": (2, 0), "a2": (3, 2), "a3": (4, 2), "d4": (5, 0), "d6": (6, 0)}
+LENGTHS = {"a1": (2, 0), "a2": (3, 2), "a3": (4, 2), "d4": (5, 0), "d6": (6, 0), "d1": (1, 2)}
 AXES = ((0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0))
 AGREE = 1e-12  # m, and in each entry of the rotation
 
 
 def _lengths(robot: Robot) -> tuple[float, ...]:
-    return (
-        float(robot.d[0]),
-        float(robot.a[0]),
-        float(robot.a[1]),
-        float(robot.a[2]),
-        float(-robot.d[3]),
-        float(-robot.d[5]),
-    )
+    return (float(robot.a[0]), float(robot.a[1]), float(robot.a[2]), float(-robot.d[3]), float(-robot.d[5]), 0.0)
 
 
 def _turn_expr(axis: tuple[int, int, int], angle: Any) -> Any:
@@ -115,6 +108,19 @@ def build_fly(robot: Robot, tool_position: bytes, tool_rotation: bytes) -> Any:
     return ca.Function("fly", [theta, growth], [position, ca.vec(rotation.T)])
 
 
+def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
+    """The nominal arm in pinocchio, and the flange seen from its last joint."""
+    model = pin.Model()
+    parent = 0
+    places = np.zeros((6, 3))
+    for length, (joint, along) in zip(_lengths(robot), LENGTHS.values()):
+        places[joint - 1, along] = length
+    for i, (axis, place) in enumerate(zip(AXES, places)):
+        kind = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
+        parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), place), f"j{i + 1}")
+    return model, pin.SE3(_flange(robot), np.zeros(3))
+
+
 def disagreement(
     robot: Robot, tool_position: Array, tool_rotation: Array, theta: Array, growth: Array, pose: tuple[Array, Array]
 ) -> float:
@@ -128,15 +134,9 @@ def disagreement(
         growth: Growths of the lengths there, (S, 6) [m].
         pose: What the expression found there with those growths, (S, 3) [m] and (S, 9).
     """
-    model = pin.Model()
-    parent = 0
-    places = np.zeros((6, 3))
-    for length, (joint, along) in zip(_lengths(robot), LENGTHS.values()):
-        places[joint - 1, along] = length
-    for i, (axis, place) in enumerate(zip(AXES, places)):
-        kind = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
-        parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), place), f"j{i + 1}")
-    tool = pin.SE3(_flange(robot), np.zeros(3)) * pin.SE3(tool_rotation, tool_position)
+    model, flange = build_model(robot)
+    places = np.array([p.translation for p in model.jointPlacements][1:])
+    tool = flange * pin.SE3(tool_rotation, tool_position)
     data = model.createData()
     nominal = evaluate(
         build_fly(robot, tool_position.tobytes(), tool_rotation.tobytes()), theta, np.zeros((1, len(LENGTHS)))

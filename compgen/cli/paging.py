@@ -1,0 +1,93 @@
+"""Pages of an earlier run, which this run replaces; and the command that parts a program that exists."""
+
+import json
+import sys
+from hashlib import sha256
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from compgen import outbox
+from compgen.cells import load_cell
+from compgen.cli.app import Quiet, Set, app, output_folder
+from compgen.dialects import fanuc_ls
+from compgen.dialects.fanuc_ls.adjoin import check_join
+from compgen.dialects.fanuc_ls.manifest import ENDING, check_manifest, manifest
+from compgen.dialects.fanuc_ls.pages import split
+from compgen.dialects.fanuc_ls.store import Size, size
+from compgen.exceptions import InputError
+from compgen.paging import store_of
+from compgen.units import KB
+
+ROBOT = "m710ic50"
+
+
+def written_before(manifest: Path) -> set[str]:
+    """Files that an earlier run's manifest names and that are still what it wrote; the manifest with them."""
+    try:
+        told = json.loads(manifest.read_bytes())
+        entries = {str(e["file"]): str(e["sha256"]) for e in [told["main"], *told["pages"]]}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+    mine = {manifest.name}
+    for name, checksum in entries.items():
+        place = manifest.with_name(Path(name).name)
+        try:
+            if not place.is_symlink() and sha256(place.read_bytes()).hexdigest() == checksum:
+                mine.add(place.name)
+        except OSError:
+            continue
+    return mine
+
+
+@app.command()
+def pages(
+    program: Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)],
+    robot: Annotated[str, typer.Option("--robot", help="Robot name or file, for what its controller holds.")] = ROBOT,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the pages; default outputs/<program>.")
+    ] = None,
+    set_: Set = None,
+    taken: Annotated[
+        list[str] | None, typer.Option("--taken", help="A program's name that pages must not get; repeatable.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Part an existing program into pages that the controller holds, with a main program and a manifest."""
+    folder = output_folder(program, output)
+    store = store_of(load_cell(robot, set_ or ()).robot)
+    try:
+        data = Path(program).read_bytes()
+    except (OSError, ValueError) as failure:
+        why = getattr(failure, "strerror", None) or str(failure)
+        raise InputError(f"{program}: cannot be read: {why}; give a program listing (.LS)") from None
+    try:
+        whole = fanuc_ls.loads(data)
+    except InputError as failure:
+        raise InputError(f"{program}: {failure}") from failure
+    asked = size(whole)
+    fits = asked.within(store)
+    if fits:
+        told = f"{whole.name}: {_says(asked)}: the controller holds it in one file; nothing was written\n"
+    else:
+        paged = split(whole, store, taken or ())
+        check_join(whole, paged.main, {p.name: p.data for p in paged.pages})
+        made = manifest(paged, store, {"planned_sha256": sha256(data).hexdigest()})
+        name = f"{paged.name}{ENDING}"
+        files = {name: made, **paged.files()}
+        check_manifest(made, files)
+        if (clash := folder / f"{paged.name}.LS").exists() and clash.samefile(program):
+            raise InputError(f"{program}: the main program would replace it; give another folder with -o")
+        outbox.publish(folder, files, {*files} | written_before(folder / name))
+        lines = [f"{whole.name}: {_says(asked)}: {len(paged.pages)} pages in {paged.loads} loads, in {folder}"]
+        for page in paged.pages:
+            lines.append(f"  {page.name}: load {page.load}, {_says(page.size)}")
+            lines += [f"    relies on the page before: {note}" for note in page.notes]
+        told = "\n".join(lines) + "\n"
+    if not quiet:
+        sys.stdout.write(told)
+
+
+def _says(asked: Size) -> str:
+    return f"{asked.lines} lines, {asked.positions} positions, {asked.memory / KB:.1f} kB estimated"

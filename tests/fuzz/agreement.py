@@ -1,0 +1,66 @@
+"""What two ways of reading a program must agree on."""
+
+from dataclasses import fields
+
+import naive_ls
+import numpy as np
+
+from compgen.dialects.fanuc_ls.listing import dumps, loads
+from compgen.dialects.fanuc_ls.moves import NO_NUMBER
+from compgen.dialects.fanuc_ls.places import AXES
+
+
+def moves_of(read):
+    m = read.motions
+    return list(zip(m.letter, m.target, m.speed, m.termination))
+
+
+def assert_readers_agree(data):
+    read = loads(data)
+    points, moves = naive_ls.read(data)
+    assert dumps(read) == data
+    assert moves_of(read) == [(m.letter, m.targets, m.speed, m.termination) for m in moves]
+    assert read.motions.disabled.tolist() == [m.disabled for m in moves]
+    for i, speed in enumerate(read.motions.speed):
+        assert read.text(read.motions.speed_span[i]) == speed
+    p = read.positions
+    assert sorted(zip(p.number, p.group)) == sorted((n, g) for n, here in points.items() for g in here.groups)
+    for i, (number, group) in enumerate(zip(p.number, p.group)):
+        here = points[number].groups[group]
+        assert p.name[i] == points[number].name
+        assert (p.uframe[i], p.utool[i]) == tuple(NO_NUMBER if f is None else f for f in (here.uf, here.ut))
+        assert p.config[i] == here.config
+        assert here.config is None or read.text(p.config_span[i]) == here.config
+        written = {axis for axis, (start, end) in zip(AXES, p.span[i]) if end > start}
+        assert written == set(here.axes)
+        for axis, value, span in zip(AXES, p.value[i], p.span[i]):
+            if here.axes.get(axis) is None:
+                assert np.isnan(value)
+                assert set(read.text(span)) <= {"*"}
+            else:
+                assert value == here.axes[axis] == float(read.text(span))
+        block = read.text(p.block[i])
+        assert block.upper().startswith("P[")
+        assert block.rstrip(" \t;").endswith("}")
+    return read
+
+
+def differences(one, other):
+    """Names of what two readings of the same bytes do not share, to the last bit."""
+    found = [
+        name for name in ("name", "subtype", "attributes", "remarks") if getattr(one, name) != getattr(other, name)
+    ]
+    tables = [("", one, other, ("statements", "place"))]
+    for name in ("motions", "positions"):
+        table = getattr(one, name)
+        tables.append((f"{name}.", table, getattr(other, name), [f.name for f in fields(table)]))
+    for table, here, there, columns in tables:
+        for column in columns:
+            a, b = getattr(here, column), getattr(there, column)
+            if isinstance(a, np.ndarray):
+                same = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+            else:
+                same = a == b
+            if not same:
+                found.append(f"{table}{column}")
+    return found

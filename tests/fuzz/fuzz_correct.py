@@ -1,0 +1,101 @@
+"""Damaged programs at the correction: it corrects them, passes them through, or refuses them in one line.
+
+python tests/fuzz/fuzz_correct.py --inputs 10000 --seed 1
+"""
+
+import argparse
+import random
+import sys
+import time
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from fuzz_listing import mutated, seeds
+
+from compgen.config import load_before, load_cell
+from compgen.correction import Options, correct
+from compgen.dialects.fanuc_ls import loads
+from compgen.dialects.fanuc_ls.frames import Frames
+from compgen.exceptions import CompgenError
+from compgen.report import correction_csv, correction_json, planned_of, provenance_json
+
+LARGEST = 20_000  # bytes of a program to start from: the correction is not what makes long ones slow
+LONGEST_S = 8.0
+KNOWN = 12  # frames and tools that are known, all in the same place
+
+
+def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, bytes]]:
+    """What went wrong, with the input that did it; what went right is counted."""
+    rng = random.Random(seed)
+    pool = [data for data in seeds() if len(data) < LARGEST]
+    still = (np.zeros(3), np.eye(3))
+    frames = Frames(*({n: still for n in range(KNOWN)} for _ in range(2)))
+    robot = str(Path(__file__).resolve().parents[2] / "robots" / "m710ic50.toml")
+    hot, rigid = load_cell(robot), load_cell(robot, ["thermal.cte_um_m_K=0"])
+    before = load_before(["moving 200mm/s 6h"])
+    choices = (
+        (hot, Options()),
+        (hot, Options(split=True, insert=5e-6)),
+        (hot, Options(split=True)),
+        (hot, Options(insert=2e-6, again=True)),
+        (rigid, Options(split=True, insert=5e-6)),
+    )
+    for i in range(inputs):
+        data = mutated(rng, pool)
+        cell, options = choices[i % len(choices)]
+        start = time.perf_counter()
+        try:
+            result = correct(data, cell, frames, before, options, lambda stage, share: None)
+        except CompgenError as refused:
+            counts["refused"] += 1
+            counts[f"exit {refused.exit_code}"] += 1
+            if "\n" in str(refused) or "\r" in str(refused):
+                yield "a refusal of several lines", data
+        except Exception as exception:  # any other exception is what is looked for here
+            yield f"{type(exception).__name__}: {exception}"[:160], data
+        else:
+            counts["corrected" if result.changed else "passed through"] += 1
+            if cell is rigid and result.text != data:
+                yield "no error, and yet another text", data
+            if not options.insert and not options.split and len(result.text) - len(data) > 20 * result.changed:
+                yield "more than numbers has changed", data
+            try:
+                loads(result.text)
+                correction_json(result)
+                correction_csv(result)
+                if planned_of(provenance_json(result), result.text, "p") != data:
+                    yield "the planned program does not come back", data
+            except Exception as exception:  # nothing may go wrong after a correction
+                yield f"after: {type(exception).__name__}: {exception}"[:160], data
+            counts["outside"] += not result.inside
+        if time.perf_counter() - start > LONGEST_S:
+            yield f"longer than {LONGEST_S:g} s", data
+
+
+def main() -> int:
+    """Run, print each kind of fault once, and a closing line."""
+    warnings.simplefilter("error")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--inputs", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", type=Path, help="folder for the first input of each kind of fault")
+    given = parser.parse_args()
+    counts: Counter[str] = Counter()
+    kinds: Counter[str] = Counter()
+    for what, data in faults(given.inputs, given.seed, counts):
+        kinds[what] += 1
+        if kinds[what] == 1:
+            print(f"fault: {what} ({len(data)} bytes)", flush=True)
+            if given.keep:
+                given.keep.mkdir(parents=True, exist_ok=True)
+                (given.keep / f"{len(kinds):03d}.LS").write_bytes(data)
+    told = ", ".join(f"{n} {what}" for what, n in sorted(counts.items()))
+    print(f"{given.inputs} inputs, seed {given.seed}: {told}; {sum(kinds.values())} faults of {len(kinds)} kinds")
+    return 1 if kinds else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,129 @@
+"""Programs nobody wrote, for hypothesis: every print of numbers, names, targets, options and line ends."""
+
+from hypothesis import strategies as st
+
+NAMES = st.sampled_from(["", "home", "a:b", "a]b", "x y", "JPOS[]", "gr\xfcn", "q'q", "-1", "UF 0"])
+NUMBERS = st.floats(-9999, 9999, allow_nan=False)
+SPEEDS = st.sampled_from(
+    [
+        "5%",
+        "100mm/sec",
+        "12.5sec",
+        ".5inch/min",
+        "250cm/min",
+        "30 deg/sec",
+        "500msec",
+        "R[3]mm/sec",
+        "R[3:v]x]mm/sec",
+        "R[R[2]]%",
+        "AR[1]mm/sec",
+        "WELD_SPEED",
+        "max_speed",
+    ]
+)
+ENDS = st.sampled_from(["FINE", "CNT0", "CNT100", "CNT R[8:c]", "CNT R[1]", "CR20", "CD 5"])
+OPTIONS = st.lists(
+    st.sampled_from(["ACC50", "Offset,PR[3:a:b]", "INC", "Wjnt", "TB    .10sec,P-SPS", "PTH", "Skip,LBL[1]", "RTCP"]),
+    max_size=2,
+)
+OPAQUE = st.sampled_from(
+    [
+        "  !remark\n    :  L P[1] 7mm/sec FINE ;",
+        "  !remark : with ] and ' ;",
+        "  --eg:group\n    :  A POINT ;",
+        "  IF R[1:L P]<5 AND\n    :  R[2]>3,JMP LBL[1] ;",
+        "  CALL OTHER(1,'P[1]') ;",
+        "  R[5:J P[1]]=R[6]+1 ;",
+        "  PR[5:next]=P[1] ;",
+        "  ; L P[1] 7mm/sec FINE",
+        "  WAIT    .50(sec) ;\n     ------",
+        "",
+    ]
+)
+
+
+@st.composite
+def printed_number(draw):
+    style = draw(st.integers(0, 6))
+    if style == 0:
+        return "*" * draw(st.integers(1, 9))
+    if style == 1:
+        return str(round(draw(NUMBERS)))
+    text = f"{draw(NUMBERS):.{draw(st.sampled_from([1, 2, 3, 3, 6]))}f}"
+    if style == 2 and "0." in text:
+        text = text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else text
+    return text.rjust(draw(st.sampled_from([1, 9, 12])))
+
+
+@st.composite
+def printed_group(draw, number):
+    blank = draw(st.sampled_from(["", " ", "\t", "  "]))
+    form = draw(st.sampled_from(["cartesian", "joint"]))
+    frames = [draw(st.sampled_from(["0", "1", "9", "F"])) for _ in range(2)]
+    text = f"   GP{number}:\n\tUF{blank}:{blank}{frames[0]}, UT{blank}:{blank}{frames[1]},\t"
+    if form == "cartesian":
+        names = ["X", "Y", "Z", "W", "P", "R"]
+        configs = ["N U T, 0, 0, 0", "F D B, -1, 0, 1", "", "R, 0, 0, 0", "N   U  T, 0,0,0"]
+        text += f"\tCONFIG{blank}:{blank}'{draw(st.sampled_from(configs))}',"
+    else:
+        names = [f"J{i}" for i in range(1, draw(st.integers(1, 9)) + 1)]
+    names += ["E1", "E2", "E3"][: draw(st.integers(0, 3))]
+    for i, axis in enumerate(names):
+        unit = draw(st.sampled_from(["mm", "deg", ""]))
+        gap = draw(st.sampled_from(["", " ", "\t"]))
+        comma = "" if i == len(names) - 1 else draw(st.sampled_from([",", ", ", ",\t"]))
+        text += (
+            draw(st.sampled_from(["\n", "\n\t", "\t", " "])) + f"{axis}{gap}={gap}{draw(printed_number())}{gap}{unit}"
+        )
+        text += comma
+    return text + draw(st.sampled_from(["\n", "", " "]))
+
+
+@st.composite
+def printed_move(draw, number):
+    blanks = st.sampled_from([" ", "  ", "\t"])
+    target = st.one_of(
+        st.builds("P[{}{}]".format, st.integers(1, 300), NAMES.map(lambda n: f":{n}" if n else "")),
+        st.sampled_from(["PR[1]", "PR[2:a]b]", "P[R[5]]", "PR[GP2:4]", "PR[R[R[1]]]"]),
+    )
+    letter = draw(st.sampled_from("JLLLCAS"))
+    text = letter + draw(blanks) + draw(target)
+    if letter == "C":
+        text += draw(st.sampled_from([" ", "    \n    :  ", "\n:"])) + draw(target)
+    words = [draw(SPEEDS), draw(ENDS), *draw(OPTIONS)]
+    before = draw(st.sampled_from(["", "  ", " ", "  //", "  // "]))
+    text = before + text + "".join(draw(blanks) + word for word in words)
+    ends = ["    ;", ";", " ; note: J P[1] 5% FINE", *([] if letter == "C" else [""])]
+    return f"{number}:{text}{draw(st.sampled_from(ends))}"
+
+
+@st.composite
+def programs(draw):
+    text = (
+        draw(st.sampled_from(["", "\n", "  \n"]))
+        + "/PROG  "
+        + draw(st.sampled_from(["GEN", "-X_1\t  Macro"]))
+        + "\n/ATTR\n"
+    )
+    text += draw(st.sampled_from(["", 'OWNER\t\t= MNEDITOR;\nCOMMENT\t\t= "any ; text";\n']))
+    text += draw(st.sampled_from(["", "/APPL\n  A : B;\n", "/APPL\n/APPL\n  L P[1] 5mm/sec FINE ;\n"])) + "/MN\n"
+    number = draw(st.sampled_from([0, 9997]))
+    for _ in range(draw(st.integers(0, 6))):
+        number += draw(st.sampled_from([1, 1, 1, 5, -3]))
+        label = f"{max(number, 1):4d}"
+        text += draw(st.one_of(printed_move(label), OPAQUE.map(f"{label}:{{}}".format))) + "\n"
+    text += "/POS" + draw(st.sampled_from(["", "  "])) + "\n"
+    for n in sorted(draw(st.sets(st.integers(1, 2500), max_size=4))):
+        name = draw(NAMES)
+        title = f"{n}" if not name and draw(st.booleans()) else f'{n}:"{name}"'
+        text += f"P[{title}]" + draw(st.sampled_from(["{", " {", "\t{ "])) + draw(st.sampled_from(["\n", ""]))
+        for group in draw(st.permutations([1, 2]))[: draw(st.integers(1, 2))]:
+            text += draw(printed_group(group))
+        text += draw(st.sampled_from(["};\n", "}\n", "} ;\n"]))
+    text += draw(st.sampled_from(["/END", "/END\n", "/END.\n", "/END\n\nP[1]{ after the end\n"]))
+    end = draw(st.sampled_from(["\n", "\r\n", "mixed"]))
+    if end == "mixed":
+        lines = text.split("\n")
+        text = "".join(line + ("\r\n" if i % 3 else "\n") for i, line in enumerate(lines[:-1])) + lines[-1]
+        return text.encode("latin-1")
+    return text.replace("\n", end).encode("latin-1")
