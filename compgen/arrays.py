@@ -44,6 +44,11 @@ def dot(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("...i,...i->...", a, b))
 
 
+def norm(a: Array) -> Array:
+    """Length of each row, (N, k) to (N,)."""
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", a, a)))
+
+
 def unit(a: Array) -> Array:
     """Rows scaled to length one."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))

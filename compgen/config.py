@@ -102,6 +102,8 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         surface=_surface(path, str(source)),
         boundary=edge,
         chord=path.process.chord_um * UM,
+        spacing=path.process.spacing_mm * MM,
+        thin=None if path.process.thin_um is None else path.process.thin_um * UM,
         lift=path.process.lift_mm * MM,
         feed=path.process.feed_mm_s * MM,
         stop_on_the_part=path.process.page_stops == "anywhere",

@@ -51,9 +51,17 @@ def check_arm_class(robot: Robot) -> None:
 
 def flange_of(position: Array, rotation: Array, tool_position: Array, tool_rotation: Array) -> tuple[Array, Array]:
     """Where the flange is when the tool is at a pose, (N, 3) [m] and (N, 3, 3)."""
-    # as one product of matrices over all rows at once
-    flange = (rotation.reshape(-1, 3) @ tool_rotation.T).reshape(-1, 3, 3)
-    return position - (flange.reshape(-1, 3) @ tool_position).reshape(-1, 3), flange
+    tool = np.concatenate([tool_position, tool_rotation.ravel()])[None]
+    place, flange = evaluate(_flange(), position, rotation.reshape(-1, 9), tool)
+    return place, flange.reshape(-1, 3, 3)
+
+
+@lru_cache(maxsize=1)
+def _flange() -> Any:
+    """(tool position (3), rotation (9, row by row); TCP in the flange (12)) -> the flange's."""
+    p, r, tool = ca.SX.sym("p", 3), ca.SX.sym("r", 9), ca.SX.sym("tool", 12)
+    flange = ca.reshape(r, 3, 3).T @ ca.reshape(tool[3:], 3, 3)
+    return ca.Function("flange", [p, r, tool], [p - flange @ tool[:3], ca.vec(flange.T)])
 
 
 def forward(robot: Robot, theta: Array) -> tuple[Array, Array]:
@@ -95,6 +103,12 @@ def build_solve(robot: Robot, posture: Posture) -> Any:
 
 def joints_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) -> tuple[Any, Any]:
     """``solve`` as expressions: theta (6, 1) and the margin, of a flange at (3, 1) and (3, 3)."""
+    theta, _, _, margin = branch_expr(robot, posture, position, rotation)
+    return theta, margin
+
+
+def branch_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) -> tuple[Any, Any, Any, Any]:
+    """theta, cos theta and sin theta (6, 1 each) and the margin; the pairs cost no trigonometry at all."""
     a1, a2, a3 = (float(a) for a in robot.a[:3])
     d4, d6 = float(robot.d[3]), float(robot.d[5])
     sign6 = float(round(np.cos(robot.alpha[5])))  # the flange's z runs along sign6 times joint 6's axis
@@ -114,20 +128,37 @@ def joints_expr(robot: Robot, posture: Posture, position: Any, rotation: Any) ->
     ce = ca.fmax(-1.0, ca.fmin(1.0, (D2 - a2 * a2 - L * L) / (2 * a2 * L)))
     se = up * ca.sqrt((1 - ce) * (1 + ce))  # e: turn from the upper arm down to the line elbow - wrist
     upper_arm = ca.atan2(Z, R) + ca.atan2(L * se, a2 + L * ce)  # elevation
-    forearm = upper_arm - ca.atan2(se, ce) - float(np.arctan2(a3, -d4))  # elevation of the forearm's axis
+    shift = float(np.arctan2(a3, -d4))
+    forearm = upper_arm - ca.atan2(se, ce) - shift  # elevation of the forearm's axis
     theta2, theta3 = _wrap(-upper_arm), _wrap(forearm - upper_arm + np.pi / 2)
+    # the same as pairs: (R + i Z) (a2 + L exp(i e)), turned back by e + shift for the forearm
+    x, y = R * (a2 + L * ce) - Z * L * se, R * L * se + Z * (a2 + L * ce)
+    size = ca.sqrt(x * x + y * y)
+    size = ca.if_else(size > 0, size, 1.0)
+    cu, su = x / size, y / size
+    cb, sb = ce * np.cos(shift) - se * np.sin(shift), se * np.cos(shift) + ce * np.sin(shift)
+    cf, sf = cu * cb + su * sb, su * cb - cu * sb
 
-    cf, sf = ca.cos(forearm), ca.sin(forearm)
     # columns of R_03: x3 (up across the forearm), y3 (-joint 3 axis), z3 (back along the forearm)
     x3 = ca.vertcat(-c1 * sf, -s1 * sf, cf)
     z3 = ca.vertcat(-c1 * cf, -s1 * cf, -sf)
     y3 = ca.cross(z3, x3)
     M = ca.horzcat(x3, y3, z3).T @ rotation
     m13, m23, m33 = sign6 * M[0, 2], sign6 * M[1, 2], sign6 * M[2, 2]
-    theta5 = ca.atan2(flip * ca.sqrt(m13 * m13 + m23 * m23), m33)
-    theta4 = ca.atan2(-flip * m23, -flip * m13)
-    theta6 = ca.atan2(-flip * sign6 * M[2, 1], flip * M[2, 0])
-    return ca.vertcat(theta1, theta2, theta3, theta4, theta5, theta6), margin
+    s5 = flip * ca.sqrt(m13 * m13 + m23 * m23)
+    theta5 = ca.atan2(s5, m33)
+    y4, x4, y6, x6 = -flip * m23, -flip * m13, -flip * sign6 * M[2, 1], flip * M[2, 0]
+    theta = ca.vertcat(theta1, theta2, theta3, ca.atan2(y4, x4), theta5, ca.atan2(y6, x6))
+    pairs = [(c1, s1), (cu, -su), (sb, cb), _pair(x4, y4), _pair(m33, s5), _pair(x6, y6)]
+    return theta, ca.vertcat(*(c for c, _ in pairs)), ca.vertcat(*(s for _, s in pairs)), margin
+
+
+def _pair(x: Any, y: Any) -> tuple[Any, Any]:
+    """Cosine and sine of atan2(y, x)."""
+    size = ca.sqrt(x * x + y * y)
+    there = size > 0
+    size = ca.if_else(there, size, 1.0)
+    return ca.if_else(there, x / size, 1.0), y / size
 
 
 def solve_all(robot: Robot, position: Array, rotation: Array) -> Array:
@@ -151,7 +182,21 @@ def _unwrapped(robot: Robot, theta: Array) -> Array:
         legal = (start >= robot.lower) & (start <= robot.upper)
         other = start + turn
         start = np.where(~legal & (other >= robot.lower) & (other <= robot.upper), other, start)
-    return np.asarray(np.unwrap(np.vstack([start, theta]), axis=0)[1:])
+    return _continuous(theta, start)
+
+
+def _continuous(theta: Array, start: Array) -> Array:
+    """The same angles with whole turns added so that none jumps by more than half of one, from a start (6,) on."""
+    out = theta
+    for joint in range(theta.shape[1]):
+        step = np.diff(theta[:, joint], prepend=start[joint])
+        turned = np.flatnonzero(np.abs(step) > np.pi)
+        if len(turned):
+            out = theta.copy() if out is theta else out
+            whole = np.zeros(len(theta))
+            whole[turned] = np.ceil((step[turned] - np.pi) / (2 * np.pi))
+            out[:, joint] -= 2 * np.pi * np.cumsum(whole)
+    return out
 
 
 def follow(robot: Robot, position: Array, rotation: Array, posture: Posture) -> Array:
@@ -233,6 +278,8 @@ def _refuse_wrist(robot: Robot, theta: Array) -> None:
 
 def refuse_limits(robot: Robot, theta: Array) -> None:
     """Raises JointLimitError at the first waypoint beyond a limit, naming the joint that is farthest over."""
+    if np.all(theta.min(axis=0) >= robot.lower - 1e-12) and np.all(theta.max(axis=0) <= robot.upper + 1e-12):
+        return
     over = np.maximum(robot.lower - theta, theta - robot.upper)
     bad = np.flatnonzero((over > 1e-12).any(axis=1))
     if len(bad):

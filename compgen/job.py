@@ -45,6 +45,8 @@ class Job:
     surface: Quadric
     boundary: Boundary
     chord: float  # [m] largest distance of the path from the line between two waypoints
+    spacing: float  # [m] largest distance of two waypoints
+    thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
     lift: float  # [m] approach and retract
     feed: float  # [m/s]
     stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?

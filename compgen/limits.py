@@ -1,17 +1,20 @@
-r"""The same problem where a constraint binds: a general nonlinear program in CasADi over a stretch of waypoints.
+r"""Where a constraint binds: which waypoints, and the best legal correction of them and of those around.
 
-Variables are the joints, theta_n = theta_n(free solution) + 1e-4 x_n, so joint limits are bounds; the commanded pose is
+``hold`` has it from ``interior``. ``solve_stretch`` is the same problem as a general nonlinear program in CasADi, the
+oracle of both fast solutions in the tests. Its variables are the joints, theta_n = theta_n(free solution) + 1e-4 x_n,
+so joint limits are bounds; the commanded pose is
 the nominal forward kinematics, and c_n and e_n follow from it. Waypoints around the stretch keep the free solution and
-tie its ends. Costs milliseconds a waypoint, and is the oracle of the fast solution in the tests.
+tie its ends. It costs milliseconds a waypoint.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.ndimage import binary_dilation
 
-from compgen.arrays import Array, BoolArray, IntArray
+from compgen import interior
+from compgen.arrays import Array, BoolArray, IntArray, norm
 from compgen.kinematics import nominal_chain
 from compgen.problem import Problem, Settings, measure, weights
 from compgen.units import UM
@@ -23,22 +26,39 @@ OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
 NEAR = 1 - 1e-4  # how near it counts as on it
 
 
-def violated(problem: Problem, settings: Settings, correction: Array) -> BoolArray:
-    """Which waypoints break a limit, (N,)."""
-    theta, margin = problem.joints(correction)
+def violated(
+    problem: Problem, settings: Settings, correction: Array, joints: tuple[Array, Array] | None = None
+) -> BoolArray:
+    """Which waypoints break a limit, (N,); ``joints`` are theta and the reach margin where they are known."""
+    theta, margin = joints or problem.joints(correction)
     robot = problem.robot
-    bad = ((theta < robot.lower - 1e-12) | (theta > robot.upper + 1e-12)).any(axis=1) | (margin < 0)
-    bad |= np.linalg.norm(correction[:, :3], axis=1) > settings.clamp_position * OVER
-    bad |= np.linalg.norm(correction[:, 3:], axis=1) > settings.clamp_rotation * OVER
-    step = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1)
+    bad = margin < 0
+    for i in range(6):
+        bad |= (theta[:, i] < robot.lower[i] - 1e-12) | (theta[:, i] > robot.upper[i] + 1e-12)
+    bad |= norm(correction[:, :3]) > settings.clamp_position * OVER
+    bad |= norm(correction[:, 3:]) > settings.clamp_rotation * OVER
+    step = norm(np.diff(correction[:, :3], axis=0))
     steep = step > settings.rate * np.diff(problem.arc) * OVER + 1e-12
     bad[:-1] |= steep
     bad[1:] |= steep
     return np.asarray(bad)
 
 
+def near(rows: BoolArray, steps: int) -> BoolArray:
+    """Rows no farther than so many steps from a marked one, (N,)."""
+    change = np.zeros(len(rows) + 1, dtype=np.int64)
+    marked = np.flatnonzero(rows)
+    np.add.at(change, np.maximum(marked - steps, 0), 1)
+    np.add.at(change, np.minimum(marked + steps + 1, len(rows)), -1)
+    return np.asarray(np.cumsum(change)[:-1] > 0)
+
+
 def hold(
-    problem: Problem, settings: Settings, correction: Array, rows: BoolArray
+    problem: Problem,
+    settings: Settings,
+    correction: Array,
+    rows: BoolArray,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Array, tuple[tuple[int, str], ...], bool]:
     """Solve the stretches around violating waypoints.
 
@@ -47,23 +67,18 @@ def hold(
         settings: Smoothness and limits.
         correction: Free solution, (N, 6).
         rows: Waypoints that break a limit, (N,).
+        progress: Called with the share done.
 
     Returns:
         The legal correction (N, 6), the limits that bind as (waypoint from 1, name), and whether all is legal.
     """
-    N = len(rows)
     correction = correction.copy()
     for _ in range(4):  # a stretch that still binds at its edge is widened
-        converged = True
-        free = binary_dilation(rows, iterations=AROUND)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
-        for first, last in zip(edges[::2], edges[1::2]):
-            low, high = max(0, first - 2), min(N, last + 2)
-            inside = slice(low, high)
-            loose = np.zeros(high - low, dtype=bool)
-            loose[first - low : last - low] = True
-            correction[inside], found = solve_stretch(problem.window(inside), settings, correction[inside], loose)
-            converged = converged and found
+        loose = near(rows, AROUND)
+        inside = near(loose, 2)  # two waypoints on either side stay as they are and tie the ends
+        part = np.flatnonzero(inside)
+        window, held = problem.window(part), loose[part]
+        correction[part], converged = interior.solve(window, settings, correction[part], held, progress)
         still = violated(problem, settings, correction)
         if not still.any():
             break

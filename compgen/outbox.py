@@ -11,7 +11,7 @@ import ctypes
 import os
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from compgen.exceptions import InputError
@@ -45,12 +45,12 @@ def _there(place: Path) -> bool:
     return True
 
 
-def publish(folder: Path, files: Mapping[str, bytes], ours: set[str]) -> None:
+def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: set[str]) -> None:
     """Put files into a folder.
 
     Args:
         folder: Made when absent.
-        files: Name to content; the last one appears last.
+        files: Name to content, whole or in parts; the last one appears last.
         ours: Names that belong to this run; those not in ``files`` vanish, everything else in the folder stays.
 
     Raises:
@@ -72,7 +72,7 @@ def publish(folder: Path, files: Mapping[str, bytes], ours: set[str]) -> None:
         stage = Path(tempfile.mkdtemp(prefix=f"{prefix}{os.getpid()}-", dir=place))
         for name, content in files.items():
             with (stage / name).open("wb") as file:
-                file.write(content)
+                file.writelines([content] if isinstance(content, bytes) else content)
                 file.flush()
                 os.fsync(file.fileno())
         if fresh:

@@ -10,8 +10,10 @@ from compgen import (
     compensate,
     delivery,
     extrapolation,
+    findings,
     ik,
     paging,
+    sparing,
     timing,
     toolpath,
     verify,
@@ -33,16 +35,14 @@ from compgen.thermal import Ambient, Duty, after, during
 from compgen.thermal import Motion as Driven
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
-from compgen.twin import Leg, Ride, Twin
-from compgen.units import HOUR, MM, UM
+from compgen.twin import Ride, Twin
+from compgen.units import HOUR, UM
 from compgen.verify import Deviation, Finding
 
 Progress = Callable[[str, float], None]
 DATE = "26-01-01"
 LONGEST_DELAY = 16 * HOUR
 MAX_RIPPLE = 0.05 * UM
-CLOCK_ERROR = 0.2  # difference of plan's and twin's duration, above which it is a finding
-FEED_ERROR = 0.01  # of a written speed, above which it is a finding
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,6 +61,7 @@ class Planned:
     error: Array  # (N, 6) predicted, uncorrected
     deviation: Deviation  # of the uncorrected text
     findings: tuple[Finding, ...]
+    rows: IntArray  # which of the waypoints that were planned these are
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,7 +111,9 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     """
     progress("path", 0.0)
     try:
-        path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+        path = toolpath.build(
+            job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing
+        )
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc_ls.writable_speed(job.feed)
@@ -138,7 +141,10 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
-    return Planned(job, feed, path, page_stops, model, theta, motion, trajectory, rise, error, deviation, tuple(found))
+    rows = np.arange(len(theta))
+    return Planned(
+        job, feed, path, page_stops, model, theta, motion, trajectory, rise, error, deviation, tuple(found), rows
+    )
 
 
 def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
@@ -166,6 +172,12 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     if solution.status is Status.FAILED:
         n, limit = solution.active[0] if solution.active else (1, "a limit")
         raise ImpossibleError(f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it")
+    limited = findings.limited(solution)
+    if job.thin is not None:
+        progress("thinning", 0.0)
+        planned, solution = _thinned(planned, solution, job.thin)
+        path = planned.path
+        problem = problem.window(planned.rows)
     position, rotation = problem.commanded(solution.correction)
     trajectory = timing.retime(
         job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
@@ -179,10 +191,10 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
-        *_limited(solution, job),
-        *_timing_findings(job, planned.feed, path, trajectory, written),
+        *limited,
+        *findings.below_feed(job, planned.feed, path, trajectory, written),
         *delivery.findings(job, delivered, planned.page_stops),
-        *_clock_findings(trajectory, leg),
+        *findings.clocks_apart(trajectory, leg),
         *planned.findings,
     ]
     ripple = verify.mid_spatial(path, solution.correction)
@@ -193,6 +205,35 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         solution, trajectory, written, delivered, leg.twin, job.before, job.air, leg.first_samples(), deviation,
         window, ripple, tuple(found),
     )  # fmt: skip
+
+
+def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
+    """The same with the waypoints that the controller needs."""
+    path, job = planned.path, planned.job
+    rows = sparing.kept(path, solution.correction[:, :3], tolerance, planned.feed * job.robot.controller.period)
+    N = len(path.arc)
+    told = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
+    motion, stops = planned.trajectory, planned.page_stops
+    fewer = replace(
+        planned,
+        path=path.only(rows),
+        page_stops=stops and replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
+        theta=planned.theta[rows],
+        motion=planned.motion.at(rows),
+        trajectory=replace(
+            motion, time=motion.time[rows], speed=motion.speed[rows[1:] - 1], driven=motion.driven[rows[1:] - 1]
+        ),
+        rise=planned.rise[rows],
+        error=planned.error[rows],
+        findings=(*planned.findings, Finding("note", "path.thinned", told)),
+        rows=rows,
+    )
+    return fewer, replace(
+        solution,
+        correction=solution.correction[rows],
+        theta=solution.theta[rows],
+        residual=solution.residual[rows],
+    )
 
 
 def start_window(planned: Planned, solution: Solution, first: int = 0) -> float:
@@ -310,70 +351,6 @@ def _program(
         fine=path.stop,
         decimals=decimals,
     )
-
-
-def _limited(solution: Solution, job: Job) -> list[Finding]:
-    if solution.status is not Status.LIMITED:
-        return []
-    kinds: dict[str, list[int]] = {}
-    for waypoint, limit in solution.active:
-        kinds.setdefault(limit, []).append(waypoint)
-    off = np.linalg.norm(solution.residual[:, :3], axis=1)
-    worst = int(np.argmax(off))
-    text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
-    farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
-    message = f"{text}; {farthest}" if text else farthest
-    return [Finding("warning", "compensation.limited", message)]
-
-
-def _timing_findings(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
-    found = []
-    if trajectory.use.max() > 1:
-        kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
-        found.append(
-            Finding(
-                "outside",
-                "timing.limit",
-                f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
-                f"{100 * trajectory.use.max():.0f} % of its limit; lower process.feed_mm_s",
-            )
-        )
-    slow = float(np.diff(path.arc)[trajectory.speed < feed * (1 - 1e-9)].sum() / path.arc[-1])
-    if slow > 0.001:
-        period = job.robot.controller.period
-        short = bool(np.any(np.diff(path.arc) < feed * period))
-        why = (
-            "segments there are shorter than feed x the interpolation period, or joint limits bind"
-            if short
-            else ("joint limits bind there")
-        )
-        message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
-        found.append(Finding("note", "timing.below_feed", message))
-    if abs(feed - job.feed) > 1e-3 * job.feed:
-        told = (
-            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
-        )
-        found.append(Finding("note", "timing.feed", told))
-    length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
-    error, late = fanuc_ls.feed_errors(trajectory.speed, program.speed, length)
-    if error > FEED_ERROR:
-        told = (
-            f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
-            f"stretch by {late * 1000:.0f} ms at most"
-        )
-        found.append(Finding("note", "timing.feed_error", told))
-    return found
-
-
-def _clock_findings(trajectory: Trajectory, leg: Leg) -> list[Finding]:
-    """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
-    planned, ridden = float(trajectory.time[-1]), float(leg.time[-1])
-    if abs(ridden / planned - 1) <= CLOCK_ERROR:
-        return []
-    told = (
-        f"the twin takes {ridden:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
-    )
-    return [Finding("note", "timing.clock", told)]
 
 
 def program_name_of(job: Job) -> str:

@@ -82,15 +82,21 @@ def build_drive(robot: Robot, posture: Posture, tool_position: bytes, tool_rotat
     nominal = pose_expr(robot, angles, ca.SX.zeros(len(LENGTHS)), place.ravel(), tool)
     actual = pose_expr(robot, angles, growth, place.ravel(), tool)
     wrong = ca.vertcat(margin, ca.norm_2(nominal[0] - position), ca.norm_fro(nominal[1] - rotation))
-    return ca.Function("drive", symbols, [theta, actual[0], ca.vec(actual[1].T), wrong])
+    return ca.Function("drive", symbols, ca.cse([theta, actual[0], ca.vec(actual[1].T), wrong]))
 
 
 @lru_cache(maxsize=4)
 def build_warmth(nodes: int) -> Any:
-    """(rise at a line's start, what it tends to, time constants (K each); time since) -> rise (K)."""
+    """How warm the nodes (K) are some time into a line, and how much the lengths have grown by it (6) [m].
+
+    (rise at the line's start, what it tends to, time constants (K each); growth per kelvin (K by 6, node by node); time
+    since) -> rise, growth.
+    """
     rise, goal, tau = (ca.SX.sym(name, nodes) for name in ("rise", "goal", "tau"))
-    since = ca.SX.sym("since")
-    return ca.Function("warmth", [rise, goal, tau, since], [goal + (rise - goal) * ca.exp(-since / tau)])
+    per, since = ca.SX.sym("per", nodes * len(LENGTHS)), ca.SX.sym("since")
+    now = goal + (rise - goal) * ca.exp(-since / tau)
+    grown = ca.reshape(per, len(LENGTHS), nodes) @ now
+    return ca.Function("warmth", [rise, goal, tau, per, since], [now, grown])
 
 
 @lru_cache(maxsize=16)

@@ -5,6 +5,7 @@ real arm. Because de/dc = I + O(1e-3), the correction that leaves nothing, e(c) 
 which shrinks what is left about a thousandfold a step: ``STEPS`` of them are one expression as well.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -12,9 +13,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array, BoolArray
+from compgen.arrays import Array, BoolArray, IntArray
 from compgen.evaluation import evaluate
-from compgen.ik import Posture, joints_expr
+from compgen.ik import Posture, branch_expr
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
 from compgen.rotations import matrix_of, rotation_matrix_expr, rotation_vector_expr
@@ -64,7 +65,17 @@ class Problem:
 
     def error(self, correction: Array) -> Array:
         """e_n, (N, 6)."""
-        return evaluate(self._functions().error, *self._targets(), correction, *self._moments())[0]
+        return self.looked_at(correction)[0]
+
+    def looked_at(self, correction: Array) -> tuple[Array, Array, Array]:
+        """e_n (N, 6), the joints (N, 6) [rad] and the reach margin (N,) [m]."""
+        e, theta, margin = evaluate(self._functions().error, *self._targets(), correction, *self._moments())
+        return e, theta, margin[:, 0]
+
+    def linear(self, correction: Array) -> tuple[Array, Array, Array, Array]:
+        """e (N, 6), de/dc (N, 6, 6), theta (N, 6) and dtheta/dc (N, 6, 6)."""
+        e, E, theta, G = evaluate(self._functions().linear, *self._targets(), correction, *self._moments())
+        return e, np.swapaxes(E.reshape(-1, 6, 6), 1, 2), theta, np.swapaxes(G.reshape(-1, 6, 6), 1, 2)
 
     def pointwise(self) -> Array:
         """The correction that leaves nothing, each waypoint for itself, (N, 6)."""
@@ -80,8 +91,8 @@ class Problem:
     def _moments(self) -> tuple[Array, Array, Array]:
         return self.rise, self.motion.direction, self.motion.travel
 
-    def window(self, rows: slice) -> "Problem":
-        """The same problem on a stretch of waypoints."""
+    def window(self, rows: slice | IntArray) -> "Problem":
+        """The same problem on some of its waypoints."""
         return replace(
             self,
             motion=self.motion.window(rows),
@@ -94,8 +105,9 @@ class Functions:
     """CasADi functions of the target's position (3) and rotation (9, row by row), and of joints (6) near its own."""
 
     joints: Any  # and c (6) -> theta (6), margin
-    error: Any  # and c (6), rise, direction, travel -> e (6)
+    error: Any  # and c (6), rise, direction, travel -> e (6), theta (6), margin
     pointwise: Any  # and rise, direction, travel -> c (6)
+    linear: Any  # and c (6) and the same -> e (6), de/dc (36, column-major), theta (6), dtheta/dc (36)
 
 
 @lru_cache(maxsize=16)
@@ -108,23 +120,55 @@ def build_functions(
     rotation = ca.reshape(rows, 3, 3).T
     place, turn = (ca.DM(np.frombuffer(t).reshape(-1, 3)) for t in (tool_position, tool_rotation))
 
-    def joints(c: Any) -> tuple[Any, Any]:
+    def branch(c: Any) -> tuple[Any, Any, Any, Any]:
         flange = rotation @ rotation_matrix_expr(c[3:]) @ turn.T
-        theta, margin = joints_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
-        return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), margin
+        theta, cosine, sine, margin = branch_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
+        return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), cosine, sine, margin
+
+    def against(pose: Sequence[Any]) -> Any:
+        return ca.vertcat(pose[0] - p, rotation_vector_expr(rotation.T @ pose[1]))
 
     def error(c: Any) -> Any:
-        position, actual = model.actual(joints(c)[0], *moment)
-        return ca.vertcat(position - p, rotation_vector_expr(rotation.T @ actual))
+        return against(with_pairs(model.actual, *branch(c)[:3], *moment))
 
-    found = ca.SX.zeros(6)
-    for _ in range(STEPS):
+    # without a correction the joints are the planned ones, so the first step needs no inverse
+    found = -against(model.actual(near, *moment))
+    for _ in range(STEPS - 1):
         found = found - error(found)
+    theta, _, _, margin = branch(c)
+    e = error(c)
+    E, G = ca.jacobian(e, c), ca.jacobian(theta, c)
     return Functions(
-        ca.Function("joints", [p, rows, near, c], [*joints(c)]),
-        ca.Function("error", [p, rows, near, c, *moment], [error(c)]),
-        ca.Function("pointwise", [p, rows, near, *moment], [found]),
+        ca.Function("joints", [p, rows, near, c], [theta, margin]),
+        ca.Function("error", [p, rows, near, c, *moment], ca.cse([e, theta, margin])),
+        ca.Function("pointwise", [p, rows, near, *moment], ca.cse([found])),
+        ca.Function("linear", [p, rows, near, c, *moment], ca.cse([e, ca.densify(E), theta, ca.densify(G)])),
     )
+
+
+def with_pairs(function: Any, theta: Any, cosine: Any, sine: Any, *others: Any) -> list[Any]:
+    """A function of theta and others as an expression, each cos and sin of a joint angle given instead of computed."""
+    given = [theta, *others]
+    work: list[Any] = [None] * function.sz_w()
+    joint: list[int | None] = [None] * function.sz_w()  # which joint's angle a work place holds
+    out = [ca.SX.zeros(*function.size_out(k)) for k in range(function.n_out())]
+    for k in range(function.n_instructions()):
+        code, i, o = function.instruction_id(k), function.instruction_input(k), function.instruction_output(k)
+        if code == ca.OP_OUTPUT:
+            out[o[0]][o[1]] = work[i[0]]
+            continue
+        held = None
+        if code == ca.OP_INPUT:
+            value, held = given[i[0]][i[1]], i[1] if i[0] == 0 else None
+        elif code == ca.OP_CONST:
+            value = ca.SX(function.instruction_constant(k))
+        elif code in (ca.OP_SIN, ca.OP_COS) and joint[i[0]] is not None:
+            value = (sine if code == ca.OP_SIN else cosine)[joint[i[0]]]
+        else:
+            parts = [work[n] for n in i]
+            value = ca.SX.binary(code, *parts) if len(parts) == 2 else ca.SX.unary(code, *parts)
+        work[o[0]], joint[o[0]] = value, held
+    return out
 
 
 def weights(settings: Settings) -> Array:
@@ -138,3 +182,25 @@ def measure(arc: Array) -> Array:
     """ds_n: the length of path that a waypoint stands for, (N,) [m]."""
     h = np.maximum(np.diff(arc), 1e-12)
     return np.asarray(np.concatenate([[h[0] / 2], (h[:-1] + h[1:]) / 2, [h[-1] / 2]]))
+
+
+def bands(arc: Array, stop: BoolArray, settings: Settings, fidelity: float = 1.0) -> Array:
+    """diag(ds) fidelity + l1 D1'D1 + l2 D2'D2 in upper banded form, (3, N)."""
+    h = np.maximum(np.diff(arc), 1e-12)
+    N = len(arc)
+    diagonal, first, second = measure(arc) * fidelity, np.zeros(N), np.zeros(N)
+    k = (settings.rate_period / (2 * np.pi)) ** 2 / h
+    diagonal[:-1] += k
+    diagonal[1:] += k
+    first[1:] -= k
+    if N > 2:
+        h0, h1 = h[:-1], h[1:]
+        a, b, c = 2 / (h0 * (h0 + h1)), -2 / (h0 * h1), 2 / (h1 * (h0 + h1))
+        k = (settings.curvature_period / (2 * np.pi)) ** 4 * (h0 + h1) / 2 * ~stop[1:-1]
+        diagonal[:-2] += k * a * a
+        diagonal[1:-1] += k * b * b
+        diagonal[2:] += k * c * c
+        first[1:-1] += k * a * b
+        first[2:] += k * b * c
+        second[2:] += k * a * c
+    return np.array([second, first, diagonal])

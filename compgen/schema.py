@@ -125,6 +125,8 @@ class ProcessTable(Table):
 
     feed_mm_s: Annotated[FiniteFloat, Field(ge=0.05, le=2000)]
     chord_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 1.5
+    spacing_mm: Annotated[FiniteFloat, Field(ge=1e-3, le=10)] = 10.0
+    thin_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] | None = None
     lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
     page_stops: Literal["off the part", "anywhere"] = "off the part"
 

@@ -213,9 +213,9 @@ def _shares(robot: Robot, joints: JointCurve, cut: _Cut) -> Array:
     for at in range(0, len(knot), motion.CHUNK):
         rows = slice(at, at + motion.CHUNK)
         left, right = joints.arc[:-1][rows], joints.arc[1:][rows]
-        for s in (left, (left + right) / 2, right):
+        for s in (left, (left + right) / 2):
             share = joints.shares(robot, s, knot[rows], run[rows])
-            owner = np.searchsorted(cut.begin, s, side="left" if s is right else "right") - 1
+            owner = np.searchsorted(cut.begin, s, side="right") - 1
             owner = np.clip(owner, cut.first[run[rows]], last[run[rows]])
             begun = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
             top = np.maximum.reduceat(share, begun, axis=0)

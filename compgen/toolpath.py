@@ -5,7 +5,7 @@ ds = sqrt(8 chord / K), never above ``MAX_SPACING``. Between waypoints the true 
 exact pose at any fraction of any segment's arc length.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from compgen import pieces as pc
 from compgen.arrays import Array, BoolArray, IntArray, own
 from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
-from compgen.geometry import Geometry
+from compgen.geometry import MAX_SPACING, Geometry
 from compgen.pieces import Pieces
 from compgen.surfaces import Quadric
 
@@ -40,6 +40,7 @@ class ToolPath:
     stop: BoolArray  # (N,) the robot stops here
     piece: IntArray  # (N - 1,) which piece a segment lies on
     span: Array  # (N - 1, 2) its parameters there
+    slope: Array  # (N - 1, 2) as ``Geometry.measured`` says
 
     def __post_init__(self) -> None:
         own(
@@ -51,6 +52,7 @@ class ToolPath:
             stop=("N",),
             piece=("S",),
             span=("S", 2),
+            slope=("S", 2),
         )
 
     def at(self, segment: IntArray, fraction: Array) -> tuple[Array, Array, Array]:
@@ -59,10 +61,37 @@ class ToolPath:
         Returns:
             (M, 3) [m], (M, 3, 3), (M, 3) unit vectors.
         """
-        return self.geometry.at(self.piece[segment], self.span[segment], np.diff(self.arc)[segment], fraction)
+        first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1
+        whole = np.diff(self.arc[first : last + 1])[segment - first]
+        return self.geometry.at(self.piece[segment], self.span[segment], whole, self.slope[segment], fraction)
+
+    def only(self, rows: IntArray) -> "ToolPath":
+        """The path with fewer waypoints: rising rows, both ends of every piece among them."""
+        span = np.column_stack([self.span[rows[:-1], 0], self.span[rows[1:] - 1, 1]])
+        piece = self.piece[rows[:-1]]
+        return replace(
+            self,
+            position=self.position[rows],
+            rotation=self.rotation[rows],
+            arc=self.arc[rows],
+            contact=self.contact[rows],
+            stop=self.stop[rows],
+            piece=piece,
+            span=span,
+            slope=self.geometry.measured(piece, span)[1],
+        )
 
 
-def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float, chord: float, lift: float) -> ToolPath:
+def build(
+    pattern: Pieces,
+    surface: Quadric,
+    boundary: Boundary,
+    *,
+    spin: float,
+    chord: float,
+    lift: float,
+    spacing: float = MAX_SPACING,
+) -> ToolPath:
     """Waypoints of a pattern on a surface, with an approach and a retract along the tool axis.
 
     Args:
@@ -72,6 +101,7 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
         spin: The tool's x axis against base x [rad].
         chord: Largest distance between the path and the straight line between two waypoints [m].
         lift: Length of approach and retract [m]; 0 leaves them out.
+        spacing: Largest distance of two waypoints [m].
 
     Raises:
         InputError: The path has no length.
@@ -88,12 +118,12 @@ def build(pattern: Pieces, surface: Quadric, boundary: Boundary, *, spin: float,
         up = pc.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
         pattern = pc.join(down, pattern, up)
     geometry = Geometry(pattern, surface, boundary, spin)
-    done, where, wanted = _running_work(geometry, chord)
+    done, where, wanted = _running_work(geometry, chord, spacing)
     keep = wanted > 1e-6
     if wanted.sum() > MAX_WAYPOINTS:
         raise InputError(
             f"path: it needs {wanted.sum():.2g} waypoints, more than {MAX_WAYPOINTS:.0e}; "
-            "raise process.chord_um or make it smaller"
+            "raise process.chord_um or spacing_mm, or make it smaller"
         )
     # a piece that is dust hands its stop to the one before
     stops = pattern.stop.copy()
@@ -134,7 +164,8 @@ def _path(geometry: Geometry, piece: IntArray, span: Array, stop: BoolArray) -> 
     point_piece = np.concatenate([[piece[0]], piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
     position, rotation = geometry.pose(point_piece, point_t)
-    arc = np.concatenate([[0.0], np.cumsum(geometry.length(piece, span[:, 0], span[:, 1]))])
+    length, slope = geometry.measured(piece, span)
+    arc = np.concatenate([[0.0], np.cumsum(length)])
     xy, _, _ = geometry.pieces.plane_curve(point_piece, point_t)
     working = geometry.pieces.working[point_piece].copy()
     working[:-1] |= geometry.pieces.working[piece]  # a work piece's first point is in contact
@@ -147,10 +178,11 @@ def _path(geometry: Geometry, piece: IntArray, span: Array, stop: BoolArray) -> 
         stop=stop,
         piece=piece,
         span=span,
+        slope=slope,
     )
 
 
-def _running_work(geometry: Geometry, chord: float) -> tuple[Array, Array, Array]:
+def _running_work(geometry: Geometry, chord: float, widest: float) -> tuple[Array, Array, Array]:
     """How many segments each piece wants, (K,), and how they run along it.
 
     Piece k occupies [k, k + 1] on both axes of the running curve: share of its segments done, over parameter.
@@ -164,7 +196,7 @@ def _running_work(geometry: Geometry, chord: float) -> tuple[Array, Array, Array
         middle = np.tile(edges[:-1] + half, len(piece) // CELLS)
         rows = slice(begin * CELLS, begin * CELLS + len(piece))
         for node, weight in zip(_NODES, _WEIGHTS):
-            speed, spacing = geometry.spacing(piece, middle + half * node, SAFETY**2 * chord)
+            speed, spacing = geometry.spacing(piece, middle + half * node, SAFETY**2 * chord, widest)
             work[rows] += weight * half * speed / spacing
     cells = work.reshape(K, CELLS)
     wanted: Array = np.asarray(cells.sum(axis=1))

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray, own
+from compgen.arrays import Array, IntArray, norm, own
+from compgen.clock import clock
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, evaluate
 from compgen.exceptions import CompgenError
@@ -24,7 +25,6 @@ from compgen.rotations import turns
 from compgen.thermal import Ambient, Duty, Heat, Motion, NodeModel, Profile, Section, opening, still
 
 ELEMENT = 0.1e-3  # m
-RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
 GRID = 1e-3  # m
 CONFIRM = 1e-9  # m
 CONFIRMED = 1000  # samples of a ride that pinocchio repeats
@@ -111,8 +111,7 @@ class Leg:
         if last == len(self.pieces):
             line, fraction = np.append(line, last - 1), np.append(fraction, 1.0)
         now = self.time[line] + fraction * np.diff(self.time[first : last + 1])[line - first]
-        rise = self.rises(line, fraction, now)
-        growth = twin.growth(rise)
+        rise, growth = self.warmth(line, fraction, now)
         drive = build_drive(
             twin.robot, self.program.posture, twin.tool_position.tobytes(), twin.tool_rotation.tobytes()
         )
@@ -131,22 +130,26 @@ class Leg:
             position, rotation, past = twin.flawed(theta, growth, rise, past)
         return Ride(line, fraction, now, rise, theta, position, rotation), past
 
-    def rises(self, line: IntArray, fraction: Array, now: Array) -> Array:
-        """Rises on lines, (M,) and their fractions (M,) and moments (M,) [s], to (M, K) [K].
+    def warmth(self, line: IntArray, fraction: Array, now: Array) -> tuple[Array, Array]:
+        """Rises (M, K) [K] and growths (M, 6) [m] on lines, (M,), at their fractions (M,) and moments (M,) [s].
 
         The nodes by their own equation; another model straight between two positions, seconds apart against hours.
         """
         heat, K = self.twin.heat, self.rise.shape[1]
-        if isinstance(heat, NodeModel):
+        if not isinstance(heat, NodeModel):
+            rise = self.rise[line] + fraction[:, None] * (self.rise[line + 1] - self.rise[line])
+        else:
             first, last = int(line[0]), int(line[-1]) + 1
             goal = heat.steady("moving", self.driven[first:last])
-            since = (now - self.time[line])[:, None]
-            (rise,) = evaluate(
-                build_warmth(K), Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], since
+            since, per = (now - self.time[line])[:, None], self.twin.growths().reshape(1, -1)
+            rise, growth = evaluate(
+                build_warmth(K), Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], per, since
             )
-        else:
-            rise = self.rise[line] + fraction[:, None] * (self.rise[line + 1] - self.rise[line])
-        return rise if self.air.is_still else rise + self._breathed(now)
+            if self.air.is_still:
+                return rise, growth
+        if not self.air.is_still:
+            rise = rise + self._breathed(now)
+        return rise, self.twin.growth(rise)
 
     def _breathed(self, now: Array) -> Array:
         """What the air adds: the exact response on a grid of seconds, a line between, (M, K) [K]."""
@@ -201,9 +204,9 @@ class Twin:
             TwinError: Out of reach, or another posture.
         """
         step = np.diff(program.position, axis=0)
-        length = np.linalg.norm(step, axis=1)
+        length = norm(step)
         points = self._joints_at(program)
-        time, driven = self._clock(program, length, points)
+        time, driven = clock(self.robot, program, length, points)
         warm = self.heated(time, points, driven, duties, air)
         turn = turns(program.rotation[:-1], program.rotation[1:])
         pieces = 2 * np.maximum(1, np.ceil(length / (2 * GRID) - 1e-9)).astype(np.int64)
@@ -252,7 +255,7 @@ class Twin:
     ) -> None:
         """Raises TwinError unless the nominal arm is where the controller's inverse says, to 1e-9 m."""
         nominal = self._fly(theta, np.zeros((len(theta), len(LENGTHS))), progress)
-        off = np.linalg.norm(nominal[0] - position, axis=1)
+        off = norm(nominal[0] - position)
         turned = np.linalg.norm(nominal[1] - rotation, axis=(1, 2))
         refuse_unlike(segment, off, turned)
 
@@ -271,33 +274,6 @@ class Twin:
         far = disagreement(self.robot, self.tool_position, self.tool_rotation, theta[some], growth[some], found)
         if not far <= AGREE:
             raise TwinError(f"pinocchio's arm is {far:.1e} from the twin's: the twin cannot be trusted")
-
-    def _clock(self, program: Program, length: Array, theta: Array) -> tuple[Array, Array]:
-        r"""When each position is passed (N,) [s], and the speed really driven on each segment, (N - 1,) [m/s].
-
-        A run between two stops takes its length over the written speeds and half of each ramp. A ramp to speed v takes
-        T(v) = v / a + a / j, or 2 sqrt(v / j) below a^2 / j, with a and j what the joints allow along the path at its
-        stop. A run too short for both ramps reaches the speed p with p T(p) = length, and takes 2 T(p).
-        """
-        share = np.abs(np.diff(theta, axis=0)) / length[:, None] + 1e-12  # rad/m
-        a = RAMP_ACCELERATION * (self.robot.acceleration / share).min(axis=1)
-        j = RAMP_JERK * (self.robot.jerk / share).min(axis=1)
-        ends = np.flatnonzero(program.fine)
-        first, last = ends[:-1], ends[1:] - 1
-        said = length / program.speed
-        whole, cruise = np.add.reduceat(length, first), np.add.reduceat(said, first)
-        begin = _ramp(program.speed[first], a[first], j[first])
-        end = _ramp(program.speed[last], a[last], j[last])
-        room = program.speed[first] * begin / 2 + program.speed[last] * end / 2
-        low, high = np.zeros(len(first)), np.minimum(program.speed[first], program.speed[last])
-        soft_a, soft_j = np.minimum(a[first], a[last]), np.minimum(j[first], j[last])
-        for _ in range(60):
-            peak = (low + high) / 2
-            under = peak * _ramp(peak, soft_a, soft_j) < whole
-            low, high = np.where(under, peak, low), np.where(under, high, peak)
-        spent = np.where(room < whole, cruise + (begin + end) / 2, 2 * _ramp(low, soft_a, soft_j))
-        slower = np.repeat(cruise / spent, np.diff(ends))
-        return np.concatenate([[0.0], np.cumsum(said / slower)]), program.speed * slower
 
     def _warm(self, duties: Sequence[Duty], air: Ambient | None) -> Array:
         state = opening(self.heat, air)
@@ -341,23 +317,23 @@ class Twin:
         theta = apply_turns(self.robot, theta, program.turns)
         if not in_posture(self.robot, theta, program.posture).all():
             raise TwinError("the joints of a position contradict its CONFIG letters")
-        over = np.maximum(self.robot.lower - theta, theta - self.robot.upper)
-        if over.max() > 1e-6:
+        if theta_over(self.robot, theta) > 1e-6:
+            over = np.maximum(self.robot.lower - theta, theta - self.robot.upper)
             row, i = np.unravel_index(int(np.argmax(over)), over.shape)
             raise TwinError(
                 f"P[{row + 1}]: joint {self.robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
             )
-        turn = np.abs(np.diff(theta, axis=0)).max(axis=1, initial=0.0)
+        turn = np.abs(np.diff(theta, axis=0))
         if turn.max(initial=0.0) > np.pi / 2:
-            n = int(np.argmax(turn))
+            n = int(np.argmax(turn.max(axis=1)))
             raise TwinError(f"P[{n + 1}] to P[{n + 2}]: a joint turns by over 90 deg within one line")
         return theta
 
     def growth(self, rise: Array) -> Array:
         """Growth of each of ``plant.LENGTHS``, (M, 6) [m], by summing thin elements."""
-        return np.asarray(rise @ self._growths())
+        return np.asarray(rise @ self.growths())
 
-    def _growths(self) -> Array:
+    def growths(self) -> Array:
         """The same per kelvin of each node, (K, 6) [m/K]."""
         reference = dict(zip(self.heat.names, self.heat.reference_rise.tolist()))
         grown = np.zeros((len(self.heat.names), len(LENGTHS)))
@@ -373,6 +349,11 @@ class Twin:
         return grown
 
 
+def theta_over(robot: Robot, theta: Array) -> float:
+    """How far any joint is beyond its limits, at most [rad]; below zero inside."""
+    return float(max((robot.lower - theta.min(axis=0)).max(), (theta.max(axis=0) - robot.upper).max()))
+
+
 def refuse_unlike(line: IntArray, off: Array, turned: Array) -> None:
     """Raises TwinError where the nominal TCP is off a pose asked for, (M,) [m] and turned against it, (M,)."""
     if not (off.max(initial=0.0) <= CONFIRM and turned.max(initial=0.0) <= 10 * CONFIRM):
@@ -381,11 +362,6 @@ def refuse_unlike(line: IntArray, off: Array, turned: Array) -> None:
             f"P[{line[m] + 1}]: the nominal arm is {off[m]:.1e} m from the pose asked for: "
             "the inverse kinematics cannot be trusted here"
         )
-
-
-def _ramp(speed: Array, a: Array, j: Array) -> Array:
-    """Time from rest to a speed with limited acceleration and jerk, (K,) [s]."""
-    return np.where(speed > a * a / j, speed / a + a / j, 2 * np.sqrt(speed / j))
 
 
 def _element_shares(section: Section, reference: dict[str, float], count: int) -> Array:

@@ -7,8 +7,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import butter, sosfiltfilt
 
 from compgen.arrays import Array, dot, frozen, own
 from compgen.evaluation import evaluate
@@ -19,6 +17,8 @@ from compgen.units import MDEG, MM, UM
 BAND = (1 * MM, 20 * MM)  # the mid-spatial periods of a smoothing tool
 STEP = 0.25 * MM
 BINS = 1000  # for the percentile
+AROUND = 2000  # samples beside a piece that its band-pass needs
+PIECE = 2**18 - 2 * AROUND
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -137,18 +137,51 @@ def mid_spatial(path: ToolPath, correction: Array) -> float:
     Butterworth band; before rounding. Runs shorter than five periods of the longest say nothing and are left out.
     """
     heave = dot(correction[:, :3], -path.rotation[:, :, 2])
-    band = butter(4, [1 / BAND[1], 1 / BAND[0]], "bandpass", fs=1 / STEP, output="sos")
     power, count = 0.0, 0
     stops = np.flatnonzero(path.stop)
-    for first, last in zip(stops[:-1], stops[1:]):
+    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist()):
         arc = path.arc[first : last + 1]
-        if arc[-1] - arc[0] > 5 * BAND[1]:
-            s = np.arange(arc[0], arc[-1], STEP)
-            # a cubic through the waypoints: straight lines between them would put their own corners into the band
-            run = CubicSpline(arc, heave[first : last + 1])(s)
-            passed = sosfiltfilt(band, run)
-            power, count = power + float(np.sum(passed**2)), count + len(s)
+        length = float(arc[-1] - arc[0])
+        if length > 5 * BAND[1]:
+            total = len(np.arange(0.0, length, STEP))
+            for begin in range(0, total, PIECE):
+                end = min(total, begin + PIECE)
+                # a piece with its surroundings, so that cutting it out leaves no trace
+                low, high = max(0, begin - AROUND), min(total, end + AROUND)
+                run = _through(arc, heave[first : last + 1], arc[0] + STEP * np.arange(low, high))
+                passed = _band_passed(run)[begin - low : end - low]
+                power, count = power + float(np.sum(passed**2)), count + len(passed)
     return float(np.sqrt(power / count)) if count else 0.0
+
+
+def _through(x: Array, y: Array, at: Array) -> Array:
+    """A cubic through the four points around each place: straight lines would put their own corners into the band."""
+    if len(x) < 4:
+        return np.interp(at, x, y)
+    k = np.clip(np.searchsorted(x, at, side="right") - 2, 0, len(x) - 4)
+    total = np.zeros(len(at))
+    for i in range(4):
+        share = y[k + i]
+        for j in range(4):
+            if j != i:
+                share = share * (at - x[k + j]) / (x[k + i] - x[k + j])
+        total += share
+    return total
+
+
+def _band_passed(run: Array) -> Array:
+    r"""Samples through a Butterworth band of fourth order, forth and back, by their spectrum.
+
+    Bilinear transform: |H|^2 = 1 / (1 + Q^8), Q = (w^2 - w1 w2) / (w (w2 - w1)) with w = tan(pi f step); forth and back
+    leaves |H|^2 of the amplitude and no shift. Both ends are carried on turned about the end point.
+    """
+    pad = min(AROUND, len(run) - 1)
+    whole = np.concatenate([2 * run[0] - run[pad:0:-1], run, 2 * run[-1] - run[-2 : -pad - 2 : -1]])
+    w1, w2 = (np.tan(np.pi * STEP / period) for period in (BAND[1], BAND[0]))
+    w = np.tan(np.pi * np.minimum(np.fft.rfftfreq(len(whole)), 0.4999))
+    w[0] = 1e-12
+    gain = 1 / (1 + ((w * w - w1 * w2) / (w * (w2 - w1))) ** 8)
+    return np.asarray(np.fft.irfft(np.fft.rfft(whole) * gain, len(whole))[pad : pad + len(run)])
 
 
 def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:

@@ -7,7 +7,7 @@ from conftest import ROOT
 
 sys.path.append(str(ROOT / "tests" / "fuzz"))
 
-import fuzz_correct  # noqa: E402
+import fuzz_correct
 
 INPUTS = 300
 

@@ -8,9 +8,10 @@ from conftest import path_file, quiet
 from numpy.testing import assert_allclose
 
 from compgen import pipeline
+from compgen.clock import _ramp
 from compgen.config import load_job
 from compgen.thermal import Duty, Motion, during
-from compgen.twin import TwinError, _ramp
+from compgen.twin import TwinError
 
 
 @pytest.fixture(scope="module")

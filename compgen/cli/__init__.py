@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+import compgen.cli.alone  # noqa: F401  (before numpy is loaded)
 from compgen import __version__
 from compgen.cli.app import app, say_error
 from compgen.exceptions import CompgenError

@@ -1,5 +1,6 @@
 """The command line's frame: the application, the options that commands share, progress, refusals."""
 
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from compgen import outbox
 from compgen.exceptions import InputError
@@ -34,6 +35,9 @@ OutDir = Annotated[
 Set = Annotated[
     list[str] | None, typer.Option("--set", help="Override a key of the path or robot file, key=value; repeatable.")
 ]
+Workers = Annotated[
+    int | None, typer.Option("--workers", min=1, max=64, help="Threads; the results are the same for any number.")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
 Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
 
@@ -42,10 +46,44 @@ Date = Annotated[str, typer.Option("--date", help="Date in the program's header,
 def stages(quiet: bool) -> "Iterator[Told]":
     """A bar for the stage at work, on a terminal only; errors come after it has gone."""
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<14}"), BarColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description:<14}"), BarColumn(), TaskProgressColumn(show_speed=True), TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )  # fmt: skip
     with Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("reading", total=1.0)
-        yield lambda stage, share: bar.update(task, description=stage, completed=share)
+        shown = ""
+
+        def show(stage: str, share: float) -> None:
+            nonlocal shown
+            if stage != shown:  # every stage has its own rate and time left
+                bar.reset(task, description=stage)
+                shown = stage
+            bar.update(task, completed=share)
+
+        yield show
+
+
+def use_machine(workers: int | None) -> None:
+    """Compile what is evaluated over many rows where there is a compiler, and share rows out over the cores.
+
+    Compiled functions are kept in ``$XDG_CACHE_HOME/compgen`` (``~/.cache/compgen``); ``$CC`` names another compiler.
+    """
+    from compgen import evaluation  # a command that needs no evaluation starts without it
+
+    count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    compiler = evaluation.find_compiler(Path(base) / "compgen", os.environ.get("CC"))
+    evaluation.use(compiler, count, _say_once)
+
+
+_said: set[str] = set()
+
+
+def _say_once(note: str) -> None:
+    if note not in _said:
+        _said.add(note)
+        sys.stderr.write(f"compgen: note: {note}\n")
 
 
 def say_error(message: str, code: int) -> int:

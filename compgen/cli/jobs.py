@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 from xml.sax.saxutils import quoteattr
@@ -16,11 +17,13 @@ from compgen.cli.app import (
     Quiet,
     RobotName,
     Set,
+    Workers,
     app,
     checked_date,
     output_folder,
     say_error,
     stages,
+    use_machine,
     write_file,
 )
 from compgen.cli.paging import written_before
@@ -30,7 +33,7 @@ from compgen.dialects.fanuc_ls.manifest import ENDING
 from compgen.exceptions import InputError
 from compgen.job import Job
 from compgen.pipeline import Corrected, Planned
-from compgen.report import report_html, report_json, summary, waypoints_csv
+from compgen.report import report_html, report_json, summary, waypoints_blocks
 
 
 @app.command()
@@ -45,8 +48,10 @@ def generate(
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
     ] = True,
     quiet: Quiet = False,
+    workers: Workers = None,
 ) -> None:
     """Write the corrected program and its proof."""
+    use_machine(workers)
     folder = output_folder(path, output)
     with stages(quiet) as progress:
         job = load_job(path, robot, set_ or ())
@@ -72,8 +77,10 @@ def predict(
     output: OutDir = None,
     set_: Set = None,
     quiet: Quiet = False,
+    workers: Workers = None,
 ) -> None:
     """Predict the error of the planned program, without correcting it."""
+    use_machine(workers)
     folder = output_folder(path, output)
     with stages(quiet) as progress:
         job = load_job(path, robot, set_ or ())
@@ -93,8 +100,10 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file.")] = None,
     quiet: Quiet = False,
+    workers: Workers = None,
 ) -> None:
     """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
+    use_machine(workers)
     with stages(quiet or as_json) as progress:
         job = load_job(path, robot, set_ or ())
         if junit is not None:
@@ -114,15 +123,15 @@ def check(
         raise typer.Exit(1 if as_json else say_error(f"outside bounds: {worst}", 1))
 
 
-def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes]:
+def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
     return {
         "report.json": report_json(planned, corrected),
-        "waypoints.csv": waypoints_csv(planned, corrected),
+        "waypoints.csv": waypoints_blocks(planned, corrected),
         "report.html": report_html(planned, corrected),
     }
 
 
-def _publish(folder: Path, files: dict[str, bytes], job: Job) -> None:
+def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job) -> None:
     program = pipeline.program_name_of(job)
     ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
     outbox.publish(folder, files, ours | written_before(folder / f"{program}{ENDING}"))

@@ -1,6 +1,7 @@
 """What a command says at its end, for a reader."""
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from rich.console import Console
@@ -14,7 +15,7 @@ from compgen.report import correction_summary, summary
 LISTED = 40  # unsafe statements on the screen
 
 
-def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: dict[str, bytes]) -> None:
+def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
     """The table at the end."""
     data = summary(planned, corrected)
     console = Console(width=None if sys.stdout.isatty() else 100)
@@ -60,7 +61,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         console.print(f"wrote {', '.join(sorted(files))} to {folder}", markup=False, highlight=False)
 
 
-def show_correction(result: Correction, folder: Path, files: dict[str, bytes]) -> None:
+def show_correction(result: Correction, folder: Path, files: Iterable[str]) -> None:
     """What ``correct`` did, for a reader."""
     data = correction_summary(result)
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)

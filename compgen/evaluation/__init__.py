@@ -38,10 +38,23 @@ _workers = 1
 _compiled: dict[int, Any] = {}
 
 
-def use(compiler: Compiler | None, workers: int = 1) -> None:
-    """What evaluates from here on: a compiler or numpy, and how many threads. Set once, by the command line."""
-    global _compiler, _workers
-    _compiler, _workers = compiler, workers
+def _silent(note: str) -> None:
+    """Says nothing."""
+
+
+_tell: Callable[[str], None] = _silent
+
+
+def use(compiler: Compiler | None, workers: int = 1, tell: Callable[[str], None] = _silent) -> None:
+    """What evaluates from here on: a compiler or numpy, and how many threads. Set once, by the command line.
+
+    Args:
+        compiler: None for numpy.
+        workers: Threads that share the rows.
+        tell: Called with a note when many rows must do without a compiler.
+    """
+    global _compiler, _workers, _tell
+    _compiler, _workers, _tell = compiler, workers, tell
     _compiled.clear()
 
 
@@ -116,11 +129,14 @@ def by_rows(work: Callable[..., Array], *rows: Array) -> Array:
 
 def _compile(function: Any) -> Any:
     if _compiler is None:
+        _tell("no C compiler: numpy evaluates instead, with the same numbers and some times slower")
         return None
     key = function.__hash__()
     if key not in _compiled:
         source = c_source(instructions_of(function))
         _compiled[key] = None if source is None else load(_compiler, source)
+        if _compiled[key] is None:
+            _tell("the C compiler failed: numpy evaluates instead, with the same numbers and some times slower")
     return _compiled[key]
 
 

@@ -8,7 +8,7 @@ from compgen.report.correction import (
     planned_of,
     provenance_json,
 )
-from compgen.report.csv import waypoints_csv
+from compgen.report.csv import waypoints_blocks, waypoints_csv
 from compgen.report.html import report_html
 from compgen.report.json import report_json, summary
 
@@ -22,5 +22,6 @@ __all__ = [
     "report_html",
     "report_json",
     "summary",
+    "waypoints_blocks",
     "waypoints_csv",
 ]

@@ -60,24 +60,48 @@ def _words(texts: list[str]) -> Words:
     return np.frombuffer(b"".join(t.encode("ascii").ljust(8, b"\0") for t in texts), dtype=np.uint64)
 
 
+def _digits(count: int, width: int, least: int) -> NDArray[np.uint8]:
+    """Numbers from 0, right-aligned in a width, with at least so many digits and zero bytes before them."""
+    number = np.arange(count)
+    out = np.zeros((count, width), dtype=np.uint8)
+    for column in range(width):
+        place = width - 1 - column
+        shown = (number >= 10**place) | (place < least)
+        out[:, column] = np.where(shown, number // 10**place % 10 + ord("0"), 0)
+    return out
+
+
+def _table(*parts: NDArray[np.uint8] | bytes) -> Words:
+    """A word a row, of parts side by side."""
+    rows = max(len(p) for p in parts if not isinstance(p, bytes))
+    out = np.zeros((rows, 8), dtype=np.uint8)
+    at = 0
+    for part in parts:
+        text = np.frombuffer(part, dtype=np.uint8)[None] if isinstance(part, bytes) else part
+        out[:, at : at + text.shape[1]] = text
+        at += text.shape[1]
+    return out.view(np.uint64).ravel()
+
+
 @lru_cache(maxsize=1)
 def _whole() -> Words:
-    return _words([f",{sign}{k}." for sign in ("", "-") for k in range(WHOLE)])
+    digits = _digits(WHOLE, 5, 1)
+    return np.concatenate([_table(b",", digits, b"."), _table(b",-", digits, b".")])
 
 
 @lru_cache(maxsize=8)
 def _fraction(decimals: int, shift: int) -> Words:
-    return _words(["\0" * shift + f"{k:0{decimals}d}" for k in range(10**decimals)])
+    return _table(bytes(shift), _digits(10**decimals, decimals, decimals))
 
 
 @lru_cache(maxsize=1)
 def _high() -> Words:
-    return _words([f"\n{k or ''}" for k in range(10_000)])
+    return _table(b"\n", _digits(10_000, 4, 0))
 
 
 @lru_cache(maxsize=1)
 def _low() -> Words:
-    return _words([f"{k}" for k in range(10_000)] + [f"{k:04d}" for k in range(10_000)])
+    return np.concatenate([_table(_digits(10_000, 4, least)) for least in (1, 4)])
 
 
 def plain(columns: list[tuple[str, Any]]) -> bytes:

@@ -1,5 +1,7 @@
 """One row a waypoint, row n for P[n]."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from compgen.arrays import Array, IntArray
@@ -10,6 +12,11 @@ from compgen.units import DEG, MM, UM
 
 
 def waypoints_csv(planned: Planned, corrected: Corrected | None) -> bytes:
+    """What ``waypoints_blocks`` gives, as a whole."""
+    return b"".join(waypoints_blocks(planned, corrected))
+
+
+def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[bytes]:
     """Target, error before and after, rises, contact and commanded pendant angles.
 
     ``before`` is the prediction at the planned joints; ``after`` is what the twin did with the written text. Without a
@@ -35,7 +42,9 @@ def waypoints_csv(planned: Planned, corrected: Corrected | None) -> bytes:
         ]
         return _lines(np.arange(first + 1, last + 1), tables)
 
-    return b"".join([",".join(head).encode("ascii"), *blocks_of(len(path.arc), block), b"\n"])
+    yield ",".join(head).encode("ascii")
+    yield from blocks_of(len(path.arc), block)
+    yield b"\n"
 
 
 def _lines(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:

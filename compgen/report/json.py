@@ -46,6 +46,7 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
         "findings": [{"level": f.level, "code": f.code, "message": f.message} for f in findings],
         "path": {
             "waypoints": len(path.arc),
+            "left_out": int(planned.rows[-1]) + 1 - len(path.arc),
             "length_m": float(path.arc[-1]),
             "contact_m": float(np.diff(path.arc)[path.contact[1:] & path.contact[:-1]].sum()),
             "stops": int(path.stop.sum()),

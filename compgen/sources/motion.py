@@ -32,7 +32,7 @@ class Motion:
     def __post_init__(self) -> None:
         own(self, direction=("N", 6), travel=("N", 3))
 
-    def window(self, rows: slice) -> "Motion":
+    def window(self, rows: slice | IntArray) -> "Motion":
         """Some of the waypoints."""
         return self if len(self.direction) == 1 else Motion(self.direction[rows], self.travel[rows])
 

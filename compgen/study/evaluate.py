@@ -55,7 +55,7 @@ class Geometry:
     def rises(self, job: Job) -> Array:
         """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
         leg = self.leg.rewarmed(twin_of(job), job.before, job.air)
-        return leg.rises(self.segment, self.fraction, self.now)
+        return leg.warmth(self.segment, self.fraction, self.now)[0]
 
 
 class Shared:

@@ -1,0 +1,82 @@
+"""What the user must know of a run beside its bounds: limits that bind, speeds below feed, clocks that differ."""
+
+import numpy as np
+
+from compgen.compensate import Solution, Status
+from compgen.dialects import fanuc_ls
+from compgen.dialects.fanuc_ls import Program
+from compgen.job import Job
+from compgen.timing import Trajectory
+from compgen.toolpath import ToolPath
+from compgen.twin import Leg
+from compgen.units import MM, UM
+from compgen.verify import Finding
+
+CLOCK_ERROR = 0.2  # difference of plan's and twin's duration, above which it is a finding
+FEED_ERROR = 0.01  # of a written speed, above which it is a finding
+
+
+def limited(solution: Solution) -> list[Finding]:
+    """Limits that hold waypoints off their targets."""
+    if solution.status is not Status.LIMITED:
+        return []
+    kinds: dict[str, list[int]] = {}
+    for waypoint, limit in solution.active:
+        kinds.setdefault(limit, []).append(waypoint)
+    off = np.linalg.norm(solution.residual[:, :3], axis=1)
+    worst = int(np.argmax(off))
+    text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
+    farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
+    message = f"{text}; {farthest}" if text else farthest
+    return [Finding("warning", "compensation.limited", message)]
+
+
+def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
+    """Joint limits passed, and speeds that are not the wanted one."""
+    found = []
+    if trajectory.use.max() > 1:
+        kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
+        found.append(
+            Finding(
+                "outside",
+                "timing.limit",
+                f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
+                f"{100 * trajectory.use.max():.0f} % of its limit; lower process.feed_mm_s",
+            )
+        )
+    slow = float(np.diff(path.arc)[trajectory.speed < feed * (1 - 1e-9)].sum() / path.arc[-1])
+    if slow > 0.001:
+        period = job.robot.controller.period
+        short = bool(np.any(np.diff(path.arc) < feed * period))
+        why = (
+            "segments there are shorter than feed x the interpolation period, or joint limits bind"
+            if short
+            else ("joint limits bind there")
+        )
+        message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
+        found.append(Finding("note", "timing.below_feed", message))
+    if abs(feed - job.feed) > 1e-3 * job.feed:
+        told = (
+            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
+        )
+        found.append(Finding("note", "timing.feed", told))
+    length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
+    error, late = fanuc_ls.feed_errors(trajectory.speed, program.speed, length)
+    if error > FEED_ERROR:
+        told = (
+            f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
+            f"stretch by {late * 1000:.0f} ms at most"
+        )
+        found.append(Finding("note", "timing.feed_error", told))
+    return found
+
+
+def clocks_apart(trajectory: Trajectory, leg: Leg) -> list[Finding]:
+    """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
+    planned, ridden = float(trajectory.time[-1]), float(leg.time[-1])
+    if abs(ridden / planned - 1) <= CLOCK_ERROR:
+        return []
+    told = (
+        f"the twin takes {ridden:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
+    )
+    return [Finding("note", "timing.clock", told)]
