@@ -23,7 +23,7 @@ from compgen.units import DEG, MDEG, MM, UM
 TOOL = (np.array([0.03, -0.02, 0.2]), matrix_of(np.array([0.1, 0.2, 0.3])))
 FLANGE = (np.zeros(3), np.eye(3))
 ARCSEC = DEG / 3600
-NUMBERS = range(13)
+NUMBERS = range(14)
 
 
 @pytest.fixture(scope="module")
