@@ -161,7 +161,7 @@ def per_waypoint(problem: Problem, count: int = 30) -> dict[str, float]:
 def text(job: Job, compiler: Any) -> dict[str, float]:
     """Writing and reading a program line by line, and as compgen does [s a position]."""
     evaluation.use(compiler)
-    _, done = pipeline.generate(job, quiet)
+    _, done = pipeline.generate(job, quiet, pages=False)
     program, data = done.program, done.text
     rows = len(program.position)
 
