@@ -161,7 +161,7 @@ def per_waypoint(problem: Problem, count: int = 30) -> dict[str, float]:
 def text(job: Job, compiler: Any) -> dict[str, float]:
     """Writing and reading a program line by line, and as compgen does [s a position]."""
     evaluation.use(compiler)
-    _, done = pipeline.generate(job, quiet)
+    _, done = pipeline.generate(job, quiet, pages=False)
     program, data = done.program, done.text
     rows = len(program.position)
 
@@ -252,7 +252,7 @@ folder = Path(sys.argv[3])
 def run(*overrides):
     job = load_job("paths/optic_spiral.toml", None, list(overrides))
     begin, spent = time.perf_counter(), time.process_time()
-    planned, done = pipeline.generate(job, lambda stage, share: None)
+    planned, done = pipeline.generate(job, lambda stage, share: None, pages=False)
     files = [report_json(planned, done), waypoints_csv(planned, done), report_html(planned, done), done.text]
     for n, content in enumerate(files):
         (folder / str(n)).write_bytes(content)

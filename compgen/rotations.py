@@ -82,7 +82,8 @@ def _turns() -> Any:
 
 def from_wpr(w: Array, p: Array, r: Array) -> Array:
     """R = Rz(r) Ry(p) Rx(w), FANUC's fixed X-Y-Z angles [rad], (N,) each to (N, 3, 3)."""
-    found = evaluate(_wpr()[0], np.stack([np.ravel(w), np.ravel(p), np.ravel(r)], axis=-1))[0]
+    # one text means one pose, in a file of any length
+    found = evaluate(_wpr()[0], np.stack([np.ravel(w), np.ravel(p), np.ravel(r)], axis=-1), exact=True)[0]
     return found.reshape(*np.shape(w), 3, 3)
 
 

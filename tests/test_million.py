@@ -312,6 +312,19 @@ def test_workers_and_stretches_change_no_byte(tmp_path):
     assert runs[0] == runs[1] == runs[2]
 
 
+def test_one_text_means_one_pose_in_a_file_of_any_length(tmp_path):
+    """Pages are short and may go by numpy where the whole is compiled: still they meet to the last bit."""
+    from compgen import evaluation
+    from compgen.rotations import from_wpr
+
+    angles = np.random.default_rng(10).uniform(-3, 3, (3, 5000))
+    evaluation.use(evaluation.find_compiler(tmp_path))
+    whole = from_wpr(*angles)
+    assert np.array_equal(whole[100:200], from_wpr(*angles[:, 100:200]))
+    evaluation.use(None)
+    assert np.array_equal(whole, from_wpr(*angles))
+
+
 def test_geometry_of_nothing_but_length_is_even():
     path = on_plane(pieces.line((0.0, 0.0), (0.3, 0.0), stop=True))
     assert np.isfinite(path.slope).all()

@@ -58,12 +58,13 @@ def use(compiler: Compiler | None, workers: int = 1, tell: Callable[[str], None]
     _compiled.clear()
 
 
-def evaluate(function: Any, *rows: Rows) -> tuple[Array, ...]:
+def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ...]:
     """A CasADi SX function on many points at once.
 
     Args:
         function: Each input a column vector (k, 1), each output dense.
         rows: One array per input, (N, k), or the ``Picked`` rows of a table; a single row (1, k) serves all points.
+        exact: The same bits for a row however many there are: numpy always.
 
     Returns:
         One array per output, (N, entries in column-major order).
@@ -72,7 +73,7 @@ def evaluate(function: Any, *rows: Rows) -> tuple[Array, ...]:
     N = max(sizes) if min(sizes) else 0
     program = instructions_of(function)
     outs = [np.zeros((N, width)) for width in program.outputs]
-    compiled = _compile(function) if N >= FEW else None
+    compiled = _compile(function) if N >= FEW and not exact else None
     if compiled is None:
         share_out(N, lambda start, stop: run(program, rows, outs, start, stop))
         return tuple(outs)
