@@ -31,6 +31,17 @@ def load_robot(name: str) -> Robot:
     Raises:
         InputError: Unknown, or anything wrong in its file.
     """
+    robot = load_any_robot(name)
+    check_arm_class(robot)
+    return robot
+
+
+def load_any_robot(name: str) -> Robot:
+    """A robot's nominal facts, also of an arm that has no closed-form inverse kinematics here.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
     source = find_robot(name, Path("."))
     return robot_of(check(sc.RobotFile, read_toml(source, "robots"), str(source)), str(source))
 
@@ -66,6 +77,9 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell
     facts = check(sc.RobotFile, data, where)
     _refuse_double(facts, where)
     robot = robot_of(facts, where)
+    check_arm_class(robot)
+    if facts.thermal is None:
+        raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
     heat = _heat(facts.thermal, where)
     profiles = _profiles(facts, robot, where)
     known = read_sources(facts.sources, _growth(robot, heat, profiles), robot, heat.names, where)
@@ -115,8 +129,13 @@ def _refuse_double(facts: sc.RobotFile, where: str) -> None:
 def robot_of(facts: sc.RobotFile, where: str) -> Robot:
     """A robot's nominal facts."""
     limits = facts.limits
-    ranges = [limits.j1_deg, limits.j2_deg, limits.j2_plus_j3_deg, limits.j4_deg, limits.j5_deg, limits.j6_deg]
-    names = ["j1_deg", "j2_deg", "j2_plus_j3_deg", "j4_deg", "j5_deg", "j6_deg"]
+    coupled = limits.j2_plus_j3_deg is not None
+    third = limits.j2_plus_j3_deg if limits.j2_plus_j3_deg is not None else limits.j3_deg
+    if third is None or (coupled and limits.j3_deg is not None):
+        told = "missing" if third is None else "conflicts with limits.j3_deg"
+        raise InputError(f"{where}: limits.j2_plus_j3_deg: {told}; give it, or j3_deg where the pendant is not coupled")
+    ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
+    names = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
     for name, pair in zip(names, ranges):
         if pair[0] >= pair[1]:
             raise InputError(f"{where}: limits.{name}: {pair} must rise; give the lower limit first")
@@ -137,7 +156,7 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
         pendant_zero=zero,
         lower=bounds[:, 0] + zero,
         upper=bounds[:, 1] + zero,
-        joint_names=("J1", "J2", "J2+J3", "J4", "J5", "J6"),
+        joint_names=("J1", "J2", "J2+J3" if coupled else "J3", "J4", "J5", "J6"),
         speed=np.array(limits.speed_deg_s) * DEG,
         acceleration=np.array(limits.acceleration_deg_s2) * DEG,
         jerk=np.array(limits.jerk_deg_s3) * DEG,
@@ -156,7 +175,6 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
             turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
         ),
     )
-    check_arm_class(robot)
     return robot
 
 
@@ -182,6 +200,8 @@ def _heat(table: sc.ThermalTable, where: str) -> NodeModel:
 
 def _profiles(facts: sc.RobotFile, robot: Robot, where: str) -> tuple[Profile, ...]:
     thermal = facts.thermal
+    if thermal is None:
+        return ()
     rises = {n.name: n.rise_K for n in thermal.node}
     found = []
     for i, profile in enumerate(thermal.profile):

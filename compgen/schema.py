@@ -208,7 +208,8 @@ class LimitsTable(Table):
 
     j1_deg: AngleRange
     j2_deg: AngleRange
-    j2_plus_j3_deg: AngleRange
+    j2_plus_j3_deg: AngleRange | None = None  # of theta_3, where the pendant's J3 is coupled to J2
+    j3_deg: AngleRange | None = None  # of theta_3 elsewhere
     j4_deg: AngleRange
     j5_deg: AngleRange
     j6_deg: AngleRange
@@ -301,5 +302,5 @@ class RobotFile(Table):
     limits: LimitsTable
     singularity: SingularityTable
     controller: ControllerTable
-    thermal: ThermalTable
+    thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
