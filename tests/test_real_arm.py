@@ -48,7 +48,7 @@ def test_chain_and_twin_agree_with_every_source_on(cell):
     assert np.linalg.norm(chain[0] - believed, axis=1).min() > 100 * UM  # the set-up bites
 
 
-@pytest.mark.parametrize("number", range(13))
+@pytest.mark.parametrize("number", range(14))
 def test_chain_and_twin_agree_on_each_source_alone(cell, number):
     theta, rise = motion(cell, 60)
     one = (cell.sources[number],)
@@ -63,8 +63,8 @@ def test_chain_and_twin_agree_on_each_source_alone(cell, number):
 
 
 def test_all_sources_are_in_the_test(cell):
-    assert len(cell.sources) == 13
-    assert len({type(s) for s in cell.sources}) == 11
+    assert len(cell.sources) == 14
+    assert len({type(s) for s in cell.sources}) == 12
 
 
 def test_the_flaws_come_from_the_motion_executed(cell):
