@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from compgen.faults import read_box, read_sources
 from compgen.ik import check_arm_class
 from compgen.reading import check, find_robot, override, read_toml, suggest
 from compgen.robot import Controller, Robot
-from compgen.sources import ThermalGrowth
+from compgen.sources import Known, ThermalGrowth
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.units import DEG, HOUR, KB, MM, MS, UM
 
@@ -44,6 +45,39 @@ def load_any_robot(name: str) -> Robot:
     """
     source = find_robot(name, Path("."))
     return robot_of(check(sc.RobotFile, read_toml(source, "robots"), str(source)), str(source))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Arm:
+    """A robot file of any serial arm, as far as measuring needs it."""
+
+    source: str
+    text: str
+    robot: Robot
+    nodes: tuple[str, ...]  # of the heat model; none without one
+    known: tuple[Known, ...]
+    identified: sc.IdentifiedTable | None
+
+
+def load_arm(name: str) -> Arm:
+    """A robot of any arm class, with its error sources.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    source = find_robot(name, Path("."))
+    facts = check(sc.RobotFile, read_toml(source, "robots"), str(source))
+    where = str(source)
+    robot = robot_of(facts, where)
+    heat = _heat(facts.thermal, where) if facts.thermal is not None else None
+    nodes = heat.names if heat is not None else ()
+    profiles = _profiles(facts, robot, where)
+    if heat is None:
+        growth = ThermalGrowth(np.zeros((6, 1)), np.zeros((6, 1)))
+    else:
+        growth = _growth(robot, heat, profiles)
+    known = read_sources(facts.sources, growth, robot, nodes, where)
+    return Arm(where, source.read_text(encoding="utf-8"), robot, nodes, known, facts.identified)
 
 
 def load_cell(name: str, overrides: Sequence[str] = ()) -> "Cell":

@@ -291,6 +291,17 @@ class ThermalTable(Table):
     profile: list[ProfileTable]
 
 
+class IdentifiedTable(Table):
+    """What identification found beside the sources: where the instrument and the reflectors were, and how good it is."""
+
+    model: str = ""
+    noise_um: NotNegative = 0.0
+    held_out_um: Annotated[list[Number], Field(max_length=3)] = []  # mean and its 95 % interval
+    instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)]
+    instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)]  # rotation vector, World to instrument
+    reflector_mm: dict[str, Annotated[list[Place], Field(min_length=3, max_length=3)]]  # in the flange
+
+
 class RobotFile(Table):
     """A robot file."""
 
@@ -304,3 +315,4 @@ class RobotFile(Table):
     controller: ControllerTable
     thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
+    identified: IdentifiedTable | None = None

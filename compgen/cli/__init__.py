@@ -17,7 +17,7 @@ from compgen.exceptions import CompgenError
 
 __all__ = ["main"]
 
-_ALL = ("inspect", "init", "jobs", "programs", "paging")
+_ALL = ("inspect", "init", "jobs", "programs", "paging", "measure")
 _ALONE = {"inspect": "inspect", "init": "init"}  # quick commands, which need not load the libraries of the others
 
 

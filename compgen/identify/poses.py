@@ -57,7 +57,7 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     return Measurements(
         theta=theta,
         rise=np.zeros((len(theta), nodes)),
-        direction=directions(theta),
+        direction=directions(theta, clock if table.has("order") and not table.has("time_s") else None),
         time=clock,
         warm=np.zeros(len(theta)),
         pose=pose,
@@ -73,13 +73,16 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     )
 
 
-def directions(theta: Array) -> Array:
+def directions(theta: Array, order: Array | None = None) -> Array:
     """The direction each joint came with, from the pose before, (M, 6) of -1, 0, 1.
 
-    A joint that stood still keeps the direction it had; before the first pose nothing is known.
+    A joint that stood still keeps the direction it had; before the first pose, and where ``order`` (M,) leaves out
+    poses in between, nothing is known.
     """
     found = np.zeros_like(theta)
     for m in range(1, len(theta)):
+        if order is not None and order[m] - order[m - 1] > 1:
+            continue
         step = theta[m] - theta[m - 1]
         found[m] = np.where(np.abs(step) > TRAVEL, np.sign(step), found[m - 1])
     return found

@@ -2,6 +2,7 @@ r"""Identification on one page: check, fit the ladder of models, choose by held-
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,9 @@ from compgen.identify.parts import Level, ladder, parts_of, warm_states
 from compgen.identify.plausible import check_enough, check_plausible
 from compgen.identify.poses import STILL
 from compgen.robot import Robot
+from compgen.rotations import vector_of
 from compgen.sources import Known
-from compgen.units import DEG, UM
+from compgen.units import DEG, MM, UM
 
 Progress = Callable[[str, float], None]
 
@@ -60,6 +62,25 @@ class Identified:
     def chosen(self) -> Step:
         """The model that predicts best."""
         return self.steps[self.best]
+
+    def record(self) -> dict[str, Any]:
+        """The robot file's own table of what was found beside the sources."""
+        frames, held = self.chosen.fit.frames, self.chosen.held_out
+        i = int(np.argmin(self.data.aligned))  # the first instrument whose frame is its own
+        numbers = {k: [float(f"{v:.9g}") for v in row] for k, row in (
+            ("held_out_um", [held.mean / UM, *(x / UM for x in held.interval())]),
+            ("instrument_mm", (frames.origin[i] / MM).tolist()),
+            ("instrument_deg", (vector_of(frames.rotation[i]) / DEG).tolist()),
+        )}  # fmt: skip
+        return {
+            "model": self.chosen.level.name,
+            "noise_um": float(f"{self.chosen.fit.noise / UM:.9g}"),
+            **numbers,
+            "reflector_mm": {
+                name: [float(f"{v:.9g}") for v in place / MM]
+                for name, place in zip(self.data.reflectors, frames.reflector)
+            },
+        }
 
     @property
     def refused(self) -> bool:
