@@ -23,12 +23,14 @@ from compgen.rotations import matrix_of, vector_of
 
 Progress = Callable[[str, float], None]
 
-STEPS = 25
+STEPS = 15
+ROUNDS = 5  # of setting wild rows aside
 FREEDOM = 4.0  # of Student's t
 SETTLED = 1e-10  # m: a step that moves no row further ends the fit
+FAINT = 1e-3  # share of the noise: so does one that moves no row further than this, when scales are learnt
 CHANCE = 0.01  # that Gaussian noise alone sets a row aside, somewhere in the data
 ALIGNED = 1e-3  # rad: how well the frame of an axis test is aligned with World
-WIDE = 1e-6  # prior precision of frames [1/m2], [1/rad2]: none to speak of
+WIDE = 100.0  # prior precision of steps of the frames [1/m2], [1/rad2]: 0.1 m, 0.1 rad; it damps and does not bias
 START_NOISE = 1e-4  # m
 
 
@@ -93,7 +95,7 @@ def fit(
     if robust:
         point = search.descend(point, weight, student=True)
         wild = search.wild(point, wild)
-    for _ in range(8):
+    for _ in range(ROUNDS):
         point = search.descend(point, (~wild).astype(float))
         if not robust:
             break
@@ -142,6 +144,7 @@ class _Search:
         """Steps until no row moves."""
         linear = point.linear or linearise(self.model, self.data, self.active, point.p, point.frames, point.tool_turn)
         data = self.data
+        learning = self.learn or self.noise is None
         for step in range(STEPS):
             w = weight / data.sigma**2
             if student:
@@ -164,7 +167,8 @@ class _Search:
             shift = float(np.abs(fresh.z - linear.z).max())
             scales_moved = float(np.abs(np.log(found.scales.noise[0] / point.scales.noise[0])))
             point, linear = moved, fresh
-            if shift < SETTLED or (shift < 1e-7 and scales_moved < 0.01):
+            faint = FAINT * float(np.sqrt(point.scales.noise[0]))
+            if shift < SETTLED or (learning and shift < faint and scales_moved < 0.01):
                 break
         return _Point(
             point.p, point.frames, point.tool_turn, point.scales, point.posterior, linear, point.steps + step + 1

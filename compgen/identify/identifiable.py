@@ -43,12 +43,12 @@ def identifiable(model: Model, data: Measurements, found: Fit) -> Identifiabilit
     frames = rows[:, K:]
     size = np.linalg.norm(frames, axis=0)
     scaled = frames / np.where(size > 0, size, 1.0)
-    values = np.linalg.svd(scaled, compute_uv=False)
-    ill = float(values[0] / values[-1]) if values[-1] > 0 else float("inf")
+    ill = _frames_condition(data, found, K)
     index = np.flatnonzero(found.active)
     if K == 0:
         return Identifiability(np.zeros(0), (), (), (), 1.0, ill)
-    base, _ = np.linalg.qr(scaled)
+    values, left = np.linalg.eigh(scaled.T @ scaled)
+    base = np.linalg.qr(scaled @ left[:, values > 1e-10 * values[-1]])[0]
     _, group = model.groups()
     spread = np.sqrt(found.posterior.scales.group[group[found.active]])
     S = rows[:, :K] * spread / found.noise
@@ -63,6 +63,17 @@ def identifiable(model: Model, data: Measurements, found: Fit) -> Identifiabilit
     alike = tuple((int(index[i]), int(index[j]), float(correlation[i, j])) for i, j in upper.tolist())
     condition = float(told[0] / told[-1]) if len(told) else float("inf")
     return Identifiability(singular, tuple(int(index[k]) for k in pivot.tolist()), held, alike, condition, ill)
+
+
+def _frames_condition(data: Measurements, found: Fit, K: int) -> float:
+    """Of the columns of instruments with frames of their own and of the reflectors they saw; axis tests have theirs."""
+    free = ~data.aligned[data.instrument] & ~found.wild
+    if not free.any():
+        return 1.0
+    rows = found.linear.A[free].reshape(-1, found.linear.A.shape[2])[:, K:]
+    size = np.linalg.norm(rows, axis=0)
+    values = np.linalg.svd(rows[:, size > 0] / size[size > 0], compute_uv=False)
+    return float(values[0] / values[-1]) if values[-1] > 0 else float("inf")
 
 
 def correlations(found: Fit) -> Array:
