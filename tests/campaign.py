@@ -42,6 +42,23 @@ def aligned_error(truth, model, p, frames, theta, direction):
     return own.seen(fresh, *model.pose(fresh, p)) - fresh.position
 
 
+def warm_excess(truth, model, best, rng, temperatures):
+    """How far warmth moves fresh poses, and how much of that the model leaves, per coordinate."""
+    theta = random_theta(truth.arm.robot, rng, 100)
+    time = rng.uniform(0, 5 * 3600, 100)
+    final, tau = np.array([11, 4, 13, 3, 2.3]), np.array([2.2, 1.4, 2.0, 1.8, 1.8]) * 3600
+    rise = final * (1 - np.exp(-time[:, None] / tau))
+    warm = measured(truth, theta, rng, noise=0.0, rise=rise, time=np.arange(100.0), warm=time)
+    cold = replace(warm, rise=0 * rise, warm=0 * time)
+    real = truth.noiseless(warm) - truth.noiseless(cold)
+    own = Frames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
+    seen = warm if temperatures else replace(warm, rise=0 * rise)
+    told = own.seen(seen, *model.pose(seen, best.p)) - own.seen(cold, *model.pose(cold, best.p))
+    moved = np.einsum("ij,nj->ni", truth.frames.rotation[0].T, real)
+    guess = np.einsum("ij,nj->ni", best.frames.rotation[0].T, told)
+    return np.sqrt((moved**2).mean()), np.sqrt(((guess - moved) ** 2).mean())
+
+
 def run(seed, temperatures=True, file=None):
     """One made-up robot: what was found, in numbers."""
     truth = made_up(file, seed)
@@ -85,8 +102,9 @@ def run(seed, temperatures=True, file=None):
                 chosen(found.model, plain))  # fmt: skip
     base = np.sqrt((aligned_error(truth, found.model, clean.p, clean.frames, theta, direction) ** 2).mean())
     bad = np.sqrt((aligned_error(truth, found.model, blind.p, blind.frames, theta, direction) ** 2).mean())
+    excess, left = warm_excess(truth, found.model, best, rng, temperatures)
     return {
-        "seed": seed, "model": level.name, "rms_um": rms * 1e6, "noisy": noisy / NOISE, "cover": float(np.mean(cover)),
+        "seed": seed, "temperatures": temperatures, "excess_um": excess * 1e6, "left_um": left * 1e6, "model": level.name, "rms_um": rms * 1e6, "noisy": noisy / NOISE, "cover": float(np.mean(cover)),
         "counted": len(cover), "hits": hits, "wild": int(wild.sum()), "extra": extra, "blind_um": bad * 1e6,
         "cold_only_um": base * 1e6, "seconds": took, "noise_um": best.noise * 1e6, "refused": found.refused,
     }  # fmt: skip

@@ -10,6 +10,7 @@ below 1 % of happening even once in all rows of Gaussian noise.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
@@ -23,8 +24,8 @@ from compgen.rotations import matrix_of, vector_of
 
 Progress = Callable[[str, float], None]
 
-STEPS = 15
-ROUNDS = 5  # of setting wild rows aside
+STEPS = 10
+ROUNDS = 3  # of setting wild rows aside
 FREEDOM = 4.0  # of Student's t
 SETTLED = 1e-10  # m: a step that moves no row further ends the fit
 FAINT = 1e-3  # share of the noise: so does one that moves no row further than this, when scales are learnt
@@ -88,7 +89,7 @@ def fit(
         start: Where to begin.
         noise: Known standard deviation [m], when it shall not be learnt.
     """
-    search = _Search(model, data, active, learn, noise)
+    search = _Search(model, data, active, learn, noise, model.slopes(active) if active.any() else None)
     point = search.begin(start)
     weight = np.ones(len(data.pose))
     wild = np.zeros(len(weight), dtype=bool)
@@ -126,6 +127,7 @@ class _Search:
     active: BoolArray
     learn: bool
     noise: float | None
+    slopes: Any  # None where nothing is free
 
     def begin(self, start: Fit | None) -> _Point:
         if start is not None:
@@ -142,7 +144,9 @@ class _Search:
 
     def descend(self, point: _Point, weight: Array, student: bool = False) -> _Point:
         """Steps until no row moves."""
-        linear = point.linear or linearise(self.model, self.data, self.active, point.p, point.frames, point.tool_turn)
+        linear = point.linear or linearise(
+            self.model, self.slopes, self.data, self.active, point.p, point.frames, point.tool_turn
+        )
         data = self.data
         learning = self.learn or self.noise is None
         for step in range(STEPS):
@@ -160,7 +164,9 @@ class _Search:
             before = self._cost(point, linear, w, found.scales)
             while True:
                 moved = self._moved(point, found, at, share)
-                fresh = linearise(self.model, data, self.active, moved.p, moved.frames, moved.tool_turn)
+                fresh = linearise(
+                    self.model, self.slopes, data, self.active, moved.p, moved.frames, moved.tool_turn
+                )
                 if share < 1e-3 or self._cost(moved, fresh, w, found.scales) <= before * (1 + 1e-9):
                     break
                 share /= 4
@@ -278,13 +284,13 @@ def normals(linear: Linear, weight: Array, at: Array, rows: BoolArray | None = N
 
 
 def linearise(
-    model: Model, data: Measurements, active: BoolArray, p: Array, frames: Frames, tool_turn: Array
+    model: Model, slopes: Any, data: Measurements, active: BoolArray, p: Array, frames: Frames, tool_turn: Array
 ) -> Linear:
     """Residual and slope of all rows; parameters in units of their priors."""
-    if active.any():
-        P, R, dP, dR = model.derivatives(data, p)
+    if slopes is not None:
+        P, R, dP, dR = model.derivatives(slopes, data, p)
         scale = model.prior[active]
-        dP, dR = dP[..., active] * scale, dR[..., active] * scale
+        dP, dR = dP * scale, dR * scale
     else:
         P, R = model.pose(data, p)
         dP, dR = np.zeros((len(P), 3, 0)), np.zeros((len(P), 3, 3, 0))

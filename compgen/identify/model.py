@@ -46,17 +46,23 @@ class Model:
 
     terms: tuple[Term, ...]
     flange: Any  # -> P (3), R (9)
-    jacobian: Any  # -> P, R, dP (3 K), dR (9 K)
+    graph: tuple[Any, ...]  # SX: the inputs as a list, P, R (9), d(P, R)/dp (12, K)
 
     def pose(self, data: Measurements, p: Array) -> tuple[Array, Array]:
         """The flange at each pose, (M, 3) [m] and (M, 3, 3)."""
         position, rotation = evaluate(self.flange, *_rows(data, p))
         return position, np.swapaxes(rotation.reshape(-1, 3, 3), 1, 2)
 
-    def derivatives(self, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
-        """The flange and its derivatives, (M, 3), (M, 3, 3), (M, 3, K), (M, 3, 3, K)."""
-        position, rotation, dP, dR = evaluate(self.jacobian, *_rows(data, p))
-        M, K = len(position), len(self.terms)
+    def slopes(self, active: BoolArray) -> Any:
+        """The function that ``derivatives`` runs, with the columns of some parameters only; -> P, R, dP (3 K'), dR (9 K')."""
+        ins, position, flat, slope = self.graph
+        columns = slope[:, np.flatnonzero(active).tolist()]
+        return ca.Function("slopes", ins, ca.cse([position, flat, columns[:3, :], columns[3:, :]]))
+
+    def derivatives(self, slopes: Any, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
+        """The flange and its derivatives, (M, 3), (M, 3, 3), (M, 3, K'), (M, 3, 3, K')."""
+        position, rotation, dP, dR = evaluate(slopes, *_rows(data, p))
+        M, K = len(position), dP.shape[1] // 3
         turned = np.swapaxes(rotation.reshape(M, 3, 3), 1, 2)
         dP = np.swapaxes(dP.reshape(M, K, 3), 1, 2)
         return position, turned, dP, dR.reshape(M, K, 3, 3).transpose(0, 3, 2, 1)
@@ -109,11 +115,10 @@ def build_model(robot: Robot, parts: Sequence[Part], nodes: int, states: Sequenc
     both = ca.vertcat(position, flat)
     slope = ca.densify(ca.jacobian(both, p)) if p.numel() else ca.SX.zeros(12, 0)
     ins = [theta, rise, direction, warm, p]
-    outs = ca.cse([position, flat, slope[:3, :], slope[3:, :]])
     return Model(
         tuple(t for part in parts for t in part.terms) + tuple(extra_terms),
         ca.Function("flange", ins, ca.cse([position, flat])),
-        ca.Function("derivatives", ins, outs),
+        (ins, position, flat, slope),
     )
 
 
