@@ -72,10 +72,8 @@ def load_arm(name: str) -> Arm:
     heat = _heat(facts.thermal, where) if facts.thermal is not None else None
     nodes = heat.names if heat is not None else ()
     profiles = _profiles(facts, robot, where)
-    if heat is None:
-        growth = ThermalGrowth(np.zeros((6, 1)), np.zeros((6, 1)))
-    else:
-        growth = _growth(robot, heat, profiles)
+    none = ThermalGrowth(np.zeros((6, 1)), np.zeros((6, 1)))
+    growth = none if heat is None else _growth(robot, heat, profiles)
     known = read_sources(facts.sources, growth, robot, nodes, where)
     return Arm(where, source.read_text(encoding="utf-8"), robot, nodes, known, facts.identified)
 

@@ -1,4 +1,4 @@
-"""Made-up robots and their measurements: the study's arm with every source on, true parameters drawn from the priors."""
+"""Made-up robots and their measurements: the study's arm with its sources on, true parameters drawn from priors."""
 
 from dataclasses import dataclass, replace
 
@@ -56,7 +56,9 @@ def random_theta(robot, rng, count):
     return np.array(found)
 
 
-def measured(truth, theta, rng, reflectors=3, noise=NOISE, direction=None, rise=None, time=None, warm=None, name="cold"):
+def measured(
+    truth, theta, rng, reflectors=3, noise=NOISE, direction=None, rise=None, time=None, warm=None, name="cold"
+):
     """Rows for some reflectors at each pose, with noise."""
     M, nodes = len(theta), len(truth.arm.nodes)
     pose = np.repeat(np.arange(M), reflectors)
@@ -123,7 +125,8 @@ def axis_lines(truth, rng, noise=NOISE):
     data = Measurements(
         theta=theta, rise=np.zeros((N, len(truth.arm.nodes))), direction=going, time=np.arange(N, dtype=float),
         warm=np.zeros(N), pose=np.arange(N), instrument=line, reflector=np.zeros(N, int), position=np.zeros((N, 3)),
-        rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N), label=tuple(f"lines.csv: line {i + 2}" for i in range(N)),
+        rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N),
+        label=tuple(f"lines.csv: line {i + 2}" for i in range(N)),
         reflectors=("tool",), instruments=("line x", "line y", "line z"), aligned=np.ones(3, bool),
     )  # fmt: skip
     P, _ = truth.model.pose(data, truth.p)

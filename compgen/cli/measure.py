@@ -128,13 +128,14 @@ def _frames(arm: Arm, data: Measurements) -> Frames:
     told = arm.identified
     if told is None:
         raise InputError(
-            f"{arm.source}: identified: missing, so nobody knows where instrument and reflectors are; --refit-frames fits them"
+            f"{arm.source}: identified: missing, it says where instrument and reflectors are; --refit-frames fits them"
         )
     lost = next((r for r in data.reflectors if r not in told.reflector_mm), None)
     if lost is not None:
         known = ", ".join(told.reflector_mm)
         raise InputError(
-            f"{data.instruments[0]}: target '{lost}' is not in {arm.source} (known: {known}); --refit-frames fits its place"
+            f"{data.instruments[0]}: target '{lost}' is not in {arm.source} (known: {known}); "
+            "--refit-frames fits its place"
         )
     count = len(data.instruments)
     rotation = matrix_of(np.array([told.instrument_deg]) * DEG)

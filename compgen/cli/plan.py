@@ -1,6 +1,7 @@
 """The command that says which poses to measure."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,7 @@ from compgen.cli.app import Date, Quiet, app, checked_date, output_folder, stage
 from compgen.dialects.fanuc_ls import program_name
 from compgen.dialects.fanuc_ls.visit import visit
 from compgen.exceptions import InputError
-from compgen.identify.model import build_model
+from compgen.identify.model import Term, build_model
 from compgen.identify.parts import parts_of
 from compgen.identify.plan import Plan, Site
 from compgen.identify.plan import plan as plan_arm
@@ -28,10 +29,15 @@ def plan_poses(
     robot: Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)],
     count: Annotated[int, typer.Option("-n", help="How many poses.")] = 50,
     box: Annotated[
-        str | None, typer.Option("--box", help="World box of the reflectors, 'x0 y0 z0 x1 y1 z1' in mm; default the reach.")
+        str | None,
+        typer.Option("--box", help="World box of the reflectors, 'x0 y0 z0 x1 y1 z1' in mm; default the reach."),
     ] = None,
     reflectors: Annotated[
-        list[str] | None, typer.Option("--reflector", help="Place in the flange, 'x y z' in mm, default '60 0 100': off the last axis, or J6 cannot be seen; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--reflector",
+            help="In the flange, 'x y z' in mm, off the last axis; default '60 0 100'; repeatable.",
+        ),
     ] = None,
     instrument: Annotated[
         str | None, typer.Option("--instrument", help="Where the instrument stands, World 'x y z' in mm.")
@@ -52,7 +58,11 @@ def plan_poses(
     low, high = corners[:3], corners[3:]
     if not (low < high).all():
         raise InputError(f"--box '{box}': each low corner must be below the high one: x0 y0 z0 x1 y1 z1")
-    for name, value, least, most in (("--noise", noise, 0.1, 1e4), ("--range", share, 0.01, 1.0), ("--view", view, 1, 180)):
+    for name, value, least, most in (
+        ("--noise", noise, 0.1, 1e4),
+        ("--range", share, 0.01, 1.0),
+        ("--view", view, 1, 180),
+    ):
         if not least <= value <= most:
             raise InputError(f"{name} {value:g}: must be {least:g} to {most:g}")
     places = np.array([_numbers("--reflector", r, 3) for r in reflectors or ["60 0 100"]])
@@ -60,7 +70,9 @@ def plan_poses(
         np.array([low, high]) * MM, places * MM,
         None if instrument is None else _numbers("--instrument", instrument, 3) * MM, view * DEG, noise * UM, share,
     )  # fmt: skip
-    parts = [p for p in parts_of(arm.robot, arm.known, np.ones(6, dtype=bool), False) if p.before.NAME != "joint_ripple"]
+    parts = [
+        p for p in parts_of(arm.robot, arm.known, np.ones(6, dtype=bool), False) if p.before.NAME != "joint_ripple"
+    ]
     model = build_model(arm.robot, parts, len(arm.nodes))
     with stages(quiet) as progress:
         found = plan_arm(arm.robot, model, len(arm.nodes), site, count, progress)
@@ -95,7 +107,7 @@ def _csv(pendant: np.ndarray, reflectors: int) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _expected(terms: tuple, found: Plan) -> bytes:
+def _expected(terms: Sequence[Term], found: Plan) -> bytes:
     lines = ["parameter,prior_sigma,expected_sigma"]
     for term, prior, sigma in zip(terms, found.prior, found.sigma):
         name = f'"{term.name}"' if "," in term.name else term.name
@@ -103,7 +115,7 @@ def _expected(terms: tuple, found: Plan) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _show(terms: tuple, found: Plan, folder: Path, files: list[str]) -> None:
+def _show(terms: Sequence[Term], found: Plan, folder: Path, files: list[str]) -> None:
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
     table = Table("parameter", "sigma before", "expected after", "known")
     for term, prior, sigma in zip(terms, found.prior, found.sigma):

@@ -4,9 +4,8 @@ r"""The fit: Gauss-Newton steps on the most probable parameters, their scales fr
 
 Each step linearises all rows at once (``Model.derivatives``), solves the linear problem with its scales (``linear``)
 and is shortened while it makes the sum worse. First with weights of Student's t, so that wild rows do not bend the
-answer; then without those rows whose deviation, allowing for how strongly each row draws the fit to itself, has a chance
-below 1 % of happening even once in all rows of Gaussian noise.
-"""
+answer; then without those rows whose deviation, allowing for how strongly each row draws the fit to itself, has a
+chance below 1 % of happening even once in all rows of Gaussian noise."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -148,8 +147,10 @@ class _Search:
             self.model, self.slopes, self.data, self.active, point.p, point.frames, point.tool_turn
         )
         data = self.data
+        taken = 0
         learning = self.learn or self.noise is None
-        for step in range(STEPS):
+        for _ in range(STEPS):
+            taken += 1
             w = weight / data.sigma**2
             if student:
                 w = w * _student(linear.z / data.sigma[:, None], float(point.scales.noise[0]))
@@ -157,16 +158,12 @@ class _Search:
             fixed = frame_prior(data, point.frames, len(target))[0]
             channels = normals(linear, w, at)
             _, group = self.model.groups()
-            found = posterior(
-                channels, group[self.active], fixed, target, point.scales, self.learn, self.noise is None
-            )
+            found = posterior(channels, group[self.active], fixed, target, point.scales, self.learn, self.noise is None)
             share = 1.0
             before = self._cost(point, linear, w, found.scales)
             while True:
                 moved = self._moved(point, found, at, share)
-                fresh = linearise(
-                    self.model, self.slopes, data, self.active, moved.p, moved.frames, moved.tool_turn
-                )
+                fresh = linearise(self.model, self.slopes, data, self.active, moved.p, moved.frames, moved.tool_turn)
                 if share < 1e-3 or self._cost(moved, fresh, w, found.scales) <= before * (1 + 1e-9):
                     break
                 share /= 4
@@ -177,7 +174,7 @@ class _Search:
             if shift < SETTLED or (learning and shift < faint and scales_moved < 0.01):
                 break
         return _Point(
-            point.p, point.frames, point.tool_turn, point.scales, point.posterior, linear, point.steps + step + 1
+            point.p, point.frames, point.tool_turn, point.scales, point.posterior, linear, point.steps + taken
         )
 
     def _prior(self, point: _Point) -> tuple[Array, Array]:
@@ -195,10 +192,10 @@ class _Search:
         step = share * (found.x - at)
         p = point.p.copy()
         p[self.active] += step[:K] * self.model.prior[self.active]
-        I, R = len(self.data.instruments), len(self.data.reflectors)
-        frame = step[K : K + 6 * I].reshape(I, 6)
-        sat = step[K + 6 * I : K + 6 * I + 3 * R].reshape(R, 3)
-        turn = step[K + 6 * I + 3 * R :].reshape(-1, 3)
+        V, R = len(self.data.instruments), len(self.data.reflectors)
+        frame = step[K : K + 6 * V].reshape(V, 6)
+        sat = step[K + 6 * V : K + 6 * V + 3 * R].reshape(R, 3)
+        turn = step[K + 6 * V + 3 * R :].reshape(-1, 3)
         frames = Frames(
             matrix_of(frame[:, :3]) @ point.frames.rotation,
             point.frames.origin + frame[:, 3:],
@@ -258,7 +255,7 @@ def threshold(rows: int) -> float:
 def left_out(linear: Linear, found: Posterior, data: Measurements, wild: BoolArray) -> Array:
     """Squared deviation of each row from what the others say of it, over its variance, (N,).
 
-    For a row inside the fit e' (s^2 I - A C A')^-1 e, for one that was set aside e' (s^2 I + A C A')^-1 e.
+    For a row inside the fit e' (s^2 V - A C A')^-1 e, for one that was set aside e' (s^2 V + A C A')^-1 e.
     """
     s2 = found.scales.noise[0] * data.sigma**2
     drawn = linear.A @ found.covariance @ np.swapaxes(linear.A, 1, 2)
@@ -295,16 +292,16 @@ def linearise(
         P, R = model.pose(data, p)
         dP, dR = np.zeros((len(P), 3, 0)), np.zeros((len(P), 3, 3, 0))
     N, K = len(data.pose), int(active.sum())
-    I, Q = len(data.instruments), len(data.reflectors)
+    V, Q = len(data.instruments), len(data.reflectors)
     turned = np.flatnonzero(np.isfinite(data.rotation[:, 0, 0]))
-    D = K + 6 * I + (6 if len(turned) else 3) * Q
+    D = K + 6 * V + (6 if len(turned) else 3) * Q
     A = np.zeros((N, 3, D))
     F = frames.rotation[data.instrument]
     t = frames.reflector[data.reflector]
     Rn = R[data.pose]
     place = P[data.pose] + np.einsum("nij,nj->ni", Rn, t)
     seen = np.einsum("nij,nj->ni", F, place)
-    for i in range(I):
+    for i in range(V):
         rows = data.instrument == i
         here = np.zeros((int(rows.sum()), 3, D))
         for r in range(Q):
@@ -312,7 +309,7 @@ def linearise(
             pose = data.pose[rows][there]
             slope = dP[pose] + np.einsum("nijk,j->nik", dR[pose], frames.reflector[r])
             here[there, :, :K] = frames.rotation[i] @ slope
-            here[there, :, K + 6 * I + 3 * r : K + 6 * I + 3 * r + 3] = frames.rotation[i] @ Rn[rows][there]
+            here[there, :, K + 6 * V + 3 * r : K + 6 * V + 3 * r + 3] = frames.rotation[i] @ Rn[rows][there]
         s = seen[rows]
         zero = np.zeros(len(s))
         cross = [[zero, s[:, 2], -s[:, 1]], [-s[:, 2], zero, s[:, 0]], [s[:, 1], -s[:, 0], zero]]
@@ -328,13 +325,20 @@ def linearise(
 
 
 def _turns(
-    data: Measurements, active: BoolArray, R: Array, dR: Array, frames: Frames, tool_turn: Array, turned: IntArray, D: int
+    data: Measurements,
+    active: BoolArray,
+    R: Array,
+    dR: Array,
+    frames: Frames,
+    tool_turn: Array,
+    turned: IntArray,
+    D: int,
 ) -> tuple[Array, Array]:
     """Residual and slope of the orientations, in the reflector's own axes."""
     B = np.zeros((len(turned), 3, D))
     if not len(turned):
         return np.zeros((0, 3)), B
-    K, I, Q = int(active.sum()), len(data.instruments), len(data.reflectors)
+    K, V, Q = int(active.sum()), len(data.instruments), len(data.reflectors)
     pose, inst, refl = data.pose[turned], data.instrument[turned], data.reflector[turned]
     S = R[pose] @ tool_turn[refl]
     predicted = frames.rotation[inst] @ S
@@ -343,7 +347,7 @@ def _turns(
     B[:, :, :K] = np.swapaxes(S, 1, 2) @ w
     for n in range(len(turned)):
         B[n, :, K + 6 * inst[n] : K + 6 * inst[n] + 3] = predicted[n].T
-        begin_ = K + 6 * I + 3 * Q + 3 * refl[n]
+        begin_ = K + 6 * V + 3 * Q + 3 * refl[n]
         B[n, :, begin_ : begin_ + 3] = np.eye(3)
     return vector_of(np.swapaxes(predicted, 1, 2) @ data.rotation[turned]), B
 

@@ -20,12 +20,12 @@ ROUNDS = 200
 class Frames:
     """World in each instrument's frame, and each reflector in the flange."""
 
-    rotation: Array  # (I, 3, 3)
-    origin: Array  # (I, 3) [m]
+    rotation: Array  # (V, 3, 3)
+    origin: Array  # (V, 3) [m]
     reflector: Array  # (R, 3) [m]
 
     def __post_init__(self) -> None:
-        own(self, rotation=("I", 3, 3), origin=("I", 3), reflector=("R", 3))
+        own(self, rotation=("V", 3, 3), origin=("V", 3), reflector=("R", 3))
 
     def seen(self, data: Measurements, position: Array, rotation: Array) -> Array:
         """Where the instrument sees each row's reflector, (N, 3) [m]."""
@@ -36,8 +36,8 @@ class Frames:
 
 def begin(data: Measurements, position: Array, rotation: Array) -> Frames:
     """Frames that meet the nominal arm best, by alternating linear steps; robust against a few wild rows."""
-    I, R = len(data.instruments), len(data.reflectors)
-    frames = Frames(np.tile(np.eye(3), (I, 1, 1)), np.zeros((I, 3)), np.zeros((R, 3)))
+    V, R = len(data.instruments), len(data.reflectors)
+    frames = Frames(np.tile(np.eye(3), (V, 1, 1)), np.zeros((V, 3)), np.zeros((R, 3)))
     P, turn = position[data.pose], rotation[data.pose]
     weight = np.ones(len(P))
     last = np.inf
@@ -71,18 +71,18 @@ def _placed(data: Measurements, frames: Frames, place: Array, weight: Array) -> 
 
 def _sat(data: Measurements, frames: Frames, P: Array, turn: Array, weight: Array) -> Frames:
     """Reflectors and origins together, linear for given frame rotations."""
-    I, R = len(frames.origin), len(frames.reflector)
+    V, R = len(frames.origin), len(frames.reflector)
     N = len(P)
     base = np.einsum("nij,nj->ni", frames.rotation[data.instrument], P)
-    A = np.zeros((N, 3, 3 * (R + I)))
+    A = np.zeros((N, 3, 3 * (R + V)))
     through = frames.rotation[data.instrument] @ turn
     for r in range(R):
         A[data.reflector == r, :, 3 * r : 3 * r + 3] = through[data.reflector == r]
-    for i in range(I):
+    for i in range(V):
         A[data.instrument == i, :, 3 * (R + i) : 3 * (R + i) + 3] = np.eye(3)
     root = np.sqrt(weight)
     lhs, rhs = (A * root[:, None, None]).reshape(3 * N, -1), ((data.position - base) * root[:, None]).ravel()
     # a faint pull to the flange keeps what poses of one orientation cannot tell
     faint = 1e-6 * np.eye(lhs.shape[1])[: 3 * R]
     x = np.linalg.lstsq(np.vstack([lhs, faint]), np.concatenate([rhs, np.zeros(3 * R)]), rcond=None)[0]
-    return Frames(frames.rotation, x[3 * R :].reshape(I, 3), x[: 3 * R].reshape(R, 3))
+    return Frames(frames.rotation, x[3 * R :].reshape(V, 3), x[: 3 * R].reshape(R, 3))

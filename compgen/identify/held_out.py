@@ -1,10 +1,9 @@
 r"""How well a model predicts what it has not seen: blocked cross-validation.
 
-Poses that follow each other are alike (same posture, same warmth), so they are left out in blocks: consecutive poses make
-a block, blocks are dealt to the folds in turn, and all rows of a pose stay together. For each fold the linear problem,
-with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted. Rows that were set
-aside as wild take part in neither.
-"""
+Poses that follow each other are alike (same posture, same warmth), so they are left out in blocks: consecutive poses
+make a block, blocks are dealt to the folds in turn, and all rows of a pose stay together. For each fold the linear
+problem, with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted. Rows
+that were set aside as wild take part in neither."""
 
 from dataclasses import dataclass
 

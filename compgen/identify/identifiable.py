@@ -1,12 +1,12 @@
-r"""What the measurements can tell apart: the scaled Jacobian, its singular values and the order in which columns stand out.
+r"""What the measurements can tell apart: the scaled Jacobian, its singular values and the order in which columns
+stand out.
 
 Columns are scaled by each parameter's prior and freed from what the frames can do as well (projected off them):
 
     S = (I - F F^+) A diag(sigma) / s
 
-A singular value far below one is a combination of parameters that the data says nothing of against its prior. QR with column
-pivoting puts such columns last and names them.
-"""
+A singular value far below one is a combination of parameters that the data says nothing of against its prior. QR with
+column pivoting puts such columns last and names them."""
 
 from dataclasses import dataclass
 
@@ -62,7 +62,8 @@ def identifiable(model: Model, data: Measurements, found: Fit) -> Identifiabilit
     upper = np.argwhere(np.triu(np.abs(correlation), 1) > ALIKE)
     alike = tuple((int(index[i]), int(index[j]), float(correlation[i, j])) for i, j in upper.tolist())
     condition = float(told[0] / told[-1]) if len(told) else float("inf")
-    return Identifiability(singular, tuple(int(index[k]) for k in pivot.tolist()), held, alike, condition, ill)
+    order = tuple(int(index[k]) for k in pivot.tolist())
+    return Identifiability(np.asarray(singular, dtype=float), order, held, alike, condition, ill)
 
 
 def _frames_condition(data: Measurements, found: Fit, K: int) -> float:

@@ -1,17 +1,18 @@
 r"""The linear problem inside each step: a Gaussian posterior, and the scales that the data itself asks for.
 
-Unknowns x = (u, f): parameters in units of their prior, u_k = p_k / sigma_k with prior N(0, lambda_g(k)), and frames f with
-(nearly) none. Rows z = A x + noise of variance s^2. Then
+Unknowns x = (u, f): parameters in units of their prior, u_k = p_k / sigma_k with prior N(0, lambda_g(k)), and frames
+f with (nearly) none. Rows z = A x + noise of variance s^2. Then
 
     C = (A'A / s^2 + D)^-1,   x = C A'z / s^2,   D = diag(1 / lambda_g)
 
 and the scales maximise the evidence of the rows by MacKay's fixed point (1992, Neural Computation 4, 415),
 
-    lambda_g = (nu + sum_g u^2) / (nu + sum_g gamma),   gamma_k = 1 - C_kk / lambda_g,   s^2 = (nu_s s_0^2 + |z - A x|^2) / (nu_s + n - sum gamma)
+    lambda_g = (nu + sum_g u^2) / (nu + sum_g gamma),   gamma_k = 1 - C_kk / lambda_g
+    s^2 = (nu_s s_0^2 + |z - A x|^2) / (nu_s + n - sum gamma)
 
-nu_s and s_0 say what noise is usual, so that few rows cannot be explained to the last digit. nu is the weight of the robot file's own sigma, as so many measured parameters. A group that the data does not need
-shrinks to nominal; with few rows all of them do. Nothing blows up: C is bounded by the priors.
-"""
+nu_s and s_0 say what noise is usual, so that few rows cannot be explained to the last digit. nu is the weight of the
+robot file's own sigma, as so many measured parameters. A group that the data does not need shrinks to nominal; with
+few rows all of them do. Nothing blows up: C is bounded by the priors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

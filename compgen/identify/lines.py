@@ -53,7 +53,9 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
     for k in range(len(lines)):
         rows = np.flatnonzero(line == k)
         if len(rows) < 3:
-            raise InputError(f"{table.where(int(rows[0]), 'line')}: line '{lines[k]}' has {len(rows)} rows; give 3 or more")
+            raise InputError(
+                f"{table.where(int(rows[0]), 'line')}: line '{lines[k]}' has {len(rows)} rows; give 3 or more"
+            )
         along = np.linalg.svd(place[rows] - place[rows].mean(axis=0))[2][0]
         along = along * np.sign(along[np.argmax(np.abs(along))])
         s = place[rows] @ along
@@ -87,8 +89,8 @@ def _joints(table: Table, robot: Robot, place: Array) -> Array:
         check_arm_class(robot)
     except InputError:
         raise InputError(
-            f"{table.name}: columns {', '.join(JOINTS)}: missing; this arm has no closed-form inverse kinematics here, so "
-            "lines need their joints"
+            f"{table.name}: columns {', '.join(JOINTS)}: missing; this arm has no closed-form inverse kinematics here, "
+            "so lines need their joints"
         ) from None
     N = len(place)
     angles = [table.numbers(c) * DEG if table.has(c) else np.full(N, d * DEG) for c, d in zip(TURN, (180.0, 0.0, 0.0))]

@@ -2,10 +2,9 @@ r"""Error sources with symbols for parameters: where the flange is, and how that
 
     P(theta, state, p), R(theta, state, p)      dP/dp (3, K)   dR/dp (9, K)
 
-A parameter p_k has a Gaussian prior N(0, sigma_k^2): how far from nominal such robots are before any measurement. Those of
-one kind form a group; their common scale may be learnt from the data (``fit``), never the sign or a single value.
-Without temperatures the rise of a node during a warm-up is a first-order state, A_k (1 - exp(-t / tau)).
-"""
+A parameter p_k has a Gaussian prior N(0, sigma_k^2): how far from nominal such robots are before any measurement.
+Those of one kind form a group; their common scale may be learnt from the data (``fit``), never the sign or a single
+value. Without temperatures the rise of a node during a warm-up is a first-order state, A_k (1 - exp(-t / tau))."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -54,7 +53,7 @@ class Model:
         return position, np.swapaxes(rotation.reshape(-1, 3, 3), 1, 2)
 
     def slopes(self, active: BoolArray) -> Any:
-        """The function that ``derivatives`` runs, with the columns of some parameters only; -> P, R, dP (3 K'), dR (9 K')."""
+        """What ``derivatives`` runs, for some parameters only; -> P, R, dP (3 K'), dR (9 K')."""
         ins, position, flat, slope = self.graph
         columns = slope[:, np.flatnonzero(active).tolist()]
         return ca.Function("slopes", ins, ca.cse([position, flat, columns[:3, :], columns[3:, :]]))

@@ -62,7 +62,7 @@ def ladder(groups: Sequence[str]) -> list[Level]:
     return found
 
 
-def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool) -> list[Part]:
+def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool, log: bool = True) -> list[Part]:
     """The sources that can be fitted, with symbols, and the others of the robot file as they are.
 
     Left out are what the frames of instrument and reflector hold already: the first d and zero, the last row, base and
@@ -73,6 +73,7 @@ def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool)
         known: The robot file's sources: facts, priors, values.
         moved: Which joints the measurements move, (6,); what only a moving joint shows is held for the others.
         warm: Whether a warm-up was measured.
+        log: Whether its temperatures are known; else growth stays at the file's cte, and the rises are what is fitted.
     """
     have = {type(k.source): k for k in known}
     joints = np.flatnonzero(moved).tolist()
@@ -82,8 +83,10 @@ def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool)
     parts: list[Part] = []
     growth = have.get(ThermalGrowth)
     if growth is not None:
-        grown = {f: [(i,) for i in range(6) if getattr(growth.source, f[-1])[i].any()] for f in ("excess_a", "excess_d")}
-        parts.append(_part(growth.source, growth.prior, grown if warm else {}, False))
+        grown = {
+            f: [(i,) for i in range(6) if getattr(growth.source, f[-1])[i].any()] for f in ("excess_a", "excess_d")
+        }
+        parts.append(_part(growth.source, growth.prior, grown if warm and log else {}, False))
     parts.append(
         _of(have, LinkOffsets(*np.zeros((4, 6))), {
             "d": [(i,) for i in range(1, 5) if not hayati[i]],
@@ -111,20 +114,20 @@ def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool)
     parts.append(_of(have, lash, lags, True))
     bend = have.get(ThermalBend)
     if bend is not None:
-        bent = {"rate": [(i,) for i in range(len(bend.source.row))]} if warm else {}
+        bent = {"rate": [(i,) for i in range(len(bend.prior["rate"]))]} if warm else {}
         parts.append(_part(bend.source, bend.prior, bent, False))
     return parts
 
 
 def warm_states(known: Sequence[Known], nodes: int) -> tuple[WarmState, ...]:
-    """Unknown states of the nodes that something grows or bends with; all share one clock."""
+    """Unknown states of the nodes that something grows or bends with; each with its own clock."""
     used = np.zeros(nodes, dtype=bool)
     for k in known:
         if isinstance(k.source, ThermalGrowth):
             used |= (k.source.a != 0).any(axis=0) | (k.source.d != 0).any(axis=0)
         elif isinstance(k.source, ThermalBend):
             used[k.source.node] = True
-    return tuple(WarmState(k, WARM_RISE, WARM_TAU, "one") for k in np.flatnonzero(used).tolist())
+    return tuple(WarmState(k, WARM_RISE, WARM_TAU, str(k)) for k in np.flatnonzero(used).tolist())
 
 
 def _of(
@@ -162,9 +165,7 @@ def _part(
             filled[place if len(place) > 1 else place[0]] = symbol
             group = f"{source.NAME}.{orders[place[1]]}" if orders else f"{source.NAME}.{p.field}"
             spread = float(prior[p.field][place])
-            terms.append(
-                Term(source.NAME, p.field, place, p.key, p.unit, spread, group, place[0] if joint else None)
-            )
+            terms.append(Term(source.NAME, p.field, place, p.key, p.unit, spread, group, place[0] if joint else None))
             symbols.append(symbol)
         fields[p.field] = filled
     made = replace(source, **fields) if fields else source

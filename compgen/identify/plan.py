@@ -4,10 +4,9 @@ D-optimal by exchange (Fedorov 1972): from many candidates inside limits and box
 
     log det ( sum_n A_n' A_n / s^2 + diag(1 / sigma^2) ),
 
-A_n the slope of the places that an instrument sees at pose n, frames included; first one by one, then each against every
-candidate until no exchange helps. The order of the poses is the shortest way through the joints that is found by going to
-the nearest. After them the parameters are known as well as the inverse of that matrix says.
-"""
+A_n the slope of the places that an instrument sees at pose n, frames included; first one by one, then each against
+every candidate until no exchange helps. The order of the poses is the shortest way through the joints that is found
+by going to the nearest. After them the parameters are known as well as the inverse of that matrix says."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,8 +15,8 @@ import numpy as np
 
 from compgen.arrays import Array, IntArray
 from compgen.exceptions import ImpossibleError, InputError
-from compgen.identify.frames import Frames
 from compgen.identify.fit import WIDE, linearise
+from compgen.identify.frames import Frames
 from compgen.identify.measurements import Measurements
 from compgen.identify.model import Model
 from compgen.identify.poses import directions
@@ -94,7 +93,8 @@ def _candidates(robot: Robot, model: Model, nodes: int, site: Site, count: int) 
     if have < 2 * count:
         low, high = site.box / MM
         raise ImpossibleError(
-            f"plan-poses: {have} of {tried} random poses lie in the box {low[0]:g} {low[1]:g} {low[2]:g} to {high[0]:g} "
+            f"plan-poses: {have} of {tried} random poses are in the box {low[0]:g} {low[1]:g} {low[2]:g} to "
+            f"{high[0]:g} "
             f"{high[1]:g} {high[2]:g} mm and are seen; make the box larger, or --view wider"
         )
     return np.concatenate(found)[:CANDIDATES]
@@ -130,7 +130,13 @@ def _slopes(robot: Robot, model: Model, nodes: int, site: Site, theta: Array) ->
     frames = Frames(np.eye(3)[None], np.zeros((1, 3)), site.reflector)
     data = _data(theta, nodes, site)
     linear = linearise(
-        model, model.slopes(active), data, active, np.zeros(len(active)), frames, np.tile(np.eye(3), (len(site.reflector), 1, 1))
+        model,
+        model.slopes(active),
+        data,
+        active,
+        np.zeros(len(active)),
+        frames,
+        np.tile(np.eye(3), (len(site.reflector), 1, 1)),
     )
     return np.asarray(linear.A.reshape(len(theta), -1, linear.A.shape[2]) / site.noise)
 

@@ -13,6 +13,7 @@ from compgen.robot import Robot
 from compgen.units import DEG, MM
 
 FAR = 0.05  # of the arm's reach: a median miss beyond this is no calibration error
+NEAR = 0.2  # of the spread of the places
 BETTER = 5.0  # times smaller: a reading of the file that explains it so much better is the right one
 
 
@@ -24,7 +25,8 @@ def check_enough(data: Measurements) -> None:
         more = int(np.ceil((need + 1 - have) / 3))
         raise InputError(
             f"{data.instruments[0]}: {have} measured numbers, and the {need} unknowns of {len(data.instruments)} "
-            f"instrument frame(s) and {len(data.reflectors)} reflector place(s) need more; measure {more} rows more at least"
+            f"instrument frame(s) and {len(data.reflectors)} reflector place(s) need more; measure {more} "
+            f"or more rows more"
         )
 
 
@@ -38,24 +40,37 @@ def check_plausible(robot: Robot, model: Model, data: Measurements) -> None:
         miss = _miss(model, part, data.theta, 1.0)
         if miss <= FAR * reach:
             continue
-        for factor, told in ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "inches instead of mm")):
-            if _miss(model, part, data.theta, factor) < miss / BETTER and factor >= 1:
-                raise InputError(_units(name, factor, told))
-            if factor < 1 and _miss(model, part, data.theta, factor) < min(miss / BETTER, FAR * reach):
-                raise InputError(_units(name, factor, told))
         turned = robot.to_theta(robot.to_pendant(data.theta) / DEG)
-        if np.abs(robot.to_pendant(data.theta)).max() / DEG <= 7 and _miss(model, part, turned, 1.0) < miss / BETTER:
+        small = np.abs(robot.to_pendant(data.theta)).max() / DEG <= 7
+        if small and _fits(model, part, turned, 1.0, miss):
             raise InputError(
-                f"{name}: columns j1_deg to j6_deg: the values fit as radians, not as degrees; multiply them by 57.29578"
+                f"{name}: columns j1_deg to j6_deg: the values are radians, not degrees; multiply them by 57.29578"
             )
+        for factor, told in (
+            (1000.0, "metres instead of mm"),
+            (1e-3, "um instead of mm"),
+            (25.4, "inches instead of mm"),
+        ):
+            if _fits(model, part, data.theta, factor, miss):
+                raise InputError(_units(name, factor, told))
         raise InputError(
-            f"{name}: the nominal arm misses the places by {miss / MM:.0f} mm (median); check joint order, signs and J3 of "
-            f"the pendant's convention (pendant table of robot '{robot.name}'), and that x y z are of one instrument"
+            f"{name}: the nominal arm misses the places by {miss / MM:.0f} mm (median); check joint order, "
+            f"signs and J3 "
+            f"of the pendant's convention (pendant table of robot '{robot.name}'), and that x y z are of one instrument"
         )
 
 
+def _fits(model: Model, part: Measurements, theta: Array, factor: float, miss: float) -> bool:
+    """Whether another reading explains the places: far nearer, and near against how far they are apart."""
+    spread = float(np.median(np.linalg.norm(part.position - np.median(part.position, axis=0), axis=1))) * factor
+    left = _miss(model, part, theta, factor)
+    return left < NEAR * spread and (left < miss / BETTER or factor > 1)
+
+
 def _units(name: str, factor: float, told: str) -> str:
-    return f"{name}: columns x_mm y_mm z_mm: the values look like {told} (off by {factor:g}); multiply them by {factor:g}"
+    return (
+        f"{name}: columns x_mm y_mm z_mm: the values look like {told} (off by {factor:g}); multiply them by {factor:g}"
+    )
 
 
 def _miss(model: Model, part: Measurements, theta: Array, factor: float) -> float:

@@ -102,8 +102,8 @@ def _one_instrument(table: Table) -> None:
     other = next((i for i, n in enumerate(names) if n != names[0]), None)
     if other is not None:
         raise InputError(
-            f"{table.where(other, 'instrument')}: '{names[other]}' after '{names[0]}': mixed instruments have frames of "
-            "their own; give each its own file, with --poses once for each"
+            f"{table.where(other, 'instrument')}: '{names[other]}' after '{names[0]}': mixed instruments have frames "
+            "of their own; give each its own file, with --poses once for each"
         )
 
 

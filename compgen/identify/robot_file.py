@@ -13,7 +13,10 @@ from compgen.units import DEG, MDEG
 
 _HEADER = re.compile(r"^\s*\[+\s*([A-Za-z0-9_.]+)\s*\]+", re.MULTILINE)
 
-def robot_text(text: str, robot: Robot, known: Sequence[Known], box: Array, told: str, record: Mapping[str, Any]) -> str:
+
+def robot_text(
+    text: str, robot: Robot, known: Sequence[Known], box: Array, told: str, record: Mapping[str, Any]
+) -> str:
     """The robot file's text with new sources.
 
     Args:
@@ -47,9 +50,7 @@ def facts_of(known: Known) -> dict[str, Any]:
 def _box(robot: Robot, box: Array) -> str:
     corners = np.array([robot.to_pendant(box[:, 0]), robot.to_pendant(box[:, 1])]) / DEG
     low, high = corners.min(axis=0), corners.max(axis=0)
-    return _table(
-        "sources.box", {"low_deg": np.floor(low * 1000) / 1000, "high_deg": np.ceil(high * 1000) / 1000}
-    )
+    return _table("sources.box", {"low_deg": np.floor(low * 1000) / 1000, "high_deg": np.ceil(high * 1000) / 1000})
 
 
 def _without(text: str, names: set[str]) -> str:

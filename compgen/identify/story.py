@@ -11,7 +11,7 @@ from compgen.identify.fit import Fit, fit
 from compgen.identify.held_out import HeldOut, better, held_out
 from compgen.identify.identifiable import Identifiability, identifiable
 from compgen.identify.measurements import Measurements
-from compgen.identify.model import Model, build_model, chosen
+from compgen.identify.model import Model, Part, build_model, chosen
 from compgen.identify.parts import Level, ladder, parts_of, warm_states
 from compgen.identify.plausible import check_enough, check_plausible
 from compgen.identify.poses import STILL
@@ -109,7 +109,8 @@ def identify(
     moved = np.asarray(np.ptp(data.theta, axis=0) > STILL)
     warm = bool((data.warm > 0).any())
     states = warm_states(known, nodes) if warm and not temperatures else ()
-    model = build_model(robot, parts_of(robot, known, moved, warm), nodes, states)
+    parts = parts_of(robot, known, moved, warm, temperatures)
+    model = build_model(robot, parts, nodes, states)
     check_plausible(robot, model, data)
     names, _ = model.groups()
     levels = ladder(names)
@@ -123,7 +124,7 @@ def identify(
     progress("judge", 0.95)
     sight = identifiable(model, data, steps[best].fit)
     told = judge(robot, model, data, steps, best, sight, moved)
-    fitted = fitted_sources(robot, known, model, steps[best].fit, moved)
+    fitted = fitted_sources(known, parts, model, steps[best].fit)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identified(robot, model, data, tuple(steps), best, sight, tuple(told), fitted, box)
 
@@ -139,8 +140,9 @@ def judge(
         found.append(
             Finding(
                 "refused", "frames",
-                "not identifiable: the poses hardly turn the tool, so the places of instrument and reflector cannot be told "
-                "apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a second reflector",
+                "not identifiable: the poses hardly turn the tool, so the places of instrument and reflector cannot be "
+                "told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
+                "second reflector",
             )
         )  # fmt: skip
     gain = better(chosen_.held_out, nominal.held_out)
@@ -148,28 +150,30 @@ def judge(
         found.append(
             Finding(
                 "refused", "no_gain",
-                f"on held-out poses no model beats the nominal arm ({nominal.held_out.mean / UM:.1f} um with frames fitted; "
-                f"best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); {_missing(robot, data, moved)}",
+                f"on held-out poses no model beats the nominal arm ({nominal.held_out.mean / UM:.1f} um "
+                f"with frames fitted"
+                f"; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); {_missing(robot, data, moved)}",
             )
         )  # fmt: skip
-    for k in np.flatnonzero(~moved).tolist():
-        found.append(
-            Finding("warning", "still", f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; "
-                    f"measure poses that move J{k + 1}")
-        )  # fmt: skip
     span = np.ptp(data.theta, axis=0)
-    for k in np.flatnonzero(moved & (span < NARROW)).tolist():
-        found.append(
-            Finding("warning", "narrow", f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are known "
-                    "there and nowhere else; the robot file says so (sources.box)")
-        )  # fmt: skip
+    found += [
+        Finding("warning", "still", f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; measure "
+                f"poses that move J{k + 1}")
+        for k in np.flatnonzero(~moved).tolist()
+    ]  # fmt: skip
+    found += [
+        Finding("warning", "narrow", f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are "
+        f"known there "
+                "and nowhere else; the robot file says so (sources.box)")
+        for k in np.flatnonzero(moved & (span < NARROW)).tolist()
+    ]  # fmt: skip
     wild = np.flatnonzero(chosen_.fit.wild).tolist()
     for n in wild[:20]:
         miss = np.linalg.norm(chosen_.fit.residual[n]) / UM
         usual = chosen_.fit.noise * np.sqrt(3) / UM
         found.append(
-            Finding("warning", "outlier", f"{data.label[n]}: set aside: {miss:.0f} um from what the other rows say, where "
-                    f"{usual:.0f} um is usual")
+            Finding("warning", "outlier", f"{data.label[n]}: set aside: {miss:.0f} um from what the other rows say, "
+                    f"where {usual:.0f} um is usual")
         )  # fmt: skip
     if len(wild) > 20:
         found.append(Finding("warning", "outlier", f"{len(wild) - 20} more rows were set aside"))
@@ -193,14 +197,11 @@ def _missing(robot: Robot, data: Measurements, moved: BoolArray) -> str:
     return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'compgen plan-poses' says"
 
 
-def fitted_sources(
-    robot: Robot, known: Sequence[Known], model: Model, found: Fit, moved: BoolArray
-) -> tuple[Known, ...]:
+def fitted_sources(known: Sequence[Known], parts: Sequence[Part], model: Model, found: Fit) -> tuple[Known, ...]:
     """The sources with what was found in them; those that were not fitted stay as they are."""
     have = {k.source.NAME: k for k in known}
     value = dict(zip(model.terms, zip(found.p, found.sigma, found.active)))
     result: list[Known] = []
-    parts = parts_of(robot, known, moved, bool(any(t.source.startswith("thermal") for t in model.terms)))
     for part in parts:
         old = have.get(part.before.NAME)
         own = [(t, *value[t]) for t in part.terms if value[t][2]]

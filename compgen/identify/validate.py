@@ -8,8 +8,8 @@ import numpy as np
 
 from compgen.arrays import Array
 from compgen.exceptions import InputError
-from compgen.identify.frames import Frames
 from compgen.identify.fit import fit
+from compgen.identify.frames import Frames
 from compgen.identify.measurements import Measurements
 from compgen.identify.model import Part, build_model
 from compgen.identify.plausible import check_enough, check_plausible
@@ -38,9 +38,7 @@ def statistics(distance: Array) -> dict[str, float]:
     }
 
 
-def validate(
-    robot: Robot, known: Sequence[Known], data: Measurements, nodes: int, frames: Frames | None
-) -> Validated:
+def validate(robot: Robot, known: Sequence[Known], data: Measurements, nodes: int, frames: Frames | None) -> Validated:
     """Compare a robot's sources with measurements.
 
     Args:
@@ -67,7 +65,9 @@ def validate(
         frames = good.frames
         return Validated(data, frames, *(np.linalg.norm(f.residual, axis=1) for f in (plain, good)))
     if len(frames.reflector) != len(data.reflectors):
-        raise InputError(f"{data.instruments[0]}: {len(data.reflectors)} reflectors; refit their places: --refit-frames")
+        raise InputError(
+            f"{data.instruments[0]}: {len(data.reflectors)} reflectors; refit their places: --refit-frames"
+        )
     missed = []
     for model in (nominal, real):
         position, rotation = model.pose(data, np.zeros(0))

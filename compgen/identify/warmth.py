@@ -26,7 +26,9 @@ def with_temperatures(data: Measurements, source: str, nodes: Sequence[str]) -> 
     time = table.numbers("time_s")
     fall = np.flatnonzero(np.diff(time) <= 0)
     if len(fall):
-        raise InputError(f"{table.where(int(fall[0]) + 1, 'time_s')}: {time[fall[0] + 1]:g} does not rise; sort the rows")
+        raise InputError(
+            f"{table.where(int(fall[0]) + 1, 'time_s')}: {time[fall[0] + 1]:g} does not rise; sort the rows"
+        )
     out = np.flatnonzero((data.time < time[0] - 1e-9) | (data.time > time[-1] + 1e-9))
     if len(out):
         row = int(np.flatnonzero(data.pose == out[0])[0])

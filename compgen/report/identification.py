@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from compgen import __version__
-from compgen.arrays import Array
+from compgen.arrays import IntArray
 from compgen.identify.identifiable import correlations
 from compgen.identify.story import Identified
 from compgen.identify.validate import Validated, statistics
@@ -78,7 +78,7 @@ def identification(found: Identified) -> dict[str, Any]:
 def validation(found: Validated) -> dict[str, Any]:
     """Errors per target and overall, in mm."""
 
-    def told(rows: Array) -> dict[str, Any]:
+    def told(rows: IntArray) -> dict[str, Any]:
         sides = {"nominal": found.before[rows], "identified": found.after[rows]}
         return {
             side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in statistics(d).items()}
@@ -107,8 +107,8 @@ def identification_html(found: Identified) -> bytes:
     first = told["ladder"][0]["held_out_um"]
     kind = "outside" if found.refused else "inside"
     lead = (
-        f'<p class="lead">{told["poses"]} poses, {told["places"]} places of {len(told["reflectors"])} reflectors; model '
-        f"&ldquo;{told['model']}&rdquo;, noise {told['noise_um']:.1f} &micro;m a coordinate</p>"
+        f'<p class="lead">{told["poses"]} poses, {told["places"]} places of {len(told["reflectors"])} reflectors; '
+        f"model &ldquo;{told['model']}&rdquo;, noise {told['noise_um']:.1f} &micro;m a coordinate</p>"
         f'<p class="big {kind}">Held-out error <b>{held["mean"]:.1f} &micro;m</b> (95 %: {held["low"]:.1f} to '
         f"{held['high']:.1f}) where the nominal arm has <b>{first['mean']:.1f} &micro;m</b>: {told['verdict']}.</p>"
     )
@@ -130,19 +130,21 @@ def identification_html(found: Identified) -> bytes:
 def _ladder(told: dict[str, Any]) -> str:
     rows = "".join(
         f"<tr><td>{s['model']}</td><td>{s['parameters']}</td><td>{s['effective']:.1f}</td>"
-        f"<td>{s['held_out_um']['mean']:.1f}</td><td>{s['held_out_um']['low']:.1f} to {s['held_out_um']['high']:.1f}</td>"
+        f"<td>{s['held_out_um']['mean']:.1f}</td>"
+        f"<td>{s['held_out_um']['low']:.1f} to {s['held_out_um']['high']:.1f}</td>"
         f"<td>{s['noise_um']:.1f}</td></tr>"
         for s in told["ladder"]
     )
     return (
-        "<h2>Models</h2><table><thead><tr><th>model</th><th>parameters</th><th>effective</th><th>held-out [&micro;m]</th>"
-        f"<th>95 %</th><th>noise [&micro;m]</th></tr></thead><tbody>{rows}</tbody></table>"
+        "<h2>Models</h2><table><thead><tr><th>model</th><th>parameters</th><th>effective</th>"
+        f"<th>held-out [&micro;m]</th><th>95 %</th><th>noise [&micro;m]</th></tr></thead><tbody>{rows}</tbody></table>"
     )
 
 
 def _parameters(told: dict[str, Any]) -> str:
     rows = "".join(
-        f"<tr><td>{p['name']}</td><td>{p['value']:.4g}</td><td>{p['sigma']:.3g}</td><td>{100 * p['told']:.0f} %</td></tr>"
+        f"<tr><td>{p['name']}</td><td>{p['value']:.4g}</td><td>{p['sigma']:.3g}</td>"
+        f"<td>{100 * p['told']:.0f} %</td></tr>"
         for p in told["parameters"]
     )
     return (

@@ -2,9 +2,9 @@ r"""Joints run out in many waves a turn: gears, encoders and windings leave thei
 
     theta_i -> theta_i + sum_h [ s_ih sin(n_h theta_i) + c_ih cos(n_h theta_i) ]
 
-at the commanded theta, with orders n_h shared by the joints, since joints of one maker are built alike. On a UR5 measured
-with a laser tracker the orders 7 to 31 hold as much error as the first two (``docs/identify.md``). Source: Fourier's
-series of any repeatable transmission error; valid where the joints have been seen turning, smooth between.
+at the commanded theta, with orders n_h shared by the joints, since joints of one maker are built alike. On a UR5
+measured with a laser tracker the orders 7 to 31 hold as much error as the first two (``docs/identify.md``). Source:
+Fourier's series of any repeatable transmission error; valid where the joints have been seen turning, smooth between.
 """
 
 from dataclasses import dataclass, replace

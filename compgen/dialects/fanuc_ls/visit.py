@@ -24,7 +24,12 @@ def visit(name: str, comment: str, date: str, pendant_deg: Array, wait_s: float,
         raise InputError(f"program {name}: comment '{comment}' is over 16 ASCII characters")
     if not 0 <= wait_s <= 327:
         raise InputError(f"--wait {wait_s:g}: must be 0 to 327 s")
-    body = ["  !drives joint positions: check ;", "  !the way between them first ;", "  UFRAME_NUM=0 ;", f"  UTOOL_NUM={utool} ;"]
+    body = [
+        "  !drives joint positions: check ;",
+        "  !the way between them first ;",
+        "  UFRAME_NUM=0 ;",
+        f"  UTOOL_NUM={utool} ;",
+    ]
     for n in range(1, len(pendant_deg) + 1):
         body += [f"J P[{n}] {PERCENT}% FINE    ;", f"  WAIT {wait_s:6.2f}(sec) ;"]
     head = [
