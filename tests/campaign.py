@@ -94,7 +94,9 @@ def run(seed, temperatures=True, file=None):
     cover = [
         abs(best.p[k] - value[t.name]) <= 1.96 * best.sigma[k]
         for k, t in enumerate(found.model.terms)
-        if best.active[k] and t.name in value and t.source != "joint_ripple"
+        if best.active[k]
+        and t.name in value
+        and t.source != "joint_ripple"
         and (temperatures or not t.source.startswith("thermal"))  # else rise and rate are only known together
     ]
     # what the warm-up does to the cold parameters when nothing explains it, and when something does
