@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +16,8 @@ from compgen.faults import read_box, read_sources
 from compgen.ik import check_arm_class
 from compgen.reading import check, find_robot, override, read_toml
 from compgen.robot import Controller, Robot
-from compgen.sources import ThermalGrowth
-from compgen.thermal import NodeModel
+from compgen.sources import Known, ThermalGrowth
+from compgen.thermal import NodeModel, Profile
 from compgen.thermal.network import Network
 from compgen.units import DEG, KB, MM, MS
 
@@ -30,8 +31,50 @@ def load_robot(name: str) -> Robot:
     Raises:
         InputError: Unknown, or anything wrong in its file.
     """
+    robot = load_any_robot(name)
+    check_arm_class(robot)
+    return robot
+
+
+def load_any_robot(name: str) -> Robot:
+    """A robot's nominal facts, also of an arm that has no closed-form inverse kinematics here.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
     source = find_robot(name, Path("."))
     return robot_of(check(sc.RobotFile, read_toml(source, "robots"), str(source)), str(source))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Arm:
+    """A robot file of any serial arm, as far as measuring needs it."""
+
+    source: str
+    text: str
+    robot: Robot
+    nodes: tuple[str, ...]  # of the heat model; none without one
+    known: tuple[Known, ...]
+    identified: sc.IdentifiedTable | None
+
+
+def load_arm(name: str) -> Arm:
+    """A robot of any arm class, with its error sources.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    source = find_robot(name, Path("."))
+    facts = check(sc.RobotFile, read_toml(source, "robots"), str(source))
+    where = str(source)
+    robot = robot_of(facts, where)
+    nodes: tuple[str, ...] = ()
+    growth = ThermalGrowth(np.zeros((6, 1)), np.zeros((6, 1)))
+    if facts.thermal is not None:
+        heat, _, growth = _warmth(facts, robot, where)
+        nodes = heat.names
+    known = read_sources(facts.sources, growth, robot, nodes, where)
+    return Arm(where, source.read_text(encoding="utf-8"), robot, nodes, known, facts.identified)
 
 
 def load_cell(name: str, overrides: Sequence[str] = ()) -> "Cell":
@@ -65,12 +108,8 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell
     facts = check(sc.RobotFile, data, where)
     _refuse_double(facts, where)
     robot = robot_of(facts, where)
-    profiles = heating.profiles(facts, robot, where)
-    nodes = heating.node_model(facts.thermal, profiles, where)
-    heat: NodeModel | Network = nodes
-    if facts.thermal.model == "network":
-        heat, profiles = heating.network(facts, robot, nodes, where)
-    growth = ThermalGrowth(*heating.growth(robot, heat.names, heat.reference_rise, profiles))
+    check_arm_class(robot)
+    heat, profiles, growth = _warmth(facts, robot, where)
     known = read_sources(facts.sources, growth, robot, heat.names, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
     return Cell(
@@ -80,7 +119,7 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> "Cell
         known=known,
         sources=tuple(k.source for k in known),
         joint_box=read_box(facts.sources, where),
-        sensors=facts.thermal.sensors,
+        sensors=facts.thermal.sensors if facts.thermal else {},
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )
@@ -119,8 +158,13 @@ def _refuse_double(facts: sc.RobotFile, where: str) -> None:
 def robot_of(facts: sc.RobotFile, where: str) -> Robot:
     """A robot's nominal facts."""
     limits = facts.limits
-    ranges = [limits.j1_deg, limits.j2_deg, limits.j2_plus_j3_deg, limits.j4_deg, limits.j5_deg, limits.j6_deg]
-    names = ["j1_deg", "j2_deg", "j2_plus_j3_deg", "j4_deg", "j5_deg", "j6_deg"]
+    coupled = limits.j2_plus_j3_deg is not None
+    third = limits.j2_plus_j3_deg if limits.j2_plus_j3_deg is not None else limits.j3_deg
+    if third is None or (coupled and limits.j3_deg is not None):
+        told = "missing" if third is None else "conflicts with limits.j3_deg"
+        raise InputError(f"{where}: limits.j2_plus_j3_deg: {told}; give it, or j3_deg where the pendant is not coupled")
+    ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
+    names = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
     for name, pair in zip(names, ranges):
         if pair[0] >= pair[1]:
             raise InputError(f"{where}: limits.{name}: {pair} must rise; give the lower limit first")
@@ -141,7 +185,7 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
         pendant_zero=zero,
         lower=bounds[:, 0] + zero,
         upper=bounds[:, 1] + zero,
-        joint_names=("J1", "J2", "J2+J3", "J4", "J5", "J6"),
+        joint_names=("J1", "J2", "J2+J3" if coupled else "J3", "J4", "J5", "J6"),
         speed=np.array(limits.speed_deg_s) * DEG,
         acceleration=np.array(limits.acceleration_deg_s2) * DEG,
         jerk=np.array(limits.jerk_deg_s3) * DEG,
@@ -160,5 +204,18 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
             turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
         ),
     )
-    check_arm_class(robot)
     return robot
+
+
+def _warmth(
+    facts: sc.RobotFile, robot: Robot, where: str
+) -> tuple[NodeModel | Network, tuple[Profile, ...], ThermalGrowth]:
+    """The heat model, the profiles along its links, and how they grow."""
+    if facts.thermal is None:
+        raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
+    profiles = heating.profiles(facts.thermal, robot, where)
+    nodes = heating.node_model(facts.thermal, profiles, where)
+    heat: NodeModel | Network = nodes
+    if facts.thermal.model == "network":
+        heat, profiles = heating.network(facts.thermal, robot, nodes, where)
+    return heat, profiles, ThermalGrowth(*heating.growth(robot, heat.names, heat.reference_rise, profiles))

@@ -17,6 +17,7 @@ from compgen.sources import (
     Hysteresis,
     JointCompliance,
     JointCoupling,
+    JointRipple,
     JointZeros,
     Known,
     LinkOffsets,
@@ -55,6 +56,7 @@ def read_sources(
         (JointCoupling, table.joint_coupling, {"zero": robot.pendant_zero}),
         (JointCompliance, table.compliance, {"loads": loads}),
         (GearHarmonics, table.gear_harmonics, {}),
+        (JointRipple, table.joint_ripple, {}),
         (Hysteresis, table.hysteresis, {"loads": loads}),
         (BaseFrame, table.base_frame, {}),
     ):
@@ -87,8 +89,11 @@ def read_box(table: ss.SourcesTable, where: str) -> Array | None:
 
 def _known(kind: Any, rows: ss.SourceTable | None, where: str, /, key: str = "", **facts: Any) -> Known:
     name = f"sources.{key or kind.NAME}"
-    values = {} if rows is None else {p.field: np.array(getattr(rows, p.key)) * p.unit for p in kind.PARAMETERS}
-    source: Source = kind(**values, **facts)
+    try:
+        values = {} if rows is None else {p.field: np.array(getattr(rows, p.key)) * p.unit for p in kind.PARAMETERS}
+        source: Source = kind(**values, **facts)
+    except ValueError as failure:  # rows of unequal length, or not as many columns as orders
+        raise InputError(f"{where}: {name}: {failure}; give each row an entry for each order") from None
     prior = prior_of(source)
     if rows is None:
         return Known(source, prior, {}, "")
@@ -120,6 +125,8 @@ def _facts(rows: ss.SourceTable) -> dict[str, Any]:
     match rows:
         case ss.GearHarmonicsTable():
             return {"cycles": np.array(rows.cycles)}
+        case ss.JointRippleTable():
+            return {"order": np.array(rows.order, dtype=int)}
         case ss.HysteresisTable():
             return {"width": np.array(rows.width_mdeg) * MDEG}
     return {}

@@ -13,6 +13,7 @@ from compgen.sources import (
     Hysteresis,
     JointCompliance,
     JointCoupling,
+    JointRipple,
     JointZeros,
     LinkOffsets,
     Loads,
@@ -50,6 +51,8 @@ def flaws_of(sources: Sequence[Source]) -> Flaws | None:
                 found |= {"compliance": source.compliance, **_loads(source.loads)}
             case GearHarmonics():
                 found |= {"waves": np.stack([source.sine, source.cosine], axis=2), "cycles": source.cycles}
+            case JointRipple():
+                found |= {"ripple": np.stack([source.sine, source.cosine], axis=2), "order": source.order}
             case Hysteresis():
                 lash = {"backlash": source.backlash, "windup": source.windup, "width": source.width}
                 found |= {**lash, **_loads(source.loads)}

@@ -63,6 +63,8 @@ class Flaws:
     compliance: Array = field(default_factory=lambda: np.zeros(6))  # [rad/(N m)]
     waves: Array = field(default_factory=lambda: np.zeros((6, 2, 2)))  # [rad] joint, order, (sine, cosine)
     cycles: Array = field(default_factory=lambda: np.ones(6))
+    ripple: Array = field(default_factory=lambda: np.zeros((6, 0, 2)))  # [rad] joint, order, (sine, cosine)
+    order: Array = field(default_factory=lambda: np.zeros(0))  # waves a turn
     backlash: Array = field(default_factory=lambda: np.zeros(6))  # [rad]
     windup: Array = field(default_factory=lambda: np.zeros(6))  # [rad/(N m)]
     width: Array = field(default_factory=lambda: np.ones(6))  # [rad]
@@ -77,6 +79,7 @@ class Flaws:
 
     def __post_init__(self) -> None:
         own(self, link=(6, 4), zero=(6,), ratio=(6, 6), compliance=(6,), waves=(6, 2, 2), cycles=(6,))
+        own(self, ripple=(6, "H", 2), order=("H",))
         own(self, backlash=(6,), windup=(6,), width=(6,), base=(6,), tool=(6,))
         own(self, mass=(7,), centre=(7, 3), gravity=(3,), force=(3,))
 
@@ -151,6 +154,8 @@ class RealArm:
         for n in (1, 2):
             angle = n * f.cycles * theta
             off = off + f.waves[:, n - 1, 0] * np.sin(angle) + f.waves[:, n - 1, 1] * np.cos(angle)
+        for n, waves in zip(f.order, np.swapaxes(f.ripple, 0, 1)):
+            off = off + waves[:, 0] * np.sin(n * theta) + waves[:, 1] * np.cos(n * theta)
         half = f.backlash + f.windup * np.sqrt(torque**2 + 1)
         return np.asarray(off - half * side)
 

@@ -209,7 +209,8 @@ class LimitsTable(Table):
 
     j1_deg: AngleRange
     j2_deg: AngleRange
-    j2_plus_j3_deg: AngleRange
+    j2_plus_j3_deg: AngleRange | None = None  # of theta_3, where the pendant's J3 is coupled to J2
+    j3_deg: AngleRange | None = None  # of theta_3 elsewhere
     j4_deg: AngleRange
     j5_deg: AngleRange
     j6_deg: AngleRange
@@ -294,6 +295,17 @@ class ThermalTable(Table):
     network: NetworkTable | None = None
 
 
+class IdentifiedTable(Table):
+    """What identification found beside the sources: where instrument and reflectors were, and how good it is."""
+
+    model: str = ""
+    noise_um: NotNegative = 0.0
+    held_out_um: Annotated[list[Number], Field(default_factory=list, max_length=3)]  # mean and its 95 % interval
+    instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)]
+    instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)]  # rotation vector, World to instrument
+    reflector_mm: dict[str, Annotated[list[Place], Field(min_length=3, max_length=3)]]  # in the flange
+
+
 class RobotFile(Table):
     """A robot file."""
 
@@ -305,5 +317,6 @@ class RobotFile(Table):
     limits: LimitsTable
     singularity: SingularityTable
     controller: ControllerTable
-    thermal: ThermalTable
+    thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
+    identified: IdentifiedTable | None = None

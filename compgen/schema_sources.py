@@ -86,6 +86,18 @@ class GearHarmonicsTable(SourceTable):
     cycles: Annotated[list[Annotated[FiniteFloat, Field(gt=0, le=1e4)]], Field(min_length=6, max_length=6)] = 6 * [1.0]
 
 
+Order = Annotated[int, Field(ge=1, le=1000)]
+Waves = Annotated[list[Annotated[list[Value], Field(max_length=200)]], Field(min_length=6, max_length=6)]
+
+
+class JointRippleTable(SourceTable):
+    """Rows: joints; columns: the orders, in waves a turn of the joint."""
+
+    order: Annotated[list[Order], Field(max_length=200)]
+    sine_mdeg: Waves
+    cosine_mdeg: Waves
+
+
 class HysteresisTable(SourceTable):
     """Half-widths, and how far a joint turns to be on the other side."""
 
@@ -160,6 +172,7 @@ class SourcesTable(Table):
     joint_coupling: JointCouplingTable | None = None
     compliance: ComplianceTable | None = None
     gear_harmonics: GearHarmonicsTable | None = None
+    joint_ripple: JointRippleTable | None = None
     hysteresis: HysteresisTable | None = None
     base_frame: FrameTable | None = None
     thermal_bend: ThermalBendTable | None = None

@@ -37,6 +37,7 @@ ROOMS = [
     {"rehearsal"},
     {"agenda"},
     {"schema_heat", "schema_sources"},
+    {"identify"},
     {"schema"},
     {"reading"},
     {"heating", "faults"},
@@ -67,6 +68,7 @@ ONLY = {
         "compensate",
         "plant",
         "verify",
+        "identify",
     },
     "ruckig": {"ramps"},
     "pinocchio": {"plant", "real_arm", "thermal"},  # thermal: inverse dynamics of the drives' losses

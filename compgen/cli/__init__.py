@@ -18,8 +18,14 @@ from compgen.exceptions import CompgenError
 
 __all__ = ["main"]
 
-_ALL = ("inspect", "init", "jobs", "programs", "paging", "heat", "whatif")
-_ALONE = {"inspect": "inspect", "init": "init"}  # quick commands, which need not load the libraries of the others
+_ALL = ("inspect", "init", "jobs", "programs", "paging", "heat", "whatif", "measure", "plan")
+_ALONE = {
+    "inspect": "inspect",
+    "init": "init",
+    "identify": "measure",
+    "validate": "measure",
+    "plan-poses": "plan",
+}  # quick commands, which need not load the libraries of the others
 
 
 @app.callback(invoke_without_command=True)

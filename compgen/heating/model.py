@@ -43,13 +43,12 @@ def node_model(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: str
     )
 
 
-def profiles(facts: sc.RobotFile, robot: Robot, where: str) -> tuple[Profile, ...]:
+def profiles(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Profile, ...]:
     """Profiles along the heated lengths.
 
     Raises:
         InputError: Unknown nodes, sections that do not fit the length.
     """
-    thermal = facts.thermal
     rises = {n.name: n.rise_K for n in thermal.node}
     found = []
     for i, profile in enumerate(thermal.profile):
@@ -84,13 +83,15 @@ def _cte(thermal: sc.ThermalTable, length: str, where: str) -> float:
     return cte[length]
 
 
-def network(facts: sc.RobotFile, robot: Robot, nodes: NodeModel, where: str) -> tuple[Network, tuple[Profile, ...]]:
+def network(
+    thermal: sc.ThermalTable, robot: Robot, nodes: NodeModel, where: str
+) -> tuple[Network, tuple[Profile, ...]]:
     """The conduction network, and profiles that take each heated length's mean from it.
 
     Raises:
         InputError: The file has none, or its parts contradict each other.
     """
-    table = facts.thermal.network
+    table = thermal.network
     key = f"{where}: thermal.network"
     if table is None:
         raise InputError(f"{key}: missing; add it, or set thermal.model = 'nodes'")
@@ -124,7 +125,7 @@ def network(facts: sc.RobotFile, robot: Robot, nodes: NodeModel, where: str) -> 
     if driven != list(range(6)):
         raise InputError(f"{key}.housing: drives {[d + 1 for d in driven]}; each of 1 to 6 must stand in one housing")
     volumes = assemble(bodies, housings, table.floor_W_K)
-    heated = [p.length for p in facts.thermal.profile]
+    heated = [p.length for p in thermal.profile]
     rows = {b.name: 2 * k for k, b in enumerate(bodies)} | {h.name: 2 * k + 1 for k, h in enumerate(housings)}
     if len(rows) != len(bodies) + len(housings):
         raise InputError(f"{key}: a name stands twice among bodies and housings; give each its own")

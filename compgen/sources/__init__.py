@@ -11,6 +11,7 @@ from compgen.sources.gear_harmonics import GearHarmonics
 from compgen.sources.gravity import Loads
 from compgen.sources.hysteresis import Hysteresis
 from compgen.sources.joint_coupling import JointCoupling
+from compgen.sources.joint_ripple import JointRipple
 from compgen.sources.joint_zeros import JointZeros
 from compgen.sources.knowledge import Known, prior_of, table_of
 from compgen.sources.link_offsets import LinkOffsets, parallel
@@ -28,6 +29,7 @@ ORDER = (
     JointCoupling,
     JointCompliance,
     GearHarmonics,
+    JointRipple,
     Hysteresis,
     BaseFrame,
     ThermalBend,
@@ -45,6 +47,7 @@ __all__ = [
     "Hysteresis",
     "JointCompliance",
     "JointCoupling",
+    "JointRipple",
     "JointZeros",
     "Known",
     "LinkOffsets",

@@ -1,0 +1,128 @@
+"""The synthetic campaign: made-up robots, identified and judged. Run it with [seeds] [first]: a row is printed each."""
+
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from flawed import flawed_file
+from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warming, with_outliers
+
+from compgen.identify.fit import fit
+from compgen.identify.frames import Frames
+from compgen.identify.measurements import joined
+from compgen.identify.model import chosen
+from compgen.identify.story import identify
+
+SOURCES = (
+    "thermal_growth", "link_offsets", "joint_zeros", "joint_coupling", "compliance", "gear_harmonics", "joint_ripple",
+    "hysteresis", "base_frame", "tool_frame", "thermal_bend", "map",
+)  # fmt: skip
+
+
+def quiet(stage, share):
+    """Says nothing."""
+
+
+def robot_file(folder):
+    """The study's arm with masses, widths and heated lengths, and nothing wrong yet."""
+    return flawed_file(
+        Path(folder), "nominal", drop=tuple(s for s in SOURCES if s not in ("hysteresis", "thermal_bend"))
+    )
+
+
+def aligned_error(truth, model, p, frames, theta, direction):
+    """Predicted less true place of three reflectors at cold poses, per coordinate; frames as they were fitted."""
+    rng = np.random.default_rng(0)
+    fresh = measured(truth, theta, rng, noise=0.0, direction=direction)
+    own = Frames(frames.rotation[:1], frames.origin[:1], frames.reflector[:3])
+    return own.seen(fresh, *model.pose(fresh, p)) - fresh.position
+
+
+def warm_excess(truth, model, best, rng, temperatures):
+    """How far warmth moves fresh poses, and how much of that the model leaves, per coordinate."""
+    theta = random_theta(truth.arm.robot, rng, 100)
+    time = rng.uniform(0, 5 * 3600, 100)
+    final, tau = np.array([11, 4, 13, 3, 2.3]), np.array([2.2, 1.4, 2.0, 1.8, 1.8]) * 3600
+    rise = final * (1 - np.exp(-time[:, None] / tau))
+    warm = measured(truth, theta, rng, noise=0.0, rise=rise, time=np.arange(100.0), warm=time)
+    cold = replace(warm, rise=0 * rise, warm=0 * time)
+    real = truth.noiseless(warm) - truth.noiseless(cold)
+    own = Frames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
+    seen = warm if temperatures else replace(warm, rise=0 * rise)
+    told = own.seen(seen, *model.pose(seen, best.p)) - own.seen(cold, *model.pose(cold, best.p))
+    moved = np.einsum("ij,nj->ni", truth.frames.rotation[0].T, real)
+    guess = np.einsum("ij,nj->ni", best.frames.rotation[0].T, told)
+    return np.sqrt((moved**2).mean()), np.sqrt(((guess - moved) ** 2).mean())
+
+
+def run(seed, temperatures=True, file=None):
+    """One made-up robot: what was found, in numbers."""
+    truth = made_up(file, seed)
+    rng = np.random.default_rng(1000 + seed)
+    robot, nodes = truth.arm.robot, len(truth.arm.nodes)
+    cold, wild = with_outliers(measured(truth, random_theta(robot, rng, 60), rng), rng)
+    lines = axis_lines(truth, rng)
+    warm, _ = warming(truth, rng)
+    if not temperatures:
+        warm = replace(warm, rise=np.zeros_like(warm.rise))
+    data = joined([cold, warm, lines])
+    # one instrument for cold and warm: it stays where it is
+    same = np.where(data.instrument <= 1, 0, data.instrument - 1)
+    data = replace(
+        data, instrument=same, instruments=data.instruments[:1] + data.instruments[2:],
+        aligned=np.delete(np.array(data.aligned), 1),
+    )  # fmt: skip
+    start = time.perf_counter()
+    found = identify(robot, truth.arm.known, data, nodes, temperatures, quiet)
+    took = time.perf_counter() - start
+    best = found.chosen.fit
+    theta = random_theta(robot, rng, 500)
+    direction = rng.choice([-1.0, 1.0], theta.shape)
+    error = aligned_error(truth, found.model, best.p, best.frames, theta, direction)
+    rms = np.sqrt((error**2).mean())
+    noisy = np.sqrt(rms**2 + NOISE**2)
+    flagged = best.wild[: len(wild)]
+    hits = int((flagged & wild).sum())
+    extra = int(best.wild.sum()) - hits
+    value = {t.name: v for t, v in zip(truth.model.terms, truth.p)}
+    cover = [
+        abs(best.p[k] - value[t.name]) <= 1.96 * best.sigma[k]
+        for k, t in enumerate(found.model.terms)
+        if best.active[k]
+        and t.name in value
+        and t.source != "joint_ripple"
+        and (temperatures or not t.source.startswith("thermal"))  # else rise and rate are only known together
+    ]
+    # what the warm-up does to the cold parameters when nothing explains it, and when something does
+    level = found.chosen.level
+    clean = fit(found.model, joined([cold, lines]), chosen(found.model, level.groups))
+    plain = [g for g in level.groups if g.split(".")[0] not in ("thermal_growth", "thermal_bend", "warm_up")]
+    blind = fit(found.model, replace(data, rise=np.zeros_like(data.rise), warm=np.zeros_like(data.warm)),
+                chosen(found.model, plain))  # fmt: skip
+    base = np.sqrt((aligned_error(truth, found.model, clean.p, clean.frames, theta, direction) ** 2).mean())
+    bad = np.sqrt((aligned_error(truth, found.model, blind.p, blind.frames, theta, direction) ** 2).mean())
+    excess, left = warm_excess(truth, found.model, best, rng, temperatures)
+    return {
+        "seed": seed, "temperatures": temperatures, "excess_um": excess * 1e6, "left_um": left * 1e6,
+        "model": level.name, "rms_um": rms * 1e6, "noisy": noisy / NOISE, "cover": float(np.mean(cover)),
+        "counted": len(cover), "hits": hits, "wild": int(wild.sum()), "extra": extra, "blind_um": bad * 1e6,
+        "cold_only_um": base * 1e6, "seconds": took, "noise_um": best.noise * 1e6, "refused": found.refused,
+    }  # fmt: skip
+
+
+if __name__ == "__main__":
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    with tempfile.TemporaryDirectory() as folder:
+        file = robot_file(folder)
+        for s in range(first, first + count):
+            for temperatures in (True, False):
+                told = run(s, temperatures, file)
+                row = (f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in told.items())
+                print(" ".join(row), flush=True)

@@ -1,0 +1,151 @@
+"""The whole way: measure a made-up robot, identify it, generate with the file, run the text on the arm as it is."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaign import robot_file
+from conftest import path_file, quiet
+from synthetic import NOISE, made_up, measured, random_theta
+from typer.testing import CliRunner
+
+from compgen import pipeline
+from compgen.cells import load_cell
+from compgen.cli import measure, plan
+from compgen.cli.app import app
+from compgen.config import load_job
+from compgen.dialects import fanuc_ls
+from compgen.flaws import flaws_of
+from compgen.identify.parts import parts_of
+from compgen.identify.story import fitted_sources
+from compgen.twin import Twin
+from compgen.units import DEG, MM, UM
+from compgen.verify import deviation
+
+assert measure
+assert plan
+HEAD = "order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
+
+
+def csv(truth, data):
+    """Measurements as a file has them."""
+    pendant = truth.arm.robot.to_pendant(data.theta)[data.pose] / DEG
+    rows = [HEAD]
+    for n, (q, p) in enumerate(zip(pendant, data.position / MM)):
+        numbers = [*(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]
+        rows.append(",".join([str(data.pose[n]), data.reflectors[data.reflector[n]], *numbers]))
+    return "\n".join(rows) + "\n"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A cold made-up robot, its measurements as files, and the robot file that identify writes."""
+    folder = tmp_path_factory.mktemp("twin")
+    truth = made_up(robot_file(folder), 7)
+    cold = np.array([not t.source.startswith("thermal") for t in truth.model.terms])
+    truth = replace(truth, p=np.where(cold, truth.p, 0.0))
+    rng = np.random.default_rng(70)
+    robot = truth.arm.robot
+    (folder / "poses.csv").write_text(csv(truth, measured(truth, random_theta(robot, rng, 80), rng)))
+    (folder / "fresh.csv").write_text(csv(truth, measured(truth, random_theta(robot, rng, 40), rng)))
+    target = folder / "found.toml"
+    told = CliRunner().invoke(
+        app, ["identify", truth.arm.source, "--poses", str(folder / "poses.csv"), "-o", str(target), "--json"]
+    )
+    assert told.exit_code == 0, told.output
+    return truth, folder, target, json.loads(told.stdout)
+
+
+def real_sources(truth):
+    """The sources as they really are."""
+    parts = parts_of(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
+
+    class Everything:
+        p, sigma, active, wild = truth.p, truth.p, np.ones(len(truth.p), bool), np.zeros(1, bool)
+
+    return [k.source for k in fitted_sources(truth.arm.known, parts, truth.model, Everything)]
+
+
+def test_the_report_says_what_a_reader_needs(made):
+    _, _, target, told = made
+    assert told["verdict"] == "accepted"
+    assert told["ladder"][0]["model"] == "frames only"
+    assert told["held_out_um"]["mean"] < 0.2 * told["ladder"][0]["held_out_um"]["mean"]
+    assert abs(told["noise_um"] - 25) < 6
+    assert {"name", "value", "sigma", "told", "held_by_prior"} <= set(told["parameters"][0])
+    assert b"plotly" in target.with_suffix(".html").read_bytes()
+    assert json.loads(target.with_suffix(".json").read_text()) == told
+
+
+def test_the_same_files_give_the_same_bytes(made):
+    truth, folder, target, _ = made
+    other = folder / "again.toml"
+    CliRunner().invoke(
+        app, ["identify", truth.arm.source, "--poses", str(folder / "poses.csv"), "-o", str(other), "-q"]
+    )
+    assert other.read_bytes() == target.read_bytes()
+    assert other.with_suffix(".html").read_bytes() == target.with_suffix(".html").read_bytes()
+
+
+def test_the_written_file_says_what_was_found(made):
+    _, _, target, told = made
+    cell = load_cell(str(target))
+    zeros = next(k for k in cell.known if k.source.NAME == "joint_zeros")
+    value = {p["name"]: p for p in told["parameters"]}["joint_zeros.offset_mdeg[2]"]
+    assert zeros.source.offset[1] / DEG * 1000 == pytest.approx(value["value"], rel=1e-6)
+    assert zeros.sigma["offset"][1] / DEG * 1000 == pytest.approx(value["sigma"], rel=1e-6)
+    assert "poses.csv" in zeros.provenance
+
+
+def test_validate_needs_no_fit_on_the_same_instrument(made):
+    _, folder, target, _ = made
+    told = CliRunner().invoke(app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json"])
+    assert told.exit_code == 0, told.output
+    numbers = json.loads(told.stdout)
+    assert set(numbers["targets"]) == {"r1", "r2", "r3"}
+    assert numbers["overall"]["identified"]["rms"] < 1.3 * NOISE * np.sqrt(3) / MM
+    assert numbers["overall"]["nominal"]["rms"] > 0.5
+    again = CliRunner().invoke(
+        app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json", "--refit-frames"]
+    )
+    assert json.loads(again.stdout)["overall"]["identified"]["rms"] <= numbers["overall"]["identified"]["rms"] * 1.01
+
+
+def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
+    truth, _, target, _ = made
+    real = flaws_of(real_sources(truth))
+    job = load_job(path_file("circle_1300"), robot=str(target), overrides=["process.chord_um=20"])
+    job = replace(job, before=())
+    _, corrected = pipeline.generate(job, quiet)
+    planned = pipeline.predict(replace(job, sources=job.sources[:1]), quiet)
+    twin = Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, real)
+
+    def p99(text):
+        ride = twin.ride(fanuc_ls.interpret(text), (), lambda share: None)
+        return float(np.quantile(deviation(planned.path, ride).total(), 0.99))
+
+    before, after = p99(fanuc_ls.compose(planned.program)), p99(corrected.text)
+    assert before > 500 * UM
+    assert after < 3 * NOISE, (before, after)
+
+
+def test_arms_without_closed_form_say_so_when_asked_to_generate():
+    told = CliRunner().invoke(app, ["generate", path_file("circle_1300"), "--robot", "ur5"])
+    assert "no closed-form inverse kinematics" in str(told.exception)
+    for name in ("ur5", "irb120"):
+        assert CliRunner().invoke(app, ["plan-poses", name, "-n", "1", "-q"]).exit_code != 0
+
+
+def test_planned_poses_tell_more_than_random_ones(tmp_path):
+    folder = tmp_path / "plan"
+    told = CliRunner().invoke(app, ["plan-poses", "irb120", "-n", "12", "-o", str(folder), "-q"])
+    assert told.exit_code == 0, told.output
+    assert sorted(p.name for p in folder.iterdir()) == ["IRB120_POSES.LS", "expected.csv", "poses.csv"]
+    program = fanuc_ls.loads((folder / "IRB120_POSES.LS").read_bytes())
+    assert program.dumps() if hasattr(program, "dumps") else fanuc_ls.dumps(program)
+    rows = (folder / "poses.csv").read_text().splitlines()
+    assert rows[0] == HEAD
+    assert len(rows) == 13
+    expected = (folder / "expected.csv").read_text().splitlines()[1:]
+    assert all(float(r.rsplit(",", 2)[2]) <= float(r.rsplit(",", 2)[1]) * (1 + 1e-9) for r in expected)
