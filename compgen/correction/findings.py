@@ -8,8 +8,9 @@ from compgen.correction.edits import decimals_of
 from compgen.correction.result import Correction
 from compgen.correction.share import SAME
 from compgen.correction.solve import error_models
-from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+from compgen.dialects.fanuc_ls.store import size
 from compgen.extrapolation import outside_joints, outside_map, unknown_start
+from compgen.paging import store_of
 from compgen.units import KB, MM, UM
 from compgen.verify import Finding
 
@@ -156,7 +157,7 @@ def _heat(result: Correction) -> list[Finding]:
     run = drive.duration > 0
     if run.any() and np.nansum(drive.length) > 0:
         feed = float(np.nansum(drive.length[run]) / drive.duration[run].sum())
-        told = heat.strays(result.before, feed, float(solved.time[-1]), solved.rise)
+        told = heat.strays(result.before, round(feed, 4), float(solved.time[-1]), solved.rise)
         found += [Finding("warning", "thermal.box", text) for text in told]
     return found
 
@@ -179,14 +180,13 @@ def _controller(result: Correction) -> list[Finding]:
     if controller.compensation == "signature":
         text = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
         found.append(Finding("note", "controller.signature", text))
-    if result.added:
-        positions = len(set(result.plan.program.positions.number.tolist()))
-        motions = len(result.plan.program.motions.line)
-        memory = MEMORY_PROGRAM + MEMORY_POSITION * positions + MEMORY_MOTION * motions
-        told = f"{result.added} positions are new: {positions} in all, about {memory / KB:.0f} kB on the controller"
-        over = positions > controller.max_positions or memory > controller.memory
-        over = over or len(result.plan.program.statements) > controller.max_lines
-        found.append(Finding("warning" if over else "note", "controller.size", told + (", too many" if over else "")))
+    asked = size(result.plan.program)
+    told = f"{asked.lines} lines, {asked.positions} positions, about {asked.memory / KB:.0f} kB on the controller"
+    if not asked.within(store_of(result.cell.robot)):
+        told = f"{told}: more than it holds in one file; compgen pages parts what was written"
+        found.append(Finding("warning", "controller.size", told))
+    elif result.added:
+        found.append(Finding("note", "controller.size", f"{result.added} positions are new: {told}"))
     return found
 
 
