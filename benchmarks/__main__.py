@@ -73,8 +73,6 @@ def main() -> None:
     t = cases.text(cases.job_of("process.chord_um=0.4"), compiler)
     row("per-line LS writer over compgen", ">= 5", f"{t['write slow'] / t['write fast']:.1f}")
     row("per-line LS reader over compgen", ">= 8", f"{t['read slow'] / t['read fast']:.1f}")
-    h = cases.heat(planned)
-    row("solve_ivp (BDF) over compgen's heat", "", f"{h['slow'] / h['fast']:.0f}")
     points = min(5000, len(planned.theta) - 1001)
     mine, question = cases.timed(planned, points)
     if not given.no_peers:

@@ -10,7 +10,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pinocchio as pin
-from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from benchmarks.measure import seconds
@@ -200,21 +199,6 @@ def text(job: Job, compiler: Any) -> dict[str, float]:
         "read fast": seconds(lambda: fanuc_ls.interpret(data)) / rows,
         "read slow": seconds(read, 3) / rows,
     }
-
-
-def heat(planned: Planned) -> dict[str, float]:
-    """The nodes' warmth over a program by solve_ivp, and in closed form [s]."""
-    model, clock = planned.job.heat, planned.trajectory.time
-    start = planned.rise[0]
-    goal = model.steady("moving", np.array([planned.feed]))[0]
-    fast = seconds(lambda: model.during(start, clock, planned.trajectory.driven))
-    slow = seconds(
-        lambda: solve_ivp(
-            lambda t, y: (goal - y) / model.tau, (0, clock[-1]), start, "BDF", clock, rtol=1e-9, atol=1e-9
-        ),
-        3,
-    )
-    return {"fast": fast, "slow": slow}
 
 
 def timed(planned: Planned, points: int) -> tuple[float, dict[str, Any]]:
