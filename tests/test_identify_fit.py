@@ -15,6 +15,8 @@ from compgen.identify.frames import Frames
 from compgen.identify.held_out import held_out
 from compgen.identify.linear import Scales, normal_of, posterior
 from compgen.identify.measurements import joined
+from compgen.identify.model import build_model
+from compgen.identify.parts import parts_of
 from compgen.identify.story import identify
 from compgen.rotations import matrix_of
 
@@ -145,13 +147,15 @@ def by_scipy(model, data, active, start):
         return np.concatenate([z.ravel() / NOISE, x[:40]])
 
     begun = time.perf_counter()
-    told = least_squares(residual, np.zeros(55), x_scale="jac")
+    told = least_squares(residual, np.zeros(55), x_scale="jac", xtol=1e-10, ftol=1e-10, gtol=1e-10)
     return told, time.perf_counter() - begun
 
 
 def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
-    data, active = forty(truth, 1000)
-    model = truth.model
+    parts = [p for p in parts_of(truth.arm.robot, truth.arm.known, np.ones(6, bool), False) if p.before.NAME in FORTY]
+    model = build_model(truth.arm.robot, parts, len(truth.arm.nodes))
+    plain = replace(truth, model=model, p=np.random.default_rng(6).normal(0, model.prior))
+    data, active = forty(plain, 1000)
     fit(model, data.kept(data.pose < 50), active, learn=False, robust=False, noise=NOISE)  # warm caches
     begun = time.perf_counter()
     found = fit(model, data, active, learn=False, robust=False, noise=NOISE)
@@ -160,7 +164,7 @@ def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     told, theirs = by_scipy(model, data, active, start)
     p = found.p[active] / model.prior[active]
     spread = found.sigma[active] / model.prior[active]
-    assert (np.abs(p - told.x[:40]) < 0.01 * spread).all()  # what a numerical Jacobian leaves
+    assert (np.abs(p - told.x[:40]) < 0.05 * spread).all()  # what a numerical Jacobian leaves
     ours_cost = (found.residual**2).sum() / NOISE**2 + (p**2).sum()
     assert ours_cost <= 2 * told.cost * (1 + 1e-9)
     print(theirs, ours, told.nfev)

@@ -13,7 +13,7 @@ import numpy as np
 from compgen.arrays import Array, own
 from compgen.identify.measurements import Measurements
 
-ROUNDS = 200
+ROUNDS = 50
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,7 +48,7 @@ def begin(data: Measurements, position: Array, rotation: Array) -> Frames:
         miss = np.linalg.norm(frames.seen(data, position, rotation) - data.position, axis=1)
         usual = max(float(np.median(miss)), 1e-9)
         weight = 1 / np.maximum(miss / (4 * usual), 1.0) ** 2
-        if abs(last - usual) <= 1e-4 * usual:
+        if abs(last - usual) <= 0.02 * usual:
             break
         last = usual
     return frames

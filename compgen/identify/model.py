@@ -4,7 +4,9 @@ r"""Error sources with symbols for parameters: where the flange is, and how that
 
 A parameter p_k has a Gaussian prior N(0, sigma_k^2): how far from nominal such robots are before any measurement.
 Those of one kind form a group; their common scale may be learnt from the data (``fit``), never the sign or a single
-value. Without temperatures the rise of a node during a warm-up is a first-order state, A_k (1 - exp(-t / tau))."""
+value. Without temperatures the rise of a node during a warm-up is a first-order state, A_k (1 - exp(-t / tau)),
+A_k a typical rise times 1 + x.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -90,10 +92,13 @@ class Part:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WarmState:
-    """A node whose rise during the warm-up is unknown: A (1 - exp(-t / tau)), tau = typical exp(x)."""
+    """A node whose rise during the warm-up is unknown: A (1 + y) (1 - exp(-t / tau)), tau = typical exp(x).
+
+    It begins at the typical rise and not at none, where a bend of unknown rate would show no slope.
+    """
 
     node: int
-    amplitude: float  # [K] prior of A
+    amplitude: float  # [K] A, typical; y has a prior of 1
     tau: float  # [s] typical
     clock: str  # nodes with the same word share one tau
 
@@ -133,8 +138,8 @@ def _warm(states: Sequence[WarmState], rise: Any, warm: Any) -> tuple[list[Any],
             terms.append(Term("warm_up", "log_tau", (len(clocks) - 1,), "log_tau", 1.0, 1.0, "warm_up.tau"))
         A = ca.SX.sym(f"rise_{s.node}")
         symbols.append(A)
-        terms.append(Term("warm_up", "rise", (s.node,), "rise_K", 1.0, s.amplitude, "warm_up.rise"))
-        rises[s.node] = rises[s.node] + A * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
+        terms.append(Term("warm_up", "rise", (s.node,), "rise_over_typical", 1.0, 1.0, "warm_up.rise"))
+        rises[s.node] = rises[s.node] + s.amplitude * (1 + A) * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
     return symbols, terms, ca.vertcat(*rises)
 
 

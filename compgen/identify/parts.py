@@ -29,7 +29,7 @@ from compgen.units import DEG, HOUR
 
 RIPPLE = tuple(range(3, 33))  # orders above the first two
 WIDTH = 0.2 * DEG  # over which a reversal is done, where the robot file says nothing
-WARM_RISE = 15.0  # K: prior of a node's rise in a warm-up without temperatures
+WARM_RISE = 8.0  # K: typical of a node in a warm-up without temperatures
 WARM_TAU = 2 * HOUR  # s: typical; its logarithm has a prior of 1
 
 
@@ -80,6 +80,7 @@ def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool,
     hayati = parallel(robot.alpha)
     loads = next((k.source.loads for k in known if isinstance(k.source, (JointCompliance, Hysteresis))), None)
     heavy = loads is not None and bool(loads.mass.any() or loads.payload)
+    have = {kind: unpushed(own) for kind, own in have.items()}
     parts: list[Part] = []
     growth = have.get(ThermalGrowth)
     if growth is not None:
@@ -99,6 +100,7 @@ def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool,
     ratios = [(i, j) for i in range(6) for j in joints]
     parts.append(_of(have, JointCoupling(np.zeros((6, 6)), robot.pendant_zero), {"ratio": ratios}, True))
     if heavy and loads is not None:
+        loads = replace(loads, force=np.zeros(3))
         give = [(i,) for i in range(1, 6)]
         parts.append(_of(have, JointCompliance(np.zeros(6), loads), {"compliance": give}, True))
     first = [(i, h) for i in joints for h in range(2)]
@@ -128,6 +130,14 @@ def warm_states(known: Sequence[Known], nodes: int) -> tuple[WarmState, ...]:
         elif isinstance(k.source, ThermalBend):
             used[k.source.node] = True
     return tuple(WarmState(k, WARM_RISE, WARM_TAU, str(k)) for k in np.flatnonzero(used).tolist())
+
+
+def unpushed(known: Known) -> Known:
+    """The same without the process force: nothing pushes on the tool while it is measured."""
+    source = known.source
+    if not isinstance(source, (JointCompliance, Hysteresis)):
+        return known
+    return replace(known, source=replace(source, loads=replace(source.loads, force=np.zeros(3))))
 
 
 def _of(

@@ -12,6 +12,7 @@ from compgen.identify.fit import fit
 from compgen.identify.frames import Frames
 from compgen.identify.measurements import Measurements
 from compgen.identify.model import Part, build_model
+from compgen.identify.parts import unpushed
 from compgen.identify.plausible import check_enough, check_plausible
 from compgen.robot import Robot
 from compgen.sources import AxisMap, BaseFrame, Known, ToolFrame
@@ -53,7 +54,7 @@ def validate(robot: Robot, known: Sequence[Known], data: Measurements, nodes: in
     """
     parts = [
         Part(k.source, k.source, ca.SX.zeros(0, 1), (), {})
-        for k in known
+        for k in map(unpushed, known)
         if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
     ]
     nominal, real = build_model(robot, [], nodes), build_model(robot, parts, nodes)
