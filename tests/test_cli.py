@@ -1,5 +1,6 @@
 """The command line as a user meets it: exit codes, one-line messages, whole outputs."""
 
+import io
 import json
 import os
 import re
@@ -7,19 +8,30 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
 from conftest import ROOT
 
+from compgen import cli
+
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
 OURS = {"LINE_Y.LS", "report.json", "report.html", "waypoints.csv"}
 
 
-def run(*arguments, cwd=ROOT, **kwargs):
-    command = [sys.executable, "-m", "compgen", *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, **kwargs)
+def run(*arguments, cwd=ROOT):
+    """The command line in this process, from its arguments to its exit code: starting Python is what takes time."""
+    out, err, before = io.StringIO(), io.StringIO(), sys.argv
+    sys.argv = ["compgen", *map(str, arguments)]
+    try:
+        with chdir(cwd), redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as left_with:
+            cli.main()
+    finally:
+        sys.argv = before
+    return SimpleNamespace(returncode=left_with.value.code, stdout=out.getvalue(), stderr=err.getvalue())
 
 
 def refused(result, code, *words):

@@ -1,6 +1,5 @@
 """``compgen correct`` as a user meets it: files, exit codes, one-line refusals, the folder untouched on error."""
 
-import io
 import json
 import os
 import shutil
@@ -8,32 +7,16 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import chdir, redirect_stderr, redirect_stdout
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import ROOT
 from ls_text import at, cartesian, joint_form, program
-from test_cli import ENVIRONMENT, refused
+from test_cli import ENVIRONMENT, refused, run
 from test_correction import HOME, ROUNDED_UM, left
-
-from compgen import cli
 
 ROBOT = ROOT / "robots" / "m710ic50.toml"
 BEFORE = ("--before", "moving 200mm/s 6h")
-
-
-def run(*arguments):
-    """The command line in this process, from its arguments to its exit code: starting Python is what takes time."""
-    out, err, before = io.StringIO(), io.StringIO(), sys.argv
-    sys.argv = ["compgen", *map(str, arguments)]
-    try:
-        with chdir(ROOT), redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as left_with:
-            cli.main()
-    finally:
-        sys.argv = before
-    return SimpleNamespace(returncode=left_with.value.code, stdout=out.getvalue(), stderr=err.getvalue())
 
 
 @pytest.fixture
