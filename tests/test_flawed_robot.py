@@ -78,7 +78,7 @@ def test_the_report_names_the_sources(raster):
     _, planned, corrected = raster
     named = report.summary(planned, corrected)["provenance"]["sources"]
     assert named[:2] == ["thermal_growth", "link_offsets"]
-    assert len(named) == 14
+    assert len(named) == 15
 
 
 def test_the_correction_stays_within_its_rate_through_reversals(raster):
@@ -257,4 +257,4 @@ def test_tables_left_out_are_sources_left_out(tmp_path):
     drop = ("hysteresis", "map", "thermal_bend", "compliance")
     cell = load_cell(flawed_file(tmp_path, "less", drop))
     assert not {s.NAME for s in cell.sources} & set(drop)
-    assert len(cell.sources) == 8
+    assert len(cell.sources) == 9
