@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compgen import __version__, heating
+from compgen import __version__
 from compgen import schema as sc
 from compgen.exceptions import InputError
 from compgen.faults import read_box, read_sources
@@ -17,12 +17,12 @@ from compgen.ik import check_arm_class
 from compgen.reading import check, find_robot, override, read_toml
 from compgen.robot import Controller, Robot
 from compgen.sources import Known, ThermalGrowth
-from compgen.thermal import NodeModel, Profile
-from compgen.thermal.network import Network
 from compgen.units import DEG, KB, MM, MS
 
 if TYPE_CHECKING:
     from compgen.job import Cell
+    from compgen.thermal import NodeModel, Profile
+    from compgen.thermal.network import Network
 
 
 def load_robot(name: str) -> Robot:
@@ -209,8 +209,10 @@ def robot_of(facts: sc.RobotFile, where: str) -> Robot:
 
 def _warmth(
     facts: sc.RobotFile, robot: Robot, where: str
-) -> tuple[NodeModel | Network, tuple[Profile, ...], ThermalGrowth]:
+) -> "tuple[NodeModel | Network, tuple[Profile, ...], ThermalGrowth]":
     """The heat model, the profiles along its links, and how they grow."""
+    from compgen import heating  # here, for the same reason as ``Cell``
+
     if facts.thermal is None:
         raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
     profiles = heating.profiles(facts.thermal, robot, where)

@@ -219,6 +219,14 @@ def test_the_manifest_says_order_checksum_start_and_warmth(made):
     assert told["loads"] == 1
 
 
+def stepped(heat, rise, time, driven):
+    """Rises at each moment, node by node through every segment."""
+    out = [rise]
+    for goal, dt in zip(heat.steady("moving", driven), np.diff(time)):
+        out.append(goal + (out[-1] - goal) * np.exp(-dt / heat.tau))
+    return np.array(out)
+
+
 def test_the_window_of_a_page_is_how_long_one_may_wait_before_it(made):
     """By driving on from the late robot: what is added is start_drift, and more with a longer wait."""
     planned, corrected, _ = made
@@ -230,7 +238,7 @@ def test_the_window_of_a_page_is_how_long_one_may_wait_before_it(made):
 
     def added(wait):
         late = job.heat.after([Duty("idle", 0.0, wait)], planned.rise[n])
-        rise = job.heat.during(late, time, planned.trajectory.driven[n:])
+        rise = stepped(job.heat, late, time, planned.trajectory.driven[n:])
         moved, _ = planned.model.actual_pose(solution.theta[n:], rise)
         return np.linalg.norm(moved - now, axis=1).max()
 
@@ -330,8 +338,8 @@ def test_what_a_wait_does_counts_from_there_on():
     window = pipeline.start_window(planned, corrected.solution, n)
     assert window > corrected.start_window + 20
     late = job.heat.after([Duty("idle", 0.0, window)], planned.rise[n])
-    rise = job.heat.during(
-        late, planned.trajectory.time[n:] - planned.trajectory.time[n], planned.trajectory.driven[n:]
+    rise = stepped(
+        job.heat, late, planned.trajectory.time[n:] - planned.trajectory.time[n], planned.trajectory.driven[n:]
     )
     moved = planned.model.actual_pose(theta[n:], rise)[0] - planned.model.actual_pose(theta[n:], planned.rise[n:])[0]
     assert np.linalg.norm(moved, axis=1).max() == pytest.approx(job.start_drift, rel=1e-3)

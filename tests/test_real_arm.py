@@ -63,8 +63,8 @@ def test_chain_and_twin_agree_on_each_source_alone(cell, number):
 
 
 def test_all_sources_are_in_the_test(cell):
-    assert len(cell.sources) == 14
-    assert len({type(s) for s in cell.sources}) == 12
+    assert len(cell.sources) == 15
+    assert len({type(s) for s in cell.sources}) == 13
 
 
 def test_the_flaws_come_from_the_motion_executed(cell):

@@ -19,7 +19,6 @@ from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from compgen.arrays import Array, own
 from compgen.kinematics import Chain, is_zero
@@ -69,6 +68,8 @@ def _basis_expr(station: Array, x: Any) -> Any:
     S = len(station)
     if S == 2:
         return ca.vertcat(1 - x, x)
+    from scipy.interpolate import CubicSpline  # here: a robot without a map starts without scipy
+
     pieces = CubicSpline(station, np.eye(S), bc_type="natural").c  # (4, S - 1, S), highest power first
     third = np.diff(pieces[0], axis=0, prepend=0.0)  # what each knot adds to the cubic term
     powers = [ca.DM(pieces[p][0]) for p in (3, 2, 1)]
