@@ -18,14 +18,21 @@ from compgen.exceptions import CompgenError
 
 __all__ = ["main"]
 
-_ALL = ("inspect", "init", "jobs", "programs", "paging", "heat", "whatif", "measure", "plan")
-_ALONE = {
+#: the module of each command, in the order of the help: a command starts without the libraries of the others
+_MODULES = {
     "inspect": "inspect",
     "init": "init",
+    "generate": "jobs",
+    "predict": "jobs",
+    "check": "jobs",
+    "correct": "programs",
+    "pages": "paging",
+    "heat": "heat",
+    "whatif": "whatif",
     "identify": "measure",
     "validate": "measure",
     "plan-poses": "plan",
-}  # quick commands, which need not load the libraries of the others
+}
 
 
 @app.callback(invoke_without_command=True)
@@ -41,7 +48,8 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        for module in [_ALONE[sys.argv[1]]] if sys.argv[1:2] and sys.argv[1] in _ALONE else _ALL:
+        asked = _MODULES.get(next(iter(sys.argv[1:]), ""))
+        for module in [asked] if asked else dict.fromkeys(_MODULES.values()):
             import_module(f"compgen.cli.{module}")
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
         sys.stdout.flush()

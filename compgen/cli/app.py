@@ -92,11 +92,11 @@ def say_error(message: str, code: int) -> int:
     return code
 
 
-def output_folder(path: str, output: str | None) -> Path:
-    """Where results go, refused before any work when they cannot go there."""
+def output_folder(path: str, output: str | None, ending: str = "") -> Path:
+    """Where results go, by default outputs/<name><ending>; refused before any work when they cannot go there."""
     if output == "":
         raise InputError("-o: an empty name; give a folder")
-    folder = Path(output) if output is not None else Path("outputs") / Path(path).stem
+    folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}{ending}"
     outbox.check_writable(folder.absolute())
     return folder
 

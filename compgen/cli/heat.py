@@ -1,12 +1,10 @@
 """The command that follows the warmth of a job's day."""
 
 import sys
-from pathlib import Path
 
 from compgen import outbox
-from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app
+from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app, output_folder
 from compgen.config import load_job
-from compgen.exceptions import InputError
 from compgen.report.heat import heat_csv, heat_html, heat_sentences, runs_csv
 from compgen.study import timeline
 
@@ -16,10 +14,7 @@ def heat(
     path: PathFile, robot: RobotName = None, output: OutDir = None, set_: Set = None, quiet: Quiet = False
 ) -> None:
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run."""
-    if output == "":
-        raise InputError("-o: an empty name; give a folder")
-    folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}_heat"
-    outbox.check_writable(folder.absolute())
+    folder = output_folder(path, output, "_heat")
     job = load_job(path, robot, set_ or ())
     day = timeline(job)
     files = {"heat.csv": heat_csv(job, day), "runs.csv": runs_csv(job, day), "heat.html": heat_html(job, day)}

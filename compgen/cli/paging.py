@@ -11,6 +11,7 @@ import typer
 from compgen import outbox
 from compgen.cells import load_cell
 from compgen.cli.app import Quiet, Set, app, output_folder
+from compgen.cli.inspect import ProgramFile, RobotFile, naming_program, read_program
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls.adjoin import check_join
 from compgen.dialects.fanuc_ls.manifest import ENDING, check_manifest, manifest
@@ -19,8 +20,6 @@ from compgen.dialects.fanuc_ls.store import Size, size
 from compgen.exceptions import InputError
 from compgen.paging import store_of
 from compgen.units import KB
-
-ROBOT = "m710ic50"
 
 
 def written_before(manifest: Path) -> set[str]:
@@ -43,8 +42,8 @@ def written_before(manifest: Path) -> set[str]:
 
 @app.command()
 def pages(
-    program: Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)],
-    robot: Annotated[str, typer.Option("--robot", help="Robot name or file, for what its controller holds.")] = ROBOT,
+    program: ProgramFile,
+    robot: RobotFile = "m710ic50",
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the pages; default outputs/<program>.")
     ] = None,
@@ -57,15 +56,9 @@ def pages(
     """Part an existing program into pages that the controller holds, with a main program and a manifest."""
     folder = output_folder(program, output)
     store = store_of(load_cell(robot, set_ or ()).robot)
-    try:
-        data = Path(program).read_bytes()
-    except (OSError, ValueError) as failure:
-        why = getattr(failure, "strerror", None) or str(failure)
-        raise InputError(f"{program}: cannot be read: {why}; give a program listing (.LS)") from None
-    try:
+    data = read_program(program)
+    with naming_program(program):
         whole = fanuc_ls.loads(data)
-    except InputError as failure:
-        raise InputError(f"{program}: {failure}") from failure
     asked = size(whole)
     fits = asked.within(store)
     if fits:

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from compgen import outbox
 from compgen.cli import journal
-from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app, say_error
+from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app, output_folder, say_error
 from compgen.config import load_job
 from compgen.exceptions import InputError
 from compgen.job import Job
@@ -45,10 +45,7 @@ def whatif(
     quiet: Quiet = False,
 ) -> None:
     """Vary any key, predict (and correct) every scenario, answer questions. Finished scenarios are kept."""
-    if output == "":
-        raise InputError("-o: an empty name; give a folder")
-    folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}_whatif"
-    outbox.check_writable(folder.absolute())
+    folder = output_folder(path, output, "_whatif")
     _check(asks or [], within_um, bool(vary or listed))
     study = build(path, robot, set_ or (), vary or (), listed, correct) if vary or listed else None
     answers = _answers(path, robot, set_ or [], asks or [], within_um * UM, pass_ or [], feeds)

@@ -7,14 +7,13 @@ import numpy as np
 
 from compgen.arrays import Array, IntArray, dot
 from compgen.correction.places import commanded, on_the_way, samples
-from compgen.correction.solve import stood
+from compgen.correction.solve import legs
 from compgen.dialects.fanuc_ls.drive import Drive
 from compgen.dialects.fanuc_ls.poses import Poses
 from compgen.flaws import flaws_of
 from compgen.job import Cell
 from compgen.rotations import vector_of
 from compgen.thermal import Duty, opening
-from compgen.thermal import Motion as Driven
 from compgen.thermal.network import powered
 from compgen.twin import Twin
 
@@ -78,19 +77,14 @@ def _warmth(
     cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty], station: IntArray, fraction: Array
 ) -> tuple[Array, Array]:
     """Time and rise of samples, stepping each mode through every pause and way."""
-    rate = cell.heat.rate
-    legs = np.column_stack([drive.pause, drive.duration]).ravel()
-    with np.errstate(invalid="ignore", divide="ignore"):
-        driven = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
-    speeds = np.column_stack([np.zeros(len(driven)), driven]).ravel()
-    motion = Driven(np.concatenate([[0.0], np.cumsum(legs)]), stood(poses, drive), speeds)
+    rate, motion = cell.heat.rate, legs(poses, drive)
     every = cell.heat.goals(motion)
     still, goals = every[0::2], every[1::2]
     now, state = 0.0, opening(cell.heat)
     for duty in powered(cell.heat, before, motion):
         goal = cell.heat.goal(duty)
         state = goal - (goal - state) * np.exp(-duty.duration * rate)
-    begin, start = np.empty(len(driven)), np.empty((len(driven), len(rate)))
+    begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
     for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist())):
         if pause:
             state = still[s] + (state - still[s]) * np.exp(-pause * rate)

@@ -21,7 +21,7 @@ from compgen.ik import ALL_POSTURES, nearest_turns
 from compgen.job import Cell
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem, Settings
-from compgen.sources import Motion
+from compgen.sources import STILL, Motion
 from compgen.thermal import Duty, after, during
 from compgen.thermal import Motion as Driven
 from compgen.thermal.network import powered
@@ -41,6 +41,7 @@ class Solved:
     held: tuple[tuple[int, str], ...]  # station, why no correction was taken
     limited: tuple[tuple[int, str], ...]  # station, limit that keeps the correction from being the best
     start: Array  # (K,) [K] rises when the program starts
+    midway: Motion  # halfway on the way to each station
 
 
 def warmth(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
@@ -48,17 +49,21 @@ def warmth(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tu
 
     A pause is standing with the servo on.
     """
-    legs = np.column_stack([drive.pause, drive.duration]).ravel()
+    motion = legs(poses, drive)
+    rise, _ = during(cell.heat, after(cell.heat, powered(cell.heat, before, motion)), motion)
+    return motion.time[2::2], rise[2::2], rise[0]
+
+
+def legs(poses: Poses, drive: Drive) -> Driven:
+    """A program as heat takes it: a pause and a way to each station, (2 S + 1) places."""
+    spent = np.column_stack([drive.pause, drive.duration]).ravel()
     with np.errstate(invalid="ignore", divide="ignore"):
         driven = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
     speeds = np.column_stack([np.zeros(len(driven)), driven]).ravel()
-    time = np.concatenate([[0.0], np.cumsum(legs)])
-    motion = Driven(time, stood(poses, drive), speeds)
-    rise, _ = during(cell.heat, after(cell.heat, powered(cell.heat, before, motion)), motion)
-    return time[2::2], rise[2::2], rise[0]
+    return Driven(np.concatenate([[0.0], np.cumsum(spent)]), _stood(poses, drive), speeds)
 
 
-def stood(poses: Poses, drive: Drive) -> Array:
+def _stood(poses: Poses, drive: Drive) -> Array:
     """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""
     if not len(drive.pose):
         return np.zeros((1, 6))
@@ -86,9 +91,9 @@ def solve(
     limited: list[tuple[int, str]] = []
     rows = np.flatnonzero(free)
     if not len(rows):
-        return Solved(correction, theta, rise, time, (), (), start)
+        return Solved(correction, theta, rise, time, (), (), start, STILL)
     models = error_models(cell, poses, drive.pose[rows])
-    motion, _ = course(cell, poses, drive)
+    motion, midway = course(cell, poses, drive)
     correction[rows], theta[rows] = pointwise(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
     runs = dense_runs(poses, drive, free, settings.curvature_period)
     for i, (first, last) in enumerate(runs):
@@ -103,7 +108,7 @@ def solve(
     for station, _ in refused:
         correction[station] = 0.0
         theta[station] = poses.theta[drive.pose[station]]
-    return Solved(correction, theta, rise, time, tuple(refused), tuple(limited), start)
+    return Solved(correction, theta, rise, time, tuple(refused), tuple(limited), start, midway)
 
 
 def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorModel]:

@@ -8,7 +8,6 @@ import numpy as np
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.correction import findings as say
 from compgen.correction import mark
-from compgen.correction.course import course
 from compgen.correction.edits import decimals_of, number_edits
 from compgen.correction.places import on_the_way, straight
 from compgen.correction.prove import fly, off
@@ -54,7 +53,7 @@ def correct(
         TwinError: The proof cannot be made.
     """
     progress("reading", 0.0)
-    program = loads(data)
+    planned = program = loads(data)
     plan = _plan(program, cell, frames, before, options, progress)
     if not options.again:
         _refuse_marked(plan)
@@ -70,7 +69,7 @@ def correct(
         if parts:
             program = split_positions(program, plan.poses, plan.drive, parts)
             plan = _plan(program, cell, frames, before, options, progress)
-    return _written(data, plan, cell, frames, before, options, progress)
+    return _written(planned, plan, cell, frames, before, options, progress)
 
 
 def _plan(
@@ -155,12 +154,11 @@ def _middle(plan: Plan, cell: Cell, ways: IntArray) -> Array:
     )  # fmt: skip
     rise = (plan.solved.rise[ways] + plan.solved.rise[ways - 1]) / 2
     row = np.arange(len(ways))
-    midway = course(cell, plan.poses, plan.drive)[1].at(ways)
-    return pointwise(cell, error_models(cell, poses, row), poses, row, rise, midway)[0]
+    return pointwise(cell, error_models(cell, poses, row), poses, row, rise, plan.solved.midway.at(ways))[0]
 
 
 def _written(
-    data: bytes,
+    planned: LsProgram,
     plan: Plan,
     cell: Cell,
     frames: Frames,
@@ -204,12 +202,12 @@ def _written(
         cell=cell,
         before=tuple(before),
         options=options,
-        planned=data,
+        planned=planned.data,
         text=written.data,
         plan=plan,
         shared=each,
         changed=int(differs.any(axis=1).sum()),
-        added=len(program.positions.number) - len(loads(data).positions.number),
+        added=len(program.positions.number) - len(planned.positions.number),
         flight=flight,
         error=off(meant, *target),
         residual=off(flight, *target),
