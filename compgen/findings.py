@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from compgen.arrays import norm
 from compgen.compensate import Solution, Status
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
@@ -29,6 +30,18 @@ def limited(solution: Solution) -> list[Finding]:
     farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
     message = f"{text}; {farthest}" if text else farthest
     return [Finding("warning", "compensation.limited", message)]
+
+
+def failed(solution: Solution) -> str:
+    """Why there is no correction, and what to try."""
+    if solution.active:
+        n, limit = solution.active[0]
+        return f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it"
+    n = int(np.argmax(norm(solution.residual[:, :3])))
+    return (
+        f"waypoint {n + 1}: {Status.FAILED.value}: it does not settle; waypoints stand too close for its smoothness, "
+        "raise process.chord_um or lower compensation.curvature_period_mm"
+    )
 
 
 def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:

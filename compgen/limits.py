@@ -8,6 +8,7 @@ tie its ends. It costs milliseconds a waypoint.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -19,11 +20,32 @@ from compgen.kinematics import nominal_chain
 from compgen.problem import Problem, Settings, measure, weights
 from compgen.units import UM
 
-AROUND = 60  # waypoints free on either side of a violation
+AROUND = 60  # waypoints free on either side of a violation, at least
+FADING = 4.0  # smoothing periods of path free on either side: what an end changes has faded to parts in 10^5
 SCALE = 1e-4  # [rad] of one unit of x
 ON = 1e-7  # [rad] how near a joint limit counts as on it
 OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
 NEAR = 1 - 1e-4  # how near it counts as on it
+CLOSE = 0.02  # [rad] how near a limit a planned joint must come for its correction to reach it
+
+
+def with_room(problem: Problem, step: tuple[float, float]) -> Problem:
+    """The same with joint limits drawn in by what rounding may move a joint that comes near one.
+
+    Args:
+        problem: The whole program.
+        step: Of the text's coordinates [m] and angles [rad].
+    """
+    robot = problem.robot
+    close = np.stack([problem.theta < robot.lower + CLOSE, problem.theta > robot.upper - CLOSE])  # (2, N, 6)
+    rows = np.flatnonzero(close.any(axis=(0, 2)))
+    if not len(rows):
+        return problem
+    turn = problem.window(rows).linear(np.zeros((len(rows), 6)))[3]
+    # half a step of each coordinate, and of three angles whose axes need not be square to each other
+    moved = step[0] / 2 * np.abs(turn[:, :, :3]).sum(axis=2) + np.sqrt(5) * step[1] / 2 * norm(turn[:, :, 3:])
+    low, high = np.where(close[:, rows], moved, 0.0).max(axis=1)
+    return replace(problem, robot=replace(robot, lower=robot.lower + low, upper=robot.upper - high))
 
 
 def violated(
@@ -37,19 +59,25 @@ def violated(
         bad |= (theta[:, i] < robot.lower[i] - 1e-12) | (theta[:, i] > robot.upper[i] + 1e-12)
     bad |= norm(correction[:, :3]) > settings.clamp_position * OVER
     bad |= norm(correction[:, 3:]) > settings.clamp_rotation * OVER
-    step = norm(np.diff(correction[:, :3], axis=0))
-    steep = step > settings.rate * np.diff(problem.arc) * OVER + 1e-12
-    bad[:-1] |= steep
-    bad[1:] |= steep
-    return np.asarray(bad)
+    return np.asarray(bad | _steep(problem, settings, correction, OVER, 1e-12))
 
 
-def near(rows: BoolArray, steps: int) -> BoolArray:
-    """Rows no farther than so many steps from a marked one, (N,)."""
+def _steep(problem: Problem, settings: Settings, correction: Array, share: float, more: float = 0.0) -> BoolArray:
+    """Waypoints at either end of a line that changes the correction by over a share of the rate limit, (N,)."""
+    steep = norm(np.diff(correction[:, :3], axis=0)) > settings.rate * np.diff(problem.arc) * share + more
+    return np.asarray(np.append(steep, False) | np.append(False, steep))
+
+
+def near(rows: BoolArray, steps: int, arc: Array | None = None, length: float = 0.0) -> BoolArray:
+    """Rows no farther than so many steps, and so much arc [m], from a marked one, (N,)."""
     change = np.zeros(len(rows) + 1, dtype=np.int64)
     marked = np.flatnonzero(rows)
-    np.add.at(change, np.maximum(marked - steps, 0), 1)
-    np.add.at(change, np.minimum(marked + steps + 1, len(rows)), -1)
+    first, after = np.maximum(marked - steps, 0), np.minimum(marked + steps + 1, len(rows))
+    if arc is not None:
+        first = np.minimum(first, np.searchsorted(arc, arc[marked] - length))
+        after = np.maximum(after, np.searchsorted(arc, arc[marked] + length, side="right"))
+    np.add.at(change, first, 1)
+    np.add.at(change, after, -1)
     return np.asarray(np.cumsum(change)[:-1] > 0)
 
 
@@ -72,18 +100,22 @@ def hold(
     Returns:
         The legal correction (N, 6), the limits that bind as (waypoint from 1, name), and whether all is legal.
     """
-    correction = correction.copy()
-    for _ in range(4):  # a stretch that still binds at its edge is widened
-        loose = near(rows, AROUND)
+    correction, wide = correction.copy(), 1
+    fading = FADING * max(settings.rate_period, settings.curvature_period)
+    while True:
+        loose = near(rows, wide * AROUND, problem.arc, wide * fading)
         inside = near(loose, 2)  # two waypoints on either side stay as they are and tie the ends
         part = np.flatnonzero(inside)
         window, held = problem.window(part), loose[part]
         correction[part], converged = interior.solve(window, settings, correction[part], held, progress)
         still = violated(problem, settings, correction)
-        if not still.any():
+        tight = _steep(problem, settings, correction, NEAR)
+        legal = converged and not still.any()
+        if loose.all() or (legal and not (near(tight, AROUND // 2, problem.arc, fading / 2) & ~loose).any()):
             break
-        rows = rows | still
-    return correction, _active(problem, settings, correction), converged and not still.any()
+        # ends that stay leave the stretch too little room: a rate limit binds up to them
+        rows, wide = rows | still | tight, 4 * wide
+    return correction, _active(problem, settings, correction), legal
 
 
 def pose_functions(problem: Problem) -> Any:

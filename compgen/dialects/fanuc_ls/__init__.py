@@ -8,7 +8,7 @@ from compgen.dialects.fanuc_ls.feeds import feed_errors, written_feeds
 from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
 from compgen.dialects.fanuc_ls.program import Program, estimated_memory, program_name
 from compgen.dialects.fanuc_ls.read import interpret
-from compgen.dialects.fanuc_ls.write import as_written, compose, printed, writable_speed
+from compgen.dialects.fanuc_ls.write import as_written, compose, printed, steps, writable_speed
 
 __all__ = [
     "LsProgram",
@@ -23,6 +23,7 @@ __all__ = [
     "loads",
     "printed",
     "program_name",
+    "steps",
     "writable_speed",
     "written_feeds",
 ]

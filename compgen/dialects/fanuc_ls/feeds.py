@@ -39,8 +39,11 @@ def written_feeds(speed: Array, length: Array) -> Array:
     step, number, highest, exact = _rounded_down(speed)
     low = number * step
     if len(speed) and np.any(low < _SLOWEST * speed):
-        worst = float(speed[int(np.argmax(low < _SLOWEST * speed))])
-        raise InputError(f"program: a speed of {worst / MM:g} mm/s cannot be written; use 0.05 to 2000 mm/s")
+        n = int(np.argmax(low < _SLOWEST * speed))
+        raise InputError(
+            f"waypoint {n + 2}: a speed of {speed[n] / MM:g} mm/s cannot be written on {length[n] / MM:.3g} mm"
+            "; use 0.05 to 2000 mm/s"
+        )
     free = ~exact & (number < highest)
     late = np.where(free | exact, length / low - length / speed, 0.0)  # what no unit says is not caught up
     win = np.where(free, length / low - length / (low + step), 0.0)

@@ -157,6 +157,11 @@ def printed(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple
     return numbers[:, :3] * MM, from_wpr(*(numbers[:, 3:] * DEG).T)
 
 
+def steps(decimals: int = DECIMALS) -> tuple[float, float]:
+    """Between two numbers of a position that the text can say: coordinates [m] and angles [rad]."""
+    return MM / 10**decimals, DEG / 10**decimals
+
+
 def as_written(program: Program) -> Program:
     """The program that its own text says: what ``interpret(compose(program))`` gives, without the text."""
     position, rotation = printed(program.position, program.rotation, program.decimals)
