@@ -1,5 +1,6 @@
 from pathlib import Path
 
+import compgen.cli.alone  # one thread for each matrix product, as under the command; before numpy  # isort: skip
 import pytest
 from hypothesis import settings
 
