@@ -1,6 +1,6 @@
 from pathlib import Path
 
-import compgen.cli.alone  # one thread for each matrix product, as under the command; before numpy  # isort: skip
+import compgen.cli.alone  # noqa: F401  one thread a matrix product, as under the command; before numpy
 import pytest
 from hypothesis import settings
 
