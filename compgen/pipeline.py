@@ -30,6 +30,7 @@ from compgen.flaws import flaws_of
 from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
+from compgen.ripple import mid_spatial
 from compgen.sources import Motion, memory_of, motion_of
 from compgen.thermal import Ambient, Duty, after, during
 from compgen.thermal import Motion as Driven
@@ -140,7 +141,7 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
-    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
+    deviation = verify.deviations(path, leg.samples, leg.rides(lambda share: progress("twin before", share)))
     rows = np.arange(len(theta))
     return Planned(
         job, feed, path, page_stops, model, theta, motion, trajectory, rise, error, deviation, tuple(found), rows
@@ -188,7 +189,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     del program, position, rotation
     written = delivered.program
     leg = _twin(job).ready(written, job.before, job.air)
-    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
+    deviation = verify.deviations(path, leg.samples, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
         *limited,
@@ -197,7 +198,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *findings.clocks_apart(trajectory, leg),
         *planned.findings,
     ]
-    ripple = verify.mid_spatial(path, solution.correction)
+    ripple = mid_spatial(path, solution.correction)
     if ripple > MAX_RIPPLE:
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
