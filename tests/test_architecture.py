@@ -25,7 +25,7 @@ ROOMS = [
     {"compensate", "sparing"},
     {"dialects"},
     {"inspection"},
-    {"plant", "clock"},
+    {"plant", "clock", "warming"},
     {"real_arm"},
     {"twin"},
     {"verify", "flaws"},
