@@ -214,10 +214,7 @@ _OPTIONS: dict[str, Any] = {
         "compl_inf_tol": 1e-8,  # how exactly an active limit is met: some 1e-10 rad
         "barrier_tol_factor": 1e3,  # the noise of double precision must not hold the barrier up
         "constr_viol_tol": 1e-7,  # relative to a clamp or a rate
-        "acceptable_iter": 10,  # where noise keeps it from tol: ten times as far off
-        "acceptable_tol": 1e-3,
-        "acceptable_compl_inf_tol": 1e-8,
-        "acceptable_constr_viol_tol": 1e-7,
+        "acceptable_iter": 0,
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "yes",
         "nlp_scaling_method": "none",
