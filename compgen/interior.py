@@ -33,6 +33,7 @@ NEAR = 5e-3  # rad from a limit within which a joint is looked after
 DONE = 1e-6  # um, of the last step
 SLACK = 1e-7  # um^2 of mu at the end: smaller only adds noise
 STRAIGHT = 0.03  # um within which error and joints are as good as linear
+ENDLESS = 1e10  # um: a multiplier beyond this says that the limits leave no way
 BACK = 0.995  # of the way to where a slack or a multiplier would vanish
 
 Three = tuple[Any, ...]  # joints, clamps, rate
@@ -127,7 +128,7 @@ def solve(
         block[1:, :3, :3] += pair
         try:
             factor = cholesky_banded(_assembled(smooth, block, -pair, fixed), overwrite_ab=True)
-        except (LinAlgError, ValueError):  # multipliers without bound: the limits leave no way
+        except (LinAlgError, ValueError):
             return start, False
         force = near.pull + _across(near.block, x - near.at) + _banded(smooth, x)
         system = _System(loose, used, s, lam, r, at_joint, A, p, w, d, force, factor)
@@ -153,7 +154,9 @@ def solve(
         g = limits(x, near.joint + _across(near.turn, x - near.at))
         off = max(float(np.abs(np.where(u, v + t, 0.0)).max(initial=0.0)) for u, v, t in zip(used, g, s))
         progress(min(0.99, (step + 1) / 30))
-        if (moved < DONE and off < DONE and gap < 2 * SLACK and not bent) or not np.isfinite(moved):
+        if max(float(k.max(initial=0.0)) for k in lam) > ENDLESS or not np.isfinite(moved):
+            return start, False
+        if moved < DONE and off < DONE and gap < 2 * SLACK and not bent:
             break
     return np.where(loose[:, None], x * unit, start), bool(moved < 10 * DONE)
 

@@ -93,7 +93,7 @@ def hold(
         binds = broken.copy()
         binds[np.array([n for n, _ in active], dtype=np.int64) - 1] = True
         legal = converged and not broken.any()
-        if loose.all() or (legal and not (near(window.arc, binds, reach) & ~held).any()):
+        if (legal and not (near(window.arc, binds, reach) & ~held).any()) or around > np.ptp(problem.arc):
             break
         rows = rows.copy()
         rows[part] |= binds
@@ -115,7 +115,7 @@ def _by_windows(
     What is solved beyond the end is thrown away: by there what comes later has no more influence. So memory is bounded.
     """
     N, arc = len(loose), problem.arc
-    result, good, begin = start.copy(), True, 0
+    result, begin = start.copy(), 0
     while begin < N:
         end = min(N, begin + WINDOW)
         last = min(N, max(int(np.searchsorted(arc, arc[end - 1] + beyond, "right")), end + 2))
@@ -128,9 +128,10 @@ def _by_windows(
             window = problem.window(slice(first, last))
             found, solved = interior.solve(window, settings, result[first:last], free, progress)
             result[begin:end] = found[begin - first : end - first]
-            good = good and solved
+            if not solved:
+                return result, False
         begin = end
-    return result, good
+    return result, True
 
 
 def pose_functions(problem: Problem) -> Any:
