@@ -31,6 +31,7 @@ from compgen.flaws import flaws_of
 from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
+from compgen.ripple import mid_spatial
 from compgen.sources import Motion, memory_of, motion_of
 from compgen.thermal import Ambient, Duty, after, during
 from compgen.thermal import Motion as Driven
@@ -154,7 +155,8 @@ def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
 
     def ride() -> Deviation:
         program = planned_program(job, path, theta, trajectory, date)
-        return verify.deviations(path, _twin(job).ready(program, job.before, job.air).rides())
+        leg = _twin(job).ready(program, job.before, job.air)
+        return verify.deviations(path, leg.samples, leg.rides())
 
     ridden = beside(ride)
     found = [
@@ -214,7 +216,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     planned.ridden()
     written = delivered.program
     leg = _twin(job).ready(written, job.before, job.air)
-    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
+    deviation = verify.deviations(path, leg.samples, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
         *limited,
@@ -223,7 +225,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *findings.clocks_apart(trajectory, leg),
         *planned.findings,
     ]
-    ripple = verify.mid_spatial(path, solution.correction)
+    ripple = mid_spatial(path, solution.correction)
     if ripple > MAX_RIPPLE:
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))

@@ -22,7 +22,7 @@ ROOMS = [
     {"problem"},
     {"interior"},
     {"limits"},
-    {"compensate", "sparing"},
+    {"compensate", "sparing", "ripple"},
     {"dialects"},
     {"inspection"},
     {"plant", "clock", "warming"},
