@@ -37,7 +37,7 @@ static inline v all(double x) {
   v r = EACH(E); return r;
 #undef E
 }
-static inline v load(const double *p, const long long *at) {
+static inline __attribute__((always_inline)) v load(const double *p, const long long *at) {
 #define E(k) p[at[k]]
   v r = EACH(E); return r;
 #undef E
@@ -58,6 +58,7 @@ static inline v load(const double *p, const long long *at) {
 #define FAR2(name, f) LOOP2(name, f)
 #endif
 static inline v pick(w c, v a, v b) { return (v)((c & (w)a) | (~c & (w)b)); }
+#define OUTER(name, op) static inline v name(v a, v b) { return pick((a op b) | (b != b), a, b); }
 #define TRUTH(name, op) static inline v name(v a, v b) { return (v)((w)(a op b) & (w)all(1.0)); }
 """
 
@@ -97,8 +98,8 @@ _C: dict[int, tuple[str, str]] = {
         "static inline v v_sign(v a) { return pick(a != a, a, (v)((w)(a > 0) & (w)all(1.0)) - "
         "(v)((w)(a < 0) & (w)all(1.0))); }",
     ),
-    ca.OP_FMIN: ("v_fmin({0}, {1})", "LOOP2(v_fmin, fmin)"),
-    ca.OP_FMAX: ("v_fmax({0}, {1})", "LOOP2(v_fmax, fmax)"),
+    ca.OP_FMIN: ("v_fmin({0}, {1})", "OUTER(v_fmin, <)"),
+    ca.OP_FMAX: ("v_fmax({0}, {1})", "OUTER(v_fmax, >)"),
     ca.OP_LT: ("v_lt({0}, {1})", "TRUTH(v_lt, <)"),
     ca.OP_LE: ("v_le({0}, {1})", "TRUTH(v_le, <=)"),
     ca.OP_EQ: ("v_eq({0}, {1})", "TRUTH(v_eq, ==)"),

@@ -17,7 +17,7 @@ from typing import Any
 
 from compgen.evaluation.csource import NAME
 
-FLAGS = ("-O2", "-march=native", "-std=gnu11", "-w", "-fPIC", "-shared")
+FLAGS = ("-O2", "-march=native", "-std=gnu11", "-fno-math-errno", "-w", "-fPIC", "-shared")
 PATIENCE = 300.0  # s for one function
 
 
