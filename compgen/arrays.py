@@ -21,7 +21,7 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
     lengths: dict[str, int] = {}
     for name, shape in shapes.items():
         given = getattr(owner, name)
-        done = isinstance(given, np.ndarray) and given.flags.owndata and not given.flags.writeable
+        done = isinstance(given, np.ndarray) and _settled(given)
         value = given if done else np.array(given)
         if value.dtype.kind not in "bi":
             value = value.astype(float, copy=False)
@@ -34,9 +34,22 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
 
 def frozen(a: Array) -> Array:
     """The same array made read-only, for handing it over to an owner without a copy."""
-    whole = a if a.flags.owndata else a.copy()
-    whole.flags.writeable = False
+    whole = a if _owner(a) is not None else a.copy()
+    for held in (whole, _owner(whole)):
+        held.flags.writeable = False
     return whole
+
+
+def _owner(a: Array) -> Array | None:
+    """The array whose data these are: itself, or what it is another shape of; None when it is a part of something."""
+    whole = a if a.flags.owndata else a.base
+    return whole if isinstance(whole, np.ndarray) and whole.flags.owndata and whole.size == a.size else None
+
+
+def _settled(a: Array) -> bool:
+    """Whether nobody writes to these data any more."""
+    whole = _owner(a)
+    return whole is not None and not a.flags.writeable and not whole.flags.writeable
 
 
 def dot(a: Array, b: Array) -> Array:
