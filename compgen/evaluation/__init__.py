@@ -9,7 +9,7 @@ import ctypes
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -31,6 +31,7 @@ __all__ = [
     "use",
 ]
 
+Result = TypeVar("Result")
 FEW = 2048  # rows below which compiling is not worth the wait; which way a row goes depends on the inputs only
 
 _compiler: Compiler | None = None
@@ -95,14 +96,14 @@ def share_out(count: int, work: Callable[[int, int], None]) -> None:
         list(pool.map(lambda pair: work(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
 
 
-def blocks_of(count: int, work: Callable[[int, int], bytes], rows: int = 2 * BLOCK) -> Iterator[bytes]:
-    """The texts of work(start, stop) over all of a count, in order, each worker a block at a time."""
+def blocks_of(count: int, work: Callable[[int, int], Result], rows: int = 2 * BLOCK) -> Iterator[Result]:
+    """What work(start, stop) gives over all of a count, in order, each worker a block of rows at a time."""
     starts = range(0, count, rows)
     if _workers == 1 or len(starts) < 2:
         yield from (work(at, min(count, at + rows)) for at in starts)
         return
     with ThreadPoolExecutor(_workers) as pool:
-        ahead: deque[Future[bytes]] = deque()
+        ahead: deque[Future[Result]] = deque()
         for at in starts:  # a few blocks ahead, so that they do not pile up
             ahead.append(pool.submit(work, at, min(count, at + rows)))
             if len(ahead) > 2 * _workers:
