@@ -1,6 +1,6 @@
 """Arrays that own their data: copied, checked for shape, read-only."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+Owned = TypeVar("Owned", Array, BoolArray, IntArray)
 
 
 def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
@@ -32,7 +33,7 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
         object.__setattr__(owner, name, value)
 
 
-def frozen(a: Array) -> Array:
+def frozen(a: Owned) -> Owned:
     """The same array made read-only, for handing it over to an owner without a copy."""
     whole = a if a.flags.owndata else a.copy()
     whole.flags.writeable = False
