@@ -64,6 +64,30 @@ def norm(a: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", a, a)))
 
 
+def sizes(a: Array, rows: int = 8192) -> Array:
+    """``norm`` of many short rows, column by column over blocks that stay in cache, (N, k) to (N,)."""
+    out = np.empty(len(a))
+    for at in range(0, len(a), rows):
+        block, size = a[at : at + rows], out[at : at + rows]
+        np.multiply(block[:, 0], block[:, 0], out=size)
+        for column in block.T[1:]:
+            size += column * column
+        np.sqrt(size, out=size)
+    return out
+
+
+def steps(a: Array, rows: int = 8192) -> Array:
+    """Distance of each row from the next, (N, k) to (N - 1,)."""
+    parts = [sizes(np.diff(a[at : at + rows + 1], axis=0)) for at in range(0, len(a) - 1, rows)]
+    return np.concatenate([np.zeros(0), *parts])
+
+
+def extremes(a: Array, rows: int = 8192) -> tuple[Array, Array]:
+    """Smallest and largest of each column, (N, k) to (k,) twice."""
+    blocks = [a[at : at + rows].T.copy() for at in range(0, len(a), rows)]
+    return np.min([b.min(axis=1) for b in blocks], axis=0), np.max([b.max(axis=1) for b in blocks], axis=0)
+
+
 def unit(a: Array) -> Array:
     """Rows scaled to length one."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))

@@ -46,7 +46,7 @@ class Geometry:
         """Tool position and rotation, (M, 3) [m] and (M, 3, 3), and whether the part is there, (M,)."""
         edge = self.boundary.table()
         position, rotation, there, room = self._ask(
-            build_pose(edge.shape[1] // 3), piece, t[:, None], self._axis(), edge
+            build_pose(edge.shape[1] // 3), piece, t[:, None], self.axis(), edge
         )
         refuse_ended(there)
         return position, rotation.reshape(-1, 3, 3), room[:, 0] >= 0
@@ -80,22 +80,31 @@ class Geometry:
 
         ``whole`` (M,) and ``slope`` (M, 2) are what ``measured`` says of the spans.
         """
-        u = fraction
-        step = span[:, 1] - span[:, 0]
-        t = span[:, 0] + u * (slope[:, 0] + u * (3 * step - 2 * slope[:, 0] - slope[:, 1]))
-        t += u**3 * (slope[:, 0] + slope[:, 1] - 2 * step)
+        t = even_expr(span.T, slope.T, fraction)
         uneven = np.flatnonzero(np.isnan(t))
-        if len(uneven):
-            rows = np.column_stack([span[uneven], whole[uneven], fraction[uneven]])
-            t[uneven] = self._ask(functions().at, piece[uneven], rows)[0][:, 0]
-        position, rotation, travel = self._ask(functions().place, piece, t[:, None], self._axis())
+        t[uneven] = self.uneven(piece[uneven], span[uneven], whole[uneven], fraction[uneven])
+        position, rotation, travel = self._ask(functions().place, piece, t[:, None], self.axis())
         return position, rotation.reshape(-1, 3, 3), travel
+
+    def uneven(self, piece: IntArray, span: Array, whole: Array, fraction: Array) -> Array:
+        """The parameter at a fraction of the arc length of a span, by Newton, (M,)."""
+        if not len(piece):
+            return np.zeros(0)
+        return self._ask(functions().at, piece, np.column_stack([span, whole, fraction]))[0][:, 0]
 
     def _ask(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
         return evaluate(function, Picked(self.table, piece), self.surface.table(), *rows)
 
-    def _axis(self) -> Array:
+    def axis(self) -> Array:
+        """Cosine and sine of the spin, (1, 2)."""
         return np.array([[np.cos(self.spin), np.sin(self.spin)]])
+
+
+def even_expr(span: Any, slope: Any, u: Any) -> Any:
+    """The parameter at a fraction of the arc length of an even span, of the span's two ends and two slopes."""
+    step = span[1] - span[0]
+    t = span[0] + u * (slope[0] + u * (3 * step - 2 * slope[0] - slope[1]))
+    return t + u * u * u * (slope[0] + slope[1] - 2 * step)
 
 
 @dataclass(frozen=True, slots=True)
