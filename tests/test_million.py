@@ -161,7 +161,7 @@ def test_a_hundred_thousand_sharp_corners_are_timed_together():
     stop[::4] = True
     begin = time.process_time()
     motion = timing.retime(ROBOT, arc, theta, stop, 0.02)
-    assert time.process_time() - begin < 30
+    assert time.process_time() - begin < 12
     assert motion.use.max() <= 1
     assert_allclose(motion.phases.at(motion.time[stop])[1], 0, atol=1e-9)
     one = timing.retime(ROBOT, arc[:5], theta[:5], stop[:5], 0.02)
