@@ -44,26 +44,6 @@ def test_a_rate_that_binds_far_along_the_path_is_kept_as_the_whole_program_would
     assert np.abs(found.correction - whole)[:, :3].max() < SAME
 
 
-def test_what_is_held_does_not_depend_on_how_dense_waypoints_stand():
-    """Around a stretch the path is free for as long as smoothness reaches, however many waypoints that are."""
-    more = ["boundary.corner_to_corner_mm=60", "path.stepover_mm=10", "process.spacing_mm=0.1"]
-    job = load_job(path_file("optic_spiral"), None, more)
-    run = pipeline.predict(job, quiet, pages=False)
-    problem = Problem(
-        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation, run.path.position, run.path.rotation,
-        run.theta, run.rise, run.path.arc, run.path.stop, run.motion,
-    )  # fmt: skip
-    assert np.median(np.diff(run.path.arc)) < 0.11e-3
-    free = compensate.optimise(problem, job.settings).correction
-    step = np.linalg.norm(np.diff(free[:, :3], axis=0), axis=1) / np.diff(problem.arc)
-    tight = replace(job.settings, rate=float(np.quantile(step, 0.8)))
-    found = compensate.optimise(problem, tight)
-    assert found.status is Status.LIMITED
-    whole, done = interior.solve(problem, tight, free, np.ones(len(free), dtype=bool))
-    assert done
-    assert np.abs(found.correction - whole)[:, :3].max() < SAME
-
-
 def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
     """Rounding moves a joint by some ten microradians: the limit is kept by what the controller reads."""
     job = load_job(

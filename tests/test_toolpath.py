@@ -128,7 +128,7 @@ def test_fractions_split_the_arc_length(pattern, chord_um):
     pick = np.unique(np.linspace(0, len(tool.span) - 1, 16).astype(int))
     for k in pick:
         t = np.linspace(*tool.span[k], 2001)
-        p, _ = tool.geometry.pose(np.full(2001, tool.piece[k]), t)
+        p, _, _ = tool.geometry.pose(np.full(2001, tool.piece[k]), t)
         run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
         u = np.linspace(0, 1, 9)
@@ -316,3 +316,14 @@ def test_path_without_length_is_refused():
 def test_path_beyond_its_surface_is_refused():
     with pytest.raises(InputError, match="radius_of_curvature_m"):
         path(patterns.circle(4.0))
+
+
+def test_a_piece_that_is_dust_hands_its_stop_to_the_piece_before():
+    dust = pieces.line((0.1, 0.0), (0.1 + 1e-13, 0.0), stop=True)
+    way = pieces.join(
+        pieces.line((0.0, 0.0), (0.1, 0.0)), dust, dust, pieces.line((0.1, 0.0), (0.1, 0.1)), dust,
+        pieces.line((0.1, 0.1), (0.2, 0.1), stop=True),
+    )  # fmt: skip
+    tool = path(way, "plane", lift=0.0)
+    corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.2, 0.1, 0]]
+    assert_allclose(tool.position[tool.stop] - tool.position[0], corners, atol=1e-9)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen import units
-from compgen.arrays import Array, BoolArray, IntArray, dot, own, unit
+from compgen.arrays import Array, BoolArray, IntArray, dot, extremes, frozen, own, sizes, steps, unit
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,6 +56,21 @@ def test_owned_arrays_are_read_only():
             array[0] = 0
 
 
+def test_what_is_handed_over_is_kept_also_in_another_shape_and_a_part_of_something_is_copied():
+    flat = np.arange(6.0)
+    one = Owner(frozen(flat.reshape(2, 3)), np.array([True, False]), np.array([1]))
+    assert np.shares_memory(one.p, flat)
+    with pytest.raises(ValueError, match="read-only"):
+        flat[0] = 9
+    whole = np.arange(12.0).reshape(4, 3)
+    part = whole[:2]
+    part.flags.writeable = False
+    two = Owner(part, np.array([True, False]), np.array([1]))
+    three = frozen(whole[:2])
+    whole[0, 0] = 9
+    assert (two.p[0, 0], three[0, 0]) == (0, 0)
+
+
 def test_truth_and_counts_keep_their_kind_and_the_rest_becomes_float():
     one = Owner(np.zeros((2, 3), dtype=np.float32), np.array([True, False]), np.array([1]))
     assert one.p.dtype == np.float64
@@ -94,3 +109,11 @@ def test_unit_keeps_the_direction_and_takes_the_length():
     assert_allclose(np.linalg.norm(unit(a), axis=1), 1, rtol=1e-15)
     assert_allclose(unit(a) * np.linalg.norm(a, axis=1)[:, None], a, rtol=1e-14)
     assert_allclose(unit(np.array([[3.0, 0, 4]])), [[0.6, 0, 0.8]], rtol=1e-15)
+
+
+@pytest.mark.parametrize(("count", "width"), [(1, 3), (7, 6), (8, 1), (20, 3), (21, 3)])
+def test_rows_in_blocks_are_measured_as_all_at_once(count, width):
+    rows = np.random.default_rng(4).normal(size=(count, width + 1))[:, 1:]
+    assert np.array_equal(sizes(rows, 4), np.linalg.norm(rows, axis=1))
+    assert np.array_equal(steps(rows, 4), np.linalg.norm(np.diff(rows, axis=0), axis=1))
+    assert np.array_equal(extremes(rows, 4), (rows.min(axis=0), rows.max(axis=0)))
