@@ -111,3 +111,15 @@ def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
     told = findings.failed(stuck)
     assert told.startswith("waypoint 2: ")
     assert "raise process.chord_um" in told
+
+
+@pytest.mark.parametrize("apart", [1e-6, 1e-7, 1e-9, 1e-11])
+def test_waypoints_next_to_each_other_change_nothing_elsewhere(spiral, apart):
+    """Stiffness grows with the inverse cube of a segment's length: a nanometre would drown all others by 8 um."""
+    problem, settings, free = spiral
+    rows = np.sort(np.concatenate([np.arange(len(free)), np.repeat([0, 700, 2500, len(free) - 1], 3)]))
+    again = np.concatenate([[0], np.cumsum(np.diff(rows) == 0)]) * apart
+    close = replace(problem.window(rows), arc=problem.arc[rows] + again)
+    found = compensate.optimise(close, settings)
+    assert found.status is Status.CONVERGED
+    assert np.abs(found.correction - free[rows])[:, :3].max() < SAME
