@@ -1,5 +1,24 @@
-"""``python -m compgen``."""
+"""``python -m compgen`` and the command ``compgen``: Ctrl-C is minded before anything else is loaded."""
 
-from compgen.cli import main
+import os
+import sys
 
-main()
+from compgen import stopping
+
+
+def main() -> None:
+    """Run the command line."""
+    stopping.listen()
+    from compgen.cli import main as command_line
+
+    try:
+        command_line()
+    except SystemExit as leaving:  # at once: a thread that is still at work must not meet an interpreter taken apart
+        stopping.sweep()
+        if "multiprocessing.synchronize" in sys.modules:  # its processes are told by what runs at the end
+            raise
+        os._exit(int(leaving.code or 0))
+
+
+if __name__ == "__main__":
+    main()

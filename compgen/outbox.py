@@ -9,11 +9,13 @@ line only.
 
 import ctypes
 import os
+import secrets
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 
+from compgen import stopping
 from compgen.exceptions import InputError
 
 _AT_FDCWD, _EXCHANGE = -100, 2
@@ -57,10 +59,12 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
         InputError: The folder cannot be written; nothing has changed.
     """
     stage: Path | None = None
+    missing: list[Path] = []
     try:
         target = folder.resolve()
         fresh = not target.exists()
         if fresh:
+            missing = [p for p in target.parents if not p.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
         blocked = next((name for name in sorted(ours) if (target / name).is_dir()), None)
         if blocked:
@@ -69,12 +73,14 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
         _tidy(target, _MARK)
         beside = fresh or _replaceable(target, ours)
         place, prefix = (target.parent, f".{target.name}{_MARK}") if beside else (target, _MARK)
-        stage = Path(tempfile.mkdtemp(prefix=f"{prefix}{os.getpid()}-", dir=place))
+        stage = place / f"{prefix}{os.getpid()}-{secrets.token_hex(4)}"  # named before it is made: it is always removed
+        stage.mkdir(0o700)
         for name, content in files.items():
             with (stage / name).open("wb") as file:
                 file.writelines([content] if isinstance(content, bytes) else content)
                 file.flush()
                 os.fsync(file.fileno())
+        stopping.finish()
         if fresh:
             stage.chmod(0o777 & ~_umask())
             stage.rename(target)
@@ -89,6 +95,9 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
     finally:
         if stage is not None:
             _remove(stage)
+        with suppress(OSError):  # folders made for nothing; the first with something in it stays
+            for made in missing:
+                made.rmdir()
 
 
 def _move_in(stage: Path, target: Path, names: list[str], ours: set[str]) -> None:
@@ -114,7 +123,7 @@ def _tidy(place: Path, prefix: str) -> None:
     for left in place.iterdir():
         if left.name.startswith(prefix):
             process = left.name.removeprefix(prefix).split("-")[0]
-            if process.isdigit() and (int(process) == os.getpid() or not _alive(int(process))):
+            if process.isdigit() and (int(process) == os.getpid() or not stopping.alive(int(process))):
                 _remove(left)
 
 
@@ -127,16 +136,6 @@ def _remove(stage: Path) -> None:
         stage.rmdir()
     except OSError:
         pass
-
-
-def _alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def _umask() -> int:

@@ -8,7 +8,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "compgen"
 
 ROOMS = [
-    {"exceptions", "units", "arrays"},
+    {"exceptions", "units", "arrays", "stopping"},
     {"evaluation"},
     {"rotations"},
     {"robot", "boundaries", "surfaces", "pieces"},

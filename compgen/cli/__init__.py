@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 import compgen.cli.alone  # noqa: F401  (before numpy is loaded)
-from compgen import __version__
+from compgen import __version__, stopping
 from compgen.cli.app import app, say_error
 from compgen.exceptions import CompgenError
 
@@ -48,24 +48,39 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
+        code = _outcome()
+        stopping.finish()
+    except BaseException:  # also what a lock says that was left half way
+        stop = stopping.asked()
+        if stop is None:
+            raise
+        # within the clause: its frames, and the arrays that threads still write to, live until the end
+        _leave(say_error(str(stop), stop.code))
+    _leave(code)
+
+
+def _outcome() -> int:
+    """What the command asked for ends with: the exit code."""
+    try:
         asked = _MODULES.get(next(iter(sys.argv[1:]), ""))
         for module in [asked] if asked else dict.fromkeys(_MODULES.values()):
             import_module(f"compgen.cli.{module}")
+        stopping.working()
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
         sys.stdout.flush()
+        return int(code)
     except CompgenError as failure:
-        code = say_error(str(failure), failure.exit_code)
+        return say_error(str(failure), failure.exit_code)
     except (KeyboardInterrupt, typer.Abort):
-        code = say_error("interrupted; nothing was written", 130)
+        return say_error("interrupted; nothing was written", 130)
     except typer.TyperException as failure:
-        code = say_error(f"{getattr(failure, 'format_message', failure.__str__)().rstrip('.')}; see compgen --help", 2)
+        return say_error(f"{getattr(failure, 'format_message', failure.__str__)().rstrip('.')}; see compgen --help", 2)
     except MemoryError:
-        code = say_error("not enough memory; make the path smaller, or raise process.chord_um", 2)
+        return say_error("not enough memory; make the path smaller, or raise process.chord_um", 2)
     except BrokenPipeError:  # whoever read the output has seen enough
-        code = 0
+        return 0
     except OSError as failure:
-        code = say_error(f"output: cannot be written: {failure.strerror}; see where it goes", 2)
-    _leave(code)
+        return say_error(f"output: cannot be written: {failure.strerror}; see where it goes", 2)
 
 
 def _leave(code: int) -> None:

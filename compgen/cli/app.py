@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from compgen import outbox
+from compgen import outbox, stopping
 from compgen.exceptions import InputError
 
 if TYPE_CHECKING:  # a command that needs no pipeline starts without it
@@ -56,6 +56,7 @@ def stages(quiet: bool) -> "Iterator[Told]":
 
         def show(stage: str, share: float) -> None:
             nonlocal shown
+            stopping.check()
             if stage != shown:  # every stage has its own rate and time left
                 bar.reset(task, description=stage)
                 shown = stage
@@ -81,7 +82,7 @@ _said: set[str] = set()
 
 
 def _say_once(note: str) -> None:
-    if note not in _said:
+    if note not in _said and not stopping.asked():  # a compiler that is stopped as well has not failed
         _said.add(note)
         sys.stderr.write(f"compgen: note: {note}\n")
 

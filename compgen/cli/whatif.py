@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from compgen import outbox
+from compgen import outbox, stopping
 from compgen.cli import journal
 from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app, output_folder, say_error
 from compgen.config import load_job
@@ -115,6 +115,7 @@ def _rows(study: Study, folder: Path, workers: int, cluster: str | None, fresh: 
     rows = [r for r in rows if r["index"] < len(study.scenarios)]
     if len(rows) < len(study.scenarios):
         book = journal.Journal(folder, study.identity, rows)
+        stopping.keeps("finished scenarios are kept")
         try:
             with _bar(len(study.scenarios), len(rows), quiet) as advance:
 

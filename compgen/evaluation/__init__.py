@@ -7,6 +7,7 @@ Python call and no ``DM`` a row, and a row's numbers do not depend on how many r
 
 import ctypes
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -78,9 +79,13 @@ def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ..
         share_out(N, lambda start, stop: run(program, rows, outs, start, stop))
         return tuple(outs)
     kept, arguments = _arguments(rows, outs)
-    share_out(N, lambda start, stop: compiled(start, stop, *arguments))
-    del kept
+    share_out(N, partial(_called, compiled, arguments, (kept, outs)))
     return tuple(outs)
+
+
+def _called(compiled: Any, arguments: tuple[Any, ...], alive: Any, start: int, stop: int) -> None:
+    """Pointers are all that C gets: who calls it holds what they lead to, also when the run is stopped meanwhile."""
+    compiled(start, stop, *arguments)
 
 
 def _compile(function: Any) -> Any:

@@ -14,6 +14,8 @@ import numpy as np
 from compgen.arrays import Array
 from compgen.evaluation.instructions import BLOCK
 
+LONGEST = 32 * BLOCK  # rows at a time: between them a run can be stopped
+
 T = TypeVar("T")
 
 _count = 1
@@ -39,7 +41,8 @@ def share_out(count: int, work: Callable[[int, int], None]) -> None:
     blocks = -(-count // BLOCK)
     hands = min(_workers(), max(1, blocks // 2))
     if hands <= 1:
-        work(0, count)
+        for at in range(0, count, LONGEST):
+            work(at, min(count, at + LONGEST))
         return
     edges = [min(count, BLOCK * (blocks * k // (4 * hands))) for k in range(4 * hands)] + [count]
     with ThreadPoolExecutor(hands, initializer=_busy) as pool:
@@ -92,7 +95,7 @@ def beside(work: Callable[[], T]) -> Callable[[], T]:
         _busy()
         try:
             done.set_result(work())
-        except BaseException as failure:  # raised again where the result is asked for
+        except Exception as failure:  # raised again where the result is asked for
             done.set_exception(failure)
 
     if _workers() == 1:

@@ -5,16 +5,18 @@ at the same time may build the same one twice, and none ever loads half of it.
 """
 
 import ctypes
+import glob
 import hashlib
 import os
+import secrets
 import shlex
 import shutil
 import subprocess
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from compgen import stopping
 from compgen.evaluation.csource import NAME
 
 #: nobody reads errno or floating-point traps; told so, the compiler takes roots and floors of all lanes at once
@@ -87,24 +89,39 @@ def _whole(place: Path) -> bool:
 
 
 def _build(compiler: Compiler, source: str, place: Path) -> bool:
-    stage = ""
+    ours = f".{os.uname().nodename}-"
     try:
-        stage = tempfile.mkdtemp(prefix=f".{place.stem[:16]}-", dir=compiler.folder)
-        text, made = Path(stage, "rows.c"), Path(stage, "rows.so")
-        text.write_text(source)
-        for flags in (FLAGS, tuple(f for f in FLAGS if f != "-march=native")):
-            for libraries in (("-lmvec", "-lm"), ("-lm",)):
-                call = [*compiler.command, *flags, str(text), "-o", str(made), *libraries]
-                done = subprocess.run(
-                    call, stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False
-                )
-                if done.returncode == 0:
-                    content = made.read_bytes()
-                    made.write_bytes(content + hashlib.sha256(content).digest())
-                    made.replace(place)
-                    return True
-        return False
+        _tidy(compiler.folder, ours)
+        with stopping.workplace(compiler.folder / f"{ours}{os.getpid()}-{secrets.token_hex(4)}") as stage:
+            text, made = stage / "rows.c", stage / "rows.so"
+            text.write_text(source)
+            if not _compiled(compiler, text, made):
+                return False
+            content = made.read_bytes()
+            made.write_bytes(content + hashlib.sha256(content).digest())
+            made.replace(place)
+            return True
     except (OSError, subprocess.SubprocessError):
         return False
-    finally:
-        shutil.rmtree(stage, ignore_errors=True)
+
+
+def _compiled(compiler: Compiler, text: Path, made: Path) -> bool:
+    """Whether the compiler makes a library of a source, with what this system has."""
+    surroundings = {**os.environ, "TMPDIR": str(text.parent)}  # what a killed compiler leaves goes with the rest
+    for flags in (FLAGS, tuple(f for f in FLAGS if f != "-march=native")):
+        for libraries in (("-lmvec", "-lm"), ("-lm",)):
+            call = [*compiler.command, *flags, str(text), "-o", str(made), *libraries]
+            done = subprocess.run(
+                call, stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False, env=surroundings
+            )
+            if done.returncode == 0:
+                return True
+    return False
+
+
+def _tidy(folder: Path, ours: str) -> None:
+    """Remove what runs on this machine that were killed have left: their names tell a process that is gone."""
+    for left in folder.glob(f"{glob.escape(ours)}*"):
+        process = left.name.removeprefix(ours).split("-")[0]
+        if process.isdigit() and not stopping.alive(int(process)):
+            shutil.rmtree(left, ignore_errors=True)

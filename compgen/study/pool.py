@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from typing import Any
 
+from compgen import stopping
 from compgen.exceptions import InputError
 from compgen.study.evaluate import Row, Shared, evaluate, geometry_key
 from compgen.study.scenarios import Scenario, Study
@@ -60,13 +61,16 @@ def _on_cores(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[lis
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(workers, len(chunks)), context, initializer=_begin, initargs=(study,)) as pool:
         try:
-            waiting = {pool.submit(_compute, chunk) for chunk in chunks}
+            with stopping.for_children():
+                waiting = {pool.submit(_compute, chunk) for chunk in chunks}
             while waiting:
                 ready, waiting = wait(waiting, return_when=FIRST_COMPLETED)
                 for future in ready:
                     on_rows(future.result())
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():  # chunks at work are not waited for
+                child.terminate()
             raise
 
 
