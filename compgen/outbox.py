@@ -8,6 +8,7 @@ line only.
 """
 
 import ctypes
+import errno
 import os
 import secrets
 import sys
@@ -83,7 +84,7 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
         stopping.finish()
         if fresh:
             stage.chmod(0o777 & ~_umask())
-            stage.rename(target)
+            _appear(stage, target)
         elif beside:
             stage.chmod(target.stat().st_mode & 0o7777)
             if not _exchange(stage, target):
@@ -98,6 +99,15 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
         with suppress(OSError):  # folders made for nothing; the first with something in it stays
             for made in missing:
                 made.rmdir()
+
+
+def _appear(stage: Path, target: Path) -> None:
+    try:
+        stage.rename(target)
+    except OSError as failure:
+        if failure.errno in (errno.ENOTEMPTY, errno.EEXIST):
+            raise OSError(failure.errno, "another run has written there meanwhile") from failure
+        raise
 
 
 def _move_in(stage: Path, target: Path, names: list[str], ours: set[str]) -> None:
