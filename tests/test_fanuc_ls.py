@@ -230,15 +230,17 @@ def test_columns_never_read_what_lines_do_not(count, decimals, monkeypatch):
 
 def test_columns_are_shared_out_with_the_same_meaning():
     from compgen import evaluation
+    from compgen.dialects.fanuc_ls import read
 
     text = ls.compose(many(20_000, 7))
     alone = ls.interpret(text)
     evaluation.use(None, 3)
     try:
         assert ls.compose(many(20_000, 7)) == text
-        shared = ls.interpret(text)
+        shared = read._by_columns(text)
     finally:
         evaluation.use(None)
+    assert shared is not None
     for name in ("position", "rotation", "turns", "speed", "fine"):
         assert np.array_equal(getattr(alone, name), getattr(shared, name)), name
 
