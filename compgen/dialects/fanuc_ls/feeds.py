@@ -99,7 +99,7 @@ _MOST = np.array([float(highest) for _, _, _, highest in UNITS])
 
 
 def _rounded_down(speed: Array, length: Array) -> Array:
-    """Each speed as steps of its unit: how many, the step [m/s], lateness and win [s], and if one more may be; (S, 5)."""
+    """Each speed as steps of its unit: how many, the step [m/s], lateness and win [s], if one more may be; (S, 5)."""
     unit = np.full(len(speed), len(UNITS) - 1)
     for k in reversed(range(len(UNITS))):
         np.copyto(unit, k, where=_STEPS[k] <= FEED_TOLERANCE * speed)
