@@ -17,6 +17,7 @@ from compgen import (
     timing,
     toolpath,
     verify,
+    waiting,
     waypoints,
 )
 from compgen.arrays import Array, IntArray
@@ -25,23 +26,24 @@ from compgen.delivery import Delivery, Start
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
 from compgen.dialects.fanuc_ls.program import turn_digits
+from compgen.evaluation import beside
 from compgen.exceptions import ImpossibleError, InputError
 from compgen.flaws import flaws_of
 from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
+from compgen.ripple import mid_spatial
 from compgen.sources import Motion, memory_of, motion_of
-from compgen.thermal import Ambient, Duty, after, during
+from compgen.thermal import Ambient, Duty, during, states_at
 from compgen.thermal import Motion as Driven
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
 from compgen.twin import Ride, Twin
-from compgen.units import HOUR, UM
+from compgen.units import UM
 from compgen.verify import Deviation, Finding
 
 Progress = Callable[[str, float], None]
 DATE = "26-01-01"
-LONGEST_DELAY = 16 * HOUR
 MAX_RIPPLE = 0.05 * UM
 
 
@@ -58,10 +60,24 @@ class Planned:
     motion: Motion  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
-    error: Array  # (N, 6) predicted, uncorrected
-    deviation: Deviation  # of the uncorrected text
+    ridden: Callable[[], Deviation]  # what the twin did with the uncorrected text, once it has
     findings: tuple[Finding, ...]
     rows: IntArray  # which of the waypoints that were planned these are
+
+    @property
+    def deviation(self) -> Deviation:
+        """Of the uncorrected text."""
+        return self.ridden()
+
+    def error_at(self, rows: slice) -> Array:
+        """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
+        path, moment = self.path, (self.theta[rows], self.rise[rows])
+        return self.model.error(*moment, path.position[rows], path.rotation[rows], self.motion.window(rows))
+
+    @property
+    def error(self) -> Array:
+        """The same of all, (N, 6)."""
+        return self.error_at(slice(None))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,7 +124,16 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
 
     Raises:
         ImpossibleError: The robot cannot drive the path.
+        TwinError: The twin cannot drive it.
     """
+    planned = _foreseen(job, progress, date, pages)
+    progress("twin before", 0.0)
+    planned.ridden()
+    return planned
+
+
+def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
+    """The same while the twin is still driving."""
     progress("path", 0.0)
     try:
         path = toolpath.build(
@@ -127,9 +152,13 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     driven = Driven(trajectory.time, theta, trajectory.driven)
     rise, _ = during(job.heat, job.state(), driven, job.air, job.clock)
-    error = model.error(theta, rise, path.position, path.rotation, motion)
-    program = planned_program(job, path, theta, trajectory, date)
-    leg = _twin(job).ready(program, job.before, job.air)
+
+    def ride() -> Deviation:
+        program = planned_program(job, path, theta, trajectory, date)
+        leg = _twin(job).ready(program, job.before, job.air)
+        return verify.deviations(path, leg.samples, leg.rides())
+
+    ridden = beside(ride)
     found = [
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
@@ -140,11 +169,8 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
-    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
     rows = np.arange(len(theta))
-    return Planned(
-        job, feed, path, page_stops, model, theta, motion, trajectory, rise, error, deviation, tuple(found), rows
-    )
+    return Planned(job, feed, path, page_stops, model, theta, motion, trajectory, rise, ridden, tuple(found), rows)
 
 
 def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
@@ -159,8 +185,9 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     Raises:
         ImpossibleError: The robot cannot drive the path, or no legal correction exists.
         JoinError: Pages, read back, are not the program.
+        TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
-    planned = predict(job, progress, date, pages)
+    planned = _foreseen(job, progress, date, pages)
     path = planned.path
     # a stop for a page's sake is no corner of the path: the correction stays smooth across it
     corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
@@ -186,9 +213,10 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     program = _program(job, position, rotation, solution.theta, trajectory, path, date, job.start_rise(), window)
     delivered = _delivered(planned, solution, program)
     del program, position, rotation
+    planned.ridden()
     written = delivered.program
     leg = _twin(job).ready(written, job.before, job.air)
-    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
+    deviation = verify.deviations(path, leg.samples, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
         *limited,
@@ -197,7 +225,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *findings.clocks_apart(trajectory, leg),
         *planned.findings,
     ]
-    ripple = verify.mid_spatial(path, solution.correction)
+    ripple = mid_spatial(path, solution.correction)
     if ripple > MAX_RIPPLE:
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
@@ -224,7 +252,6 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
             motion, time=motion.time[rows], speed=motion.speed[rows[1:] - 1], driven=motion.driven[rows[1:] - 1]
         ),
         rise=planned.rise[rows],
-        error=planned.error[rows],
         findings=(*planned.findings, Finding("note", "path.thinned", told)),
         rows=rows,
     )
@@ -236,37 +263,18 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     )
 
 
-def start_window(planned: Planned, solution: Solution, first: int = 0) -> float:
-    """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s].
+def start_window(planned: Planned, solution: Solution) -> float:
+    """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s]."""
+    return float(start_windows(planned, solution, np.zeros(1, dtype=np.int64))[0])
 
-    A delay changes the state at the start and the air on the way; both differences fade during what follows with each
-    mode's rate. Every waypoint from ``first`` on, where the robot waits, is moved by what they do to the error there.
-    """
-    job = planned.job
-    some = np.unique(np.linspace(first, len(planned.path.arc) - 1, 400).astype(int))
-    theta, rise, time = solution.theta[some], planned.rise[some], planned.trajectory.time[some]
-    begin = float(planned.trajectory.time[first])
-    motion = planned.motion.at(some)
-    now, _ = planned.model.actual_pose(theta, rise, motion)
-    state = job.state()
-    if first:  # the robot waits half way through its program
-        whole = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven).until(first)
-        _, state = during(job.heat, state, whole, job.air, job.clock)
 
-    def drift(delay: float) -> float:
-        late = late_rise(job, delay, time - begin, state, job.clock + begin)
-        moved, _ = planned.model.actual_pose(theta, rise + late, motion)
-        return float(np.linalg.norm(moved - now, axis=1).max())
-
-    low, high = 0.0, 60.0
-    while drift(high) <= job.start_drift:
-        low, high = high, 2 * high
-        if low >= LONGEST_DELAY:
-            return LONGEST_DELAY
-    for _ in range(40):
-        middle = (low + high) / 2
-        low, high = (middle, high) if drift(middle) <= job.start_drift else (low, middle)
-    return low
+def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Array:
+    """The same where the robot waits at a waypoint on its way, (P,) numbers from 0, rising, to (P,) [s]."""
+    job, trajectory = planned.job, planned.trajectory
+    driven = Driven(trajectory.time, planned.theta, trajectory.driven)
+    state = states_at(job.heat, job.state(), driven, first, job.air, job.clock)
+    course = waiting.Course(trajectory.time, solution.theta, planned.rise, planned.motion)
+    return waiting.windows(job, planned.model, course, first, state)
 
 
 def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
@@ -274,32 +282,12 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
     if planned.page_stops is None or planned.page_stops.why_not:
         return delivery.one_file(program)
 
-    def start_at(n: int) -> Start:
-        window = start_window(planned, solution, n)
-        return Start(float(planned.trajectory.time[n]), planned.rise[n], window)
+    def starts_at(first: IntArray) -> list[Start]:
+        windows = start_windows(planned, solution, first)
+        time, rise = planned.trajectory.time[first], planned.rise[first]
+        return [Start(*now) for now in zip(time.tolist(), rise, windows.tolist())]
 
-    return delivery.in_pages(planned.job, program, start_at)
-
-
-def late_rise(job: Job, delay: float, time: Array, state: Array, clock: float) -> Array:
-    """What a start delayed by ``delay`` [s] adds to the rises after it.
-
-    Args:
-        job: For its heat, its air, and what standing does.
-        delay: [s].
-        time: From the start on, (M,) [s].
-        state: In which the robot begins to wait, (S,).
-        clock: When it does, from the first duty on [s].
-
-    Returns:
-        (M, K) [K].
-    """
-    heat = job.heat
-    late = after(heat, [replace(job.standing, duration=delay)], state * 1.0)
-    late = late + heat.ambient * job.air.response(heat.rate, clock, np.array([clock + delay]))[0]
-    change = np.exp(-time[:, None] * heat.rate) * (late - state)
-    air = [job.air.response(heat.rate, clock + shift, clock + shift + time) for shift in (0.0, delay)]
-    return np.asarray((change + heat.ambient * (air[1] - air[0])) @ heat.outputs.T)
+    return delivery.in_pages(planned.job, program, starts_at)
 
 
 def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
