@@ -52,6 +52,8 @@ def turn_digits(robot: Robot, theta: Array) -> IntArray:
 
     def digits(theta: Array) -> Any:
         angle = robot.to_pendant(theta)[:, np.array(robot.controller.turn_joints) - 1]
+        if np.abs(angle).max(initial=0.0) < np.pi - 2 * HAIR:
+            return np.zeros(angle.shape, dtype=np.int64)
         return (np.sign(angle) * np.floor((np.abs(angle) + np.pi + HAIR) / (2 * np.pi))).astype(np.int64)
 
     found: Any = by_rows(digits, theta)
