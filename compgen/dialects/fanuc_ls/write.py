@@ -158,8 +158,20 @@ def fill_poses(units: IntArray, decimals: int, position: Array, rotation: Array)
     """Positions (n, 3) [m] and rotations (n, 3, 3) that units of the last digit (6, n) say."""
     numbers = numbers_of(units, decimals)
     np.multiply(numbers[:3], MM, out=position.T)
-    w, p, r = numbers[3:] * DEG
-    fill_rotations(w, p, r, rotation.reshape(-1, 9))
+    fill_rotations([_cosine_and_sine(angle, decimals) for angle in units[3:]], rotation.reshape(-1, 9))
+
+
+def _cosine_and_sine(units: IntArray, decimals: int) -> tuple[Array, Array]:
+    """Of angles in units of the last digit, (n,) each; poses next to each other mostly share theirs."""
+    size = np.abs(units)
+    low, high = int(size.min()), int(size.max())
+    if 2 * (high - low) >= len(size):
+        angle = numbers_of(units, decimals) * DEG
+        return np.cos(angle), np.sin(angle)
+    angle = numbers_of(np.arange(low, high + 1), decimals) * DEG
+    size -= low
+    sine = np.sin(angle).take(size)
+    return np.cos(angle).take(size), np.where(units < 0, -sine, sine)
 
 
 def as_written(program: Program) -> Program:
