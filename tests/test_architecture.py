@@ -55,6 +55,7 @@ ONLY = {
     "casadi": {
         "evaluation",
         "rotations",
+        "boundaries",
         "pieces",
         "surfaces",
         "geometry",
