@@ -117,6 +117,8 @@ def pose_units(position: Array, angles: tuple[Array, Array, Array], rows: slice,
         np.divide(angle[rows], DEG, out=number)
     numbers *= 10.0**decimals
     np.rint(numbers, out=numbers)
+    angle = numbers[3:]
+    angle[angle == -180 * 10.0**decimals] *= -1  # the same turn: noise must not choose between two texts
     if not fits(numbers, decimals):
         raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
     return numbers.astype(np.int64 if decimals > DECIMALS else np.int32)
