@@ -83,6 +83,11 @@ class Leg:
         rides = list(self.rides(progress))
         return Ride(*(np.concatenate([getattr(r, name) for r in rides]) for name in Ride.__slots__))
 
+    @property
+    def samples(self) -> int:
+        """How many there are in all."""
+        return int(self.pieces.sum()) + 1
+
     def first_samples(self) -> IntArray:
         """The sample at each position, (N,)."""
         return np.concatenate([[0], np.cumsum(self.pieces)])

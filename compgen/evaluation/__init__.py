@@ -100,15 +100,22 @@ def _arguments(rows: tuple[Rows, ...], outs: list[Array]) -> tuple[list[Any], tu
     """Pointers for the compiled function, and what must stay alive while they are used."""
     tables, indices, strides = [], [], []
     for r in rows:
-        table = np.ascontiguousarray(r.table if isinstance(r, Picked) else r, dtype=np.float64)
+        table = _side_by_side(r.table if isinstance(r, Picked) else r)
         index = np.ascontiguousarray(r.index, dtype=np.int64) if isinstance(r, Picked) else None
         if index is not None and len(index) and not (0 <= index.min() and index.max() < len(table)):
             raise IndexError("a picked row lies outside its table")
         tables.append(table)
         indices.append(index)
-        strides.append(0 if index is None and len(table) == 1 else table.shape[1])
+        strides.append(0 if index is None and len(table) == 1 else table.strides[0] // table.itemsize)
     ins = (ctypes.c_void_p * len(rows))(*(t.ctypes.data for t in tables))
     picks = (ctypes.c_void_p * len(rows))(*(None if i is None else i.ctypes.data for i in indices))
     steps = (ctypes.c_longlong * len(rows))(*strides)
     targets = (ctypes.c_void_p * len(outs))(*(o.ctypes.data for o in outs))
     return [tables, indices], (ins, picks, steps, targets)
+
+
+def _side_by_side(table: Array) -> Array:
+    """The same rows, however far apart, with the entries of each side by side."""
+    there = table.dtype == np.float64 and table.flags.aligned and table.strides[0] % table.itemsize == 0
+    together = table.shape[1] == 1 or table.strides[1] == table.itemsize
+    return table if there and together else np.ascontiguousarray(table, dtype=np.float64)

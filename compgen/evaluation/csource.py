@@ -37,7 +37,7 @@ static inline v all(double x) {
   v r = EACH(E); return r;
 #undef E
 }
-static inline v load(const double *p, const long long *at) {
+static inline __attribute__((always_inline)) v load(const double *p, const long long *at) {
 #define E(k) p[at[k]]
   v r = EACH(E); return r;
 #undef E

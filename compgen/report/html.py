@@ -1,5 +1,6 @@
 """The report as one page that opens offline: findings first, then the error, the path, the warmth, the joints."""
 
+from dataclasses import dataclass
 from html import escape
 from typing import Any
 
@@ -7,9 +8,11 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from compgen.arrays import Array, extremes
 from compgen.pipeline import Corrected, Planned
 from compgen.report.json import summary
 from compgen.report.page import COOL, GREY, LINES, WARM, div, dress, findings_list, page, thin
+from compgen.toolpath import ToolPath
 from compgen.units import MM, UM
 from compgen.verify import Deviation
 
@@ -17,9 +20,10 @@ from compgen.verify import Deviation
 def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
     data = summary(planned, corrected)
+    drawn = [_drawn(planned.deviation)] + ([_drawn(corrected.deviation)] if corrected else [])
     figures = [
-        ("Error over time", _error_over_time(planned, corrected), "time"),
-        ("The path, coloured by error", _path_in_space(planned, corrected), "space"),
+        ("Error over time", _error_over_time(drawn, planned.job.bounds.max), "time"),
+        ("The path, coloured by error", _path_in_space(drawn, planned.path), "space"),
         ("Temperature while the program runs", _temperatures(planned), "heat"),
         ("Use of the joints", _joints(data), "joints"),
     ]
@@ -77,54 +81,61 @@ def _footer(data: dict[str, Any]) -> str:
     )
 
 
-def _error_over_time(planned: Planned, corrected: Corrected | None) -> go.Figure:
-    rows: list[tuple[str, Deviation, str]] = [("before", planned.deviation, WARM)]
-    if corrected:
-        rows.append(("after", corrected.deviation, COOL))
+@dataclass(frozen=True, eq=False, slots=True)
+class _Drawn:
+    """Of a deviation, what its figures show, at K samples."""
+
+    arc: Array  # (K,) [m]
+    time: Array  # (K,) [s]
+    total: Array  # (K,) [um]
+    normal: Array  # (K,) [um]
+    largest: float  # [m]
+
+
+def _drawn(deviation: Deviation) -> _Drawn:
+    total = deviation.total()
+    keep = thin(total)
+    size, normal = (np.round(values[keep] / UM, 3) for values in (total, deviation.normal))
+    return _Drawn(deviation.arc[keep], deviation.time[keep], size, normal, deviation.extents["total"].max)
+
+
+def _error_over_time(drawn: list[_Drawn], bound: float | None) -> go.Figure:
+    rows = [*zip(("before", "after"), drawn, (WARM, COOL))]
     figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.08)
-    for i, (name, deviation, colour) in enumerate(rows, 1):
-        keep = thin(deviation.total())
-        time = np.round(deviation.time[keep], 4)
+    for i, (name, shown, colour) in enumerate(rows, 1):
+        time = np.round(shown.time, 4)
         for part, values, dash, tint in (
-            ("total", deviation.total(), "solid", colour),
-            ("normal", deviation.normal, "dot", GREY),
+            ("total", shown.total, "solid", colour),
+            ("normal", shown.normal, "dot", GREY),
         ):
             line = {"color": tint, "width": 1.4 if part == "total" else 1, "dash": dash}
-            figure.add_scatter(
-                x=time, y=np.round(values[keep] / UM, 3), name=f"{name}: {part}", line=line, row=i, col=1
-            )
+            figure.add_scatter(x=time, y=values, name=f"{name}: {part}", line=line, row=i, col=1)
         figure.update_yaxes(title_text=f"{name} [µm]", row=i, col=1)
-    bound = planned.job.bounds.max
-    if corrected and bound is not None:
+    if len(rows) > 1 and bound is not None:
         figure.add_hline(y=bound / UM, line={"color": "#b91c1c", "dash": "dash", "width": 1}, row=2, col=1)
     figure.update_xaxes(title_text="time from leaving P[1] [s]", row=len(rows), col=1)
     return dress(figure, 260 * len(rows))
 
 
-def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
-    sides = [("before", planned.deviation)] + ([("after", corrected.deviation)] if corrected else [])
-    count = len(sides)
-    figure = make_subplots(
-        rows=1, cols=count, specs=[[{"type": "scene"}] * count], subplot_titles=[name for name, _ in sides]
-    )
-    path = planned.path
-    for i, (_, deviation) in enumerate(sides, 1):
-        total = deviation.total()
-        keep = thin(total)
-        place = [np.interp(deviation.arc[keep], path.arc, path.position[:, k]) / MM for k in range(3)]
+def _path_in_space(drawn: list[_Drawn], path: ToolPath) -> go.Figure:
+    count = len(drawn)
+    titles = ["before", "after"][:count]
+    figure = make_subplots(rows=1, cols=count, specs=[[{"type": "scene"}] * count], subplot_titles=titles)
+    for i, shown in enumerate(drawn, 1):
         bar = {"title": "µm", "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
         marker = {
             "size": 2.2,
-            "color": np.round(total[keep] / UM, 3),
+            "color": shown.total,
             "colorscale": "Turbo",
             "colorbar": bar,
             "cmin": 0,
-            "cmax": float(np.ceil(100 * total.max() / UM) / 100),
+            "cmax": float(np.ceil(100 * shown.largest / UM) / 100),
             "line": {"width": 0},
         }
-        x, y, z = (np.round(p, 2) for p in place)
+        x, y, z = _places(path, shown.arc)
         figure.add_scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, showlegend=False, row=1, col=i)
-    size = np.ptp(path.position, axis=0)
+    low, high = extremes(path.position)
+    size = high - low
     reach = np.maximum(size / size.max(), 0.05).round(3).tolist()
     scene = {
         "xaxis_title": "X [mm]",
@@ -138,6 +149,13 @@ def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
     }
     figure.update_scenes(**scene)
     return dress(figure, 460)
+
+
+def _places(path: ToolPath, arc: Array) -> list[Array]:
+    """x, y and z [mm] at some places, straight between the waypoints around each."""
+    after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
+    rows = np.unique(np.concatenate([after - 1, after]))
+    return [np.round(np.interp(arc, path.arc[rows], path.position[rows, k]) / MM, 2) for k in range(3)]
 
 
 def _temperatures(planned: Planned) -> go.Figure:
