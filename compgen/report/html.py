@@ -4,12 +4,11 @@ from html import escape
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from compgen.pipeline import Corrected, Planned
+from compgen.report.figure import TURBO, Figure, Trace, axis, div, figure, level, numbers, spans, trace
 from compgen.report.json import summary
-from compgen.report.page import COOL, GREY, LINES, WARM, div, dress, findings_list, page, thin
+from compgen.report.page import COOL, GREY, LINES, WARM, findings_list, page, thin
 from compgen.units import MM, UM
 from compgen.verify import Deviation
 
@@ -77,12 +76,13 @@ def _footer(data: dict[str, Any]) -> str:
     )
 
 
-def _error_over_time(planned: Planned, corrected: Corrected | None) -> go.Figure:
+def _error_over_time(planned: Planned, corrected: Corrected | None) -> Figure:
     rows: list[tuple[str, Deviation, str]] = [("before", planned.deviation, WARM)]
     if corrected:
         rows.append(("after", corrected.deviation, COOL))
-    figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.08)
-    for i, (name, deviation, colour) in enumerate(rows, 1):
+    traces: list[Trace] = []
+    axes: dict[str, Any] = {}
+    for (name, deviation, colour), which, span in zip(rows, ("", "2"), reversed(spans(len(rows), 0.08))):
         keep = thin(deviation.total())
         time = np.round(deviation.time[keep], 4)
         for part, values, dash, tint in (
@@ -90,75 +90,76 @@ def _error_over_time(planned: Planned, corrected: Corrected | None) -> go.Figure
             ("normal", deviation.normal, "dot", GREY),
         ):
             line = {"color": tint, "width": 1.4 if part == "total" else 1, "dash": dash}
-            figure.add_scatter(
-                x=time, y=np.round(values[keep] / UM, 3), name=f"{name}: {part}", line=line, row=i, col=1
-            )
-        figure.update_yaxes(title_text=f"{name} [µm]", row=i, col=1)
+            y, place = np.round(values[keep] / UM, 3), {"xaxis": f"x{which}", "yaxis": f"y{which}"}
+            traces.append(trace("scatter", time, y, name=f"{name}: {part}", line=line, **place))
+        axes[f"yaxis{which}"] = axis(f"{name} [µm]", anchor=f"x{which}", domain=span)
+        axes[f"xaxis{which}"] = {"anchor": f"y{which}", "domain": [0.0, 1.0]}
+        last = axes[f"xaxis{which}"]
+    if corrected:  # the upper plot shows the lower one's times
+        axes["xaxis"].update(matches="x2", showticklabels=False)
+    last.update(axis("time from leaving P[1] [s]"))
     bound = planned.job.bounds.max
     if corrected and bound is not None:
-        figure.add_hline(y=bound / UM, line={"color": "#b91c1c", "dash": "dash", "width": 1}, row=2, col=1)
-    figure.update_xaxes(title_text="time from leaving P[1] [s]", row=len(rows), col=1)
-    return dress(figure, 260 * len(rows))
+        axes["shapes"] = [level(bound / UM, "2")]
+    return figure(traces, 260 * len(rows), **axes)
 
 
-def _path_in_space(planned: Planned, corrected: Corrected | None) -> go.Figure:
+def _path_in_space(planned: Planned, corrected: Corrected | None) -> Figure:
     sides = [("before", planned.deviation)] + ([("after", corrected.deviation)] if corrected else [])
     count = len(sides)
-    figure = make_subplots(
-        rows=1, cols=count, specs=[[{"type": "scene"}] * count], subplot_titles=[name for name, _ in sides]
-    )
     path = planned.path
-    for i, (_, deviation) in enumerate(sides, 1):
-        total = deviation.total()
-        keep = thin(total)
-        place = [np.interp(deviation.arc[keep], path.arc, path.position[:, k]) / MM for k in range(3)]
-        bar = {"title": "µm", "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
-        marker = {
-            "size": 2.2,
-            "color": np.round(total[keep] / UM, 3),
-            "colorscale": "Turbo",
-            "colorbar": bar,
-            "cmin": 0,
-            "cmax": float(np.ceil(100 * total.max() / UM) / 100),
-            "line": {"width": 0},
-        }
-        x, y, z = (np.round(p, 2) for p in place)
-        figure.add_scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, showlegend=False, row=1, col=i)
     size = np.ptp(path.position, axis=0)
     reach = np.maximum(size / size.max(), 0.05).round(3).tolist()
     scene = {
-        "xaxis_title": "X [mm]",
-        "yaxis_title": "Y [mm]",
-        "zaxis_title": "Z [mm]",
-        "zaxis_nticks": 3,
+        "xaxis": axis("X [mm]"),
+        "yaxis": axis("Y [mm]"),
+        "zaxis": axis("Z [mm]", nticks=3),
         # flat paths keep their plan's proportions and get a little height, so that leads can be seen
         "aspectmode": "manual",
         "aspectratio": {"x": reach[0], "y": reach[1], "z": max(reach[2], 0.15)},
         "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.2}},
     }
-    figure.update_scenes(**scene)
-    return dress(figure, 460)
+    traces, scenes, titles = [], {}, []
+    for i, ((name, deviation), span) in enumerate(zip(sides, spans(count, 0.2 / count)), 1):
+        total = deviation.total()
+        keep = thin(total)
+        xyz = (np.round(np.interp(deviation.arc[keep], path.arc, path.position[:, k]) / MM, 2) for k in range(3))
+        bar = {"title": {"text": "µm"}, "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
+        marker = {
+            "size": 2.2,
+            "color": numbers(np.round(total[keep] / UM, 3)),
+            "colorscale": TURBO,
+            "colorbar": bar,
+            "cmin": 0,
+            "cmax": float(np.ceil(100 * total.max() / UM) / 100),
+            "line": {"width": 0},
+        }
+        where = f"scene{i if i > 1 else ''}"
+        traces.append(trace("scatter3d", *xyz, mode="markers", marker=marker, showlegend=False, scene=where))
+        scenes[where] = {"domain": {"x": span, "y": [0.0, 1.0]}, **scene}
+        titles.append(
+            {"text": name, "font": {"size": 16}, "showarrow": False, "x": sum(span) / 2, "xref": "paper", "y": 1.0,
+            "xanchor": "center", "yref": "paper", "yanchor": "bottom"}
+        )  # fmt: skip
+    return figure(traces, 460, annotations=titles, **scenes)
 
 
-def _temperatures(planned: Planned) -> go.Figure:
-    figure = go.Figure()
+def _temperatures(planned: Planned) -> Figure:
     keep = thin(np.arange(len(planned.rise), dtype=float))
-    for i, name in enumerate(planned.job.heat.names):
-        figure.add_scatter(
-            x=np.round(planned.trajectory.time[keep], 3),
-            y=np.round(planned.rise[keep, i], 4),
-            name=name,
+    time = np.round(planned.trajectory.time[keep], 3)
+    traces = [
+        trace(
+            "scatter", time, np.round(planned.rise[keep, i], 4), name=name,
             line={"color": LINES[i % len(LINES)], "width": 1.6},
         )
-    figure.update_yaxes(title_text="rise [K]", rangemode="tozero")
-    figure.update_xaxes(title_text="time from leaving P[1] [s]")
-    return dress(figure, 320)
+        for i, name in enumerate(planned.job.heat.names)
+    ]  # fmt: skip
+    return figure(traces, 320, yaxis=axis("rise [K]", rangemode="tozero"), xaxis=axis("time from leaving P[1] [s]"))
 
 
-def _joints(data: dict[str, Any]) -> go.Figure:
-    figure = go.Figure()
-    for (kind, shares), colour in zip(data["timing"]["joint_use"].items(), LINES[2:]):
-        figure.add_bar(x=list(shares), y=[round(100 * v, 2) for v in shares.values()], name=kind, marker_color=colour)
-    figure.add_hline(y=100, line={"color": "#b91c1c", "dash": "dash", "width": 1})
-    figure.update_yaxes(title_text="largest share of the limit [%]")
-    return dress(figure, 320)
+def _joints(data: dict[str, Any]) -> Figure:
+    traces = [
+        trace("bar", list(shares), [round(100 * v, 2) for v in shares.values()], name=kind, marker={"color": colour})
+        for (kind, shares), colour in zip(data["timing"]["joint_use"].items(), LINES[2:])
+    ]
+    return figure(traces, 320, yaxis=axis("largest share of the limit [%]"), shapes=[level(100)])
