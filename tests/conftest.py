@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+import compgen.cli.alone  # noqa: F401  one thread a matrix product, as under the command; before numpy
 from compgen.config import load_job
 from compgen.job import Job
 

@@ -115,9 +115,11 @@ def history(
     levels = {duty: outputs @ goal for duty, goal in goals.items()}
     step = (time[-1] - time[0]) / max(len(time) - 1, 1) if len(time) else 0.0
     even = len(time) > 1 and bool(np.abs(np.diff(time) - step).max() <= 1e-12 * time[-1])
-    table = np.exp(-np.arange(min(ROWS, len(time)))[:, None] * step * rate) if even else None
     begins = np.concatenate([[0.0], np.cumsum([duty.duration for duty in duties])])
     rows = np.append(np.searchsorted(time, begins[:-1]), len(time))
+    longest = min(ROWS, int(np.diff(rows).max()))
+    table = np.exp(-np.arange(longest)[:, None] * step * rate) if even else None
+    few = _few(table) if table is not None and len(time) > 64 * longest else None
     for duty, begin, low, high in zip(duties, begins, rows, rows[1:]):
         goal = goals[duty]
         for k in range(int(low), int(high), ROWS):
@@ -125,13 +127,24 @@ def history(
             alive = rate * past[0] < GONE  # fast modes have gone after minutes
             fade = np.exp(-(past - past[0])[:, None] * rate) if table is None else table[: len(past)]
             swing = outputs * ((z - goal) * np.exp(-past[0] * rate))
-            if alive.all():
-                out[k : k + len(past)] = fade @ swing.T + levels[duty]
-            else:
-                out[k : k + len(past)] = fade[:, alive] @ swing[:, alive].T + levels[duty]
+            part = swing.T
+            if not alive.all():
+                fade, part = fade[:, alive], part[alive]
+            elif few is not None:
+                fade, part = few[0][: len(past)], few[1] @ part
+            block = out[k : k + len(past)]
+            np.matmul(fade, part, out=block)
+            block += levels[duty]
         z = goal + (z - goal) * np.exp(-duty.duration * rate)
     if air is not None:
         for k in range(0, len(time), ROWS):
             share = heat.ambient * air.response(heat.rate, clock, clock + time[k : k + ROWS])
             out[k : k + ROWS] += share @ heat.outputs.T
     return out
+
+
+def _few(table: Array) -> tuple[Array, Array]:
+    """The same as a product through as few columns as it takes: many exponentials in time are nearly dependent."""
+    left, size, right = np.linalg.svd(table, full_matrices=False)
+    count = int((size > 1e-15 * size[0]).sum())
+    return left[:, :count].copy(), size[:count, None] * right[:count]

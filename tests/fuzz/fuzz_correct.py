@@ -15,6 +15,10 @@ from pathlib import Path
 import numpy as np
 from fuzz_listing import mutated, seeds
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+from ls_text import at, joint_form, program
+
 from compgen.config import load_before, load_cell
 from compgen.correction import Options, correct
 from compgen.dialects.fanuc_ls import loads
@@ -27,10 +31,21 @@ LONGEST_S = 8.0
 KNOWN = 12  # frames and tools that are known, all in the same place
 
 
+def correctable() -> list[bytes]:
+    """Programs that are corrected as they are: Cartesian, joint and mixed, with stops, arcs and frames."""
+    places = [(2.0 * k, 10 + k, -15 + 2 * k, 3.0 * k, -60 + k, 40 - k) for k in range(12)]
+    lines = [f"L P[{n}] 200mm/sec {'FINE' if n % 5 == 0 else 'CNT100'}" for n in range(2, 13)]
+    straight = program(["J P[1] 20% FINE", *lines], [at(n, j) for n, j in enumerate(places, 1)])
+    joints = program(["J P[1] 20% FINE", *lines], [joint_form(n, j) for n, j in enumerate(places, 1)])
+    arc = ["UFRAME_NUM=1", "UTOOL_NUM=2", "J P[1] 20% FINE", "C P[2]\n    :  P[3] 100mm/sec FINE", *lines[2:]]
+    framed = program(arc, [at(n, j, numbered=(1, 2)) for n, j in enumerate(places, 1)], end="\r\n")
+    return [straight, joints, framed]
+
+
 def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, bytes]]:
     """What went wrong, with the input that did it; what went right is counted."""
     rng = random.Random(seed)
-    pool = [data for data in seeds() if len(data) < LARGEST]
+    pool = [data for data in seeds() if len(data) < LARGEST] + 20 * correctable()
     still = (np.zeros(3), np.eye(3))
     frames = Frames(*({n: still for n in range(KNOWN)} for _ in range(2)))
     robot = str(Path(__file__).resolve().parents[2] / "robots" / "m710ic50.toml")
