@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,14 +10,15 @@ from compgen import __version__
 from compgen.arrays import Array, own
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
-from compgen.dialects.fanuc_ls.adjoin import JoinError, interpret_pages
-from compgen.dialects.fanuc_ls.manifest import ENDING, check_manifest, manifest
-from compgen.dialects.fanuc_ls.pages import Page, Paged, split
+from compgen.dialects.fanuc_ls.names import ENDING
 from compgen.dialects.fanuc_ls.write import APPROACH_PERCENT, REMARK_LENGTH
 from compgen.job import Job
 from compgen.paging import Stops, head_lines, size, store_of
 from compgen.units import KB
 from compgen.verify import Finding
+
+if TYPE_CHECKING:  # a program in one file is written without what parts, reads and joins pages
+    from compgen.dialects.fanuc_ls.pages import Page, Paged
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,7 +39,7 @@ class Delivery:
 
     files: tuple[tuple[str, bytes], ...]  # name and content; what must appear last stands last
     program: Program
-    paged: Paged | None = None
+    paged: "Paged | None" = None
     starts: tuple[Start, ...] = ()  # of the pages
 
     @property
@@ -64,6 +66,10 @@ def in_pages(job: Job, program: Program, start_at: Callable[[int], Start]) -> De
         ImpossibleError: It cannot be parted so that each page fits.
         JoinError: The pages, read back from their text, are not the program.
     """
+    from compgen.dialects.fanuc_ls.adjoin import interpret_pages
+    from compgen.dialects.fanuc_ls.manifest import check_manifest, manifest
+    from compgen.dialects.fanuc_ls.pages import split
+
     starts: list[Start] = []
 
     def heading(k: int, count: int, first: int) -> list[str]:
@@ -123,7 +129,7 @@ def findings(job: Job, delivered: Delivery, stops: Stops | None) -> list[Finding
     return [Finding("warning", "controller.size", f"{told}, and it cannot be parted: {stops.why_not}; {mend}")]
 
 
-def _known(job: Job, page: Page, start: Start) -> dict[str, object]:
+def _known(job: Job, page: "Page", start: Start) -> dict[str, object]:
     """What the manifest says of a page besides its file."""
     return {
         "first_position": max(page.motions[0], 1),  # of the undivided program; the page starts there
@@ -136,6 +142,8 @@ def _known(job: Job, page: Page, start: Start) -> dict[str, object]:
 
 def _same(whole: Program, undivided: Program) -> None:
     """Raises JoinError unless two programs drive the same."""
+    from compgen.dialects.fanuc_ls.adjoin import JoinError
+
     for field in ("position", "rotation", "turns", "speed", "fine"):
         a, b = getattr(whole, field), getattr(undivided, field)
         if a.shape != b.shape or not np.array_equal(a, b):
