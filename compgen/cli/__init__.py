@@ -22,11 +22,11 @@ __all__ = ["main"]
 _MODULES = {
     "inspect": "inspect",
     "init": "init",
+    "pages": "paging",
     "generate": "jobs",
     "predict": "jobs",
     "check": "jobs",
     "correct": "programs",
-    "pages": "paging",
     "heat": "heat",
     "whatif": "whatif",
     "identify": "measure",
