@@ -1,6 +1,6 @@
 """Arrays that own their data: copied, checked for shape, read-only."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+Some = TypeVar("Some", bound=NDArray[Any])
 
 
 def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
@@ -21,7 +22,7 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
     lengths: dict[str, int] = {}
     for name, shape in shapes.items():
         given = getattr(owner, name)
-        done = isinstance(given, np.ndarray) and given.flags.owndata and not given.flags.writeable
+        done = isinstance(given, np.ndarray) and _settled(given)
         value = given if done else np.array(given)
         if value.dtype.kind not in "bi":
             value = value.astype(float, copy=False)
@@ -32,11 +33,25 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
         object.__setattr__(owner, name, value)
 
 
-def frozen(a: Array) -> Array:
+def frozen(a: Some) -> Some:
     """The same array made read-only, for handing it over to an owner without a copy."""
-    whole = a if a.flags.owndata else a.copy()
-    whole.flags.writeable = False
-    return whole
+    owner = _owner(a)
+    if owner is None:
+        a = owner = a.copy()
+    owner.flags.writeable = a.flags.writeable = False
+    return a
+
+
+def _owner(a: NDArray[Any]) -> NDArray[Any] | None:
+    """The array whose data these are: itself, or what it is another shape of; None when it is a part of something."""
+    whole = a if a.flags.owndata else a.base
+    return whole if isinstance(whole, np.ndarray) and whole.flags.owndata and whole.size == a.size else None
+
+
+def _settled(a: NDArray[Any]) -> bool:
+    """Whether nobody writes to these data any more."""
+    whole = _owner(a)
+    return whole is not None and not a.flags.writeable and not whole.flags.writeable
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -47,6 +62,30 @@ def dot(a: Array, b: Array) -> Array:
 def norm(a: Array) -> Array:
     """Length of each row, (N, k) to (N,)."""
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", a, a)))
+
+
+def sizes(a: Array, rows: int = 8192) -> Array:
+    """``norm`` of many short rows, column by column over blocks that stay in cache, (N, k) to (N,)."""
+    out = np.empty(len(a))
+    for at in range(0, len(a), rows):
+        block, size = a[at : at + rows], out[at : at + rows]
+        np.multiply(block[:, 0], block[:, 0], out=size)
+        for column in block.T[1:]:
+            size += column * column
+        np.sqrt(size, out=size)
+    return out
+
+
+def steps(a: Array, rows: int = 8192) -> Array:
+    """Distance of each row from the next, (N, k) to (N - 1,)."""
+    parts = [sizes(np.diff(a[at : at + rows + 1], axis=0)) for at in range(0, len(a) - 1, rows)]
+    return np.concatenate([np.zeros(0), *parts])
+
+
+def extremes(a: Array, rows: int = 8192) -> tuple[Array, Array]:
+    """Smallest and largest of each column, (N, k) to (k,) twice."""
+    blocks = [a[at : at + rows].T.copy() for at in range(0, len(a), rows)]
+    return np.min([b.min(axis=1) for b in blocks], axis=0), np.max([b.max(axis=1) for b in blocks], axis=0)
 
 
 def unit(a: Array) -> Array:

@@ -25,6 +25,11 @@ class Boundary:
         flat = np.all(xy @ self.normals.T <= self.offsets + EDGE_M, axis=1)
         return np.asarray(flat & (np.hypot(xy[:, 0], xy[:, 1]) <= self.radius + EDGE_M))
 
+    def table(self) -> Array:
+        """Each side's normal and offset, and the radius, with what still counts as on the edge, (1, 3 K + 1)."""
+        sides = np.column_stack([self.normals, self.offsets + EDGE_M])
+        return np.append(sides.ravel(), self.radius + EDGE_M)[None]
+
     def clip(self, y: float) -> tuple[float, float] | None:
         """Where the line at this y enters and leaves [m]; None when it misses."""
         low, high = -np.inf, np.inf

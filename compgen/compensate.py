@@ -14,7 +14,8 @@ W makes an angle count as the distance it moves a point one lever away; spin abo
 
 Because the real arm differs from the nominal one by parts in 10^4, de/dc = I + O(1e-4). So with z_n = c_n - e_n(c) the
 problem is linear least squares, pentadiagonal and separate for each of the six components: solving it and refreshing z
-shrinks the step about a thousandfold each time. Where a constraint binds, ``limits`` takes over for that stretch.
+shrinks the step about a thousandfold each time. Smoothing enlarges nothing, so z that no longer moves says, without
+another solve, that the correction would not move either. Where a constraint binds, ``limits`` takes over there.
 """
 
 from collections.abc import Callable
@@ -49,7 +50,7 @@ class Solution:
     residual: Array  # (N, 6) predicted error that stays
     status: Status
     iterations: int
-    step: float  # [m] last change of the correction
+    step: float  # [m] what a further iteration would change at most
     active: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
 
     def __post_init__(self) -> None:
@@ -67,40 +68,53 @@ def optimise(problem: Problem, settings: Settings, progress: Callable[[float], N
     Returns:
         The correction. Where a limit binds, ``status`` is LIMITED and ``active`` names waypoints and limits.
     """
-    ds = measure(problem.arc)[:, None]
-    stiff = bands(problem.arc, problem.stop, settings)
-    w = weights(settings)
-    lever = w.copy()
-    lever[5] = settings.lever
-    correction = problem.pointwise()
-    wanted = correction  # nothing is left of it
-    fixed = [i for i in range(6) if w[i] == lever[i]]
-    factor = cholesky_banded(stiff, overwrite_ab=True, check_finite=False)
-    loose = None
-    if len(fixed) < 6:
-        trust = (w[5] / lever[5]) ** 2
-        loose = cholesky_banded(bands(problem.arc, problem.stop, settings, trust)), trust
-    step = np.inf
+    smooth = _smoother(problem, settings)
+    wanted = problem.pointwise()  # nothing is left of it
     iterations = 0
     while True:
-        new = np.empty(correction.shape, order="F")
-        new[:, fixed] = cho_solve_banded((factor, False), ds * wanted[:, fixed], check_finite=False)
-        if loose:
-            new[:, 5] = cho_solve_banded((loose[0], False), loose[1] * ds[:, 0] * wanted[:, 5])
-        step = max(float(np.abs(new[:, i] - correction[:, i]).max()) * float(lever[i]) for i in range(6))
-        correction = np.ascontiguousarray(new)
+        correction = smooth(wanted)
         iterations += 1
         residual, theta, margin = problem.looked_at(correction)
         progress(min(0.9, iterations / 5))
+        better = correction - residual
+        step = _largest(better - wanted, settings.lever)
         if step <= STEP_TOLERANCE or iterations == MAX_ITERATIONS or not np.isfinite(step):
             break
-        wanted = correction - residual
+        wanted = better
     active: tuple[tuple[int, str], ...] = ()
     status = Status.CONVERGED if step <= STEP_TOLERANCE else Status.FAILED
     rows = violated(problem, settings, correction, (theta, margin))
     if rows.any():
-        correction, active, legal = hold(problem, settings, correction, rows, progress)
+        free = correction
+        correction, active, legal = hold(problem, settings, free, rows, progress)
         status = Status.LIMITED if legal and status is Status.CONVERGED else Status.FAILED
-        residual, theta, _ = problem.looked_at(correction)
+        moved = np.flatnonzero((free != correction).any(axis=1))
+        residual[moved], theta[moved], _ = problem.window(moved).looked_at(correction[moved])
     progress(1.0)
     return Solution(frozen(correction), frozen(theta), frozen(residual), status, iterations, step, active)
+
+
+def _largest(change: Array, lever: float) -> float:
+    """The largest component of a correction (N, 6), angles as far as they move a point one lever away [m]."""
+    size = [float(max(-change[:, i].min(), change[:, i].max())) for i in range(6)]
+    return float(np.max(size * np.array([1.0, 1.0, 1.0, *3 * [lever]])))
+
+
+def _smoother(problem: Problem, settings: Settings) -> Callable[[Array], Array]:
+    """From the correction wanted (N, 6) to the smooth one nearest to it."""
+    ds = measure(problem.arc)
+    spin = (float(weights(settings)[5]) / settings.lever) ** 2
+    tied, turn = (slice(0, 6), 1.0), (slice(5, 6), spin)
+    parts = []
+    for columns, trust in [(slice(0, 5), 1.0), turn] if settings.free_spin else [tied]:
+        band = bands(problem.arc, problem.stop, settings, trust)
+        parts.append((columns, trust * ds[:, None], cholesky_banded(band, overwrite_ab=True, check_finite=False)))
+
+    def smooth(wanted: Array) -> Array:
+        correction = np.empty_like(wanted)
+        for columns, weight, factor in parts:
+            pull = np.multiply(weight, wanted[:, columns], order="F")
+            correction[:, columns] = cho_solve_banded((factor, False), pull, overwrite_b=True, check_finite=False)
+        return correction
+
+    return smooth

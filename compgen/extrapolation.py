@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from compgen.arrays import Array, BoolArray
+from compgen.arrays import Array, BoolArray, extremes
 from compgen.job import Cell, Job
 from compgen.predict import ErrorModel
 from compgen.sources import AxisMap, Motion, memory_of, strangeness
@@ -27,11 +27,11 @@ def outside_map(cell: Cell | Job, position: Array) -> list[Finding]:
         return []
     spots = np.vstack([np.where(np.arange(3) == s.axis, end, s.place) for s in lines for end in s.station[[0, -1]]])
     low, high = spots.min(axis=0), spots.max(axis=0)
-    over = np.maximum(low - position, position - high)
-    worst = over.max(axis=0)
-    outside = (over > SLACK).any(axis=1)
-    if not outside.any():
+    least, most = extremes(position)
+    worst = np.maximum(low - least, most - high)
+    if worst.max() <= SLACK:
         return []
+    outside = (np.maximum(low - position, position - high) > SLACK).any(axis=1)
     told = ", ".join(
         f"{'xyz'[i]} by up to {worst[i] / MM:.1f} mm ({low[i] / MM:g} to {high[i] / MM:g} measured)"
         for i in range(3)
@@ -49,14 +49,14 @@ def outside_joints(cell: Cell | Job, theta: Array) -> list[Finding]:
     """Where joints (N, 6) [rad] leave the box that the parameters were identified in."""
     if cell.joint_box is None:
         return []
-    pendant = cell.robot.to_pendant(theta)
-    over = np.maximum(cell.joint_box[:, 0] - pendant, pendant - cell.joint_box[:, 1])
+    least, most = extremes(cell.robot.to_pendant(theta))
+    over = np.maximum(cell.joint_box[:, 0] - least, most - cell.joint_box[:, 1])
     if over.max() <= SLACK:
         return []
     told = ", ".join(
-        f"J{i + 1} by up to {over[:, i].max() / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
+        f"J{i + 1} by up to {over[i] / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
         for i, (low, high) in enumerate(cell.joint_box)
-        if over[:, i].max() > SLACK
+        if over[i] > SLACK
     )
     message = f"the program leaves the joints that the errors were identified in: {told}; measure poses there"
     return [Finding("warning", "sources.box", message)]

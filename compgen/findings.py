@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from compgen.arrays import sizes, steps
 from compgen.compensate import Solution, Status
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
@@ -23,7 +24,7 @@ def limited(solution: Solution) -> list[Finding]:
     kinds: dict[str, list[int]] = {}
     for waypoint, limit in solution.active:
         kinds.setdefault(limit, []).append(waypoint)
-    off = np.linalg.norm(solution.residual[:, :3], axis=1)
+    off = sizes(solution.residual[:, :3])
     worst = int(np.argmax(off))
     text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
     farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
@@ -44,10 +45,11 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
                 f"{100 * trajectory.use.max():.0f} % of its limit; lower process.feed_mm_s",
             )
         )
-    slow = float(np.diff(path.arc)[trajectory.speed < feed * (1 - 1e-9)].sum() / path.arc[-1])
+    gaps = np.diff(path.arc)
+    slow = float(gaps[trajectory.speed < feed * (1 - 1e-9)].sum() / path.arc[-1])
     if slow > 0.001:
         period = job.robot.controller.period
-        short = bool(np.any(np.diff(path.arc) < feed * period))
+        short = bool(np.any(gaps < feed * period))
         why = (
             "segments there are shorter than feed x the interpolation period, or joint limits bind"
             if short
@@ -60,8 +62,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
         found.append(Finding("note", "timing.feed", told))
-    length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
-    error, late = fanuc_ls.feed_errors(trajectory.speed, program.speed, length)
+    error, late = fanuc_ls.feed_errors(trajectory.speed, program.speed, steps(program.position))
     if error > FEED_ERROR:
         told = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array, IntArray
+from compgen.arrays import Array, BoolArray, IntArray
 from compgen.boundaries import Boundary
 from compgen.evaluation import Picked, evaluate
 from compgen.pieces import Pieces, curve_expr, height_expr
@@ -38,11 +38,14 @@ class Geometry:
         refuse_ended(there)
         return speed[:, 0], spacing[:, 0]
 
-    def pose(self, piece: IntArray, t: Array) -> tuple[Array, Array]:
-        """Tool position and rotation, (M, 3) [m] and (M, 3, 3)."""
-        position, rotation, there = self._ask(functions().pose, piece, t[:, None], self._axis())
+    def pose(self, piece: IntArray, t: Array) -> tuple[Array, Array, BoolArray]:
+        """Tool position and rotation, (M, 3) [m] and (M, 3, 3), and whether the part is there, (M,)."""
+        edge = self.boundary.table()
+        position, rotation, there, room = self._ask(
+            build_pose(edge.shape[1] // 3), piece, t[:, None], self.axis(), edge
+        )
         refuse_ended(there)
-        return position, rotation.reshape(-1, 3, 3)
+        return position, rotation.reshape(-1, 3, 3), room[:, 0] >= 0
 
     def length(self, piece: IntArray, start: Array, end: Array) -> Array:
         """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
@@ -73,22 +76,31 @@ class Geometry:
 
         ``whole`` (M,) and ``slope`` (M, 2) are what ``measured`` says of the spans.
         """
-        u = fraction
-        step = span[:, 1] - span[:, 0]
-        t = span[:, 0] + u * (slope[:, 0] + u * (3 * step - 2 * slope[:, 0] - slope[:, 1]))
-        t += u**3 * (slope[:, 0] + slope[:, 1] - 2 * step)
+        t = even_expr(span.T, slope.T, fraction)
         uneven = np.flatnonzero(np.isnan(t))
-        if len(uneven):
-            rows = np.column_stack([span[uneven], whole[uneven], fraction[uneven]])
-            t[uneven] = self._ask(functions().at, piece[uneven], rows)[0][:, 0]
-        position, rotation, travel = self._ask(functions().place, piece, t[:, None], self._axis())
+        t[uneven] = self.uneven(piece[uneven], span[uneven], whole[uneven], fraction[uneven])
+        position, rotation, travel = self._ask(functions().place, piece, t[:, None], self.axis())
         return position, rotation.reshape(-1, 3, 3), travel
+
+    def uneven(self, piece: IntArray, span: Array, whole: Array, fraction: Array) -> Array:
+        """The parameter at a fraction of the arc length of a span, by Newton, (M,)."""
+        if not len(piece):
+            return np.zeros(0)
+        return self._ask(functions().at, piece, np.column_stack([span, whole, fraction]))[0][:, 0]
 
     def _ask(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
         return evaluate(function, Picked(self.pieces.table(), piece), self.surface.table(), *rows)
 
-    def _axis(self) -> Array:
+    def axis(self) -> Array:
+        """Cosine and sine of the spin, (1, 2)."""
         return np.array([[np.cos(self.spin), np.sin(self.spin)]])
+
+
+def even_expr(span: Any, slope: Any, u: Any) -> Any:
+    """The parameter at a fraction of the arc length of an even span, of the span's two ends and two slopes."""
+    step = span[1] - span[0]
+    t = span[0] + u * (slope[0] + u * (3 * step - 2 * slope[0] - slope[1]))
+    return t + u * u * u * (slope[0] + slope[1] - 2 * step)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +108,6 @@ class Functions:
     """CasADi functions of a row of ``Pieces.table`` (22) and one of ``Quadric.table`` (15)."""
 
     spacing: Any  # and t, (chord, widest) -> |dP/dt|, spacing, there
-    pose: Any  # and t, (cos, sin) of the spin -> position (3), rotation (9, row by row), there
     length: Any  # and (start, end) -> length, there
     chord: Any  # and (start, end) -> distance, there
     at: Any  # and (start, end, length, fraction) -> t
@@ -115,14 +126,6 @@ def functions() -> Functions:
 
     def lift(t: Any) -> tuple[Any, Any, Any, Any]:
         return lift_expr(surface, curve_expr(piece, t)[0], height_expr(piece, t)[0])
-
-    def pose(t: Any) -> tuple[Any, Any, Any]:
-        position, normal, _, there = lift(t)
-        z = -normal
-        along_x = ca.vertcat(axis, 0)
-        x = along_x - z * ca.dot(z, along_x)
-        x = x / ca.norm_2(x)
-        return position, ca.horzcat(x, ca.cross(z, x), z), there
 
     def length(start: Any, end: Any) -> tuple[Any, Any]:
         middle, half = (start + end) / 2, (end - start) / 2
@@ -163,11 +166,10 @@ def functions() -> Functions:
     even = ca.logic_and(even, ca.fabs(simpson - total) < EVEN[2] * total)
     slope = ca.if_else(even, total / ca.vertcat(first, last), ca.SX.nan(2))
 
-    here = pose(t)
+    here = pose_expr(piece, surface, t, axis)
     travel = along(t)[0]
     return Functions(
         ca.Function("spacing", [piece, surface, t, two], [speed, spacing, there]),
-        ca.Function("pose", [piece, surface, t, axis], [here[0], ca.vec(here[1].T), here[2]]),
         ca.Function("length", [piece, surface, two], [*length(two[0], two[1])]),
         ca.Function("chord", [piece, surface, two], [farthest, held]),
         ca.Function("at", [piece, surface, four], [found]),
@@ -178,3 +180,30 @@ def functions() -> Functions:
         ),
         ca.Function("measured", [piece, surface, two], ca.cse([total, slope, held_all])),
     )
+
+
+def pose_expr(piece: Any, surface: Any, t: Any, axis: Any) -> tuple[Any, Any, Any]:
+    """Tool position, rotation and what ``lift_expr`` says of the surface's extent; axis: (cos, sin) of the spin."""
+    position, normal, _, there = lift_expr(surface, curve_expr(piece, t)[0], height_expr(piece, t)[0])
+    z = -normal
+    along_x = ca.vertcat(axis, 0)
+    x = along_x - z * ca.dot(z, along_x)
+    x = x / ca.norm_2(x)
+    return position, ca.horzcat(x, ca.cross(z, x), z), there
+
+
+@lru_cache(maxsize=8)
+def build_pose(sides: int) -> Any:
+    """Of a row of ``Pieces.table``, one of ``Quadric.table``, t, (cos, sin) and a ``Boundary.table`` of so many sides.
+
+    Gives position, rotation (9, row by row), there, and the distance from the edge, negative outside.
+    """
+    piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
+    axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * sides + 1)
+    position, rotation, there = pose_expr(piece, surface, t, axis)
+    xy = curve_expr(piece, t)[0]
+    room = edge[3 * sides] - ca.norm_2(xy)
+    for k in range(sides):
+        room = ca.fmin(room, edge[3 * k + 2] - ca.dot(edge[3 * k : 3 * k + 2], xy))
+    outputs = ca.cse([position, ca.vec(rotation.T), there, room])
+    return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

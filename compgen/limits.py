@@ -14,12 +14,13 @@ import casadi as ca
 import numpy as np
 
 from compgen import interior
-from compgen.arrays import Array, BoolArray, IntArray, norm
+from compgen.arrays import Array, BoolArray, dot, norm
 from compgen.kinematics import nominal_chain
 from compgen.problem import Problem, Settings, measure, weights
 from compgen.units import UM
 
-AROUND = 60  # waypoints free on either side of a violation
+WINDOW = 8192  # waypoints solved together
+FOLDS = 16  # of e that a change dies away by
 SCALE = 1e-4  # [rad] of one unit of x
 ON = 1e-7  # [rad] how near a joint limit counts as on it
 OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
@@ -31,26 +32,33 @@ def violated(
 ) -> BoolArray:
     """Which waypoints break a limit, (N,); ``joints`` are theta and the reach margin where they are known."""
     theta, margin = joints or problem.joints(correction)
-    robot = problem.robot
     bad = margin < 0
-    for i in range(6):
-        bad |= (theta[:, i] < robot.lower[i] - 1e-12) | (theta[:, i] > robot.upper[i] + 1e-12)
-    bad |= norm(correction[:, :3]) > settings.clamp_position * OVER
-    bad |= norm(correction[:, 3:]) > settings.clamp_rotation * OVER
-    step = norm(np.diff(correction[:, :3], axis=0))
-    steep = step > settings.rate * np.diff(problem.arc) * OVER + 1e-12
+    for q, lower, upper in zip(theta.T, problem.robot.lower - 1e-12, problem.robot.upper + 1e-12):
+        if q.min() < lower or q.max() > upper:
+            bad |= (q < lower) | (q > upper)
+    bad |= dot(correction[:, :3], correction[:, :3]) > (settings.clamp_position * OVER) ** 2
+    bad |= dot(correction[:, 3:], correction[:, 3:]) > (settings.clamp_rotation * OVER) ** 2
+    change = correction[1:] - correction[:-1]
+    steep = dot(change[:, :3], change[:, :3]) > (settings.rate * OVER * np.diff(problem.arc) + 1e-12) ** 2
     bad[:-1] |= steep
     bad[1:] |= steep
     return np.asarray(bad)
 
 
-def near(rows: BoolArray, steps: int) -> BoolArray:
-    """Rows no farther than so many steps from a marked one, (N,)."""
+def near(arc: Array, rows: BoolArray, reach: float) -> BoolArray:
+    """Rows no farther along the path than a reach [m], or than two rows, from a marked one, (N,)."""
     change = np.zeros(len(rows) + 1, dtype=np.int64)
     marked = np.flatnonzero(rows)
-    np.add.at(change, np.maximum(marked - steps, 0), 1)
-    np.add.at(change, np.minimum(marked + steps + 1, len(rows)), -1)
+    first, last = np.searchsorted(arc, arc[marked] - reach), np.searchsorted(arc, arc[marked] + reach, "right")
+    np.add.at(change, np.maximum(np.minimum(first, marked - 2), 0), 1)
+    np.add.at(change, np.minimum(np.maximum(last, marked + 3), len(rows)), -1)
     return np.asarray(np.cumsum(change)[:-1] > 0)
+
+
+def reach_of(settings: Settings) -> float:
+    """The length of path beyond which a change of the correction has died away [m]."""
+    first, second = settings.rate_period / (2 * np.pi), settings.curvature_period / (2 * np.pi)
+    return float(FOLDS * np.hypot(first, np.sqrt(2) * second))
 
 
 def hold(
@@ -73,17 +81,57 @@ def hold(
         The legal correction (N, 6), the limits that bind as (waypoint from 1, name), and whether all is legal.
     """
     correction = correction.copy()
-    for _ in range(4):  # a stretch that still binds at its edge is widened
-        loose = near(rows, AROUND)
-        inside = near(loose, 2)  # two waypoints on either side stay as they are and tie the ends
-        part = np.flatnonzero(inside)
+    reach = reach_of(settings)
+    around = 1.25 * reach
+    while True:  # as long as something binds nearer to what stays as it is than its influence goes
+        loose = near(problem.arc, rows, around)
+        part = np.flatnonzero(near(problem.arc, loose, 0.0))  # two waypoints on either side tie the ends
         window, held = problem.window(part), loose[part]
-        correction[part], converged = interior.solve(window, settings, correction[part], held, progress)
-        still = violated(problem, settings, correction)
-        if not still.any():
+        found, converged = _by_windows(window, settings, correction[part], held, around, progress)
+        broken = violated(window, settings, found)
+        active = _active(window, settings, found)
+        binds = broken.copy()
+        binds[np.array([n for n, _ in active], dtype=np.int64) - 1] = True
+        legal = converged and not broken.any()
+        if (legal and not (near(window.arc, binds, reach) & ~held).any()) or around > np.ptp(problem.arc):
             break
-        rows = rows | still
-    return correction, _active(problem, settings, correction), converged and not still.any()
+        rows = rows.copy()
+        rows[part] |= binds
+        around = around if legal else 2 * around
+    correction[part] = found
+    return correction, tuple((int(part[n - 1]) + 1, name) for n, name in active), legal
+
+
+def _by_windows(
+    problem: Problem,
+    settings: Settings,
+    start: Array,
+    loose: BoolArray,
+    beyond: float,
+    progress: Callable[[float], None],
+) -> tuple[Array, bool]:
+    """One window after the other, each tied to what the one before settled and run on so far beyond its own end [m].
+
+    What is solved beyond the end is thrown away: by there what comes later has no more influence. So memory is bounded.
+    """
+    N, arc = len(loose), problem.arc
+    result, begin = start.copy(), 0
+    while begin < N:
+        end = min(N, begin + WINDOW)
+        last = min(N, max(int(np.searchsorted(arc, arc[end - 1] + beyond, "right")), end + 2))
+        if last - begin < WINDOW + WINDOW // 2 and N == last:
+            end = N  # the rest is no window of its own
+        first = max(0, begin - 2)
+        free = loose[first:last].copy()
+        free[: begin - first] = False
+        if free.any():
+            window = problem.window(slice(first, last))
+            found, solved = interior.solve(window, settings, result[first:last], free, progress)
+            result[begin:end] = found[begin - first : end - first]
+            if not solved:
+                return result, False
+        begin = end
+    return result, True
 
 
 def pose_functions(problem: Problem) -> Any:
@@ -206,17 +254,16 @@ def _each(rows: Array, count: int) -> Any:
 
 
 def _active(problem: Problem, settings: Settings, correction: Array) -> tuple[tuple[int, str], ...]:
+    """The limits that bind, as (waypoint from 1, name)."""
     theta, _ = problem.joints(correction)
     robot = problem.robot
-    found: list[tuple[int, str]] = []
-    for i, name in enumerate(robot.joint_names):
-        on = (theta[:, i] < robot.lower[i] + ON) | (theta[:, i] > robot.upper[i] - ON)
-        found += [(int(n) + 1, f"joint {name} limit") for n in np.flatnonzero(on)]
-    for size, clamp, name in (
-        (np.linalg.norm(correction[:, :3], axis=1), settings.clamp_position, "position clamp"),
-        (np.linalg.norm(correction[:, 3:], axis=1), settings.clamp_rotation, "rotation clamp"),
-    ):
-        found += [(int(n) + 1, name) for n in np.flatnonzero(size > clamp * NEAR)]
-    step = np.linalg.norm(np.diff(correction[:, :3], axis=0), axis=1)
-    steep: IntArray = np.flatnonzero(step > settings.rate * np.diff(problem.arc) * NEAR)
-    return tuple(sorted(found + [(int(n) + 1, "rate limit") for n in steep]))
+    step = correction[1:] - correction[:-1]
+    found = {
+        f"joint {name} limit": (q < lower + ON) | (q > upper - ON)
+        for q, lower, upper, name in zip(theta.T, robot.lower, robot.upper, robot.joint_names)
+    } | {
+        "position clamp": norm(correction[:, :3]) > settings.clamp_position * NEAR,
+        "rotation clamp": norm(correction[:, 3:]) > settings.clamp_rotation * NEAR,
+        "rate limit": norm(step[:, :3]) > settings.rate * np.diff(problem.arc) * NEAR,
+    }
+    return tuple(sorted((int(n) + 1, name) for name, on in found.items() for n in np.flatnonzero(on)))

@@ -25,11 +25,13 @@ from compgen.delivery import Delivery, Start
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
 from compgen.dialects.fanuc_ls.program import turn_digits
+from compgen.evaluation import beside
 from compgen.exceptions import ImpossibleError, InputError
 from compgen.flaws import flaws_of
 from compgen.job import Job
 from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
+from compgen.ripple import mid_spatial
 from compgen.sources import Motion, memory_of, motion_of
 from compgen.thermal import Ambient, Duty, after, during
 from compgen.thermal import Motion as Driven
@@ -58,10 +60,24 @@ class Planned:
     motion: Motion  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
-    error: Array  # (N, 6) predicted, uncorrected
-    deviation: Deviation  # of the uncorrected text
+    ridden: Callable[[], Deviation]  # what the twin did with the uncorrected text, once it has
     findings: tuple[Finding, ...]
     rows: IntArray  # which of the waypoints that were planned these are
+
+    @property
+    def deviation(self) -> Deviation:
+        """Of the uncorrected text."""
+        return self.ridden()
+
+    def error_at(self, rows: slice) -> Array:
+        """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
+        path, moment = self.path, (self.theta[rows], self.rise[rows])
+        return self.model.error(*moment, path.position[rows], path.rotation[rows], self.motion.window(rows))
+
+    @property
+    def error(self) -> Array:
+        """The same of all, (N, 6)."""
+        return self.error_at(slice(None))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,7 +124,16 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
 
     Raises:
         ImpossibleError: The robot cannot drive the path.
+        TwinError: The twin cannot drive it.
     """
+    planned = _foreseen(job, progress, date, pages)
+    progress("twin before", 0.0)
+    planned.ridden()
+    return planned
+
+
+def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
+    """The same while the twin is still driving."""
     progress("path", 0.0)
     try:
         path = toolpath.build(
@@ -127,9 +152,13 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     trajectory = timing.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     driven = Driven(trajectory.time, theta, trajectory.driven)
     rise, _ = during(job.heat, job.state(), driven, job.air, job.clock)
-    error = model.error(theta, rise, path.position, path.rotation, motion)
-    program = planned_program(job, path, theta, trajectory, date)
-    leg = _twin(job).ready(program, job.before, job.air)
+
+    def ride() -> Deviation:
+        program = planned_program(job, path, theta, trajectory, date)
+        leg = _twin(job).ready(program, job.before, job.air)
+        return verify.deviations(path, leg.samples, leg.rides())
+
+    ridden = beside(ride)
     found = [
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
@@ -140,11 +169,8 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding("note", "controller.signature", text))
-    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin before", share)))
     rows = np.arange(len(theta))
-    return Planned(
-        job, feed, path, page_stops, model, theta, motion, trajectory, rise, error, deviation, tuple(found), rows
-    )
+    return Planned(job, feed, path, page_stops, model, theta, motion, trajectory, rise, ridden, tuple(found), rows)
 
 
 def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
@@ -159,8 +185,9 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     Raises:
         ImpossibleError: The robot cannot drive the path, or no legal correction exists.
         JoinError: Pages, read back, are not the program.
+        TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
-    planned = predict(job, progress, date, pages)
+    planned = _foreseen(job, progress, date, pages)
     path = planned.path
     # a stop for a page's sake is no corner of the path: the correction stays smooth across it
     corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
@@ -186,9 +213,10 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     program = _program(job, position, rotation, solution.theta, trajectory, path, date, job.start_rise(), window)
     delivered = _delivered(planned, solution, program)
     del program, position, rotation
+    planned.ridden()
     written = delivered.program
     leg = _twin(job).ready(written, job.before, job.air)
-    deviation = verify.deviations(path, leg.rides(lambda share: progress("twin after", share)))
+    deviation = verify.deviations(path, leg.samples, leg.rides(lambda share: progress("twin after", share)))
     found = [
         *verify.judge(deviation, job.bounds),
         *limited,
@@ -197,7 +225,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *findings.clocks_apart(trajectory, leg),
         *planned.findings,
     ]
-    ripple = verify.mid_spatial(path, solution.correction)
+    ripple = mid_spatial(path, solution.correction)
     if ripple > MAX_RIPPLE:
         told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         found.append(Finding("warning", "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm"))
@@ -224,7 +252,6 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
             motion, time=motion.time[rows], speed=motion.speed[rows[1:] - 1], driven=motion.driven[rows[1:] - 1]
         ),
         rise=planned.rise[rows],
-        error=planned.error[rows],
         findings=(*planned.findings, Finding("note", "path.thinned", told)),
         rows=rows,
     )

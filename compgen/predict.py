@@ -19,7 +19,7 @@ import numpy as np
 from compgen.arrays import Array
 from compgen.kinematics import evaluate, nominal_chain
 from compgen.robot import Robot
-from compgen.rotations import vector_of
+from compgen.rotations import rotation_vector_expr
 from compgen.sources import STILL, Motion, Source, State
 
 
@@ -29,6 +29,7 @@ class ErrorModel:
 
     nominal: Any  # theta
     actual: Any  # theta, rise, direction, travel
+    against: Any  # and a reference's position (3) and rotation (9, row by row) -> e (6)
 
     def nominal_pose(self, theta: Array) -> tuple[Array, Array]:
         """Where the controller believes the TCP to be, (N, 3) [m] and (N, 3, 3)."""
@@ -40,8 +41,8 @@ class ErrorModel:
 
     def error(self, theta: Array, rise: Array, position: Array, rotation: Array, motion: Motion = STILL) -> Array:
         """Actual against a reference pose, (N, 6): e_p [m] in base axes, e_w [rad] in tool axes."""
-        p, R = self.actual_pose(theta, rise, motion)
-        return np.hstack([p - position, vector_of(np.swapaxes(rotation, 1, 2) @ R)])
+        moment = (theta, rise, motion.direction, motion.travel)
+        return evaluate(self.against, *moment, position, rotation.reshape(-1, 9))[0]
 
 
 def build_error_model(
@@ -56,9 +57,13 @@ def build_error_model(
     for source in sources:
         chain = source.distort(chain, state)
     nominal, actual = believed.tcp_expr(), ca.cse(list(chain.tcp_expr()))
+    moment = [theta, rise, direction, travel]
+    p, rows = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
+    e = ca.vertcat(actual[0] - p, rotation_vector_expr(ca.reshape(rows, 3, 3) @ actual[1]))
     return ErrorModel(
         ca.Function("nominal", [theta], [nominal[0], ca.densify(nominal[1])]),
-        ca.Function("actual", [theta, rise, direction, travel], [actual[0], ca.densify(actual[1])]),
+        ca.Function("actual", moment, [actual[0], ca.densify(actual[1])]),
+        ca.Function("against", [*moment, p, rows], [e]),
     )
 
 

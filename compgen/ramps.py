@@ -8,6 +8,7 @@ and a block goes up to the highest speed it can still leave at its end, holds it
 of the blocks of every run again, state to state, and must need the same time.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,8 @@ from compgen.exceptions import ImpossibleError
 
 CONFIRMED = 200  # blocks of a run that ruckig solves again
 AGREE = 1e-6  # relative difference of the time
+TINY = 1e-300
+ROUNDS = 60  # of a root's search
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,45 +53,64 @@ def reach(v0: Array, length: Array, a: Array, j: Array) -> Array:
     root = np.maximum(p * p - 4 * (2 * v0 * a * a / j - 2 * length * a), 0.0)
     x = np.where(reached, 0.0, a / j)
     for _ in range(60):  # Newton from above
-        step = np.where(reached, 0.0, (j * x**3 + 2 * v0 * x - length) / (3 * j * x * x + 2 * v0 + 1e-300))
+        step = np.where(reached, 0.0, (j * x * x * x + 2 * v0 * x - length) / (3 * j * x * x + 2 * v0 + TINY))
         x = x - step
         if not np.any(np.abs(step) > 1e-15 * x):
             break
     return (v0 + np.where(reached, (-p + np.sqrt(root)) / 2, j * x * x)) * (1 - 1e-9)
 
 
-def phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Array]:
-    """Duration, and s, v, a, j at its start, of every stretch of constant jerk, in order, (P,) each.
+def rising_root(f: Callable[[Array], tuple[Array, Array]], low: Array, high: Array, guess: Array) -> Array:
+    """Where rising functions pass zero between bounds, (K,): Newton's steps, halves where they lead outside.
+
+    Args:
+        f: Value and slope at (K,).
+        low: Where no value is above zero, (K,).
+        high: Where none is below, (K,).
+        guess: Where to begin, (K,).
+    """
+    x = guess
+    for _ in range(ROUNDS):
+        value, slope = f(x)
+        low, high = np.where(value < 0, x, low), np.where(value < 0, high, x)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = x - value / slope
+        new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
+        done = np.abs(new - x) <= 1e-15 * high
+        x = new
+        if done.all():
+            break
+    return x
+
+
+def phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Array, IntArray]:
+    """Duration, and s, v, a, j at its start, and block of every stretch of constant jerk, in order, (P,) each.
 
     Raises:
         ImpossibleError: A block cannot be driven between its speeds, or ruckig finds another time.
     """
     b = blocks
     top = np.maximum(b.v0, b.v1)
-
-    def needed(peak: Array, rows: IntArray | slice) -> Array:
-        v0, v1, a, j = b.v0[rows], b.v1[rows], b.a[rows], b.j[rows]
-        up = (v0 + peak) / 2 * duration(peak - v0, a, j)
-        return np.asarray(up + (peak + v1) / 2 * duration(peak - v1, a, j))
-
-    everywhere = slice(None)
-    over = np.flatnonzero(needed(top, everywhere) > b.length * (1 + 1e-9))
+    over = np.flatnonzero(_needed(b, top)[0] > b.length * (1 + 1e-9))
     if len(over):
         where = float(b.start[over[0]])
         raise ImpossibleError(
             f"timing: no motion at {where:.4f} m along the path within the joint limits; lower process.feed_mm_s"
         )
     peak = np.maximum(b.v, top)
-    tight = np.flatnonzero(needed(peak, everywhere) > b.length)
-    low, high = top[tight], peak[tight]
-    for _ in range(60):
-        middle = (low + high) / 2
-        fits = needed(middle, tight) <= b.length[tight]
-        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
-    peak[tight] = low
+    tight = np.flatnonzero(_needed(b, peak)[0] > b.length)
+    if len(tight):
+        some = Blocks(*(getattr(b, name)[tight] for name in Blocks.__slots__))
+
+        def beyond(peak: Array) -> tuple[Array, Array]:
+            way, slope = _needed(some, peak)
+            return way - some.length, slope
+
+        found = rising_root(beyond, top[tight], peak[tight], peak[tight])
+        peak[tight] = np.maximum(top[tight], found * (1 - 4e-15))  # below the root, where the block surely holds it
 
     up, down = (_jerk_times(peak - v, b.a, b.j) for v in (b.v0, b.v1))
-    hold = np.maximum(b.length - needed(peak, everywhere), 0.0) / peak
+    hold = np.maximum(b.length - _needed(b, peak)[0], 0.0) / peak
     times = np.column_stack([up[0], up[1], up[0], hold, down[0], down[1], down[0]])
     jerk = np.multiply.outer(b.j, np.array([1.0, 0, -1, 0, -1, 0, 1]))
     _confirm(b, peak, times.sum(axis=1))
@@ -103,9 +125,20 @@ def phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Array]:
         v, a = v + t * (a + t * j / 2), a + t * j
         if k in (2, 6):
             a = np.zeros_like(a)
-    keep = times.ravel() > 0
+    keep = np.flatnonzero(times.ravel() > 0)
     s, v, a = states.reshape(-1, 3)[keep].T
-    return times.ravel()[keep], s, v, a, jerk.ravel()[keep]
+    return times.ravel()[keep], s, v, a, jerk.ravel()[keep], keep // 7
+
+
+def _needed(b: Blocks, peak: Array) -> tuple[Array, Array]:
+    """Length that going up to a speed and down again takes [m], and how it grows with that speed [s]."""
+    way, slope = np.zeros_like(peak), np.zeros_like(peak)
+    for v in (b.v0, b.v1):
+        time = duration(peak - v, b.a, b.j)
+        faster = 1 / np.maximum(np.minimum(b.a, np.sqrt(b.j * (peak - v))), TINY)
+        way += (v + peak) / 2 * time
+        slope += time / 2 + (v + peak) / 2 * faster
+    return way, slope
 
 
 def _jerk_times(dv: Array, a: Array, j: Array) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array
-from compgen.evaluation import evaluate
+from compgen.evaluation import BLOCK, evaluate, share_out
 
 
 def cross_matrix(w: Array) -> Array:
@@ -82,33 +82,52 @@ def _turns() -> Any:
 
 def from_wpr(w: Array, p: Array, r: Array) -> Array:
     """R = Rz(r) Ry(p) Rx(w), FANUC's fixed X-Y-Z angles [rad], (N,) each to (N, 3, 3)."""
-    # one text means one pose, in a file of any length
-    found = evaluate(_wpr()[0], np.stack([np.ravel(w), np.ravel(p), np.ravel(r)], axis=-1), exact=True)[0]
-    return found.reshape(*np.shape(w), 3, 3)
+    angles = [np.ascontiguousarray(np.ravel(a)) for a in (w, p, r)]
+    found = np.empty((*np.shape(w), 3, 3))
+    rows = found.reshape(-1, 9)
+
+    def part(start: int, stop: int) -> None:
+        for at in range(start, stop, BLOCK):
+            here = slice(at, min(at + BLOCK, stop))
+            fill_rotations(angles[0][here], angles[1][here], angles[2][here], rows[here])
+
+    share_out(len(rows), part)
+    return found
+
+
+def fill_rotations(w: Array, p: Array, r: Array, rows: Array) -> None:
+    """``from_wpr`` into rows, (N, 9). Always by numpy: one text means one pose, in a file of any length."""
+    with np.errstate(invalid="ignore"):  # what is not a number says so itself
+        cw, cp, cr, sw, sp, sr = (f(a) for f in (np.cos, np.sin) for a in (w, p, r))
+    tilt, swing = cr * sp, sr * sp
+    entries = rows.T
+    np.multiply(cr, cp, out=entries[0])
+    np.subtract(tilt * sw, sr * cw, out=entries[1])
+    np.add(tilt * cw, sr * sw, out=entries[2])
+    np.multiply(sr, cp, out=entries[3])
+    np.add(swing * sw, cr * cw, out=entries[4])
+    np.subtract(swing * cw, cr * sw, out=entries[5])
+    np.negative(sp, out=entries[6])
+    np.multiply(cp, sw, out=entries[7])
+    np.multiply(cp, cw, out=entries[8])
 
 
 def to_wpr(rotation: Array) -> tuple[Array, Array, Array]:
     """W, P, R [rad] of rotation matrices; at \\|P\\| = 90 deg, where only W -/+ R is fixed, R = 0."""
-    found = evaluate(_wpr()[1], np.reshape(rotation, (-1, 9)))[0]
+    found = evaluate(_to_wpr(), np.reshape(rotation, (-1, 9)))[0]
     w, p, r = (found[:, k].reshape(rotation.shape[:-2]) for k in range(3))
     return w, p, r
 
 
 @lru_cache(maxsize=1)
-def _wpr() -> tuple[Any, Any]:
-    """W, P, R (3) -> rotation (9, row by row), and back."""
-    angles, rows = ca.SX.sym("wpr", 3), ca.SX.sym("r", 9)
-    (cw, cp, cr), (sw, sp, sr) = ca.vertsplit(ca.cos(angles)), ca.vertsplit(ca.sin(angles))
-    forth = [
-        cr * cp, cr * sp * sw - sr * cw, cr * sp * cw + sr * sw,
-        sr * cp, sr * sp * sw + cr * cw, sr * sp * cw - cr * sw,
-        -sp, cp * sw, cp * cw,
-    ]  # fmt: skip
+def _to_wpr() -> Any:
+    """Rotation (9, row by row) -> W, P, R (3)."""
+    rows = ca.SX.sym("r", 9)
     cosine = ca.sqrt(rows[0] ** 2 + rows[3] ** 2)
     lost = cosine < 1e-9
     w = ca.if_else(lost, ca.atan2(-rows[5], rows[4]), ca.atan2(rows[7], rows[8]))
     back = ca.vertcat(w, ca.atan2(-rows[6], cosine), ca.if_else(lost, 0.0, ca.atan2(rows[3], rows[0])))
-    return ca.Function("from_wpr", [angles], [ca.vertcat(*forth)]), ca.Function("to_wpr", [rows], [back])
+    return ca.Function("to_wpr", [rows], [back])
 
 
 def rotation_matrix_expr(w: Any) -> Any:

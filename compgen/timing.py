@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen import motion, ramps
-from compgen.arrays import Array, BoolArray, IntArray, own
+from compgen.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.exceptions import ImpossibleError
 from compgen.motion import JointCurve
 from compgen.ramps import Blocks
@@ -27,6 +27,7 @@ CRUISE_ACCELERATION = 0.8  # share of a joint's acceleration that constant speed
 CRUISE_JERK = 0.6
 CHANGE_JERK = 0.5  # share of the remaining jerk for 3 q'' sd sdd; the rest is for q' sddd
 SPEED_STEP = 1e-3  # m/s, a reduced speed is a whole number of mm/s where it can be
+SAMPLES = 5  # of a stretch of constant jerk, where the use of the limits is looked at
 SLOWEST = 0.05e-3  # m/s, about the slowest speed that a program can say
 
 
@@ -57,22 +58,33 @@ class Phases:
         )
 
     def time_at(self, s: Array) -> Array:
-        """When arc lengths are passed, (M,) [s]; s rises along the path."""
-        k = np.clip(np.searchsorted(self.s0, s, side="right") - 1, 0, len(self.s0) - 1)
-        v0, a0, j, gap = self.v0[k], self.a0[k], self.j[k], s - self.s0[k]
-        cruise = (a0 == 0) & (j == 0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.where(cruise, gap / v0, 0.0)
-        t = np.where(np.isfinite(t), t, 0.0)
-        rest = np.flatnonzero(~cruise)
-        v0, a0, j, gap = v0[rest], a0[rest], j[rest], gap[rest]
-        low, high = np.zeros(len(rest)), self.duration[k[rest]].copy()
-        for _ in range(52):  # bisection: speed may be zero at either end
-            middle = (low + high) / 2
-            short = middle * (v0 + middle * (a0 / 2 + middle * j / 6)) < gap
-            low, high = np.where(short, middle, low), np.where(short, high, middle)
-        t[rest] = (low + high) / 2
+        """When rising arc lengths are passed, (M,) [s]."""
+        k, t = self.passed(s)
         return np.asarray(self.start[k] + t)
+
+    def passed(self, s: Array) -> tuple[IntArray, Array]:
+        """In which phase rising arc lengths are passed, and how long after its start, (M,) and (M,) [s]."""
+        k = np.maximum(motion.last_before(np.maximum.accumulate(self.s0), s), 0)
+        cruise = (self.a0 == 0) & (self.j == 0) & (self.v0 > 0)
+        t = (s - self.s0[k]) / np.where(cruise, self.v0, 1.0)[k]
+        rest = np.flatnonzero(~cruise[k])
+        t[rest] = self._found(k[rest], (s - self.s0[k])[rest])
+        return k, t
+
+    def _found(self, k: IntArray, gap: Array) -> Array:
+        """How long after a phase's start it has gone a way, (M,) [s]."""
+        v0, a0, j, end = self.v0[k], self.a0[k], self.j[k], self.duration[k]
+        whole = end * (v0 + end * (a0 / 2 + end * j / 6))
+        share = np.clip(gap / whole, 0, 1)
+        # from rest to the cubic's own root, to rest the same from the end
+        fromrest, torest = (v0 == 0) & (a0 == 0), np.abs(a0 + j * end) <= 1e-9 * np.abs(a0)
+        guess = np.where(fromrest, np.cbrt(share), np.where(torest, 1 - np.cbrt(1 - share), share)) * end
+
+        def beyond(t: Array) -> tuple[Array, Array]:
+            return t * (v0 + t * (a0 / 2 + t * j / 6)) - gap, v0 + t * (a0 + t * j / 2)
+
+        t = ramps.rising_root(beyond, np.zeros(len(k)), end, guess)
+        return np.where(gap <= 0, 0.0, np.where(gap >= whole, end, t))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -132,28 +144,29 @@ def retime(
         raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
     followable = np.minimum(feed, length / robot.controller.period)
     joints = motion.curve(arc, theta, stop)
-    ends = np.flatnonzero(stop)
-    cut = _cut(arc, ends)
+    cut = _cut(arc, np.flatnonzero(stop))
     progress(0.1)
     blocks = _allowed(robot, joints, cut, _followable(arc, followable, cut), feed, arc)
     progress(0.5)
-    table = ramps.phases(blocks)
+    *table, owner = ramps.phases(blocks)
     start = np.concatenate([[0.0], np.cumsum(table[0])])
     phases = Phases(start[:-1], *table)
     progress(0.7)
-    use = _use(robot, joints, cut, phases)
-    time = phases.time_at(arc)
+    k, t = phases.passed(arc)
+    use = _use(robot, joints, phases, cut.run[owner], (k[joints.rows], t[joints.rows]))
+    time = phases.start[k] + t
     time[0], time[-1] = 0.0, start[-1]
     # away from the stops' own ramps the program says what is driven, so that its time is the planned one
-    owner = np.clip(np.searchsorted(cut.begin, (arc[:-1] + arc[1:]) / 2, side="right") - 1, 0, len(cut.begin) - 1)
-    speed = blocks.v[owner]
+    block = np.maximum(motion.last_before(cut.begin, (arc[:-1] + arc[1:]) / 2), 0)
+    speed = blocks.v[block]
     real = np.minimum(speed, length / np.diff(time))
     real = np.where(real > speed * (1 - 1e-3), speed, real)
-    speed = np.where(_stop_ramps(blocks, cut)[owner], speed, real)
+    speed = np.where(_stop_ramps(blocks, cut)[block], speed, real)
     cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= feed * (1 - 1e-9))
     at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
     progress(1.0)
-    return Trajectory(time, speed, driven_speed(time, length, speed, stop), phases, use, at_feed)
+    driven = driven_speed(time, length, speed, stop)
+    return Trajectory(frozen(time), frozen(speed), frozen(driven), phases, use, at_feed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -206,23 +219,26 @@ def _allowed(robot: Robot, joints: JointCurve, cut: _Cut, short: Array, feed: fl
 def _shares(robot: Robot, joints: JointCurve, cut: _Cut) -> Array:
     """What ``JointCurve.shares`` says at its largest in each block, (B, 6): at knots, between them, at the edges."""
     size = joints.last - joints.first
-    knot = np.arange(len(joints.arc) - 1)  # the interval that begins at each knot
-    run = np.repeat(np.arange(len(size)), size)
-    last = np.append(cut.first[1:], len(cut.begin)) - 1
-    found = np.zeros((len(cut.begin), 6))
-    for at in range(0, len(knot), motion.CHUNK):
-        rows = slice(at, at + motion.CHUNK)
-        left, right = joints.arc[:-1][rows], joints.arc[1:][rows]
-        for s in (left, (left + right) / 2):
-            share = joints.shares(robot, s, knot[rows], run[rows])
-            owner = np.searchsorted(cut.begin, s, side="right") - 1
-            owner = np.clip(owner, cut.first[run[rows]], last[run[rows]])
-            begun = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
-            top = np.maximum.reduceat(share, begun, axis=0)
-            found[owner[begun]] = np.maximum(found[owner[begun]], top)
-    for s in (cut.begin, cut.end):
-        found = np.maximum(found, joints.shares(robot, s, joints.interval(s, cut.run), cut.run))
-    return found
+    R, B = len(size), len(cut.begin)
+    within = np.repeat(joints.arc[:-1], 2)  # knots, and the middles between them
+    within[1::2] = (joints.arc[:-1] + joints.arc[1:]) / 2
+    run = np.repeat(np.arange(R), 2 * size)
+    # every edge is where a block begins or a run ends
+    found = joints.shares(
+        robot,
+        np.concatenate([within, cut.begin, joints.arc[joints.last]]),
+        np.concatenate([np.arange(len(within)) // 2, joints.interval(cut.begin, cut.run), joints.last - 1]),
+        np.concatenate([run, cut.run, np.arange(R)]),
+    )
+    inner, begin, end = np.split(found, [len(within), len(within) + B])
+    last = np.append(cut.first[1:], B) - 1
+    following = np.roll(begin, -1, axis=0)
+    following[last] = end
+    most = np.maximum(begin, following)
+    owner = np.clip(motion.last_before(cut.begin, within), cut.first[run], last[run])
+    begun = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
+    most[owner[begun]] = np.maximum(most[owner[begun]], np.maximum.reduceat(inner, begun, axis=0))
+    return most
 
 
 def _refuse_crawl(robot: Robot, joints: JointCurve, cut: _Cut, block: int, arc: Array) -> None:
@@ -232,10 +248,8 @@ def _refuse_crawl(robot: Robot, joints: JointCurve, cut: _Cut, block: int, arc: 
     run = np.full(len(s), cut.run[block])
     between = joints.interval(s, run)
     # at unit speed a joint's shares of its three limits: the slowest is where its own root is largest
-    worst = [
-        joints.use(robot, s[k : k + 1], between[k : k + 1], run[:1], np.array([[1.0, 0.0, 0.0]])) for k in range(len(s))
-    ]
-    roots = np.array([np.maximum.reduce([w[0], np.sqrt(w[1]), np.cbrt(w[2])]) for w in worst])
+    worst = joints.use(robot, s, between, run, np.tile([1.0, 0.0, 0.0], (len(s), 1))).reshape(-1, 3, 6)
+    roots = np.maximum.reduce([worst[:, 0], np.sqrt(worst[:, 1]), np.cbrt(worst[:, 2])])
     row, joint = np.unravel_index(int(np.argmax(roots)), roots.shape)
     n = int(np.searchsorted(arc, s[row])) + 1
     raise ImpossibleError(
@@ -290,31 +304,32 @@ def _edge_speeds(cut: _Cut, length: Array, V: Array, A: Array, J: Array) -> tupl
     return v[:-1], v[1:]
 
 
-def _use(robot: Robot, joints: JointCurve, cut: _Cut, phases: Phases) -> Array:
-    """Largest share of each joint limit after mapping to joints, on a dense grid, (3, 6)."""
-    begin = cut.begin[cut.first]
-    use = np.zeros((3, 6))
+def _use(robot: Robot, joints: JointCurve, phases: Phases, run: IntArray, passed: tuple[IntArray, Array]) -> Array:
+    """Largest share of each joint limit after mapping to joints, on a dense grid, (3, 6).
 
-    def look(s: Array, k: IntArray, t: Array, run: IntArray) -> None:
-        nonlocal use
-        v0, a0, j = phases.v0[k], phases.a0[k], phases.j[k]
-        rates = np.column_stack([v0 + t * (a0 + t * j / 2), a0 + t * j, j])
-        use = np.maximum(use, joints.use(robot, s, joints.interval(s, run), run, rates))
-
-    # both ends and three inner points of each phase
-    owner = np.clip(np.searchsorted(begin, phases.s0 + 1e-12, side="right") - 1, 0, len(begin) - 1)
-    everything = np.arange(len(phases.s0))
-    last = joints.arc[joints.last]
-    for share in np.linspace(0, 1, 5):
-        t = share * phases.duration
-        s = phases.s0 + t * (phases.v0 + t * (phases.a0 / 2 + t * phases.j / 6))
-        look(np.clip(s, begin[owner], last[owner]), everything, t, owner)
-    # every knot that is no stop
-    between = np.setdiff1d(np.arange(len(joints.arc)), np.append(joints.first, joints.last[-1]))
-    for at in range(0, len(between), motion.CHUNK):
-        s = joints.arc[between[at : at + motion.CHUNK]]
-        time = phases.time_at(s)
-        k = np.clip(np.searchsorted(phases.start, time, side="right") - 1, 0, len(phases.start) - 1)
-        run = np.clip(np.searchsorted(begin, s, side="right") - 1, 0, len(begin) - 1)
-        look(s, k, time - phases.start[k], run)
-    return use
+    Args:
+        robot: For the limits.
+        joints: The curve.
+        phases: How it is driven.
+        run: In which run each phase is, (P,).
+        passed: In which phase each knot is passed, (K,), and how long after the phase's start, (K,) [s].
+    """
+    # every knot that is no stop, with both ends and three inner points of each phase
+    inner = np.ones(len(joints.arc), dtype=bool)
+    inner[joints.first] = inner[joints.last] = False
+    knot = np.flatnonzero(inner)
+    k, t = (x[knot] for x in passed)
+    begin, end = joints.arc[joints.first], joints.arc[joints.last]
+    use, share = np.zeros(18), np.linspace(0, 1, SAMPLES)
+    for phase in np.array_split(np.arange(len(run)), 1 + SAMPLES * len(run) // motion.CHUNK):
+        some = slice(*np.searchsorted(k, [phase[0], phase[-1] + 1]))
+        which = np.concatenate([k[some], np.repeat(phase, SAMPLES)])
+        since = np.concatenate([t[some], np.multiply.outer(phases.duration[phase], share).ravel()])
+        v0, a0, j, here = phases.v0[which], phases.a0[which], phases.j[which], run[which]
+        rates = np.column_stack([v0 + since * (a0 + since * j / 2), a0 + since * j, j])
+        s = phases.s0[which] + since * (v0 + since * (a0 / 2 + since * j / 6))
+        s = np.clip(s, begin[here], end[here])
+        n = len(k[some])
+        interval = np.concatenate([knot[some], joints.interval(np.maximum.accumulate(s[n:]), here[n:])])
+        use = np.maximum(use, joints.use(robot, s, interval, here, rates).max(axis=0))
+    return use.reshape(3, 6)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen import pieces as pc
-from compgen.arrays import Array, BoolArray, IntArray, own
+from compgen.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
 from compgen.geometry import MAX_SPACING, Geometry
@@ -23,7 +23,7 @@ SAFETY = 0.98  # of the spacing, for what the cells do not see
 REFINEMENTS = 8  # rounds of adding segments where a piece's curvature changes faster than its cells see
 MIN_LENGTH = 1e-6  # m, of a pattern
 MAX_WAYPOINTS = 2e7
-CHUNK = 2048  # pieces at a time
+CHUNK = 512  # pieces at a time
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
@@ -132,19 +132,22 @@ def build(
         if len(before):
             stops[before[-1]] = True
     segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), MIN_SEGMENTS), 0).astype(np.int64)
+    some = np.flatnonzero(segments)
     for _ in range(REFINEMENTS):
-        seg_piece, step, span = _spans(segments, done, where)
-        over = geometry.chord(seg_piece, span) / (SAFETY * chord)
-        worst = np.zeros(len(segments))
-        np.maximum.at(worst, seg_piece, over)
-        if not (worst > 1).any():
+        piece, span = _spans(some, segments[some], done, where)
+        over = geometry.chord(piece, span) / (SAFETY * chord)
+        worst = np.maximum.reduceat(over, np.cumsum(segments[some]) - segments[some])
+        some, worst = some[worst > 1], worst[worst > 1]
+        if not len(some):
             break
-        segments = np.where(worst > 1, np.ceil(segments * np.sqrt(worst) + 0.5), segments).astype(np.int64)
-
-    ends = step == segments[seg_piece] - 1
-    stop = np.concatenate([[True], ends & stops[seg_piece]])
-    stop[-1] = True
-    return _path(geometry, seg_piece, span, stop)
+        segments[some] = np.ceil(segments[some] * np.sqrt(worst) + 0.5)
+    everything = np.flatnonzero(segments)
+    if len(piece) < segments.sum():
+        piece, span = _spans(everything, segments[everything], done, where)
+    stop = np.zeros(len(piece) + 1, dtype=bool)
+    stop[np.cumsum(segments[everything])] = stops[everything]
+    stop[[0, -1]] = True
+    return _path(geometry, piece, span, stop)
 
 
 def refined(path: ToolPath, parts: IntArray) -> ToolPath:
@@ -163,22 +166,21 @@ def _path(geometry: Geometry, piece: IntArray, span: Array, stop: BoolArray) -> 
     """The path whose segments run over these parameters of their pieces."""
     point_piece = np.concatenate([[piece[0]], piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
-    position, rotation = geometry.pose(point_piece, point_t)
+    position, rotation, there = geometry.pose(point_piece, point_t)
     length, slope = geometry.measured(piece, span)
     arc = np.concatenate([[0.0], np.cumsum(length)])
-    xy, _, _ = geometry.pieces.plane_curve(point_piece, point_t)
-    working = geometry.pieces.working[point_piece].copy()
+    working = geometry.pieces.working[point_piece]
     working[:-1] |= geometry.pieces.working[piece]  # a work piece's first point is in contact
     return ToolPath(
         geometry=geometry,
-        position=position,
-        rotation=rotation,
-        arc=arc,
-        contact=working & geometry.boundary.contains(xy),
-        stop=stop,
-        piece=piece,
-        span=span,
-        slope=slope,
+        position=frozen(position),
+        rotation=frozen(rotation),
+        arc=frozen(arc),
+        contact=frozen(working & there),
+        stop=frozen(stop),
+        piece=frozen(piece),
+        span=frozen(span),
+        slope=frozen(slope),
     )
 
 
@@ -190,27 +192,29 @@ def _running_work(geometry: Geometry, chord: float, widest: float) -> tuple[Arra
     K = len(geometry.pieces.poly)
     edges = np.linspace(0, 1, CELLS + 1)
     half = 0.5 / CELLS
-    work = np.zeros(K * CELLS)
+    places = ((edges[:-1] + half)[:, None] + half * _NODES).ravel()
+    cells = np.empty((K, CELLS))
     for begin in range(0, K, CHUNK):
-        piece = np.repeat(np.arange(begin, min(begin + CHUNK, K)), CELLS)
-        middle = np.tile(edges[:-1] + half, len(piece) // CELLS)
-        rows = slice(begin * CELLS, begin * CELLS + len(piece))
-        for node, weight in zip(_NODES, _WEIGHTS):
-            speed, spacing = geometry.spacing(piece, middle + half * node, SAFETY**2 * chord, widest)
-            work[rows] += weight * half * speed / spacing
-    cells = work.reshape(K, CELLS)
+        some = np.arange(begin, min(begin + CHUNK, K))
+        at = np.repeat(some, len(places)), np.tile(places, len(some))
+        speed, spacing = geometry.spacing(*at, SAFETY**2 * chord, widest)
+        share = np.tile(_WEIGHTS * half, len(some) * CELLS) * speed / spacing
+        cells[some] = share.reshape(len(some), CELLS, len(_NODES)).sum(axis=2)
     wanted: Array = np.asarray(cells.sum(axis=1))
     share = np.cumsum(cells, axis=1) / np.where(wanted > 0, wanted, 1.0)[:, None]
     start = np.arange(K, dtype=float)[:, None]
     return (start + np.column_stack([np.zeros(K), share])).ravel(), (start + edges).ravel(), wanted
 
 
-def _spans(segments: IntArray, done: Array, where: Array) -> tuple[IntArray, IntArray, Array]:
-    """Each segment's piece, its number within it, and its parameters, (S,), (S,) and (S, 2)."""
-    piece = np.repeat(np.arange(len(segments)), segments)
-    first = np.concatenate([[0], np.cumsum(segments)[:-1]])
-    step = np.arange(len(piece)) - first[piece]
-    n = segments[piece]
-    span = np.column_stack([np.interp(piece + s / n, done, where) - piece for s in (step, step + 1)])
-    span[step == 0, 0], span[step == n - 1, 1] = 0.0, 1.0
-    return piece, step, span
+def _spans(pieces: IntArray, segments: IntArray, done: Array, where: Array) -> tuple[IntArray, Array]:
+    """Each segment's piece and its parameters, (S,) and (S, 2), of pieces cut into so many segments, (K,) each."""
+    piece = np.repeat(pieces, segments)
+    last = np.cumsum(segments) - 1
+    first = last + 1 - segments
+    step = np.arange(1, len(piece) + 1) - np.repeat(first, segments)
+    span = np.empty((len(piece), 2))
+    span[:, 1] = np.interp(piece + step / np.repeat(segments, segments), done, where) - piece
+    span[last, 1] = 1.0
+    span[1:, 0] = span[:-1, 1]
+    span[first, 0] = 0.0
+    return piece, span

@@ -15,7 +15,7 @@ import numpy as np
 from compgen.arrays import Array, IntArray, norm, own
 from compgen.clock import clock
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
-from compgen.evaluation import Picked, evaluate
+from compgen.evaluation import Picked, blocks_of, evaluate
 from compgen.exceptions import CompgenError
 from compgen.ik import flange_of, solve
 from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
@@ -23,13 +23,13 @@ from compgen.real_arm import Flaws, Past, Placed, real_arm
 from compgen.robot import Robot
 from compgen.rotations import turns
 from compgen.thermal import Ambient, Duty, Heat, Motion, NodeModel, Profile, Section, opening, still
+from compgen.warming import warmed
 
 ELEMENT = 0.1e-3  # m
 GRID = 1e-3  # m
 CONFIRM = 1e-9  # m
 CONFIRMED = 1000  # samples of a ride that pinocchio repeats
-CHUNK = 65536  # segments at a time
-FADED = 200.0  # time constants of a node over which its heat is summed in one go
+CHUNK = 16384  # segments at a time
 
 
 class TwinError(CompgenError):
@@ -83,6 +83,11 @@ class Leg:
         rides = list(self.rides(progress))
         return Ride(*(np.concatenate([getattr(r, name) for r in rides]) for name in Ride.__slots__))
 
+    @property
+    def samples(self) -> int:
+        """How many there are in all."""
+        return int(self.pieces.sum()) + 1
+
     def first_samples(self) -> IntArray:
         """The sample at each position, (N,)."""
         return np.concatenate([[0], np.cumsum(self.pieces)])
@@ -91,11 +96,17 @@ class Leg:
         """The samples, a stretch of lines at a time; each stretch begins with its first line's start."""
         S = len(self.pieces)
         past = Past()
-        for first in range(0, S, CHUNK):
-            last = min(S, first + CHUNK)
+
+        def driven(first: int, last: int) -> Ride:
+            nonlocal past
             ride, past = self._ride(first, last, past)
+            return ride
+
+        # flaws remember what was driven before: then one stretch after the other
+        stretches = blocks_of(S, driven, CHUNK) if self.twin.flaws is None else _in_turn(S, driven)
+        for k, ride in enumerate(stretches, 1):
             yield ride
-            progress(last / S)
+            progress(min(1.0, k * CHUNK / S))
 
     def _ride(self, first: int, last: int, past: Past) -> tuple[Ride, Past]:
         """Samples of the lines first to last, with the end of the program where it is among them.
@@ -217,7 +228,7 @@ class Twin:
     ) -> dict[str, Any]:
         """The fields of a leg that its warmth decides."""
         goals = self.heat.goals(Motion(time, theta, driven))
-        states = self._heated(self._warm(duties, air), time, goals)
+        states = warmed(self.heat.rate, self._warm(duties, air), time, goals)
         clock = sum(d.duration for d in duties)
         return {"rise": states @ self.heat.outputs.T, "air": air or still(), "clock": clock}
 
@@ -282,28 +293,6 @@ class Twin:
             state = goal - (goal - state) * np.exp(-duty.duration * self.heat.rate)
         return state
 
-    def _heated(self, state: Array, time: Array, goals: Array) -> Array:
-        r"""Each mode by its own equation through every segment, (N, S).
-
-        state_{n+1} = goal_n + (state_n - goal_n) k_n, k_n = exp(-rate dt_n), is a sum once divided by the product of
-        all k so far; a stretch as long as that product stays a number is summed in one go.
-        """
-        drop = np.diff(time)[:, None] * self.heat.rate
-        out = np.empty((len(time), len(state)))
-        out[0] = state
-        first = 0
-        passed = np.concatenate([[0.0], np.cumsum(drop.max(axis=1))])
-        while first < len(goals):
-            last = max(first + 1, int(np.searchsorted(passed, passed[first] + FADED, side="right")) - 1)
-            kept = np.exp(-np.cumsum(drop[first:last], axis=0))
-            gain = goals[first:last] * -np.expm1(-drop[first:last])
-            # the end of a long single segment may keep nothing: then only its own goal counts
-            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                summed = kept * (out[first] + np.cumsum(gain / kept, axis=0))
-            out[first + 1 : last + 1] = np.where(np.isfinite(summed), summed, goals[first:last])
-            first = last
-        return out
-
     def _joints_at(self, program: Program) -> Array:
         """Joints of the positions, with the posture and turns that the text names, (N, 6) [rad].
 
@@ -347,6 +336,10 @@ class Twin:
                 grown[a, column] += element * share.sum()
                 grown[b, column] += element * (1 - share).sum()
         return grown
+
+
+def _in_turn(count: int, work: Callable[[int, int], Ride]) -> Iterator[Ride]:
+    return (work(at, min(count, at + CHUNK)) for at in range(0, count, CHUNK))
 
 
 def theta_over(robot: Robot, theta: Array) -> float:

@@ -8,17 +8,26 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array, dot, frozen, own
-from compgen.evaluation import evaluate
+from compgen.arrays import Array, frozen, own, sizes
+from compgen.evaluation import Picked, evaluate
+from compgen.geometry import even_expr, functions
 from compgen.toolpath import ToolPath
 from compgen.twin import Ride
-from compgen.units import MDEG, MM, UM
+from compgen.units import MDEG, UM
 
-BAND = (1 * MM, 20 * MM)  # the mid-spatial periods of a smoothing tool
-STEP = 0.25 * MM
-BINS = 1000  # for the percentile
-AROUND = 2000  # samples beside a piece that its band-pass needs
-PIECE = 2**18 - 2 * AROUND
+FEW = 64  # of so many values one is looked at first, for where the percentile lies
+
+UNKNOWN = -1.0  # in place of a parameter
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """How large one component gets along the path, [m] or [rad]."""
+
+    max: float
+    p99: float  # what 99 % of the path's length stay at or below
+    rms: float
+    where: float  # [m] arc length at the largest
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -27,19 +36,19 @@ class Deviation:
 
     arc: Array  # (M,) [m]
     time: Array  # (M,) [s]
-    weight: Array  # (M,) [m] length of path that a sample stands for
     error: Array  # (M, 3) [m] base axes
     feed: Array  # (M,) [m] along the direction of travel
     cross: Array  # (M,) [m] across it, in the surface
     normal: Array  # (M,) [m] along the tool axis, away from the surface
     angle: Array  # (M,) [rad] between the tool axes
+    extents: dict[str, Extent]  # of total, feed, cross, normal and axis_angle
 
     def __post_init__(self) -> None:
-        own(self, error=("M", 3), **{n: ("M",) for n in ("arc", "time", "weight", "feed", "cross", "normal", "angle")})
+        own(self, error=("M", 3), **{n: ("M",) for n in ("arc", "time", "feed", "cross", "normal", "angle")})
 
     def total(self) -> Array:
         """Size of the position error, (M,) [m]."""
-        return np.asarray(np.linalg.norm(self.error, axis=1))
+        return sizes(self.error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,36 +75,74 @@ class Finding:
 
 def deviation(path: ToolPath, *rides: Ride) -> Deviation:
     """Compare each sample with the true path at the same fraction of the same segment."""
-    return deviations(path, rides)
+    return deviations(path, sum(len(ride.time) for ride in rides), rides)
 
 
-def deviations(path: ToolPath, rides: Iterable[Ride]) -> Deviation:
-    """The same for a ride that comes in stretches, keeping no more than the comparison."""
-    parts = [_compared(path, ride) for ride in rides]
-    arc, time, error, feed, cross, normal, angle = (np.concatenate(columns) for columns in zip(*parts))
+def deviations(path: ToolPath, samples: int, rides: Iterable[Ride]) -> Deviation:
+    """The same for a ride that comes in stretches, of so many samples in all, keeping no more than the comparison."""
+    error = np.empty((samples, 3))
+    arc, time, feed, cross, normal, angle = (np.empty(samples) for _ in range(6))
+    at = 0
+    for ride in rides:
+        rows = slice(at, at + len(ride.time))
+        at, time[rows] = rows.stop, ride.time
+        arc[rows], error[rows], parts = _compared(path, ride)
+        feed[rows], cross[rows], normal[rows], angle[rows] = parts.T
+    weight = _lengths(arc)
+    extents = {
+        name: _extent(values, weight, arc)
+        for name, values in (
+            ("total", sizes(error)), ("feed", np.abs(feed)), ("cross", np.abs(cross)), ("normal", np.abs(normal)),
+            ("axis_angle", angle),
+        )
+    }  # fmt: skip
+    columns = {"arc": arc, "time": time, "feed": feed, "cross": cross, "normal": normal, "angle": angle}
+    return Deviation(error=frozen(error), extents=extents, **{name: frozen(c) for name, c in columns.items()})
+
+
+def _lengths(arc: Array) -> Array:
+    """Length of path that each sample stands for, (M,) [m]."""
     gaps = np.diff(arc)
-    weight = np.concatenate([gaps, [0.0]]) / 2 + np.concatenate([[0.0], gaps]) / 2
-    return Deviation(*map(frozen, (arc, time, weight, error, feed, cross, normal, angle)))
+    lengths = np.zeros_like(arc)
+    lengths[:-1] = gaps
+    lengths[1:] += gaps
+    lengths /= 2
+    return lengths
 
 
-def _compared(path: ToolPath, ride: Ride) -> tuple[Array, ...]:
-    """arc, time, error, feed, cross, normal and angle of samples."""
-    position, rotation, travel = path.at(ride.segment, ride.fraction)
-    real = ride.rotation.reshape(-1, 9)
-    error, parts = evaluate(_parts(), position, rotation.reshape(-1, 9), travel, ride.position, real)
-    first, last = int(ride.segment[0]), int(ride.segment[-1]) + 1
+def _compared(path: ToolPath, ride: Ride) -> tuple[Array, Array, Array]:
+    """arc (M,), error (M, 3), and feed, cross, normal and angle (M, 4) of samples."""
+    segment, fraction = ride.segment, ride.fraction
+    first, last = int(segment[0]), int(segment[-1]) + 1
     gaps = np.diff(path.arc[first : last + 1])
-    arc = path.arc[ride.segment] + ride.fraction * gaps[ride.segment - first]
-    return (arc, ride.time, error, *(np.ascontiguousarray(column) for column in parts.T))
+    geometry, piece = path.geometry, path.piece[segment]
+    known = np.full((1, 1), UNKNOWN)
+    odd = np.isnan(path.slope[first:last, 0])
+    if odd.any():
+        rows = np.flatnonzero(odd[segment - first])
+        known = np.full((len(segment), 1), UNKNOWN)
+        mine = segment[rows]
+        known[rows, 0] = geometry.uneven(piece[rows], path.span[mine], gaps[mine - first], fraction[rows])
+    error, parts = evaluate(
+        _parts(), Picked(geometry.pieces.table(), piece), geometry.surface.table(), geometry.axis(),
+        Picked(path.span, segment), Picked(path.slope, segment), fraction[:, None], known,
+        ride.position, ride.rotation.reshape(-1, 9),
+    )  # fmt: skip
+    return path.arc[segment] + fraction * gaps[segment - first], error, parts
 
 
 @lru_cache(maxsize=1)
 def _parts() -> Any:
-    """Of a true and an actual pose: the error in base axes (3), and along feed, across, normal, and of the axis (4).
+    """Of a place on the path and an actual pose: the error in base axes (3); along feed, across, normal, of the axis.
 
-    Inputs: true position (3), rotation (9, row by row), direction of travel (3); actual position, rotation.
+    Inputs: piece (22), surface (15) and axis (2) as ``Geometry`` has them; the segment's span (2) and slope (2), the
+    fraction of it; its parameter there, where that is known; actual position (3), rotation (9, row by row).
     """
-    p, r, travel, q, s = (ca.SX.sym(name, size) for name, size in zip("prtqs", (3, 9, 3, 3, 9)))
+    sizes = {"piece": 22, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
+    inputs = [ca.SX.sym(name, size) for name, size in sizes.items()]
+    piece, surface, axis, span, slope, u, known, q, s = inputs
+    t = ca.if_else(known > UNKNOWN, known, even_expr(span, slope, u))
+    p, r, travel = functions().place(piece, surface, t, axis)
     rotation = ca.reshape(r, 3, 3).T
     axis, real, error = rotation[:, 2], ca.vertcat(s[2], s[5], s[8]), q - p
     # approach and retract run along the axis: cross feed is then the tool's y, feed its x
@@ -104,127 +151,65 @@ def _parts() -> Any:
     side = side / ca.norm_2(side)
     angle = ca.atan2(ca.norm_2(ca.cross(axis, real)), ca.dot(axis, real))
     parts = ca.vertcat(ca.dot(error, ca.cross(axis, side)), ca.dot(error, side), ca.dot(error, -axis), angle)
-    return ca.Function("parts", [p, r, travel, q, s], [error, parts])
+    return ca.Function("parts", inputs, ca.cse([error, parts]))
+
+
+def _extent(values: Array, weight: Array, arc: Array) -> Extent:
+    """Of sizes at samples, none below zero, (M,) each."""
+    worst = int(np.argmax(values))
+    return Extent(float(values[worst]), percentile99(values, weight), rms(values, weight), float(arc[worst]))
 
 
 def percentile99(values: Array, weight: Array) -> float:
     """The value that 99 % of the path's length stay at or below."""
-    # the ends of coarse bins say which few values can be it; only those are sorted
-    low, high = float(values.min()), float(values.max())
-    below = 0.0
-    goal = 0.99 * float(np.sum(weight))
-    if high > low and len(values) > BINS:
-        bin_of = np.minimum(((values - low) * (BINS / (high - low))).astype(np.int64), BINS - 1)
-        filled = np.cumsum(np.bincount(bin_of, weights=weight, minlength=BINS))
-        k = int(np.searchsorted(filled, goal * (1 - 1e-9)))
-        near = (bin_of >= k - 1) & (bin_of <= k + 1)
-        below = float(filled[k - 2]) if k >= 2 else 0.0
-        values, weight = values[near], weight[near]
-    order = np.argsort(values, kind="stable")
+    whole = float(np.sum(weight))
+    goal, below = 0.99 * whole, 0.0
+    # a few values tell from where on to look: what lies there is sorted, if it is the last hundredth and more
+    some = np.sort(values[::FEW])
+    for share in (0.98, 0.9):
+        tail = np.flatnonzero(values >= some[int(share * len(some))])
+        left = whole - float(np.sum(weight[tail]))
+        if left < goal:
+            values, weight, below = values[tail], weight[tail], left
+            break
+    order = np.argsort(values)
     passed = below + np.cumsum(weight[order])
-    return float(values[order][min(int(np.searchsorted(passed, goal)), len(order) - 1)])
+    return float(values[order[min(int(np.searchsorted(passed, goal)), len(order) - 1)]])
 
 
 def rms(values: Array, weight: Array) -> float:
     """Root of the mean square along the path."""
-    return float(np.sqrt(np.average(values**2, weights=weight)))
-
-
-def mid_spatial(path: ToolPath, correction: Array) -> float:
-    """Rms of what the correction itself puts onto the surface at periods of 1 to 20 mm along the path [m].
-
-    Its component along the tool axis, sampled every quarter millimetre between stops and passed through a fourth-order
-    Butterworth band; before rounding. Runs shorter than five periods of the longest say nothing and are left out.
-    """
-    heave = dot(correction[:, :3], -path.rotation[:, :, 2])
-    power, count = 0.0, 0
-    stops = np.flatnonzero(path.stop)
-    for first, last in zip(stops[:-1].tolist(), stops[1:].tolist()):
-        arc = path.arc[first : last + 1]
-        length = float(arc[-1] - arc[0])
-        if length > 5 * BAND[1]:
-            total = len(np.arange(0.0, length, STEP))
-            for begin in range(0, total, PIECE):
-                end = min(total, begin + PIECE)
-                # a piece with its surroundings, so that cutting it out leaves no trace
-                low, high = max(0, begin - AROUND), min(total, end + AROUND)
-                run = _through(arc, heave[first : last + 1], arc[0] + STEP * np.arange(low, high))
-                passed = _band_passed(run)[begin - low : end - low]
-                power, count = power + float(np.sum(passed**2)), count + len(passed)
-    return float(np.sqrt(power / count)) if count else 0.0
-
-
-def _through(x: Array, y: Array, at: Array) -> Array:
-    """A cubic through the four points around each place: straight lines would put their own corners into the band."""
-    if len(x) < 4:
-        return np.interp(at, x, y)
-    k = np.clip(np.searchsorted(x, at, side="right") - 2, 0, len(x) - 4)
-    total = np.zeros(len(at))
-    for i in range(4):
-        share = y[k + i]
-        for j in range(4):
-            if j != i:
-                share = share * (at - x[k + j]) / (x[k + i] - x[k + j])
-        total += share
-    return total
-
-
-def _band_passed(run: Array) -> Array:
-    r"""Samples through a Butterworth band of fourth order, forth and back, by their spectrum.
-
-    Bilinear transform: |H|^2 = 1 / (1 + Q^8), Q = (w^2 - w1 w2) / (w (w2 - w1)) with w = tan(pi f step); forth and back
-    leaves |H|^2 of the amplitude and no shift. Both ends are carried on turned about the end point.
-    """
-    pad = min(AROUND, len(run) - 1)
-    whole = np.concatenate([2 * run[0] - run[pad:0:-1], run, 2 * run[-1] - run[-2 : -pad - 2 : -1]])
-    w1, w2 = (np.tan(np.pi * STEP / period) for period in (BAND[1], BAND[0]))
-    w = np.tan(np.pi * np.minimum(np.fft.rfftfreq(len(whole)), 0.4999))
-    w[0] = 1e-12
-    gain = 1 / (1 + ((w * w - w1 * w2) / (w * (w2 - w1))) ** 8)
-    return np.asarray(np.fft.irfft(np.fft.rfft(whole) * gain, len(whole))[pad : pad + len(run)])
+    square = values * values
+    square *= weight
+    return float(np.sqrt(np.sum(square) / np.sum(weight)))
 
 
 def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:
     """Largest, 99th percentile and rms of each component: total, feed, cross, normal [um], axis angle [mdeg]."""
-    parts = {
-        "total": (deviation.total(), UM, "um"),
-        "feed": (np.abs(deviation.feed), UM, "um"),
-        "cross": (np.abs(deviation.cross), UM, "um"),
-        "normal": (np.abs(deviation.normal), UM, "um"),
-        "axis_angle": (deviation.angle, MDEG, "mdeg"),
-    }
-    return {
-        name: {
-            f"max_{unit}": float(values.max() / factor),
-            f"p99_{unit}": percentile99(values, deviation.weight) / factor,
-            f"rms_{unit}": rms(values, deviation.weight) / factor,
-        }
-        for name, (values, factor, unit) in parts.items()
-    }
+    table = {}
+    for name, extent in deviation.extents.items():
+        factor, unit = (MDEG, "mdeg") if name == "axis_angle" else (UM, "um")
+        table[name] = {f"{key}_{unit}": getattr(extent, key) / factor for key in ("max", "p99", "rms")}
+    return table
 
 
 def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
     """One finding for each bound that is broken, naming where it is worst."""
-    total = deviation.total()
+    total, feed, cross, normal, angle = deviation.extents.values()
     checks = [
-        ("max_um", total, bounds.max, total.max(), UM, "um"),
-        ("p99_um", total, bounds.p99, percentile99(total, deviation.weight), UM, "um"),
-        ("rms_um", total, bounds.rms, rms(total, deviation.weight), UM, "um"),
-        ("feed_um", np.abs(deviation.feed), bounds.feed, np.abs(deviation.feed).max(), UM, "um"),
-        ("cross_um", np.abs(deviation.cross), bounds.cross, np.abs(deviation.cross).max(), UM, "um"),
-        ("normal_um", np.abs(deviation.normal), bounds.normal, np.abs(deviation.normal).max(), UM, "um"),
-        ("axis_mdeg", deviation.angle, bounds.axis, deviation.angle.max(), MDEG, "mdeg"),
+        ("max_um", total, total.max, bounds.max),
+        ("p99_um", total, total.p99, bounds.p99),
+        ("rms_um", total, total.rms, bounds.rms),
+        ("feed_um", feed, feed.max, bounds.feed),
+        ("cross_um", cross, cross.max, bounds.cross),
+        ("normal_um", normal, normal.max, bounds.normal),
+        ("axis_mdeg", angle, angle.max, bounds.axis),
     ]
     found = []
-    for key, values, bound, value, factor, unit in checks:
+    for key, extent, value, bound in checks:
         if bound is not None and not value <= bound:
-            m = int(np.argmax(values))
-            found.append(
-                Finding(
-                    "outside",
-                    f"bounds.{key}",
-                    f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}; "
-                    f"worst {deviation.arc[m]:.3f} m along the path",
-                )
-            )
+            unit = key.split("_")[1]
+            factor = MDEG if unit == "mdeg" else UM
+            told = f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}"
+            found.append(Finding("outside", f"bounds.{key}", f"{told}; worst {extent.where:.3f} m along the path"))
     return found

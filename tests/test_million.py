@@ -21,6 +21,7 @@ from compgen import (
     pieces,
     pipeline,
     ramps,
+    ripple,
     sparing,
     surfaces,
     timing,
@@ -257,9 +258,9 @@ def test_the_band_is_scipys_butterworth_forth_and_back():
     from scipy.signal import butter, sosfiltfilt
 
     run = np.cumsum(np.random.default_rng(8).normal(size=12_000))
-    band = butter(4, [1 / verify.BAND[1], 1 / verify.BAND[0]], "bandpass", fs=1 / verify.STEP, output="sos")
-    inside = slice(verify.AROUND, -verify.AROUND)
-    assert_allclose(verify._band_passed(run)[inside], sosfiltfilt(band, run)[inside], atol=1e-9)
+    band = butter(4, [1 / ripple.BAND[1], 1 / ripple.BAND[0]], "bandpass", fs=1 / ripple.STEP, output="sos")
+    inside = slice(ripple.AROUND, -ripple.AROUND)
+    assert_allclose(ripple.band_passed(run)[inside], sosfiltfilt(band, run)[inside], atol=1e-9)
 
 
 def test_percentile_of_bins_is_the_percentile_of_all():

@@ -128,7 +128,7 @@ def test_fractions_split_the_arc_length(pattern, chord_um):
     pick = np.unique(np.linspace(0, len(tool.span) - 1, 16).astype(int))
     for k in pick:
         t = np.linspace(*tool.span[k], 2001)
-        p, _ = tool.geometry.pose(np.full(2001, tool.piece[k]), t)
+        p, _, _ = tool.geometry.pose(np.full(2001, tool.piece[k]), t)
         run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
         u = np.linspace(0, 1, 9)

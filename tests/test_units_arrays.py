@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen import units
-from compgen.arrays import Array, BoolArray, IntArray, dot, own, unit
+from compgen.arrays import Array, BoolArray, IntArray, dot, frozen, own, unit
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,6 +54,21 @@ def test_owned_arrays_are_read_only():
     for array in (one.p, one.flag, one.index):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
+
+
+def test_what_is_handed_over_is_kept_also_in_another_shape_and_a_part_of_something_is_copied():
+    flat = np.arange(6.0)
+    one = Owner(frozen(flat.reshape(2, 3)), np.array([True, False]), np.array([1]))
+    assert np.shares_memory(one.p, flat)
+    with pytest.raises(ValueError, match="read-only"):
+        flat[0] = 9
+    whole = np.arange(12.0).reshape(4, 3)
+    part = whole[:2]
+    part.flags.writeable = False
+    two = Owner(part, np.array([True, False]), np.array([1]))
+    three = frozen(whole[:2])
+    whole[0, 0] = 9
+    assert (two.p[0, 0], three[0, 0]) == (0, 0)
 
 
 def test_truth_and_counts_keep_their_kind_and_the_rest_becomes_float():

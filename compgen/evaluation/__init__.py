@@ -6,15 +6,14 @@ Python call and no ``DM`` a row, and a row's numbers do not depend on how many r
 """
 
 import ctypes
-from collections import deque
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from compgen.arrays import Array
 from compgen.evaluation.csource import c_source
+from compgen.evaluation.hands import beside, blocks_of, by_rows, share_out, use_workers
 from compgen.evaluation.instructions import BLOCK, Picked, Rows, instructions_of, run
 from compgen.evaluation.library import Compiler, find_compiler, load
 
@@ -23,6 +22,7 @@ __all__ = [
     "Compiler",
     "Picked",
     "Rows",
+    "beside",
     "blocks_of",
     "by_rows",
     "evaluate",
@@ -34,7 +34,6 @@ __all__ = [
 FEW = 2048  # rows below which compiling is not worth the wait; which way a row goes depends on the inputs only
 
 _compiler: Compiler | None = None
-_workers = 1
 _compiled: dict[int, Any] = {}
 
 
@@ -53,8 +52,9 @@ def use(compiler: Compiler | None, workers: int = 1, tell: Callable[[str], None]
         workers: Threads that share the rows.
         tell: Called with a note when many rows must do without a compiler.
     """
-    global _compiler, _workers, _tell
-    _compiler, _workers, _tell = compiler, workers, tell
+    global _compiler, _tell
+    _compiler, _tell = compiler, tell
+    use_workers(workers)
     _compiled.clear()
 
 
@@ -83,51 +83,6 @@ def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ..
     return tuple(outs)
 
 
-def share_out(count: int, work: Callable[[int, int], None]) -> None:
-    """Call work(start, stop) over all of a count, in whole blocks, on each worker a part."""
-    blocks = -(-count // BLOCK)
-    hands = min(_workers, max(1, blocks // 2))
-    if hands <= 1:
-        work(0, count)
-        return
-    edges = [min(count, BLOCK * (blocks * k // (4 * hands))) for k in range(4 * hands)] + [count]
-    with ThreadPoolExecutor(hands) as pool:
-        list(pool.map(lambda pair: work(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
-
-
-def blocks_of(count: int, work: Callable[[int, int], bytes], rows: int = 2 * BLOCK) -> Iterator[bytes]:
-    """The texts of work(start, stop) over all of a count, in order, each worker a block at a time."""
-    starts = range(0, count, rows)
-    if _workers == 1 or len(starts) < 2:
-        yield from (work(at, min(count, at + rows)) for at in starts)
-        return
-    with ThreadPoolExecutor(_workers) as pool:
-        ahead: deque[Future[bytes]] = deque()
-        for at in starts:  # a few blocks ahead, so that they do not pile up
-            ahead.append(pool.submit(work, at, min(count, at + rows)))
-            if len(ahead) > 2 * _workers:
-                yield ahead.popleft().result()
-        while ahead:
-            yield ahead.popleft().result()
-
-
-def by_rows(work: Callable[..., Array], *rows: Array) -> Array:
-    """A numpy function of arrays row by row, over blocks that stay in cache, each worker a part of them."""
-    N = len(rows[0])
-    if N <= 2 * BLOCK:
-        return work(*rows)
-    first = work(*(r[:1] for r in rows))
-    out = np.empty((N, *first.shape[1:]), dtype=first.dtype)
-
-    def part(start: int, stop: int) -> None:
-        for at in range(start, stop, BLOCK):
-            end = min(stop, at + BLOCK)
-            out[at:end] = work(*(r[at:end] for r in rows))
-
-    share_out(N, part)
-    return out
-
-
 def _compile(function: Any) -> Any:
     if _compiler is None:
         _tell("no C compiler: numpy evaluates instead, with the same numbers and some times slower")
@@ -145,15 +100,22 @@ def _arguments(rows: tuple[Rows, ...], outs: list[Array]) -> tuple[list[Any], tu
     """Pointers for the compiled function, and what must stay alive while they are used."""
     tables, indices, strides = [], [], []
     for r in rows:
-        table = np.ascontiguousarray(r.table if isinstance(r, Picked) else r, dtype=np.float64)
+        table = _side_by_side(r.table if isinstance(r, Picked) else r)
         index = np.ascontiguousarray(r.index, dtype=np.int64) if isinstance(r, Picked) else None
         if index is not None and len(index) and not (0 <= index.min() and index.max() < len(table)):
             raise IndexError("a picked row lies outside its table")
         tables.append(table)
         indices.append(index)
-        strides.append(0 if index is None and len(table) == 1 else table.shape[1])
+        strides.append(0 if index is None and len(table) == 1 else table.strides[0] // table.itemsize)
     ins = (ctypes.c_void_p * len(rows))(*(t.ctypes.data for t in tables))
     picks = (ctypes.c_void_p * len(rows))(*(None if i is None else i.ctypes.data for i in indices))
     steps = (ctypes.c_longlong * len(rows))(*strides)
     targets = (ctypes.c_void_p * len(outs))(*(o.ctypes.data for o in outs))
     return [tables, indices], (ins, picks, steps, targets)
+
+
+def _side_by_side(table: Array) -> Array:
+    """The same rows, however far apart, with the entries of each side by side."""
+    there = table.dtype == np.float64 and table.flags.aligned and table.strides[0] % table.itemsize == 0
+    together = table.shape[1] == 1 or table.strides[1] == table.itemsize
+    return table if there and together else np.ascontiguousarray(table, dtype=np.float64)

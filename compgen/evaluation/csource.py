@@ -37,7 +37,7 @@ static inline v all(double x) {
   v r = EACH(E); return r;
 #undef E
 }
-static inline v load(const double *p, const long long *at) {
+static inline __attribute__((always_inline)) v load(const double *p, const long long *at) {
 #define E(k) p[at[k]]
   v r = EACH(E); return r;
 #undef E
@@ -45,6 +45,7 @@ static inline v load(const double *p, const long long *at) {
 #define LOOP1(name, f) static inline v name(v a) { v r; for (int k = 0; k < LANES; k++) r[k] = f(a[k]); return r; }
 #define LOOP2(name, f) static inline v name(v a, v b) \\
   { v r; for (int k = 0; k < LANES; k++) r[k] = f(a[k], b[k]); return r; }
+#define EVERY_LANE _Pragma("GCC unroll 8") for (int k = 0; k < LANES; k++)
 #if defined(__x86_64__) && defined(__GLIBC__)
 #if __GLIBC_PREREQ(2, 35)
 #define HAS_VECTOR 1
@@ -58,6 +59,7 @@ static inline v load(const double *p, const long long *at) {
 #define FAR2(name, f) LOOP2(name, f)
 #endif
 static inline v pick(w c, v a, v b) { return (v)((c & (w)a) | (~c & (w)b)); }
+#define FIRST(name, op) static inline v name(v a, v b) { return pick((w)(a op b) | (w)(b != b), a, b); }
 #define TRUTH(name, op) static inline v name(v a, v b) { return (v)((w)(a op b) & (w)all(1.0)); }
 """
 
@@ -97,8 +99,8 @@ _C: dict[int, tuple[str, str]] = {
         "static inline v v_sign(v a) { return pick(a != a, a, (v)((w)(a > 0) & (w)all(1.0)) - "
         "(v)((w)(a < 0) & (w)all(1.0))); }",
     ),
-    ca.OP_FMIN: ("v_fmin({0}, {1})", "LOOP2(v_fmin, fmin)"),
-    ca.OP_FMAX: ("v_fmax({0}, {1})", "LOOP2(v_fmax, fmax)"),
+    ca.OP_FMIN: ("v_fmin({0}, {1})", "FIRST(v_fmin, <=)"),
+    ca.OP_FMAX: ("v_fmax({0}, {1})", "FIRST(v_fmax, >=)"),
     ca.OP_LT: ("v_lt({0}, {1})", "TRUTH(v_lt, <)"),
     ca.OP_LE: ("v_le({0}, {1})", "TRUTH(v_le, <=)"),
     ca.OP_EQ: ("v_eq({0}, {1})", "TRUTH(v_eq, ==)"),
@@ -125,7 +127,7 @@ def c_source(program: Instructions) -> str | None:
             body.append(f"v w{target} = load(in[{ins[0]}] + {ins[1]}, at{ins[0]});")
         elif code == ca.OP_OUTPUT:
             width = program.outputs[target[0]]
-            body.append(f"for (int k = 0; k < LANES; k++) out[{target[0]}][{width} * at[k] + {target[1]}] = w{ins}[k];")
+            body.append(f"EVERY_LANE out[{target[0]}][{width} * at[k] + {target[1]}] = w{ins}[k];")
         elif code == ca.OP_CONST:
             body.append(f"v w{target} = all({_literal(float(ins))});")
         elif code in _C:
@@ -146,7 +148,7 @@ def c_source(program: Instructions) -> str | None:
             "  for (long long row = start; row < stop; row += LANES) {",
             "  long long at[LANES];",
             *rows,
-            "  for (int k = 0; k < LANES; k++) {",
+            "  EVERY_LANE {",
             "    at[k] = row + k < stop ? row + k : stop - 1;",  # the last rows are computed twice, and are the same
             *places,
             "  }",

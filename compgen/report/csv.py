@@ -34,7 +34,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
         tables = [
             (trajectory.time[rows, None], 6),
             (path.position[rows] / MM, 6),
-            (planned.error[rows, :3] / UM, 4),
+            (planned.error_at(rows)[:, :3] / UM, 4),
             (None if after is None else after[rows] / UM, 4),
             (planned.rise[rows], 5),
             (path.contact[rows, None].astype(np.int64), 0),

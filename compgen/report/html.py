@@ -1,14 +1,17 @@
 """The report as one page that opens offline: findings first, then the error, the path, the warmth, the joints."""
 
+from dataclasses import dataclass
 from html import escape
 from typing import Any
 
 import numpy as np
 
+from compgen.arrays import Array, extremes
 from compgen.pipeline import Corrected, Planned
 from compgen.report.figure import TURBO, Figure, Trace, axis, div, figure, level, numbers, spans, trace
 from compgen.report.json import summary
 from compgen.report.page import COOL, GREY, LINES, WARM, findings_list, page, thin
+from compgen.toolpath import ToolPath
 from compgen.units import MM, UM
 from compgen.verify import Deviation
 
@@ -16,9 +19,10 @@ from compgen.verify import Deviation
 def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
     data = summary(planned, corrected)
+    drawn = [_drawn(planned.deviation)] + ([_drawn(corrected.deviation)] if corrected else [])
     figures = [
-        ("Error over time", _error_over_time(planned, corrected), "time"),
-        ("The path, coloured by error", _path_in_space(planned, corrected), "space"),
+        ("Error over time", _error_over_time(drawn, planned.job.bounds.max), "time"),
+        ("The path, coloured by error", _path_in_space(drawn, planned.path), "space"),
         ("Temperature while the program runs", _temperatures(planned), "heat"),
         ("Use of the joints", _joints(data), "joints"),
     ]
@@ -76,39 +80,52 @@ def _footer(data: dict[str, Any]) -> str:
     )
 
 
-def _error_over_time(planned: Planned, corrected: Corrected | None) -> Figure:
-    rows: list[tuple[str, Deviation, str]] = [("before", planned.deviation, WARM)]
-    if corrected:
-        rows.append(("after", corrected.deviation, COOL))
+@dataclass(frozen=True, eq=False, slots=True)
+class _Drawn:
+    """Of a deviation, what its figures show, at K samples."""
+
+    arc: Array  # (K,) [m]
+    time: Array  # (K,) [s]
+    total: Array  # (K,) [um]
+    normal: Array  # (K,) [um]
+    largest: float  # [m]
+
+
+def _drawn(deviation: Deviation) -> _Drawn:
+    total = deviation.total()
+    keep = thin(total)
+    size, normal = (np.round(values[keep] / UM, 3) for values in (total, deviation.normal))
+    return _Drawn(deviation.arc[keep], deviation.time[keep], size, normal, deviation.extents["total"].max)
+
+
+def _error_over_time(drawn: list[_Drawn], bound: float | None) -> Figure:
+    rows = [*zip(("before", "after"), drawn, (WARM, COOL), ("", "2"))]
     traces: list[Trace] = []
     axes: dict[str, Any] = {}
-    for (name, deviation, colour), which, span in zip(rows, ("", "2"), reversed(spans(len(rows), 0.08))):
-        keep = thin(deviation.total())
-        time = np.round(deviation.time[keep], 4)
+    for (name, shown, colour, which), span in zip(rows, reversed(spans(len(rows), 0.08))):
+        time = np.round(shown.time, 4)
         for part, values, dash, tint in (
-            ("total", deviation.total(), "solid", colour),
-            ("normal", deviation.normal, "dot", GREY),
+            ("total", shown.total, "solid", colour),
+            ("normal", shown.normal, "dot", GREY),
         ):
             line = {"color": tint, "width": 1.4 if part == "total" else 1, "dash": dash}
-            y, place = np.round(values[keep] / UM, 3), {"xaxis": f"x{which}", "yaxis": f"y{which}"}
-            traces.append(trace("scatter", time, y, name=f"{name}: {part}", line=line, **place))
+            place = {"xaxis": f"x{which}", "yaxis": f"y{which}"}
+            traces.append(trace("scatter", time, values, name=f"{name}: {part}", line=line, **place))
         axes[f"yaxis{which}"] = axis(f"{name} [µm]", anchor=f"x{which}", domain=span)
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", "domain": [0.0, 1.0]}
         last = axes[f"xaxis{which}"]
-    if corrected:  # the upper plot shows the lower one's times
+    if len(rows) > 1:  # the upper plot shows the lower one's times
         axes["xaxis"].update(matches="x2", showticklabels=False)
     last.update(axis("time from leaving P[1] [s]"))
-    bound = planned.job.bounds.max
-    if corrected and bound is not None:
+    if len(rows) > 1 and bound is not None:
         axes["shapes"] = [level(bound / UM, "2")]
     return figure(traces, 260 * len(rows), **axes)
 
 
-def _path_in_space(planned: Planned, corrected: Corrected | None) -> Figure:
-    sides = [("before", planned.deviation)] + ([("after", corrected.deviation)] if corrected else [])
-    count = len(sides)
-    path = planned.path
-    size = np.ptp(path.position, axis=0)
+def _path_in_space(drawn: list[_Drawn], path: ToolPath) -> Figure:
+    count = len(drawn)
+    low, high = extremes(path.position)
+    size = high - low
     reach = np.maximum(size / size.max(), 0.05).round(3).tolist()
     scene = {
         "xaxis": axis("X [mm]"),
@@ -120,21 +137,19 @@ def _path_in_space(planned: Planned, corrected: Corrected | None) -> Figure:
         "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.2}},
     }
     traces, scenes, titles = [], {}, []
-    for i, ((name, deviation), span) in enumerate(zip(sides, spans(count, 0.2 / count)), 1):
-        total = deviation.total()
-        keep = thin(total)
-        xyz = (np.round(np.interp(deviation.arc[keep], path.arc, path.position[:, k]) / MM, 2) for k in range(3))
+    for i, (name, shown, span) in enumerate(zip(("before", "after"), drawn, spans(count, 0.2 / count)), 1):
         bar = {"title": {"text": "µm"}, "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
         marker = {
             "size": 2.2,
-            "color": numbers(np.round(total[keep] / UM, 3)),
+            "color": numbers(shown.total),
             "colorscale": TURBO,
             "colorbar": bar,
             "cmin": 0,
-            "cmax": float(np.ceil(100 * total.max() / UM) / 100),
+            "cmax": float(np.ceil(100 * shown.largest / UM) / 100),
             "line": {"width": 0},
         }
         where = f"scene{i if i > 1 else ''}"
+        xyz = _places(path, shown.arc)
         traces.append(trace("scatter3d", *xyz, mode="markers", marker=marker, showlegend=False, scene=where))
         scenes[where] = {"domain": {"x": span, "y": [0.0, 1.0]}, **scene}
         titles.append(
@@ -142,6 +157,13 @@ def _path_in_space(planned: Planned, corrected: Corrected | None) -> Figure:
             "xanchor": "center", "yref": "paper", "yanchor": "bottom"}
         )  # fmt: skip
     return figure(traces, 460, annotations=titles, **scenes)
+
+
+def _places(path: ToolPath, arc: Array) -> list[Array]:
+    """x, y and z [mm] at some places, straight between the waypoints around each."""
+    after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
+    rows = np.unique(np.concatenate([after - 1, after]))
+    return [np.round(np.interp(arc, path.arc[rows], path.position[rows, k]) / MM, 2) for k in range(3)]
 
 
 def _temperatures(planned: Planned) -> Figure:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
+from compgen.arrays import extremes, sizes, steps
 from compgen.dialects import fanuc_ls
 from compgen.pipeline import Corrected, Planned
 from compgen.units import DEG, MDEG, MM, UM
@@ -73,10 +74,10 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
             "iterations": solution.iterations,
             "last_step_m": solution.step,
             "active_limits": len(solution.active),
-            "largest_um": float(np.linalg.norm(solution.correction[:, :3], axis=1).max() / UM),
-            "largest_mdeg": float(np.linalg.norm(solution.correction[:, 3:], axis=1).max() / MDEG),
+            "largest_um": float(sizes(solution.correction[:, :3]).max() / UM),
+            "largest_mdeg": float(sizes(solution.correction[:, 3:]).max() / MDEG),
             "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
-            "predicted_residual_um": float(np.linalg.norm(solution.residual[:, :3], axis=1).max() / UM),
+            "predicted_residual_um": float(sizes(solution.residual[:, :3]).max() / UM),
         }
         report["program"] = _program(corrected)
     report["provenance"] = {
@@ -99,8 +100,7 @@ def summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
 def _program(corrected: Corrected) -> dict[str, Any]:
     """The files for the controller."""
     program, delivered = corrected.program, corrected.delivery
-    length = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
-    feed, late = fanuc_ls.feed_errors(corrected.trajectory.speed, program.speed, length)
+    feed, late = fanuc_ls.feed_errors(corrected.trajectory.speed, program.speed, steps(program.position))
     told = {
         "file": delivered.files[-1][0],
         "positions": len(program.position),
@@ -139,8 +139,6 @@ def _in(value: float | None, factor: float) -> float | None:
 
 def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, list[float]]:
     robot = planned.job.robot
-    theta = (corrected.solution.theta if corrected else planned.theta) - robot.pendant_zero
-    return {
-        name: [float(low / DEG), float(high / DEG)]
-        for name, low, high in zip(robot.joint_names, theta.min(axis=0), theta.max(axis=0))
-    }
+    low, high = extremes(corrected.solution.theta if corrected else planned.theta)
+    ends = np.column_stack([low, high]) - robot.pendant_zero[:, None]
+    return dict(zip(robot.joint_names, (ends / DEG).tolist()))

@@ -46,9 +46,8 @@ def thin(values: Array) -> IntArray:
     count = len(values)
     if count <= POINTS:
         return np.arange(count)
-    edges = np.linspace(0, count, POINTS + 1).astype(int)[:-1]
-    top = np.maximum.reduceat(values, edges)
-    owner = np.searchsorted(edges, np.arange(count), side="right") - 1
-    hit = np.flatnonzero(values == top[owner])
-    first = hit[np.unique(owner[hit], return_index=True)[1]]
+    edges = np.linspace(0, count, POINTS + 1).astype(int)
+    top = np.maximum.reduceat(values, edges[:-1])
+    hits = np.flatnonzero(values == np.repeat(top, np.diff(edges)))
+    first = hits[np.searchsorted(hits, edges[:-1]).clip(max=len(hits) - 1)]
     return np.unique(np.concatenate([[0], first, [count - 1]]))

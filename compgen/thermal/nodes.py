@@ -63,7 +63,10 @@ class NodeModel:
         full = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
         if state == "off":
             return np.zeros((len(feed), len(full)))
-        motion = (np.asarray(feed)[:, None] / self.reference_feed) ** self.exponent
+        feed = np.asarray(feed)
+        first = np.flatnonzero(np.diff(feed, prepend=np.nan))  # a power for each speed in turn, not for each segment
+        motion = (feed[first, None] / self.reference_feed) ** self.exponent
+        motion = np.repeat(motion, np.diff(first, append=len(feed)), axis=0)
         moving = share * motion if state == "moving" else np.zeros_like(motion)
         return np.asarray(full * (self.idle + (1 - self.idle) * moving))
 

@@ -1,119 +1,165 @@
 """Numbers to characters and back for whole columns: look-up tables, no Python per row.
 
-A table of text rows is a byte matrix with zero bytes where a row is shorter; ``ragged`` squeezes them out.
+A column of a text table is a few words a row, of one, four or eight characters: a word goes to its place in all rows in
+one step. Zero bytes stand where a row is shorter than others; ``table`` squeezes them out.
 """
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from compgen.arrays import Array, IntArray
 
 Bytes = NDArray[np.uint8]
+Words = NDArray[Any]  # (N,) as many characters of each row as an item has bytes
 
 WHOLE, DECIMALS, MOST_DECIMALS = 5, 3, 6  # %9.3f, to %12.6f
-BLOCK = 8192  # rows at a time: they stay in cache
+BLOCK = 4096  # rows at a time: they stay in cache
 _LIMIT = 10**WHOLE  # below which a positive number has room
-_MINUS, _ZERO, _SPACE = np.frombuffer(b"-0 ", dtype=np.uint8)
+_MINUS, _ZERO, _BLANK = np.frombuffer(b"-0 ", dtype=np.uint8)
+_TRIES = 16  # kinds of rows that are picked out one after the other
 
 
-_POSITIVE = 100_000  # whole numbers from 0; behind them those below 0
-_HEADS = np.frombuffer(
-    "".join([f"{i:5d}.00" for i in range(_POSITIVE)] + [f"{'-' + str(i):>5}.00" for i in range(10_000)]).encode(),
-    dtype=np.uint64,
-)
-_TAILS = np.frombuffer("".join([f".{i:03d}" for i in range(1000)]).encode(), dtype=np.uint32)
-_BELOW = 10**9  # a minus sign in front adds a multiple of it
-_WORTH = np.zeros(256, dtype=np.int64)  # of a character
-_WORTH[_ZERO : _ZERO + 10] = np.arange(10)
-_WORTH[_MINUS] = _BELOW // 1000
-_TWO = np.arange(65536, dtype=np.uint16).view(np.uint8).reshape(-1, 2)
-_PAIR = _WORTH[_TWO[:, 0]] * 10 + _WORTH[_TWO[:, 1]]  # of two characters as they lie in memory
+def _digits(count: int) -> Bytes:
+    """The numbers below 10^count, (10^count, count)."""
+    numbers = np.arange(10**count)[:, None] // 10 ** np.arange(count)[::-1]
+    return np.asarray(numbers % 10 + _ZERO, dtype=np.uint8)
 
 
-def fits(units: IntArray, decimals: int = DECIMALS) -> bool:
-    """Whether every number has room: five characters before the point, its sign among them."""
+def _tens() -> Words:
+    """Blanks, sign and all digits but the last of a number of up to five places: 0 to 9999, then -0 to -999."""
+    text = _digits(4)
+    blanks = (text == _ZERO).cumprod(axis=1).sum(axis=1)
+    text[np.arange(4) < blanks[:, None]] = _BLANK
+    below = text[:1000].copy()
+    below[np.arange(1000), blanks[:1000] - 1] = _MINUS
+    return np.concatenate([text, below]).view(np.uint32)[:, 0]
+
+
+_FOUR = _digits(4).view(np.uint32)[:, 0]
+_TENS = _tens().astype(np.uint64)  # a number's first four characters; the next four are d.dd
+_HUNDREDTHS = np.insert(_digits(3), 1, ord("."), axis=1).view(np.uint32)[:, 0].astype(np.uint64) << np.uint64(32)
+_BELOW = 1 << 24  # marks a sign in what two characters are worth
+_TWO = np.arange(65536, dtype="<u2").view(np.uint8).reshape(-1, 2)
+_ONE = np.where((_TWO >= _ZERO) & (_TWO < _ZERO + 10), _TWO - _ZERO, 0).astype(np.int32)
+_PAIR = 10 * _ONE[:, 0] + _ONE[:, 1] + _BELOW * (_TWO == _MINUS).any(axis=1)  # as they lie in memory
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Column:
+    """Characters of N rows."""
+
+    width: int
+    words: tuple[tuple[int, Words], ...]  # at which character of the column, and what
+    loose: bool = False  # whether some rows are shorter and hold zero bytes
+
+
+def fits(units: Array | IntArray, decimals: int = DECIMALS) -> bool:
+    """Whether every number has room: five characters before the point, its sign among them; none is NaN."""
     limit = _LIMIT * 10**decimals
-    return bool(np.all((units < limit) & (units > -limit // 10)))
+    return units.size == 0 or bool(units.max() < limit and units.min() > -limit // 10)
 
 
-def fixed(units: IntArray, decimals: int = DECIMALS) -> Bytes:
-    """Columns of ``%9.3f`` (or ``%10.4f``, ``%11.5f``, ``%12.6f``) from units of the last digit, (N,) to (N, width).
-
-    The first nine characters are a word of eight, and over its end one of four.
-    """
-    more = 10 ** (decimals - DECIMALS)
+def fixed(units: IntArray, decimals: int = DECIMALS) -> list[Column]:
+    """k columns of ``%9.3f`` (or ``%10.4f``, ``%11.5f``, ``%12.6f``) from units of the last digit, (k, N)."""
     size = np.abs(units)
+    more = 10 ** (decimals - DECIMALS)
     thousandths = (size // more if more > 1 else size).astype(np.int32)
-    whole = thousandths // 1000
-    rest = thousandths - whole * 1000
-    rows, width = len(size), WHOLE + 1 + decimals
-    out = np.empty((rows, width), dtype=np.uint8)
-    np.ndarray(rows, np.uint64, out, 0, (width,))[:] = _HEADS[np.where(units < 0, whole + _POSITIVE, whole)]
-    np.ndarray(rows, np.uint32, out, 5, (width,))[:] = _TAILS[rest]
-    left = size % more
-    for column in range(width - 1, WHOLE + DECIMALS, -1):
-        out[:, column] = left % 10 + _ZERO
+    tens = thousandths // 10_000
+    rest = thousandths - tens * 10_000
+    hundredths = rest // 10
+    head = _TENS.take(tens + (units < 0) * np.int32(10_000)) | _HUNDREDTHS.take(hundredths)
+    words = [(0, head), (WHOLE + DECIMALS, (rest - hundredths * 10 + _ZERO).astype(np.uint8))]
+    left = size % more if more > 1 else size
+    for place in range(WHOLE + decimals, WHOLE + DECIMALS, -1):
+        words.append((place, (left % 10 + _ZERO).astype(np.uint8)))
         left //= 10
-    return out
+    return [Column(WHOLE + 1 + decimals, tuple((at, word[k]) for at, word in words)) for k in range(len(units))]
 
 
-def read_fixed(data: Bytes, at: IntArray, decimals: int = DECIMALS) -> IntArray:
-    """Units of the last digit of the fields at places, (N,); anything else gives a wrong number: check by writing."""
-    width = WHOLE + 1 + decimals
-    windows = sliding_window_view(data, width)
-    out = np.empty(len(at), dtype=np.int64)
-    for first in range(0, len(at), BLOCK):
-        text = np.ascontiguousarray(windows[at[first : first + BLOCK]])
-        rows = len(text)
-        a, b, d = (_PAIR[np.ndarray(rows, np.uint16, text, place, (width,))] for place in (0, 2, 6))
-        said = ((a * 100 + b) * 10 + _WORTH[text[:, 4]]) * 1000 + d * 10 + _WORTH[text[:, 8]]
-        size = said % _BELOW
-        for column in range(WHOLE + 1 + DECIMALS, width):
-            size = size * 10 + _WORTH[text[:, column]]
-        out[first : first + BLOCK] = np.where(said >= _BELOW, -size, size)
-    return out
+def read_fixed(text: Bytes, places: list[int], decimals: int = DECIMALS) -> IntArray:
+    """Units of the last digit of k such columns of a table of text (N, width), (k, N).
+
+    What is no number is read as a wrong one: check by writing.
+    """
+    words = np.empty((len(places), len(text), 8), dtype="<u2")
+    for row, at in zip(words, places):
+        row.view(np.complex128)[:, 0] = word(text, at, np.complex128)
+    tens = _PAIR.take(words[..., 0]) * 100 + _PAIR.take(words[..., 1])
+    rest = _PAIR.take(words[..., 2]) * 10 + _PAIR.take(words[..., 3])
+    size = ((tens & (_BELOW - 1)) * 1000 + rest) * 10 + (words[..., 4] & 15)
+    if decimals > DECIMALS:
+        size = size.astype(np.int64)
+        for place in range(WHOLE + 1 + DECIMALS, WHOLE + 1 + decimals):
+            size = size * 10 + (words.view(np.uint8)[..., place] & 15)
+    return np.asarray(np.where(tens >= _BELOW, -size, size))
 
 
-def integers(values: IntArray, pad: int = 0) -> Bytes:
-    """Decimal digits of numbers from 0, right-aligned; blanks up to ``pad`` columns, zero bytes before them."""
-    width = max(pad, len(str(int(values.max(initial=0)))))
-    out = np.zeros((len(values), width), dtype=np.uint8)
-    rest = values.copy()
-    for column in range(width - 1, -1, -1):
-        shown = (rest > 0) | (column == width - 1)
-        blank = _SPACE if column >= width - pad else 0
-        out[:, column] = np.where(shown, rest % 10 + _ZERO, blank)
-        rest //= 10
-    return out
+def word(text: Bytes, at: int, kind: Any) -> Words:
+    """The words at a place of all rows of a table of text, as a view."""
+    return np.asarray(text[:, at : at + np.dtype(kind).itemsize].view(kind)[:, 0])
 
 
-def chosen(texts: list[bytes], which: IntArray) -> Bytes:
-    """Row k is the text that ``which`` names, (N, longest)."""
+def windows(data: bytes | Bytes, at: IntArray, width: int) -> Bytes:
+    """The bytes from places on, (N, width); a view when the places are evenly spaced."""
+    every = np.ndarray((len(data) - width + 1, width), np.uint8, data, 0, (1, 1))
+    step = int(at[1] - at[0]) if len(at) > 1 else 1
+    if step > 0 and (at[1:] - at[:-1] == step).all():
+        return every[at[0] : at[-1] + 1 : step]
+    return np.asarray(every[at])
+
+
+def counted(first: int, last: int, pad: int = 0) -> Column:
+    """The numbers from first to before last, right-aligned; blanks up to ``pad`` characters, zero bytes before them."""
+    values = np.arange(first, last, dtype=np.int32)
+    width = len(str(last - 1))
+    if 4 <= len(str(first)) == width <= 8:
+        front, back = values // 10 ** (width - 4), values - values // 10_000 * 10_000
+        return Column(width, ((0, _FOUR.take(front)), (width - 4, _FOUR.take(back))))
+    width, words = max(pad, width), []
+    for place in range(width):
+        rest = values // 10 ** (width - 1 - place)
+        blank = _BLANK if place >= width - pad else 0
+        shown = (rest > 0) | (place == width - 1)
+        words.append((place, np.where(shown, rest % 10 + _ZERO, blank).astype(np.uint8)))
+    return Column(width, tuple(words), loose=width > pad)
+
+
+def places_of(first: int, last: int) -> IntArray:
+    """How many digits the numbers from first to before last have, (last - first,), or (1,) when it is the same."""
+    if len(str(first)) == len(str(last - 1)):
+        return np.array([len(str(first))])
+    edges = np.clip(10 ** np.arange(len(str(last)) + 1), first, last)
+    return np.repeat(np.arange(1, len(edges)), np.diff(edges))
+
+
+def chosen(texts: list[bytes], which: IntArray) -> bytes | Column:
+    """Row k is the text that ``which`` names."""
+    if len(which) and (which == which[0]).all():
+        return texts[int(which[0])]
     longest = max(len(t) for t in texts)
-    table = np.frombuffer(b"".join(t.ljust(longest, b"\0") for t in texts), dtype=np.uint8).reshape(-1, longest)
-    return np.asarray(table[which])
+    words = np.array(texts, dtype=f"S{longest}")[which]
+    return Column(longest, ((0, words),), loose=any(len(t) < longest for t in texts))
 
 
-def ragged(rows: int, parts: list[bytes | Bytes]) -> bytes:
-    """Rows side by side, the same text or a matrix each, without the zero bytes."""
-    widths = [len(p) if isinstance(p, bytes) else p.shape[1] for p in parts]
-    block = np.empty((min(rows, BLOCK), sum(widths)), dtype=np.uint8)
-    edges = np.concatenate([[0], np.cumsum(widths)])
-    for part, start, end in zip(parts, edges[:-1], edges[1:]):
+def table(rows: int, parts: list[bytes | Column]) -> bytes | memoryview:
+    """Rows side by side, the same text in each or a column."""
+    row = b"".join(part if isinstance(part, bytes) else bytes(part.width) for part in parts)
+    block = np.empty((rows, len(row)), dtype=np.uint8)
+    block[:] = np.frombuffer(row, dtype=np.uint8)
+    start = 0
+    for part in parts:
         if isinstance(part, bytes):
-            block[:, start:end] = np.frombuffer(part, dtype=np.uint8)
-    out = []
-    for first in range(0, rows, BLOCK):
-        here = block[: min(BLOCK, rows - first)]
-        for part, start, end in zip(parts, edges[:-1], edges[1:]):
-            if not isinstance(part, bytes):
-                here[:, start:end] = part[first : first + BLOCK]
-        flat = here.ravel()
-        out.append(flat.tobytes() if flat.all() else flat.tobytes().replace(b"\0", b""))
-    return b"".join(out)
+            start += len(part)
+            continue
+        for at, words in part.words:
+            word(block, start + at, words.dtype)[:] = words
+        start += part.width
+    loose = any(isinstance(part, Column) and part.loose for part in parts)
+    return block.tobytes().replace(b"\0", b"") if loose else block.reshape(-1).data
 
 
 def different(rows: NDArray[Any]) -> tuple[IntArray, IntArray]:
@@ -121,25 +167,44 @@ def different(rows: NDArray[Any]) -> tuple[IntArray, IntArray]:
 
     Rows are told apart by a sum over their bytes, eight at a time, with odd weights; that this sufficed is checked.
     """
+    if not len(rows):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     flat = np.ascontiguousarray(rows).reshape(len(rows), -1).view(np.uint8)
-    if len(flat) and (flat == flat[0]).all():
-        return np.zeros(1, dtype=np.int64), np.zeros(len(flat), dtype=np.int64)
     padded = np.zeros((len(rows), -(-flat.shape[1] // 8) * 8), dtype=np.uint8)
     padded[:, : flat.shape[1]] = flat
     words = padded.view(np.uint64)
-    key = np.zeros(len(rows), dtype=np.uint64)
-    for column, weight in zip(words.T, _weights(words.shape[1])):
-        key += column * weight
-    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    first, which = told_apart(mixed(words.T))
     if not np.array_equal(words, words[first][which]):
         _, first, which = np.unique(words, axis=0, return_index=True, return_inverse=True)
     return first, which.ravel()
 
 
-def _weights(count: int) -> NDArray[np.uint64]:
-    """Odd numbers that spread bits: powers of the golden ratio's, modulo 2^64."""
-    weights = [pow(0x9E3779B97F4A7C15, k + 1, 2**64) for k in range(count)]
-    return np.array(weights, dtype=np.uint64)
+def mixed(columns: Iterable[NDArray[np.uint64]]) -> NDArray[np.uint64]:
+    """A sum of words with odd weights that spread bits: powers of the golden ratio's, modulo 2^64."""
+    weight, total = 1, np.zeros(1, dtype=np.uint64)
+    for column in columns:
+        weight = weight * 0x9E3779B97F4A7C15 % 2**64
+        total = total + column * np.uint64(weight)
+    return total
+
+
+def told_apart(key: NDArray[Any]) -> tuple[IntArray, IntArray]:
+    """Numbers of rows that stand for all, and which of them each row equals, by one number a row.
+
+    Mostly there are few kinds, or one: they are picked out one by one, and only what is left is sorted.
+    """
+    which = np.zeros(len(key), dtype=np.int64)
+    if len(key) and (key == key[0]).all():
+        return which[:1].copy(), which
+    left, first = np.arange(len(key)), list[int]()
+    while len(left) and len(first) < _TRIES:
+        alike = key == key[len(key) // 2]
+        which[left[alike]] = len(first)
+        first.append(int(left[alike.argmax()]))
+        left, key = left[~alike], key[~alike]
+    _, rest, others = np.unique(key, return_index=True, return_inverse=True)
+    which[left] = others + len(first)
+    return np.concatenate([np.array(first, dtype=np.int64), left[rest]]), which
 
 
 def units(values: Array, decimals: int = DECIMALS) -> IntArray:

@@ -5,18 +5,37 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray
-from compgen.dialects.fanuc_ls import shapes
-from compgen.dialects.fanuc_ls.digits import BLOCK, DECIMALS, MOST_DECIMALS, Bytes, different, fits, read_fixed
+from compgen.arrays import Array, BoolArray, IntArray, frozen
+from compgen.dialects.fanuc_ls.digits import (
+    BLOCK,
+    DECIMALS,
+    MOST_DECIMALS,
+    fits,
+    mixed,
+    read_fixed,
+    told_apart,
+    windows,
+    word,
+)
 from compgen.dialects.fanuc_ls.program import Program
-from compgen.dialects.fanuc_ls.write import letters, says, speed_said
+from compgen.dialects.fanuc_ls.rows import (
+    MARK,
+    MARK_BACK,
+    Frame,
+    motion_tail,
+    motions,
+    position_config,
+    positions,
+)
+from compgen.dialects.fanuc_ls.write import fill_poses, letters, speed_said
+from compgen.evaluation import share_out
 from compgen.exceptions import InputError
 from compgen.ik import ALL_POSTURES
 from compgen.rotations import from_wpr
 from compgen.units import DEG, MM
 
 _STATEMENT = re.compile(r"\s*\d*:\s*(.*?)\s*;\s*$")
-_MOTION = re.compile(r"([JL]) P\[(\d+)\] ([\d.]+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)$")
+_MOTION = re.compile(r"([JL]) P\[(\d+)\] (\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)$")
 _FRAME = re.compile(r"(UFRAME|UTOOL)_NUM=(\d+)$")
 _NUMBER = r"\s*=\s*(-?\d*\.\d+)\s*"
 _POSITION = re.compile(
@@ -28,14 +47,14 @@ _POSITION = re.compile(
 def interpret(data: bytes) -> Program:
     """The program that a text means.
 
-    Text of fixed columns is read by columns, and believed only when writing what was read gives the same bytes.
+    Canonical text is read by columns, and believed only where writing what was read gives the same bytes.
 
     Raises:
         InputError: The text is not a program of this form; names the line.
     """
     quick = _by_columns(data)
-    if quick is not None and says(*quick, data):
-        return quick[0]
+    if quick is not None:
+        return quick
     text = data.decode("latin-1").replace("\r\n", "\n")
     sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)
     if len(sections) < 7 or sections[1::2][:3] != ["MN", "POS", "END"] or not text.startswith("/PROG"):
@@ -95,68 +114,139 @@ def interpret(data: bytes) -> Program:
     )
 
 
-def _by_columns(data: bytes) -> tuple[Program, Array] | None:
-    """What canonical text would mean, and its table of positions, or None; only ``interpret`` may believe it."""
-    moves, places, end = data.find(b"/MN\r\n"), data.find(b"\n/POS\r\n") + 1, data.rfind(b"/END\r\n")
-    first = data.find(b":L P[2] ", moves)
-    if min(moves, places, end) < 0 or not moves < first < places < end:
+def _by_columns(data: bytes) -> Program | None:
+    """What canonical text means, a block of rows at a time, or None.
+
+    A guess at where the numbers stand is enough: what is read counts only when the rows written from it are, byte for
+    byte, those that were read.
+    """
+    moves, places, end = data.find(b"/MN\r\n"), data.find(b"\n/POS\r\n") + 1, len(data) - len(b"/END\r\n")
+    linear = _FIRST.search(data, moves, places) if 0 <= moves < places else None
+    if linear is None or not data.startswith(b"/END\r\n", end):
         return None
     # the head and the first position, read the careful way, say what all rows share
-    first = data.rfind(b"\n", 0, first) + 1
     block = data.find(b"};\r\n", places) + 4
     try:
-        small = interpret(data[:first] + data[places:block] + b"/END\r\n")
+        small = interpret(data[: linear.start()] + data[places:block] + b"/END\r\n")
+        lines = _row_ends(data, linear.start(), places, b"\n", 1)
+        blocks = _row_ends(data, places + len(b"/POS\r\n"), end, MARK, MARK_BACK)
+        if len(lines) + 1 != len(blocks):
+            return None
+        speed, fine = _motions(data, int(linear.group(1)), lines)
+        position, rotation, turns = _positions(data, small, blocks)
     except InputError:
         return None
-    view = np.frombuffer(data, dtype=np.uint8)
-    closing, lines = (_all(view, first, places, mark) for mark in b"]\n")
-    equals, quotes = (_all(view, places + 6, end, mark) for mark in b"='")
-    N = len(lines) + 1
-    if len(closing) != N - 1 or len(equals) != 6 * N or len(quotes) != 2 * N or equals[-1] + 14 > end:
-        return None
-    tails, which = _texts(view, closing + 2, lines)
-    config, config_of = _texts(view, quotes[::2] + 1, quotes[1::2])
-    speeds = [_TAIL.match(t) for t in tails]
-    turns = [_TURNS.search(t) for t in config]
-    if not all(speeds) or not all(turns):
-        return None
-    whole = read_fixed(view, equals + 2, small.decimals)
-    if not fits(whole, small.decimals):
-        return None
-    numbers = whole.reshape(N, 6) / 10.0**small.decimals
-    speed = np.array([speed_said(m.group(1).decode()) for m in speeds if m])
-    fine = np.array([m.group(2) == b"FINE" for m in speeds if m])
-    digits = np.array([[int(d) for d in m.groups()] for m in turns if m])
-    program = replace(
+    return replace(
         small,
-        position=numbers[:, :3] * MM,
-        rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
-        turns=digits[config_of],
-        speed=speed[which],
-        fine=np.concatenate([small.fine, fine[which]]),
+        position=frozen(position),
+        rotation=frozen(rotation),
+        turns=frozen(turns),
+        speed=frozen(speed),
+        fine=np.concatenate([small.fine, fine]),
     )
-    return program, numbers
 
 
-_TAIL = re.compile(rb"([\d.]+(?:mm/sec|cm/min|inch/min)) (FINE|CNT100) ")
-_TURNS = re.compile(rb", (-?\d{1,9}), (-?\d{1,9}), (-?\d{1,9})$")
+_FIRST = re.compile(rb"^ *(\d{1,8}):L P\[2\] ", re.MULTILINE)
+_TAIL = re.compile(rb"(\d+(?:\.\d+)?(?:mm/sec|cm/min|inch/min)) (FINE|CNT100)    ;\r\n")
+_CONFIG = re.compile(rb"([FN] [UD] [TB]), (-?\d{1,9}), (-?\d{1,9}), (-?\d{1,9})")
 _LONGEST = 48
+_CHUNK = 1 << 16  # bytes
+_AHEAD = 32  # rows of one length that are guessed at first
 
 
-def _all(view: Bytes, start: int, end: int, mark: int) -> IntArray:
-    """Where a character stands."""
-    return shapes.found(view, start, end, lambda part: part[:-1] == mark)
+def _motions(data: bytes, line: int, edge: IntArray) -> tuple[Array, BoolArray]:
+    """Speeds [m/s] and stops of linear motions to P[2] and so on; row k is from edge k to the next."""
+    speed, fine = np.empty(len(edge) - 1), np.empty(len(edge) - 1, dtype=bool)
+
+    def part(start: int, stop: int) -> None:
+        for at in range(start, stop, BLOCK):
+            here = slice(at, min(at + BLOCK, stop))
+            first, last = here.start + 2, here.stop + 2
+            begin = edge[here] + motion_tail(line + at, first, last)
+            tails, which = _texts(data, begin, edge[at + 1 : here.stop + 1])
+            _same(data, int(edge[at]), motions(line + at, first, last, tails, which))
+            said = [_fit(_TAIL, tail) for tail in tails]
+            speed[here] = np.array([speed_said(number.decode()) for number, _ in said])[which]
+            fine[here] = np.array([end == b"FINE" for _, end in said])[which]
+
+    share_out(len(speed), part)
+    return speed, fine
 
 
-def _texts(view: Bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
-    """The different texts between places, at most 48 characters of each, and which row has which."""
+def _positions(data: bytes, small: Program, edge: IntArray) -> tuple[Array, Array, IntArray]:
+    """Positions (N, 3) [m], rotations (N, 3, 3) and turns (N, 3); row k is from edge k to the next."""
+    N, frame = len(edge) - 1, Frame(small.uframe, small.utool, small.decimals)
+    position, rotation, turns = np.empty((N, 3)), np.empty((N, 3, 3)), np.empty((N, 3), dtype=np.int64)
+    posture = letters(small.posture).encode()
+
+    def part(start: int, stop: int) -> None:
+        for at in range(start, stop, BLOCK):
+            here = slice(at, min(at + BLOCK, stop))
+            begin = edge[here] + position_config(frame, at + 1, here.stop + 1)
+            behind = edge[at + 1 : here.stop + 1] - frame.tail
+            configs, which = _texts(data, begin, behind)
+            units = read_fixed(windows(data, behind, frame.tail), frame.places, frame.decimals)
+            if not fits(units, frame.decimals):
+                raise InputError("number")
+            _same(data, int(edge[at]), positions(frame, at + 1, units, configs, which))
+            said = [_fit(_CONFIG, config) for config in configs]
+            if any(own != posture for own, *_ in said):
+                raise InputError("CONFIG")
+            turns[here] = np.array([[int(n) for n in digits] for _, *digits in said])[which]
+            fill_poses(units, frame.decimals, position[here], rotation[here])
+
+    share_out(N, part)
+    return position, rotation, turns
+
+
+def _fit(form: re.Pattern[bytes], text: bytes) -> tuple[bytes, ...]:
+    """What fills a form."""
+    found = form.fullmatch(text)
+    if found is None:
+        raise InputError(text.decode("latin-1"))
+    return found.groups()
+
+
+def _same(data: bytes, at: int, text: bytes | memoryview) -> None:
+    """Raises InputError unless a text stands at a place."""
+    if not data.startswith(text, at):
+        raise InputError(f"byte {at}")
+
+
+def _row_ends(data: bytes, start: int, end: int, mark: bytes, back: int) -> IntArray:
+    """The start, and where each row ends: so far behind its mark. Rows mostly are as long as the one before.
+
+    Raises:
+        InputError: The last does not end at the end.
+    """
+    view = np.frombuffer(data, dtype=np.uint8)
+    edges = [np.array([start])]
+    at, width, ahead = start, 0, _AHEAD
+    while at < end:
+        rows = min(ahead, (end - at) // width) if width else 0
+        if rows and (view[at + width - back : at + rows * width : width] == mark[0]).all():
+            ends = at + width * np.arange(1, rows + 1)
+            ahead *= 2
+        else:
+            ahead = _AHEAD
+            ends = np.flatnonzero(view[at : min(at + _CHUNK, end)] == mark[0]) + at + back
+            width = int(ends[-1] - (ends[-2] if len(ends) > 1 else at)) if len(ends) else 0
+        if width == 0:
+            break
+        edges.append(ends)
+        at = int(ends[-1])
+    if at != end:
+        raise InputError(f"byte {at}")
+    return np.concatenate(edges)
+
+
+def _texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
+    """The different texts between places and which row has which, by length, first 16 and last 8 characters."""
     length = end - start
-    width = max(1, min(_LONGEST, int(length.max())))
-    texts = np.empty((len(start), width), dtype=np.uint8)
-    column = np.arange(width)
-    for first in range(0, len(start), BLOCK):
-        here = slice(first, first + BLOCK)
-        window = shapes.windows(view, start[here], width)
-        texts[here] = np.where(column < length[here, None], window, 0)
-    rows, which = different(texts)
-    return [bytes(t.tobytes().rstrip(b"\0")) for t in texts[rows]], which
+    if length.min() < 8 or length.max() > _LONGEST:
+        raise InputError("text")
+    words = [
+        word(windows(data, place, 8), 0, np.uint64).copy() for place in (start, np.minimum(start + 8, end - 8), end - 8)
+    ]
+    rows, which = told_apart(mixed([*words, length.view(np.uint64)]))
+    return [data[a:b] for a, b in zip(start[rows].tolist(), end[rows].tolist())], which

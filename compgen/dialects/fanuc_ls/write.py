@@ -2,26 +2,18 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 
-from compgen.arrays import Array
-from compgen.dialects.fanuc_ls.digits import (
-    DECIMALS,
-    Bytes,
-    chosen,
-    different,
-    fits,
-    fixed,
-    integers,
-    ragged,
-    units,
-)
+from compgen.arrays import Array, IntArray, frozen
+from compgen.dialects.fanuc_ls.digits import BLOCK, DECIMALS, different, fits
 from compgen.dialects.fanuc_ls.program import Program
-from compgen.evaluation import blocks_of
+from compgen.dialects.fanuc_ls.rows import Frame, motions, positions
+from compgen.evaluation import blocks_of, share_out
 from compgen.exceptions import InputError
 from compgen.ik import Posture
-from compgen.rotations import from_wpr, to_wpr
+from compgen.rotations import fill_rotations, to_wpr
 from compgen.units import DEG, INCH, MINUTE, MM
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
@@ -62,29 +54,13 @@ def compose(program: Program) -> bytes:
     Raises:
         InputError: A remark, a speed or a position that the format cannot say.
     """
-    return b"".join(_parts(program, pose_numbers(program.position, program.rotation, program.decimals)))
+    text = BytesIO()
+    for part in _parts(program):
+        text.write(part)
+    return text.getvalue()
 
 
-def says(program: Program, numbers: Array, data: bytes) -> bool:
-    """Whether ``data`` is the program's text with a table of positions, without the whole of it a second time.
-
-    Args:
-        program: What ``data`` may say.
-        numbers: X Y Z [mm] and W P R [deg], (N, 6).
-        data: A text.
-    """
-    at = 0
-    try:
-        for part in _parts(program, numbers):
-            if not data.startswith(part, at):
-                return False
-            at += len(part)
-    except (InputError, UnicodeEncodeError):  # what the format cannot say is not what it says
-        return False
-    return at == len(data)
-
-
-def _parts(program: Program, numbers: Array) -> Iterator[bytes]:
+def _parts(program: Program) -> Iterator[bytes | memoryview]:
     """The text, a block of rows at a time."""
     for remark in program.remarks:
         if len(remark) > REMARK_LENGTH or not remark.isascii():
@@ -95,48 +71,55 @@ def _parts(program: Program, numbers: Array) -> Iterator[bytes]:
     count = len(body) + len(program.speed)
     header = _HEADER.format(name=program.name, comment=program.comment, date=program.date, lines=count)
     first = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
-    start = f"{header}{first}".replace("\n", "\r\n").encode("ascii")
-    yield start
-    yield from _moves(program, len(body) + 1)
+    yield f"{header}{first}".replace("\n", "\r\n").encode("ascii")
+    yield from _motions(program, len(body) + 1)
     yield b"/POS\r\n"
-    yield from _places(program, numbers)
+    yield from _positions(program)
     yield b"/END\r\n"
 
 
-def _moves(program: Program, line: int) -> Iterator[bytes]:
+def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
     """The lines of all linear motions."""
-    N = len(program.speed)
-    if N == 0:
-        return iter(())
     rows, which = different(program.speed)
     said = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
-    ends = chosen([b" CNT100    ;\r\n", b" FINE    ;\r\n"], program.fine[1:].astype(np.int64))
+    tails = [speed + end for end in (b" CNT100    ;\r\n", b" FINE    ;\r\n") for speed in said]
+    which = which + len(said) * program.fine[1:]
 
-    def block(first: int, last: int) -> bytes:
-        numbers, lines = np.arange(first + 2, last + 2), np.arange(line + first, line + last)
-        tails = [chosen(said, which[first:last]), ends[first:last]]
-        return ragged(last - first, [integers(lines, 4), b":L P[", integers(numbers), b"] ", *tails])
+    def block(first: int, last: int) -> bytes | memoryview:
+        return motions(line + first, first + 2, last + 2, tails, which[first:last])
 
-    return blocks_of(N, block)
+    return blocks_of(len(which), block, BLOCK)
 
 
-def _places(program: Program, numbers: Array) -> Iterator[bytes]:
+def _positions(program: Program) -> Iterator[bytes | memoryview]:
     """The blocks of all positions."""
-    N = len(numbers)
     rows, which = different(program.turns)
     configs = [f"{letters(program.posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
-    d = program.decimals
-    head = f"]{{\r\n   GP1:\r\n\tUF : {program.uframe}, UT : {program.utool},\t\tCONFIG : '".encode("ascii")
+    frame = Frame(program.uframe, program.utool, program.decimals)
+    angles = to_wpr(program.rotation)
 
-    def block(first: int, last: int) -> bytes:
-        X, Y, Z, W, P, R = (fixed(units(column, d), d) for column in numbers[first:last].T)
-        number = integers(np.arange(first + 1, last + 1))
-        parts: list[bytes | Bytes] = [b"P[", number, head, chosen(configs, which[first:last])]
-        parts += [b"',\r\n\tX = ", X, b"  mm,\tY = ", Y, b"  mm,\tZ = ", Z]
-        parts += [b"  mm,\r\n\tW = ", W, b" deg,\tP = ", P, b" deg,\tR = ", R, b" deg\r\n};\r\n"]
-        return ragged(last - first, parts)
+    def block(first: int, last: int) -> bytes | memoryview:
+        units = pose_units(program.position, angles, slice(first, last), program.decimals)
+        return positions(frame, first + 1, units, configs, which[first:last])
 
-    return blocks_of(N, block)
+    return blocks_of(len(which), block, BLOCK)
+
+
+def pose_units(position: Array, angles: tuple[Array, Array, Array], rows: slice, decimals: int) -> IntArray:
+    """X Y Z and W P R of some rows as printed, in units of the last digit, (6, n).
+
+    Raises:
+        InputError: A value too large for the format.
+    """
+    numbers = np.empty((6, len(position[rows])))
+    np.divide(position[rows].T, MM, out=numbers[:3])
+    for number, angle in zip(numbers[3:], angles):
+        np.divide(angle[rows], DEG, out=number)
+    numbers *= 10.0**decimals
+    np.rint(numbers, out=numbers)
+    if not fits(numbers, decimals):
+        raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
+    return numbers.astype(np.int64 if decimals > DECIMALS else np.int32)
 
 
 def pose_numbers(position: Array, rotation: Array, decimals: int = DECIMALS) -> Array:
@@ -145,16 +128,38 @@ def pose_numbers(position: Array, rotation: Array, decimals: int = DECIMALS) -> 
     Raises:
         InputError: A value too large for the format.
     """
-    numbers = np.column_stack([position / MM, *(angle / DEG for angle in to_wpr(rotation))])
-    if not np.all(np.isfinite(numbers)) or not fits(units(numbers.ravel(), decimals), decimals):
-        raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
-    return np.asarray(np.round(numbers, decimals) + 0.0)
+    return numbers_of(pose_units(position, to_wpr(rotation), slice(None), decimals), decimals).T
+
+
+def numbers_of(units: IntArray, decimals: int) -> Array:
+    """The numbers that units of the last digit say; they are the nearest to what is printed."""
+    return np.asarray(units / 10.0**decimals)
 
 
 def printed(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple[Array, Array]:
-    """The poses that the text says, (N, 3) [m] and (N, 3, 3)."""
-    numbers = pose_numbers(position, rotation, decimals)
-    return numbers[:, :3] * MM, from_wpr(*(numbers[:, 3:] * DEG).T)
+    """The poses that the text says, (N, 3) [m] and (N, 3, 3).
+
+    Raises:
+        InputError: A value too large for the format.
+    """
+    angles = to_wpr(rotation)
+    found = np.empty((len(position), 3)), np.empty((len(position), 3, 3))
+
+    def part(start: int, stop: int) -> None:
+        for at in range(start, stop, BLOCK):
+            here = slice(at, min(at + BLOCK, stop))
+            fill_poses(pose_units(position, angles, here, decimals), decimals, found[0][here], found[1][here])
+
+    share_out(len(position), part)
+    return found
+
+
+def fill_poses(units: IntArray, decimals: int, position: Array, rotation: Array) -> None:
+    """Positions (n, 3) [m] and rotations (n, 3, 3) that units of the last digit (6, n) say."""
+    numbers = numbers_of(units, decimals)
+    np.multiply(numbers[:3], MM, out=position.T)
+    w, p, r = numbers[3:] * DEG
+    fill_rotations(w, p, r, rotation.reshape(-1, 9))
 
 
 def as_written(program: Program) -> Program:
@@ -162,7 +167,7 @@ def as_written(program: Program) -> Program:
     position, rotation = printed(program.position, program.rotation, program.decimals)
     rows, which = different(program.speed)
     said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
-    return replace(program, position=position, rotation=rotation, speed=said[which])
+    return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(said[which]))
 
 
 def letters(posture: Posture) -> str:
