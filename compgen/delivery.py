@@ -1,17 +1,17 @@
 """What is delivered: one file, or pages with their main program and manifest, and what a controller reads from them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from compgen import __version__
-from compgen.arrays import Array, own
+from compgen.arrays import Array, IntArray, own
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
 from compgen.dialects.fanuc_ls.names import ENDING
-from compgen.dialects.fanuc_ls.write import APPROACH_PERCENT, REMARK_LENGTH
+from compgen.dialects.fanuc_ls.write import REMARK_LENGTH
 from compgen.job import Job
 from compgen.paging import Stops, head_lines, size, store_of
 from compgen.units import KB
@@ -19,6 +19,8 @@ from compgen.verify import Finding
 
 if TYPE_CHECKING:  # a program in one file is written without what parts, reads and joins pages
     from compgen.dialects.fanuc_ls.pages import Page, Paged
+
+ROWS = 16384  # positions compared at a time
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,13 +56,13 @@ def one_file(program: Program) -> Delivery:
     return Delivery(((f"{program.name}.LS", text),), fanuc_ls.interpret(text))
 
 
-def in_pages(job: Job, program: Program, start_at: Callable[[int], Start]) -> Delivery:
+def in_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Sequence[Start]]) -> Delivery:
     """A program as pages, main program and manifest, proven to be the program.
 
     Args:
         job: What it was made from.
         program: The undivided program; its first two remarks say what it is, and stand on each page.
-        start_at: The robot at a position, from 0.
+        starts_at: The robot at positions, numbered from 0.
 
     Raises:
         ImpossibleError: It cannot be parted so that each page fits.
@@ -68,37 +70,22 @@ def in_pages(job: Job, program: Program, start_at: Callable[[int], Start]) -> De
     """
     from compgen.dialects.fanuc_ls.adjoin import interpret_pages
     from compgen.dialects.fanuc_ls.manifest import check_manifest, manifest
-    from compgen.dialects.fanuc_ls.pages import split
+    from compgen.dialects.fanuc_ls.own_pages import split_own
 
     starts: list[Start] = []
 
-    def heading(k: int, count: int, first: int) -> list[str]:
-        starts.append(start_at(max(first - 1, 0)))
-        now = starts[-1]
-        state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, now.rise)]
-        told = [*program.remarks[:2], f"page {k + 1} of {count}, after {now.time:.0f} s"]
-        told += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
-        wait = "start within" if k == 0 else "wait before it at most"
-        return [line[:REMARK_LENGTH] for line in [*told, f"{wait} {now.window:.0f} s"]]
+    def headings(first: Sequence[int]) -> list[list[str]]:
+        starts.extend(starts_at(np.array(first, dtype=np.int64)))
+        return [_heading(job, program, k, len(first), now) for k, now in enumerate(starts)]
 
     store = store_of(job.robot)
-    bare = replace(program, remarks=())
-    undivided = fanuc_ls.compose(bare)
-    paged = split(
-        fanuc_ls.loads(undivided),
-        store,
-        heading=heading,
-        head_lines=head_lines(job),
-        main_heading=program.remarks[:2],
-        renumber=True,
-        joint_entry=APPROACH_PERCENT,
-    )
+    paged = split_own(program, store, headings, head_lines(job), _ascii(program.remarks[:2]))
     more = [_known(job, page, start) for page, start in zip(paged.pages, starts)]
     head = {"compgen": __version__, "inputs_sha256": job.inputs_hash, "robot": job.robot.name}
     told = manifest(paged, store, head, more)
     files = {f"{paged.name}{ENDING}": told, **paged.files()}
     whole, _ = interpret_pages(*check_manifest(told, files))
-    _same(whole, fanuc_ls.interpret(undivided))
+    _same(whole, program)
     whole = replace(whole, name=paged.name)
     return Delivery(tuple(files.items()), whole, paged, tuple(starts))
 
@@ -140,13 +127,31 @@ def _known(job: Job, page: "Page", start: Start) -> dict[str, object]:
     }
 
 
-def _same(whole: Program, undivided: Program) -> None:
-    """Raises JoinError unless two programs drive the same."""
-    from compgen.dialects.fanuc_ls.adjoin import JoinError
+def _heading(job: Job, program: Program, k: int, count: int, now: Start) -> list[str]:
+    """Remarks at the head of a page, k from 0."""
+    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, now.rise)]
+    told = [*program.remarks[:2], f"page {k + 1} of {count}, after {now.time:.0f} s"]
+    told += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
+    wait = "start within" if k == 0 else "wait before it at most"
+    return _ascii(line[:REMARK_LENGTH] for line in [*told, f"{wait} {now.window:.0f} s"])
 
-    for field in ("position", "rotation", "turns", "speed", "fine"):
-        a, b = getattr(whole, field), getattr(undivided, field)
-        if a.shape != b.shape or not np.array_equal(a, b):
-            raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")
-    if (whole.posture, whole.uframe, whole.utool) != (undivided.posture, undivided.uframe, undivided.utool):
-        raise JoinError("pages: read back together, posture or frames differ from the undivided program's")
+
+def _ascii(lines: Iterable[str]) -> list[str]:
+    return [line.encode("ascii", "replace").decode() for line in lines]
+
+
+def _same(whole: Program, undivided: Program) -> None:
+    """Raises JoinError unless a program is what another, not yet written, would drive."""
+    from compgen.dialects.fanuc_ls.adjoin import JoinError
+    from compgen.dialects.fanuc_ls.own_pages import stretch
+
+    N = len(undivided.position)
+    for first in range(0, N, ROWS):
+        last = min(first + ROWS, N) - 1
+        a, b = stretch(whole, first, last), fanuc_ls.as_written(stretch(undivided, first, last))
+        for field in ("position", "rotation", "turns", "speed", "fine"):
+            if not np.array_equal(getattr(a, field), getattr(b, field)):
+                raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")
+    sizes = [(len(p.position), len(p.speed), p.posture, p.uframe, p.utool) for p in (whole, undivided)]
+    if sizes[0] != sizes[1]:
+        raise JoinError("pages: read back together, length, posture or frames differ from the undivided program's")

@@ -17,6 +17,7 @@ from compgen import (
     timing,
     toolpath,
     verify,
+    waiting,
     waypoints,
 )
 from compgen.arrays import Array, IntArray
@@ -33,17 +34,16 @@ from compgen.predict import ErrorModel, build_error_model
 from compgen.problem import Problem
 from compgen.ripple import mid_spatial
 from compgen.sources import Motion, memory_of, motion_of
-from compgen.thermal import Ambient, Duty, after, during
+from compgen.thermal import Ambient, Duty, during, states_at
 from compgen.thermal import Motion as Driven
 from compgen.timing import Trajectory
 from compgen.toolpath import ToolPath
 from compgen.twin import Ride, Twin
-from compgen.units import HOUR, UM
+from compgen.units import UM
 from compgen.verify import Deviation, Finding
 
 Progress = Callable[[str, float], None]
 DATE = "26-01-01"
-LONGEST_DELAY = 16 * HOUR
 MAX_RIPPLE = 0.05 * UM
 
 
@@ -263,37 +263,18 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     )
 
 
-def start_window(planned: Planned, solution: Solution, first: int = 0) -> float:
-    """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s].
+def start_window(planned: Planned, solution: Solution) -> float:
+    """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s]."""
+    return float(start_windows(planned, solution, np.zeros(1, dtype=np.int64))[0])
 
-    A delay changes the state at the start and the air on the way; both differences fade during what follows with each
-    mode's rate. Every waypoint from ``first`` on, where the robot waits, is moved by what they do to the error there.
-    """
-    job = planned.job
-    some = np.unique(np.linspace(first, len(planned.path.arc) - 1, 400).astype(int))
-    theta, rise, time = solution.theta[some], planned.rise[some], planned.trajectory.time[some]
-    begin = float(planned.trajectory.time[first])
-    motion = planned.motion.at(some)
-    now, _ = planned.model.actual_pose(theta, rise, motion)
-    state = job.state()
-    if first:  # the robot waits half way through its program
-        whole = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven).until(first)
-        _, state = during(job.heat, state, whole, job.air, job.clock)
 
-    def drift(delay: float) -> float:
-        late = late_rise(job, delay, time - begin, state, job.clock + begin)
-        moved, _ = planned.model.actual_pose(theta, rise + late, motion)
-        return float(np.linalg.norm(moved - now, axis=1).max())
-
-    low, high = 0.0, 60.0
-    while drift(high) <= job.start_drift:
-        low, high = high, 2 * high
-        if low >= LONGEST_DELAY:
-            return LONGEST_DELAY
-    for _ in range(40):
-        middle = (low + high) / 2
-        low, high = (middle, high) if drift(middle) <= job.start_drift else (low, middle)
-    return low
+def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Array:
+    """The same where the robot waits at a waypoint on its way, (P,) numbers from 0, rising, to (P,) [s]."""
+    job, trajectory = planned.job, planned.trajectory
+    driven = Driven(trajectory.time, planned.theta, trajectory.driven)
+    state = states_at(job.heat, job.state(), driven, first, job.air, job.clock)
+    course = waiting.Course(trajectory.time, solution.theta, planned.rise, planned.motion)
+    return waiting.windows(job, planned.model, course, first, state)
 
 
 def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
@@ -301,32 +282,12 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
     if planned.page_stops is None or planned.page_stops.why_not:
         return delivery.one_file(program)
 
-    def start_at(n: int) -> Start:
-        window = start_window(planned, solution, n)
-        return Start(float(planned.trajectory.time[n]), planned.rise[n], window)
+    def starts_at(first: IntArray) -> list[Start]:
+        windows = start_windows(planned, solution, first)
+        time, rise = planned.trajectory.time[first], planned.rise[first]
+        return [Start(*now) for now in zip(time.tolist(), rise, windows.tolist())]
 
-    return delivery.in_pages(planned.job, program, start_at)
-
-
-def late_rise(job: Job, delay: float, time: Array, state: Array, clock: float) -> Array:
-    """What a start delayed by ``delay`` [s] adds to the rises after it.
-
-    Args:
-        job: For its heat, its air, and what standing does.
-        delay: [s].
-        time: From the start on, (M,) [s].
-        state: In which the robot begins to wait, (S,).
-        clock: When it does, from the first duty on [s].
-
-    Returns:
-        (M, K) [K].
-    """
-    heat = job.heat
-    late = after(heat, [replace(job.standing, duration=delay)], state * 1.0)
-    late = late + heat.ambient * job.air.response(heat.rate, clock, np.array([clock + delay]))[0]
-    change = np.exp(-time[:, None] * heat.rate) * (late - state)
-    air = [job.air.response(heat.rate, clock + shift, clock + shift + time) for shift in (0.0, delay)]
-    return np.asarray((change + heat.ambient * (air[1] - air[0])) @ heat.outputs.T)
+    return delivery.in_pages(planned.job, program, starts_at)
 
 
 def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:

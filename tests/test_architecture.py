@@ -30,7 +30,7 @@ ROOMS = [
     {"twin"},
     {"verify", "flaws"},
     {"job"},
-    {"extrapolation", "waypoints"},
+    {"extrapolation", "waypoints", "waiting"},
     {"paging"},
     {"delivery"},
     {"correction"},

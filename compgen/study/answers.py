@@ -13,11 +13,11 @@ import numpy as np
 from compgen.arrays import Array
 from compgen.exceptions import InputError
 from compgen.job import Job
-from compgen.pipeline import late_rise
 from compgen.sources import Source
 from compgen.study.evaluate import displacement, lay_out, ridden
 from compgen.thermal import Ambient, Duty, after, during, history
 from compgen.units import HOUR, MINUTE, MM, UM
+from compgen.waiting import late_rise
 
 LONGEST = 48.0 * HOUR
 MOST_PASSES = 6

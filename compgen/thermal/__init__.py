@@ -5,7 +5,7 @@ from compgen.thermal.contract import Heat
 from compgen.thermal.duty import Duty, Motion
 from compgen.thermal.nodes import NodeModel
 from compgen.thermal.profiles import Profile, Section, growth_weights
-from compgen.thermal.solve import after, during, history, opening
+from compgen.thermal.solve import after, during, history, opening, states_at
 
 __all__ = [
     "Ambient",
@@ -20,5 +20,6 @@ __all__ = [
     "growth_weights",
     "history",
     "opening",
+    "states_at",
     "still",
 ]

@@ -31,7 +31,3 @@ class Motion:
 
     def __post_init__(self) -> None:
         own(self, time=("N",), theta=("N", 6), driven=("S",))
-
-    def until(self, n: int) -> "Motion":
-        """Its first n segments."""
-        return Motion(self.time[: n + 1], self.theta[: n + 1], self.driven[:n])

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen.arrays import Array
+from compgen.arrays import Array, IntArray
 from compgen.thermal.ambient import Ambient, still
 from compgen.thermal.contract import Heat
 from compgen.thermal.duty import Duty, Motion
@@ -84,6 +84,37 @@ def during(
             rises[k : k + ROWS] += share @ heat.outputs.T
         z = z + heat.ambient * air.response(rate, clock, clock + time[-1:])[0]
     return rises, np.asarray(z)
+
+
+def states_at(
+    heat: Heat, start: Array, motion: Motion, which: IntArray, air: Ambient | None = None, clock: float = 0.0
+) -> Array:
+    """States at some waypoints of a program that runs.
+
+    Args:
+        heat: The model.
+        start: State when the program starts, (S,).
+        motion: Times from 0, N waypoints.
+        which: Their numbers from 0, rising, (P,).
+        air: Over time.
+        clock: When the program starts [s].
+
+    Returns:
+        (P, S).
+    """
+    time, rate, last = motion.time, heat.rate, int(which[-1])
+    goals = heat.goals(motion) if last else np.zeros((0, len(rate)))
+    states = {0: np.asarray(start)}
+    edges = np.union1d(which, np.arange(0, last + 1, ROWS))
+    for a, b in zip(edges.tolist(), edges[1:].tolist()):  # seen from the end of a stretch what was before has faded
+        faded = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
+        states[b] = states[a] * faded[0] + (
+            goals[a:b] * -np.expm1(-np.diff(time[a : b + 1])[:, None] * rate) * faded[1:]
+        ).sum(axis=0)
+    found = np.array([states[n] for n in which.tolist()])
+    if air is not None:
+        found += heat.ambient * air.response(rate, clock, clock + time[which])
+    return found
 
 
 def history(

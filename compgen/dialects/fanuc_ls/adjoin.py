@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.arrays import Array
+from compgen.arrays import Array, frozen
 from compgen.dialects.fanuc_ls.flow import read_flow
 from compgen.dialects.fanuc_ls.listing import LsProgram, loads
 from compgen.dialects.fanuc_ls.moves import NO_NUMBER
@@ -167,11 +167,11 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
     first, rest = parts[0], parts[1:]
     whole = replace(
         first,
-        position=np.concatenate([first.position, *(p.position[1:] for p in rest)]),
-        rotation=np.concatenate([first.rotation, *(p.rotation[1:] for p in rest)]),
-        turns=np.concatenate([first.turns, *(p.turns[1:] for p in rest)]),
-        speed=np.concatenate([p.speed for p in parts]),
-        fine=np.concatenate([first.fine, *(p.fine[1:] for p in rest)]),
+        position=frozen(np.concatenate([first.position, *(p.position[1:] for p in rest)])),
+        rotation=frozen(np.concatenate([first.rotation, *(p.rotation[1:] for p in rest)])),
+        turns=frozen(np.concatenate([first.turns, *(p.turns[1:] for p in rest)])),
+        speed=frozen(np.concatenate([p.speed for p in parts])),
+        fine=frozen(np.concatenate([first.fine, *(p.fine[1:] for p in rest)])),
     )
     return whole, starts
 

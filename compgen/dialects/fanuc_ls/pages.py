@@ -115,7 +115,7 @@ def split(
         asks = Size(_lines(body), len(used), _memory(flow, part, body, len(used)))
         pages.append(Page(name, data, load, (first, behind), asks, part.notes))
     name = program.name[: store.name_length]
-    return Paged(name, _main(program, name, pages, main_heading), tuple(pages))
+    return Paged(name, main_program(program.data, name, pages, main_heading), tuple(pages))
 
 
 def _body(
@@ -181,9 +181,9 @@ def _text(program: LsProgram, name: str, body: list[bytes], places: list[bytes])
     return b"".join([head, *_whole(body, end), b"/POS" + end, *blocks, b"/END" + end])
 
 
-def _main(program: LsProgram, name: str, pages: Sequence[Page], told: Sequence[str]) -> bytes:
-    """The program that calls the pages; between loads it waits for the next."""
-    end = _line_end(program.data)
+def main_program(data: bytes, name: str, pages: Sequence[Page], told: Sequence[str]) -> bytes:
+    """The program that calls the pages, with the head of a program's text; between loads it waits for the next."""
+    end = _line_end(data)
     loads = pages[-1].load
     said = [f"!{remark}" for remark in told]
     for before, page in zip([None, *pages[:-1]], pages):
@@ -191,8 +191,8 @@ def _main(program: LsProgram, name: str, pages: Sequence[Page], told: Sequence[s
             said += [f"MESSAGE[LOAD {page.load} OF {loads}]", "PAUSE"]
         said.append(f"CALL {page.name}")
     body = [f"{n:4d}:  {text} ;".encode("ascii", "replace") + end for n, text in enumerate(said, 1)]
-    tag = _TAG.search(program.data)
-    head = _headed(program.data[: tag.start() if tag else 0], name, len(body), keep_subtype=True)
+    tag = _TAG.search(data)
+    head = _headed(data[: tag.start() if tag else 0], name, len(body), keep_subtype=True)
     head = _MASK.sub(lambda m: m.group(1) + re.sub(rb"\d", b"*", m.group(2)), head, count=1)
     return b"".join([head, b"/MN" + end, *body, b"/POS" + end, b"/END" + end])
 

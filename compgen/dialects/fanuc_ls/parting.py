@@ -1,8 +1,9 @@
 """Where a long program is parted: as few pages as possible, each as long as the controller allows."""
 
 import re
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from compgen.dialects.fanuc_ls.names import page_names
 from compgen.dialects.fanuc_ls.program import CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK
 from compgen.dialects.fanuc_ls.store import Costs, Size, Store, costs
 from compgen.exceptions import ImpossibleError
+
+P = TypeVar("P")
 
 _LOCAL = re.compile(r"(?<![A-Z_])(AR|LR)\[", re.IGNORECASE)
 #: options of a motion that ends elsewhere than at its position
@@ -60,11 +63,29 @@ def plan(program: LsProgram, store: Store, taken: Collection[str] = (), head_lin
     settings = read_settings(program, flow)
     each = costs(program, flow)
     called = [name for text in flow.text.values() for name in _CALLED.findall(text)]
+
+    def parts_in(room: Store) -> tuple[list[Part], list[float]]:
+        return _parts(program, flow, settings, each, room, head_lines)
+
+    parts, names, load = settled(program.name, store, [*taken, *called], parts_in)
+    return Plan(tuple(parts), names, load)
+
+
+def settled(
+    name: str, store: Store, taken: Collection[str], parts_in: Callable[[Store], tuple[list[P], list[float]]]
+) -> tuple[list[P], tuple[str, ...], tuple[int, ...]]:
+    """Parts that leave room for the main program, their names, and in which load each comes.
+
+    Args:
+        name: Of the program.
+        store: What the controller holds.
+        taken: Names that no page may have.
+        parts_in: The parts of the program, and the memory of each, when a page may be as large as a store.
+    """
     main = MEMORY_PROGRAM + CALL
     while True:
-        room = Store(store.max_lines, store.max_positions, store.memory - main, store.name_length)
-        parts, memory = _parts(program, flow, settings, each, room, head_lines)
-        names = page_names(program.name, len(parts), store.name_length, [*taken, *called])
+        parts, memory = parts_in(replace(store, memory=store.memory - main))
+        names = page_names(name, len(parts), store.name_length, taken)
         need = MEMORY_PROGRAM + sum(len(n) + CALL for n in names)
         if need <= main:
             break
@@ -75,7 +96,7 @@ def plan(program: LsProgram, store: Store, taken: Collection[str] = (), head_lin
             load, used = load + 1, 0.0
         used += bytes_
         loads.append(load)
-    return Plan(tuple(parts), names, tuple(loads))
+    return parts, names, tuple(loads)
 
 
 def numbers_of(program: LsProgram, flow: Flow, part: Part) -> list[int]:
