@@ -115,7 +115,7 @@ def test_picked_rows_and_single_rows(compiled):
 
 
 def _load_in_another_process(folder, source, answers):
-    answers.put(load(find_compiler(folder), source) is not None)
+    answers.put(load(find_compiler(folder), source, lambda: source) is not None)
 
 
 @needs_compiler
@@ -136,12 +136,12 @@ def test_runs_at_the_same_time_may_build_the_same_function(tmp_path):
 @pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:-1] + bytes([b[-1] ^ 1])])
 def test_a_damaged_library_is_built_anew(tmp_path, damage):
     compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
-    assert load(compiler, source) is not None
+    assert load(compiler, source, lambda: source) is not None
     (place,) = tmp_path.glob("*.so")
     good = place.read_bytes()
     place.unlink()
     place.write_bytes(damage(good))
-    assert load(compiler, source) is not None
+    assert load(compiler, source, lambda: source) is not None
     assert place.read_bytes() == good
 
 
