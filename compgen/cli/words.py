@@ -21,7 +21,7 @@ class _Taken:
             return () if param.multiple or param.nargs == -1 else None
         if self._kind is str and isinstance(value, str):
             return value
-        if self._kind == list[str] and isinstance(value, tuple) and all(isinstance(v, str) for v in value):
+        if self._kind == list[str] and isinstance(value, list | tuple) and all(isinstance(v, str) for v in value):
             return list(value)
         param._runtime_param = None
         return self._build().coerce(value, param=param, ctx=ctx)
