@@ -6,6 +6,7 @@ from compgen.arrays import Array, IntArray
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.robot import Robot
 
+NO_WAY = 1e-9  # m; two positions whose texts are the same
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
 
 
@@ -38,7 +39,7 @@ def clock(robot: Robot, program: Program, length: Array, theta: Array) -> tuple[
 
 def _ramp_limits(robot: Robot, theta: Array, length: Array, line: IntArray) -> tuple[Array, Array]:
     """Acceleration and jerk along the path that the joints allow a ramp on some lines [m/s2], [m/s3]."""
-    share = np.abs(theta[line + 1] - theta[line]) / length[line, None] + 1e-12  # rad/m
+    share = np.abs(theta[line + 1] - theta[line]) / np.maximum(length[line, None], NO_WAY) + 1e-12  # rad/m
     a = RAMP_ACCELERATION * (robot.acceleration / share).min(axis=1)
     return a, RAMP_JERK * (robot.jerk / share).min(axis=1)
 

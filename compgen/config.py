@@ -205,6 +205,8 @@ def _spiral(table: sc.SpiralTable, boundary: Boundary | None, where: str) -> Pie
             f"{whole / MM:g} mm; remove one or make the spiral larger"
         )
     turns = table.turns if table.turns is not None else diameter / 2 / ((table.stepover_mm or 1.0) * MM)
+    if turns > MAX_SWEEPS:
+        raise InputError(f"{where}: path.stepover_mm: over {MAX_SWEEPS:.0f} turns; make it larger")
     return patterns.spiral(diameter, turns)
 
 

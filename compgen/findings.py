@@ -32,6 +32,18 @@ def limited(solution: Solution) -> list[Finding]:
     return [Finding("warning", "compensation.limited", message)]
 
 
+def failed(solution: Solution) -> str:
+    """Why there is no correction, and what to try."""
+    if solution.active:
+        n, limit = solution.active[0]
+        return f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it"
+    n = int(np.argmax(sizes(solution.residual[:, :3])))
+    return (
+        f"waypoint {n + 1}: {Status.FAILED.value}: it does not settle; waypoints stand too close for its smoothness, "
+        "raise process.chord_um or lower compensation.curvature_period_mm"
+    )
+
+
 def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
     """Joint limits passed, and speeds that are not the wanted one."""
     found = []

@@ -8,6 +8,7 @@ tie its ends. It costs milliseconds a waypoint.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -24,7 +25,29 @@ FOLDS = 16  # of e that a change dies away by
 SCALE = 1e-4  # [rad] of one unit of x
 ON = 1e-7  # [rad] how near a joint limit counts as on it
 OVER = 1 + 1e-6  # how far over a clamp or a rate counts as broken
+NOISE = 1e-10  # [m] of a correction's change that is no change: waypoints may stand nanometres apart
 NEAR = 1 - 1e-4  # how near it counts as on it
+CLOSE = 0.02  # [rad] how near a limit a planned joint must come for its correction to reach it
+
+
+def with_room(problem: Problem, step: tuple[float, float]) -> Problem:
+    """The same with joint limits drawn in by what rounding may move a joint that comes near one.
+
+    Args:
+        problem: The whole program.
+        step: Of the text's coordinates [m] and angles [rad].
+    """
+    robot = problem.robot
+    sides = zip(problem.theta.min(axis=0) - robot.lower, robot.upper - problem.theta.max(axis=0))
+    if all(min(pair) > CLOSE for pair in sides):
+        return problem
+    close = np.stack([problem.theta < robot.lower + CLOSE, problem.theta > robot.upper - CLOSE])  # (2, N, 6)
+    rows = np.flatnonzero(close.any(axis=(0, 2)))
+    turn = problem.window(rows).linear(np.zeros((len(rows), 6)))[3]
+    # half a step of each coordinate, and of three angles whose axes need not be square to each other
+    moved = step[0] / 2 * np.abs(turn[:, :, :3]).sum(axis=2) + np.sqrt(5) * step[1] / 2 * norm(turn[:, :, 3:])
+    low, high = np.where(close[:, rows], moved, 0.0).max(axis=1)
+    return replace(problem, robot=replace(robot, lower=robot.lower + low, upper=robot.upper - high))
 
 
 def violated(
@@ -39,7 +62,7 @@ def violated(
     bad |= dot(correction[:, :3], correction[:, :3]) > (settings.clamp_position * OVER) ** 2
     bad |= dot(correction[:, 3:], correction[:, 3:]) > (settings.clamp_rotation * OVER) ** 2
     change = correction[1:] - correction[:-1]
-    steep = dot(change[:, :3], change[:, :3]) > (settings.rate * OVER * np.diff(problem.arc) + 1e-12) ** 2
+    steep = dot(change[:, :3], change[:, :3]) > (settings.rate * OVER * np.diff(problem.arc) + NOISE) ** 2
     bad[:-1] |= steep
     bad[1:] |= steep
     return np.asarray(bad)

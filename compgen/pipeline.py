@@ -12,6 +12,7 @@ from compgen import (
     extrapolation,
     findings,
     ik,
+    limits,
     paging,
     sparing,
     timing,
@@ -195,10 +196,10 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
         path.position, path.rotation, planned.theta, planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
+    problem = limits.with_room(problem, fanuc_ls.steps(job.robot.controller.decimals))
     solution = compensate.optimise(problem, job.settings, lambda share: progress("correction", share))
     if solution.status is Status.FAILED:
-        n, limit = solution.active[0] if solution.active else (1, "a limit")
-        raise ImpossibleError(f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it")
+        raise ImpossibleError(findings.failed(solution))
     limited = findings.limited(solution)
     if job.thin is not None:
         progress("thinning", 0.0)

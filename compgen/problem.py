@@ -21,6 +21,7 @@ from compgen.robot import Robot
 from compgen.rotations import rotation_matrix_expr, rotation_vector_expr
 from compgen.sources import STILL, Motion
 
+SHORTEST = 1e-6  # m: shorter segments are as stiff as this one, else their stiffness drowns everything else
 STEPS = 3
 
 
@@ -217,7 +218,7 @@ def measure(arc: Array) -> Array:
 
 def bands(arc: Array, stop: BoolArray, settings: Settings, fidelity: float = 1.0) -> Array:
     """diag(ds) fidelity + l1 D1'D1 + l2 D2'D2 in upper banded form, (3, N)."""
-    h = np.maximum(np.diff(arc), 1e-12)
+    h = np.maximum(np.diff(arc), SHORTEST)
     N = len(arc)
     diagonal, first, second = measure(arc) * fidelity, np.zeros(N), np.zeros(N)
     k = (settings.rate_period / (2 * np.pi)) ** 2 / h

@@ -102,6 +102,8 @@ def solve(
         run = _problem(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows), arc, drive.stop[rows])
         solution = compensate.optimise(run, settings)
         correction[rows], theta[rows] = solution.correction, solution.theta
+        if solution.status is compensate.Status.FAILED:
+            correction[rows] = np.nan  # none of them is legal
         limited += [(first + n - 1, limit) for n, limit in solution.active]
         progress((i + 1) / len(runs))
     refused = _refused(cell, poses, correction, theta, drive.pose, free, settings)
@@ -181,7 +183,9 @@ def _refused(
         swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
     letters = posture_of(robot, np.nan_to_num(q))
     for k, station in enumerate(rows.tolist()):
-        if far[k]:
+        if np.isnan(c[k]).any():
+            found.append((station, "no legal correction was found for its run of lines"))
+        elif far[k]:
             found.append((station, "its correction is beyond the clamp: the error model cannot be trusted there"))
         elif (over[k] > 1e-9).any():
             i = int(np.argmax(over[k]))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from compgen.dialects.fanuc_ls.feeds import feed_errors, written_feeds
 from compgen.dialects.fanuc_ls.program import Program, estimated_memory, program_name
 from compgen.dialects.fanuc_ls.read import interpret
-from compgen.dialects.fanuc_ls.write import as_written, compose, printed, writable_speed
+from compgen.dialects.fanuc_ls.write import as_written, compose, printed, steps, writable_speed
 
 if TYPE_CHECKING:
     from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
@@ -28,6 +28,7 @@ __all__ = [
     "loads",
     "printed",
     "program_name",
+    "steps",
     "writable_speed",
     "written_feeds",
 ]

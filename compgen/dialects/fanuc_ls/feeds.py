@@ -42,8 +42,11 @@ def written_feeds(speed: Array, length: Array) -> Array:
     number, step, late, win, free = by_rows(_rounded_down, speed, length).T
     slow = number * step < _SLOWEST * speed
     if slow.any():
-        worst = float(speed[int(np.argmax(slow))])
-        raise InputError(f"program: a speed of {worst / MM:g} mm/s cannot be written; use 0.05 to 2000 mm/s")
+        n = int(np.argmax(slow))
+        raise InputError(
+            f"waypoint {n + 2}: a speed of {speed[n] / MM:g} mm/s cannot be written on {length[n] / MM:.3g} mm"
+            "; use 0.05 to 2000 mm/s"
+        )
     return np.asarray((number + (diffused(late, win) & (free > 0))) * step)
 
 

@@ -176,6 +176,11 @@ def _cosine_and_sine(units: IntArray, decimals: int) -> tuple[Array, Array]:
     return np.cos(angle).take(size), np.where(units < 0, -sine, sine)
 
 
+def steps(decimals: int = DECIMALS) -> tuple[float, float]:
+    """Between two numbers of a position that the text can say: coordinates [m] and angles [rad]."""
+    return MM / 10**decimals, DEG / 10**decimals
+
+
 def as_written(program: Program, poses: tuple[Array, Array] | None = None) -> Program:
     """The program that its own text says: what ``interpret(compose(program))`` gives, without the text.
 

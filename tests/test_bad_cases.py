@@ -1,0 +1,125 @@
+"""What goes wrong in long programs: limits that bind far and wide, places too close, texts that round over a limit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import path_file, quiet
+
+from compgen import compensate, findings, interior, pipeline
+from compgen.compensate import Status
+from compgen.config import load_job
+from compgen.exceptions import InputError
+from compgen.ik import flange_of, solve
+from compgen.problem import Problem
+
+SAME = 1e-9  # m, of two optima
+
+
+@pytest.fixture(scope="module")
+def spiral():
+    """A spiral of some 4000 waypoints and its free solution."""
+    job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=200"])
+    run = pipeline.predict(job, quiet, pages=False)
+    problem = Problem(
+        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation, run.path.position, run.path.rotation,
+        run.theta, run.rise, run.path.arc, run.path.stop, run.motion,
+    )  # fmt: skip
+    return problem, job.settings, compensate.optimise(problem, job.settings).correction
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.95])
+def test_a_rate_that_binds_far_along_the_path_is_kept_as_the_whole_program_would(spiral, share):
+    """A stretch whose neighbours leave it no room takes in more of them, in the end all."""
+    problem, settings, free = spiral
+    step = np.linalg.norm(np.diff(free[:, :3], axis=0), axis=1) / np.diff(problem.arc)
+    tight = replace(settings, rate=float(np.quantile(step, share)))
+    found = compensate.optimise(problem, tight)
+    assert found.status is Status.LIMITED
+    assert len(found.active) > 0.9 * (1 - share) * len(step)
+    slope = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(problem.arc)
+    assert slope.max() <= tight.rate * (1 + 1e-6)
+    whole, done = interior.solve(problem, tight, free, np.ones(len(free), dtype=bool))
+    assert done
+    assert np.abs(found.correction - whole)[:, :3].max() < SAME
+
+
+def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
+    """Rounding moves a joint by some ten microradians: the limit is kept by what the controller reads."""
+    job = load_job(
+        path_file("optic_spiral"),
+        None,
+        [
+            "path.stepover_mm=100",
+            "robot.sources.joint_zeros.offset_mdeg=[0,0,0,0,-150,0]",
+            "robot.limits.j5_deg=[-125,-52.06]",
+        ],
+    )
+    planned, done = pipeline.generate(job, quiet)
+    assert done.solution.status is Status.LIMITED
+    held = {n for n, limit in done.solution.active if limit == "joint J5 limit"}
+    assert 0.02 < len(held) / len(planned.theta) < 0.5
+    told = next(f.message for f in done.findings if f.code == "compensation.limited")
+    assert "joint J5 limit at waypoints" in told
+    assert len(told) < 300
+    flange = flange_of(done.program.position, done.program.rotation, job.tool_position, job.tool_rotation)
+    theta, _ = solve(job.robot, *flange, job.posture)
+    assert theta[:, 4].max() <= job.robot.upper[4]
+    assert theta[:, 4].max() > job.robot.upper[4] - 1e-4  # rad: no farther inside than rounding asks for
+
+
+def test_limits_that_no_joint_comes_near_are_left_alone(spiral):
+    from compgen.limits import with_room
+
+    assert with_room(spiral[0], (1e-6, 1e-5)) is spiral[0]
+
+
+@pytest.mark.parametrize(
+    ("path", "override", "told"),
+    [
+        # a lift of a tenth of a micrometre: three lines of 33 nm, too slow for any text
+        ("circle_1300", "process.lift_mm=1e-4", r"waypoint 2: a speed of .* on 3.33e-05 mm"),
+        # 10^5 turns: refused before any waypoint is computed
+        ("optic_spiral", "path.stepover_mm=0.005", r"path.stepover_mm: over 10000 turns"),
+    ],
+)
+def test_what_is_too_small_is_refused_in_one_line_that_says_where(path, override, told):
+    with pytest.raises(InputError, match=told):
+        pipeline.generate(load_job(path_file(path), None, [override]), quiet)
+
+
+@pytest.mark.parametrize("lift", [0.0, 1e-6, 1e-5])
+def test_a_lift_of_nanometres_is_no_lift(lift):
+    job = load_job(path_file("circle_1300"), None, [f"process.lift_mm={lift}", "path.diameter_mm=100"])
+    planned, done = pipeline.generate(job, quiet)
+    assert done.inside
+    assert np.diff(planned.path.arc).min() > 1e-4
+
+
+def test_places_that_the_text_rounds_to_one_are_driven():
+    """Waypoints a tenth of a micrometre apart, a micrometre between what a text can say; warnings are errors here."""
+    small = ["path.diameter_mm=0.005", "process.chord_um=0.01", "process.spacing_mm=0.001", "process.lift_mm=0.5"]
+    job = load_job(path_file("circle_1300"), None, [*small, "process.feed_mm_s=0.5"])
+    _, done = pipeline.generate(job, quiet)
+    assert np.linalg.norm(np.diff(done.program.position, axis=0), axis=1).min() == 0
+    assert done.inside
+
+
+def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
+    none = np.zeros((3, 6))
+    stuck = compensate.Solution(none, none, np.eye(3, 6, 1) * [[1e-9], [3e-9], [2e-9]], Status.FAILED, 20, 1e-9, ())
+    told = findings.failed(stuck)
+    assert told.startswith("waypoint 2: ")
+    assert "raise process.chord_um" in told
+
+
+@pytest.mark.parametrize("apart", [1e-6, 1e-7, 1e-9, 1e-11])
+def test_waypoints_next_to_each_other_change_nothing_elsewhere(spiral, apart):
+    """Stiffness grows with the inverse cube of a segment's length: a nanometre would drown all others by 8 um."""
+    problem, settings, free = spiral
+    rows = np.sort(np.concatenate([np.arange(len(free)), np.repeat([0, 700, 2500, len(free) - 1], 3)]))
+    again = np.concatenate([[0], np.cumsum(np.diff(rows) == 0)]) * apart
+    close = replace(problem.window(rows), arc=problem.arc[rows] + again)
+    found = compensate.optimise(close, settings)
+    assert found.status is Status.CONVERGED
+    assert np.abs(found.correction - free[rows])[:, :3].max() < SAME
