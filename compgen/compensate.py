@@ -23,9 +23,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from compgen.arrays import Array, frozen, own
+from compgen.banded import cho_solve_banded, cholesky_banded
 from compgen.limits import hold, violated
 from compgen.problem import Problem, Settings, bands, measure, weights
 

@@ -135,21 +135,32 @@ def disagreement(
         pose: What the expression found there with those growths, (S, 3) [m] and (S, 9).
     """
     model, flange = build_model(robot)
-    places = np.array([p.translation for p in model.jointPlacements][1:])
-    tool = flange * pin.SE3(tool_rotation, tool_position)
-    data = model.createData()
     nominal = evaluate(
         build_fly(robot, tool_position.tobytes(), tool_rotation.tobytes()), theta, np.zeros((1, len(LENGTHS)))
     )
-    far = 0.0
-    for grown, found in ((np.zeros_like(growth), nominal), (growth, pose)):
-        for m, angles in enumerate(theta - robot.pendant_zero):
-            for k, (joint, around) in enumerate(LENGTHS.values()):
-                moved = places[joint - 1].copy()
-                moved[around] += grown[m, k]
-                model.jointPlacements[joint].translation = moved
-            pin.forwardKinematics(model, data, angles)
-            there = data.oMi[6] * tool
-            far = max(far, float(np.abs(there.translation - found[0][m]).max()))
-            far = max(far, float(np.abs(there.rotation.ravel() - found[1][m]).max()))
-    return far
+    places = np.tile([p.translation for p in model.jointPlacements][1:], (len(theta), 1, 1))
+    grown = places.copy()
+    for (joint, along), more in zip(LENGTHS.values(), growth.T):
+        grown[:, joint - 1, along] += more
+    tool = flange * pin.SE3(tool_rotation, tool_position)
+    angles = theta - robot.pendant_zero
+    far = [0.0]
+    for placed, found in ((places[:1], nominal), (grown, pose)):
+        turn, place = _flown(model, angles, placed)
+        apart = (place + turn @ tool.translation - found[0], turn @ tool.rotation - found[1].reshape(-1, 3, 3))
+        far += [float(np.abs(x).max(initial=0.0)) for x in apart]
+    return float(np.max(far))
+
+
+def _flown(model: pin.Model, angles: Array, placed: Array) -> tuple[Array, Array]:
+    """Pinocchio's last joint, (S, 3, 3) and (S, 3) [m], its joints standing at places (S or 1, 6, 3) [m]."""
+    data = model.createData()
+    wrist, joints = data.oMi[6], list(model.jointPlacements)[1:]
+    turn, place = np.empty((len(angles), 3, 3)), np.empty((len(angles), 3))
+    for m, q in enumerate(angles):
+        if m < len(placed):
+            for joint, at in zip(joints, placed[m]):
+                joint.translation = at
+        pin.forwardKinematics(model, data, q)
+        turn[m], place[m] = wrist.rotation, wrist.translation
+    return turn, place

@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pinocchio as pin
-from scipy.interpolate import CubicSpline
 
 from compgen.arrays import Array, own
 from compgen.plant import build_model
@@ -161,6 +160,8 @@ class RealArm:
 
     def _mapped(self, believed: Array, going: tuple[Array, ...]) -> Array:
         """What the measured lines add, (M, 3) [m]."""
+        from scipy.interpolate import CubicSpline  # here: an arm without a map starts without scipy
+
         total = np.zeros_like(believed)
         for line, travel in zip(self.flaws.lines, going):
             s = np.clip(believed[:, line.axis], line.station[0], line.station[-1])

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.dialects.fanuc_ls.pages import Page, Paged, main_program
-from compgen.dialects.fanuc_ls.parting import REMARK, settled
-from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, Program
+from compgen.dialects.fanuc_ls.parting import settled
+from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK, Program
 from compgen.dialects.fanuc_ls.store import Size, Store
 from compgen.dialects.fanuc_ls.write import compose
 from compgen.exceptions import ImpossibleError

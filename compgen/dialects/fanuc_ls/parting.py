@@ -13,13 +13,11 @@ from compgen.dialects.fanuc_ls.inforce import InForce, read_settings
 from compgen.dialects.fanuc_ls.listing import LsProgram
 from compgen.dialects.fanuc_ls.moves import NO_NUMBER
 from compgen.dialects.fanuc_ls.names import page_names
-from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+from compgen.dialects.fanuc_ls.program import CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK
 from compgen.dialects.fanuc_ls.store import Costs, Size, Store, costs
 from compgen.exceptions import ImpossibleError
 
 P = TypeVar("P")
-REMARK = 40.0  # bytes that a remark at a page's head takes at most
-CALL = 50.0  # bytes of a call in the main program besides the name, its message and its pause included
 
 _LOCAL = re.compile(r"(?<![A-Z_])(AR|LR)\[", re.IGNORECASE)
 #: options of a motion that ends elsewhere than at its position

@@ -13,6 +13,8 @@ from compgen.robot import Robot
 
 #: Fitted over real exports: a store's bytes for a program, a single-group position and a motion line.
 MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28
+REMARK = 40.0  # bytes that a remark at a page's head takes at most
+CALL = 50.0  # bytes of a call in the main program besides the name, its message and its pause included
 HAIR = 1e-8  # rad: so near below 180 deg an angle counts as 180
 
 
