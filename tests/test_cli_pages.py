@@ -7,6 +7,8 @@ import pytest
 from test_cli import refused, run
 from test_pages import move, text
 
+from compgen.cli.tables import listed
+
 BASE = {"report.json", "report.html", "waypoints.csv", "LINE_Y.LS"}
 PAGES = {"LINE_Y.pages.json", "LINE_Y_01.LS", "LINE_Y_02.LS", "LINE_Y_03.LS"}
 SMALL = ("--set", "robot.controller.max_lines=60", "--set", "process.page_stops=anywhere")
