@@ -27,10 +27,11 @@ def run(*overrides):
     for n, content in enumerate(files):
         (folder / str(n)).write_bytes(content)
     return len(planned.path.arc), time.perf_counter() - begin, time.process_time() - spent
-for size in sys.argv[6:]:
-    run(*size.split(","))
-    for _ in range(rounds):
-        print(*run(*size.split(",")), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3, flush=True)
+size = sys.argv[6].split(",")
+run(*size)
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3  # of one run, as a user has it
+for _ in range(rounds):
+    print(*run(*size), peak, flush=True)
 """
 
 

@@ -76,6 +76,17 @@ def test_every_operation_that_numpy_knows_has_its_c():
 
 
 @needs_compiler
+def test_least_and_greatest_prefer_a_number_compiled_or_not(compiled):
+    x = ca.SX.sym("x", 2)
+    f = ca.Function("ends", [x], [ca.vertcat(ca.fmin(x[0], x[1]), ca.fmax(x[0], x[1]))])
+    rows = np.tile([[np.nan, 1.0], [1.0, np.nan], [np.nan, np.nan], [-np.inf, 2.0]], (FEW, 1))
+    want = [[1.0, 1.0], [1.0, 1.0], [np.nan, np.nan], [-np.inf, 2.0]]
+    assert np.array_equal(evaluate(f, rows)[0][:4], want, equal_nan=True)
+    evaluation.use(None)
+    assert np.array_equal(evaluate(f, rows)[0][:4], want, equal_nan=True)
+
+
+@needs_compiler
 def test_the_error_model_agrees_to_1e_12(compiled):
     job = load_job(path_file("circle_1300"))
     model = build_error_model(job.robot, job.sources, 5, job.tool_position, job.tool_rotation)
