@@ -1,10 +1,14 @@
 """Edges of the part: nothing, a circle, or a hexagon; convex, so a straight sweep crosses it once."""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array, BoolArray, own
+from compgen.evaluation import evaluate
 
 EDGE_M = 1e-9  # a point this near outside still counts as on the edge
 
@@ -20,40 +24,41 @@ class Boundary:
     def __post_init__(self) -> None:
         own(self, normals=("K", 2), offsets=("K",))
 
-    def contains(self, xy: Array) -> BoolArray:
-        """Whether points lie inside or on the edge, (M, 2) to (M,)."""
-        flat = np.all(xy @ self.normals.T <= self.offsets + EDGE_M, axis=1)
-        return np.asarray(flat & (np.hypot(xy[:, 0], xy[:, 1]) <= self.radius + EDGE_M))
-
     def table(self) -> Array:
-        """Each side's normal and offset, and the radius, with what still counts as on the edge, (1, 3 K + 1)."""
+        """What ``room_expr`` takes: each side's normal and offset, and the radius, (1, 3 K + 1)."""
         sides = np.column_stack([self.normals, self.offsets + EDGE_M])
         return np.append(sides.ravel(), self.radius + EDGE_M)[None]
 
-    def clip(self, y: float) -> tuple[float, float] | None:
-        """Where the line at this y enters and leaves [m]; None when it misses."""
-        low, high = -np.inf, np.inf
+    def contains(self, xy: Array) -> BoolArray:
+        """Whether points lie inside or on the edge, (M, 2) to (M,)."""
+        return np.asarray(evaluate(_room(len(self.normals)), self.table(), xy)[0][:, 0] >= 0)
+
+    def clip(self, y: Array | float) -> Array:
+        """Where lines at these y enter and leave [m], (..., 2); not numbers where a line misses."""
+        y = np.asarray(y, dtype=float)
+        low, high, meets = np.full(y.shape, -np.inf), np.full(y.shape, np.inf), np.full(y.shape, True)
         if np.isfinite(self.radius):
-            if abs(y) >= self.radius:
-                return None
-            high = float(np.sqrt(self.radius**2 - y**2))
+            high = np.sqrt(np.maximum(self.radius**2 - y**2, 0.0))
             low = -high
         for (nx, ny), offset in zip(self.normals, self.offsets):
-            room = float(offset - ny * y)
+            room = offset - ny * y
             if abs(nx) < 1e-12:
-                if room < 0:
-                    return None
+                meets &= room >= 0
             elif nx > 0:
-                high = min(high, room / nx)
+                high = np.minimum(high, room / nx)
             else:
-                low = max(low, room / nx)
-        return (low, high) if high - low > EDGE_M else None
+                low = np.maximum(low, room / nx)
+        meets &= high - low > EDGE_M
+        return np.where(meets[..., None], np.stack([low, high], axis=-1), np.nan)
 
-    def widest(self, y0: float, y1: float) -> tuple[float, float]:
-        """Smallest and largest x of the part between two lines that meet it [m]."""
-        points = [(x, y) for y in (y0, y1) for x in self.clip(y) or ()]
-        points += [(x, y) for x, y in self._extremes() if min(y0, y1) < y < max(y0, y1)]
-        return min(x for x, _ in points), max(x for x, _ in points)
+    def widest(self, y0: Array | float, y1: Array | float) -> Array:
+        """Smallest and largest x of the part between two lines that meet it [m], (..., 2)."""
+        ends = self.clip(y0), self.clip(y1)
+        low, high = np.minimum(ends[0][..., 0], ends[1][..., 0]), np.maximum(ends[0][..., 1], ends[1][..., 1])
+        for x, y in self._extremes():
+            between = (np.minimum(y0, y1) < y) & (y < np.maximum(y0, y1))
+            low, high = np.where(between, np.minimum(low, x), low), np.where(between, np.maximum(high, x), high)
+        return np.stack([low, high], axis=-1)
 
     def _extremes(self) -> list[tuple[float, float]]:
         """Corners, or the circle's points of smallest and largest x."""
@@ -75,6 +80,20 @@ class Boundary:
             return self.radius
         angles = np.arctan2(self.normals[:, 1], self.normals[:, 0]) + np.pi / len(self.normals)
         return float(min(self.radius, self.circumradius() * np.abs(np.sin(angles)).max()))
+
+
+def room_expr(edge: Any, xy: Any) -> Any:
+    """How far a point (2, 1) lies inside an edge, a row of ``Boundary.table``: negative outside [m]."""
+    room = edge[-1] - ca.norm_2(xy)
+    for k in range(edge.numel() // 3):
+        room = ca.fmin(room, edge[3 * k + 2] - ca.dot(edge[3 * k : 3 * k + 2], xy))
+    return room
+
+
+@lru_cache(maxsize=4)
+def _room(sides: int) -> Any:
+    edge, xy = ca.SX.sym("edge", 3 * sides + 1), ca.SX.sym("xy", 2)
+    return ca.Function("room", [edge, xy], [room_expr(edge, xy)])
 
 
 def unbounded() -> Boundary:

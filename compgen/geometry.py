@@ -1,15 +1,15 @@
 """The exact path, and what is asked of it: expressions of a piece, a surface and a parameter, at many points."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array, BoolArray, IntArray
-from compgen.boundaries import Boundary
+from compgen.arrays import Array, BoolArray, IntArray, frozen
+from compgen.boundaries import Boundary, room_expr
 from compgen.evaluation import Picked, evaluate
 from compgen.pieces import Pieces, curve_expr, height_expr
 from compgen.surfaces import Quadric, along_expr, lift_expr, refuse_ended
@@ -31,6 +31,10 @@ class Geometry:
     surface: Quadric
     boundary: Boundary
     spin: float  # [rad] the tool's x axis against base x, about base z
+    table: Array = field(init=False)  # (K, 22) of the pieces
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "table", frozen(self.pieces.table()))
 
     def spacing(self, piece: IntArray, t: Array, chord: float, widest: float = MAX_SPACING) -> tuple[Array, Array]:
         """|dP/dt| and the waypoint spacing there, (M,) each [m]."""
@@ -90,7 +94,7 @@ class Geometry:
         return self._ask(functions().at, piece, np.column_stack([span, whole, fraction]))[0][:, 0]
 
     def _ask(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
-        return evaluate(function, Picked(self.pieces.table(), piece), self.surface.table(), *rows)
+        return evaluate(function, Picked(self.table, piece), self.surface.table(), *rows)
 
     def axis(self) -> Array:
         """Cosine and sine of the spin, (1, 2)."""
@@ -220,14 +224,12 @@ def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any) -> tuple[Any, Any, A
 def build_pose(sides: int) -> Any:
     """Of a row of ``Pieces.table``, one of ``Quadric.table``, t, (cos, sin) and a ``Boundary.table`` of so many sides.
 
-    Gives position, rotation (9, row by row), there, and the distance from the edge, negative outside.
+    Gives position, rotation (9, row by row), there, and how far inside the edge.
     """
     piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
     axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * sides + 1)
     xy = curve_expr(piece, t)[0]
     position, rotation, there = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis)
-    room = edge[3 * sides] - ca.norm_2(xy)
-    for k in range(sides):
-        room = ca.fmin(room, edge[3 * k + 2] - ca.dot(edge[3 * k : 3 * k + 2], xy))
+    room = room_expr(edge, xy)
     outputs = ca.cse([position, ca.vec(rotation.T), there, room])
     return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

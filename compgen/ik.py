@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array
+from compgen.arrays import Array, extent
 from compgen.evaluation import evaluate
 from compgen.exceptions import InputError, JointLimitError, SingularityError, UnreachableError
 from compgen.robot import Robot
@@ -236,11 +236,14 @@ def _refuse_out_of_reach(position: Array, margin: Array) -> None:
 
 def _refuse_shoulder(robot: Robot, position: Array, rotation: Array) -> None:
     """The wrist centre's distance from the J1 axis, at and between waypoints."""
-    W = (position - np.cos(robot.alpha[5]) * robot.d[5] * rotation[:, :, 2])[:, :2]
-    step = np.diff(W, axis=0)
-    size = np.einsum("ni,ni->n", step, step)
-    u = np.clip(-np.einsum("ni,ni->n", W[:-1], step) / np.where(size > 0, size, 1.0), 0, 1)
-    distance = np.concatenate([np.hypot(*W[:1].T), np.hypot(*(W[:-1] + u[:, None] * step).T)])
+    back = np.cos(robot.alpha[5]) * robot.d[5]
+    x, y = (position[:, i] - back * rotation[:, i, 2] for i in (0, 1))
+    dx, dy = np.diff(x), np.diff(y)
+    size = dx * dx + dy * dy
+    if np.sqrt((x * x + y * y).min()) - np.sqrt(size.max(initial=0.0)) > robot.shoulder_margin:
+        return  # no step leads near enough
+    u = np.clip(-(x[:-1] * dx + y[:-1] * dy) / np.where(size > 0, size, 1.0), 0, 1)
+    distance = np.concatenate([np.hypot(x[:1], y[:1]), np.hypot(x[:-1] + u * dx, y[:-1] + u * dy)])
     near = np.flatnonzero(distance < robot.shoulder_margin)
     if len(near):
         n = int(near[np.argmin(distance[near])])
@@ -278,7 +281,8 @@ def _refuse_wrist(robot: Robot, theta: Array) -> None:
 
 def refuse_limits(robot: Robot, theta: Array) -> None:
     """Raises JointLimitError at the first waypoint beyond a limit, naming the joint that is farthest over."""
-    if np.all(theta.min(axis=0) >= robot.lower - 1e-12) and np.all(theta.max(axis=0) <= robot.upper + 1e-12):
+    lowest, highest = extent(theta)
+    if np.all(lowest >= robot.lower - 1e-12) and np.all(highest <= robot.upper + 1e-12):
         return
     over = np.maximum(robot.lower - theta, theta - robot.upper)
     bad = np.flatnonzero((over > 1e-12).any(axis=1))

@@ -61,17 +61,16 @@ class JointCurve:
 
         def of_degree(d: int, at: IntArray | slice) -> Array:
             windows = np.lib.stride_tricks.sliding_window_view(self.knots.ravel(), 7 * (d + 1))[::7]
-            nodes = Picked(windows, begin[at])
+            nodes = Picked(windows, np.minimum(begin[at], len(windows) - 1))
             return evaluate(build_derivatives(d)[name], s[at, None], nodes, per_limit, *(r[at] for r in rows))[0]
 
-        if degree.min() == degree.max():
-            return of_degree(int(degree[0]), slice(None))
-        out = np.empty((len(s), 6 if name == "shares" else 18))
-        for d in DEGREES:
+        highest = int(degree.max())
+        found = of_degree(highest, slice(None))  # all in order; those of lower degree, few as a rule, once more
+        for d in [d for d in DEGREES if d < highest]:
             at = np.flatnonzero(degree == d)
             if len(at):
-                out[at] = of_degree(d, at)
-        return out
+                found[at] = of_degree(d, at)
+        return found
 
 
 def chunks(count: int) -> Iterator[slice]:

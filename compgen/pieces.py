@@ -51,6 +51,10 @@ class Pieces:
         h0, h1 = self.lift[piece].T
         return h0 + h1 * t, h1
 
+    def only(self, rows: IntArray) -> "Pieces":
+        """Some of the pieces, in this order."""
+        return Pieces(*(getattr(self, name)[rows] for name in Pieces.__slots__))
+
     def end(self) -> tuple[float, float]:
         """Where the last piece ends [m]."""
         p, _, _ = self.plane_curve(np.array([len(self.poly) - 1]), np.array([1.0]))
@@ -92,11 +96,16 @@ def join(*parts: Pieces) -> Pieces:
 
 def line(start: Sequence[float], end: Sequence[float], *, stop: bool = False, working: bool = True) -> Pieces:
     """Straight from start to end, (x, y) or (x, y, height) [m]."""
-    a, b = np.zeros(3), np.zeros(3)
-    a[: len(start)], b[: len(end)] = start, end
-    poly = np.zeros((1, DEGREE + 1, 2))
-    poly[0, 0], poly[0, 1] = a[:2], (b - a)[:2]
-    return Pieces(poly, np.zeros((1, 4)), np.array([[a[2], b[2] - a[2]]]), np.array([stop]), np.array([working]))
+    return lines(np.array([start], dtype=float), np.array([end], dtype=float), np.array([stop]), np.array([working]))
+
+
+def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> Pieces:
+    """The same for many, one after the other, (K, 2) or (K, 3) [m] and (K,)."""
+    poly, lift = np.zeros((len(start), DEGREE + 1, 2)), np.zeros((len(start), 2))
+    poly[:, 0], poly[:, 1] = start[:, :2], end[:, :2] - start[:, :2]
+    if start.shape[1] == 3:
+        lift[:, 0], lift[:, 1] = start[:, 2], end[:, 2] - start[:, 2]
+    return Pieces(poly, np.zeros((len(start), 4)), lift, stop, working)
 
 
 def spiral(
@@ -124,12 +133,18 @@ def turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float],
     Septic Hermite with p' = +/- ``reach`` heading and p'' = p''' = 0 at the ends, so that curvature and its rate
     run on without a jump and the robot need not stop.
     """
-    a, b, v = (np.asarray(x, dtype=float) for x in (start, end, heading))
-    c = np.zeros((DEGREE + 1, 2))
-    c[0], c[1] = a, reach * v
-    gap, slope = b - a - c[1], -reach * v - c[1]
+    a, b, v = (np.array([x], dtype=float) for x in (start, end, heading))
+    return turns(a, b, v, reach)
+
+
+def turns(start: Array, end: Array, heading: Array, reach: float) -> Pieces:
+    """The same for many, (K, 2) each."""
+    K = len(start)
+    c = np.zeros((K, DEGREE + 1, 2))
+    c[:, 0], c[:, 1] = start, reach * heading
+    gap, slope = end - start - c[:, 1], -reach * heading - c[:, 1]
     # c4..c7 from p(1), p'(1), p''(1) = 0, p'''(1) = 0
     system = np.array([[1, 1, 1, 1], [4, 5, 6, 7], [12, 20, 30, 42], [24, 60, 120, 210]], dtype=float)
-    c[4:] = np.linalg.solve(system, np.array([gap, slope, [0, 0], [0, 0]]))
-    off = np.array([False])
-    return Pieces(c[None], np.zeros((1, 4)), np.zeros((1, 2)), off, off)
+    c[:, 4:] = np.linalg.solve(system, np.stack([gap, slope, 0 * gap, 0 * gap], axis=1))
+    off = np.zeros(K, dtype=bool)
+    return Pieces(c, np.zeros((K, 4)), np.zeros((K, 2)), off, off)

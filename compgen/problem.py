@@ -18,7 +18,7 @@ from compgen.evaluation import evaluate
 from compgen.ik import Posture, branch_expr
 from compgen.predict import ErrorModel
 from compgen.robot import Robot
-from compgen.rotations import matrix_of, rotation_matrix_expr, rotation_vector_expr
+from compgen.rotations import rotation_matrix_expr, rotation_vector_expr
 from compgen.sources import STILL, Motion
 
 STEPS = 3
@@ -56,7 +56,8 @@ class Problem:
 
     def commanded(self, correction: Array) -> tuple[Array, Array]:
         """Poses that the program names, (N, 3) [m] and (N, 3, 3)."""
-        return self.position + correction[:, :3], self.rotation @ matrix_of(correction[:, 3:])
+        position, rotation = evaluate(build_commanded(), self.position, self.rotation.reshape(-1, 9), correction)
+        return position, rotation.reshape(-1, 3, 3)
 
     def joints(self, correction: Array) -> tuple[Array, Array]:
         """Joints of the commanded poses on the program's branch (N, 6) [rad], and the reach margin (N,) [m]."""
@@ -98,6 +99,14 @@ class Problem:
             motion=self.motion.window(rows),
             **{f: getattr(self, f)[rows] for f in ("position", "rotation", "theta", "rise", "arc", "stop")},
         )
+
+
+@lru_cache(maxsize=1)
+def build_commanded() -> Any:
+    """(target's position (3) and rotation (9, row by row), c (6)) -> position, rotation that the program names."""
+    p, rows, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("c", 6)))
+    rotation = ca.reshape(rows, 3, 3).T @ rotation_matrix_expr(c[3:])
+    return ca.Function("commanded", [p, rows, c], [p + c[:3], ca.vec(rotation.T)])
 
 
 class Functions:

@@ -127,10 +127,8 @@ def build(
         )
     # a piece that is dust hands its stop to the one before
     stops = pattern.stop.copy()
-    for k in np.flatnonzero(~keep & pattern.stop):
-        before = np.flatnonzero(keep[:k])
-        if len(before):
-            stops[before[-1]] = True
+    before = np.maximum.accumulate(np.where(keep, np.arange(len(keep)), -1))[~keep & stops]
+    stops[before[before >= 0]] = True
     segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), MIN_SEGMENTS), 0).astype(np.int64)
     some = np.flatnonzero(segments)
     for _ in range(REFINEMENTS):

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray, norm, own
+from compgen.arrays import Array, IntArray, extent, norm, own
 from compgen.clock import clock
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, blocks_of, evaluate
@@ -344,7 +344,8 @@ def _in_turn(count: int, work: Callable[[int, int], Ride]) -> Iterator[Ride]:
 
 def theta_over(robot: Robot, theta: Array) -> float:
     """How far any joint is beyond its limits, at most [rad]; below zero inside."""
-    return float(max((robot.lower - theta.min(axis=0)).max(), (theta.max(axis=0) - robot.upper).max()))
+    lowest, highest = extent(theta)
+    return float(max((robot.lower - lowest).max(), (highest - robot.upper).max()))
 
 
 def refuse_unlike(line: IntArray, off: Array, turned: Array) -> None:

@@ -18,6 +18,9 @@ from compgen.units import MDEG, UM
 FEW = 64  # of so many values one is looked at first, for where the percentile lies
 
 UNKNOWN = -1.0  # in place of a parameter
+#: size of the position error; along the direction of travel; across it, in the surface; along the tool axis, away from
+#: the surface; between the tool axes
+COMPONENTS = ("total", "feed", "cross", "normal", "axis_angle")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +40,11 @@ class Deviation:
     arc: Array  # (M,) [m]
     time: Array  # (M,) [s]
     error: Array  # (M, 3) [m] base axes
-    feed: Array  # (M,) [m] along the direction of travel
-    cross: Array  # (M,) [m] across it, in the surface
     normal: Array  # (M,) [m] along the tool axis, away from the surface
-    angle: Array  # (M,) [rad] between the tool axes
-    extents: dict[str, Extent]  # of total, feed, cross, normal and axis_angle
+    extents: dict[str, Extent]  # of COMPONENTS
 
     def __post_init__(self) -> None:
-        own(self, error=("M", 3), **{n: ("M",) for n in ("arc", "time", "feed", "cross", "normal", "angle")})
+        own(self, arc=("M",), time=("M",), error=("M", 3), normal=("M",))
 
     def total(self) -> Array:
         """Size of the position error, (M,) [m]."""
@@ -80,8 +80,8 @@ def deviation(path: ToolPath, *rides: Ride) -> Deviation:
 
 def deviations(path: ToolPath, samples: int, rides: Iterable[Ride]) -> Deviation:
     """The same for a ride that comes in stretches, of so many samples in all, keeping no more than the comparison."""
-    error = np.empty((samples, 3))
-    arc, time, feed, cross, normal, angle = (np.empty(samples) for _ in range(6))
+    arc, time, error = np.empty(samples), np.empty(samples), np.empty((samples, 3))
+    feed, cross, normal, angle = (np.empty(samples) for _ in range(4))
     at = 0
     for ride in rides:
         rows = slice(at, at + len(ride.time))
@@ -89,15 +89,10 @@ def deviations(path: ToolPath, samples: int, rides: Iterable[Ride]) -> Deviation
         arc[rows], error[rows], parts = _compared(path, ride)
         feed[rows], cross[rows], normal[rows], angle[rows] = parts.T
     weight = _lengths(arc)
-    extents = {
-        name: _extent(values, weight, arc)
-        for name, values in (
-            ("total", sizes(error)), ("feed", np.abs(feed)), ("cross", np.abs(cross)), ("normal", np.abs(normal)),
-            ("axis_angle", angle),
-        )
-    }  # fmt: skip
-    columns = {"arc": arc, "time": time, "feed": feed, "cross": cross, "normal": normal, "angle": angle}
-    return Deviation(error=frozen(error), extents=extents, **{name: frozen(c) for name, c in columns.items()})
+    extents = {"total": _extent(sizes(error), weight, arc)}
+    for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle)):
+        extents[name] = _extent(np.abs(values), weight, arc)
+    return Deviation(frozen(arc), frozen(time), frozen(error), frozen(normal), extents)
 
 
 def _lengths(arc: Array) -> Array:
@@ -138,8 +133,8 @@ def _parts() -> Any:
     Inputs: piece (22), surface (15) and axis (2) as ``Geometry`` has them; the segment's span (2) and slope (2), the
     fraction of it; its parameter there, where that is known; actual position (3), rotation (9, row by row).
     """
-    sizes = {"piece": 22, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
-    inputs = [ca.SX.sym(name, size) for name, size in sizes.items()]
+    widths = {"piece": 22, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
+    inputs = [ca.SX.sym(name, size) for name, size in widths.items()]
     piece, surface, axis, span, slope, u, known, q, s = inputs
     t = ca.if_else(known > UNKNOWN, known, even_expr(span, slope, u))
     p, r, travel = functions().place(piece, surface, t, axis)
@@ -155,7 +150,7 @@ def _parts() -> Any:
 
 
 def _extent(values: Array, weight: Array, arc: Array) -> Extent:
-    """Of sizes at samples, none below zero, (M,) each."""
+    """Of sizes (M,), each for a length of path (M,) [m] at an arc length (M,) [m]."""
     worst = int(np.argmax(values))
     return Extent(float(values[worst]), percentile99(values, weight), rms(values, weight), float(arc[worst]))
 
@@ -195,7 +190,7 @@ def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:
 
 def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
     """One finding for each bound that is broken, naming where it is worst."""
-    total, feed, cross, normal, angle = deviation.extents.values()
+    total, feed, cross, normal, angle = (deviation.extents[name] for name in COMPONENTS)
     checks = [
         ("max_um", total, total.max, bounds.max),
         ("p99_um", total, total.p99, bounds.p99),

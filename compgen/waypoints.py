@@ -8,13 +8,14 @@ reversal asks for more waypoints than the path's own chord does; thermal growth 
 import numpy as np
 
 from compgen import ik, toolpath
-from compgen.arrays import Array
+from compgen.arrays import Array, norm
 from compgen.job import Job
 from compgen.predict import ErrorModel
-from compgen.sources import ThermalGrowth, memory_of, motion_of
+from compgen.sources import STILL, ThermalGrowth, memory_of, motion_of
 from compgen.toolpath import ToolPath
 
 SAMPLES, ROUNDS = 4, 4  # places in a segment where its error is looked at, rounds of cutting
+STRETCH = 4096  # segments at a time
 CURVED = 0.3  # of the chord: how far the error may bend away from a line within a segment
 
 
@@ -51,16 +52,20 @@ def followed(job: Job, model: ErrorModel, path: ToolPath, feed: float, rise: Arr
 def _bend(job: Job, model: ErrorModel, path: ToolPath, theta: Array, rise: Array) -> Array:
     """How far each segment's error bends away from the line between its ends, (N - 1,) [m]."""
     S = len(path.arc) - 1
+    memory, motion, found = memory_of(job.sources), STILL, np.empty(S)
     inner = np.arange(SAMPLES) / SAMPLES
-    segment, fraction = np.append(np.repeat(np.arange(S), SAMPLES), S - 1), np.append(np.tile(inner, S), 1.0)
-    position, rotation, _ = path.at(segment, fraction)
-    between = theta[segment] + fraction[:, None] * np.diff(theta, axis=0)[segment]
-    joints = ik.nearest_turns(ik.solve(job.robot, *_flange(job, position, rotation), job.posture)[0], between)
-    motion = motion_of(memory_of(job.sources), joints, position)
-    error = model.error(joints, rise[None], position, rotation, motion)[:, :3]
-    ends = error[::SAMPLES]
-    line = ends[:-1, None] + inner[:, None] * np.diff(ends, axis=0)[:, None]
-    return np.asarray(np.linalg.norm(error[:-1].reshape(S, SAMPLES, 3) - line, axis=2).max(axis=1))
+    for at in range(0, S, STRETCH):
+        some = np.arange(at, min(at + STRETCH, S))
+        segment, fraction = np.append(np.repeat(some, SAMPLES), some[-1]), np.append(np.tile(inner, len(some)), 1.0)
+        position, rotation, _ = path.at(segment, fraction)
+        between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
+        joints = ik.nearest_turns(ik.solve(job.robot, *_flange(job, position, rotation), job.posture)[0], between)
+        motion = motion_of(memory, joints, position, motion)
+        error = model.actual_pose(joints, rise[None], motion)[0] - position
+        ends = error[::SAMPLES]
+        line = ends[:-1, None] + inner[:, None] * np.diff(ends, axis=0)[:, None]
+        found[some] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)
+    return found
 
 
 def _flange(job: Job, position: Array, rotation: Array) -> tuple[Array, Array]:

@@ -56,6 +56,7 @@ ONLY = {
     "casadi": {
         "evaluation",
         "rotations",
+        "boundaries",
         "pieces",
         "surfaces",
         "geometry",

@@ -114,6 +114,33 @@ def test_picked_rows_and_single_rows(compiled):
         evaluate(f, Picked(table, index + 10), np.array([[2.0]]))
 
 
+@needs_compiler
+def test_the_smaller_and_larger_of_what_is_no_number_is_the_other(compiled):
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    f = ca.Function("f", [x, y], [ca.fmin(x, y), ca.fmax(x, y)])
+    some = np.array([1.0, 2.0, np.nan, np.inf, -np.inf, -3.0])
+    a, b = (np.tile(v.ravel(), FEW)[:, None] for v in np.meshgrid(some, some))
+    got = evaluate(f, a, b)
+    assert len(list(compiled.glob("*.so"))) == 1
+    assert np.array_equal(got[0], np.fmin(a, b), equal_nan=True)
+    assert np.array_equal(got[1], np.fmax(a, b), equal_nan=True)
+
+
+@needs_compiler
+def test_rows_may_lie_apart_and_overlap(compiled):
+    x = ca.SX.sym("x", 3)
+    f = ca.Function("f", [x], [2 * x])
+    wide, line = np.arange(8.0 * FEW).reshape(FEW, 8), np.arange(FEW + 2.0)
+    three = np.lib.stride_tricks.sliding_window_view(line, 3)
+    back, index = np.arange(FEW)[::-1], np.arange(FEW)
+    for _ in range(2):
+        for rows in (wide[:, 2:5], wide[:, 6:0:-2], wide[::-1, :3], three, wide.astype(np.float32)[:, :3]):
+            assert np.array_equal(evaluate(f, rows)[0], 2 * rows)
+            assert np.array_equal(evaluate(f, Picked(rows, back))[0], 2 * rows[::-1])
+            assert np.array_equal(evaluate(f, Picked(rows[:1], 0 * index))[0], 2 * rows[0] + 0 * rows)
+        evaluation.use(None)
+
+
 def _load_in_another_process(folder, source, answers):
     answers.put(load(find_compiler(folder), source, lambda: source) is not None)
 

@@ -60,7 +60,7 @@ def test_a_millimetre_of_error_goes_down_to_rounding_and_chord(raster):
     assert corrected.inside
     assert corrected.solution.status is Status.CONVERGED
     assert corrected.deviation.total().max() < 1.5 * UM  # straight sweeps in both directions
-    assert corrected.deviation.angle.max() < 3 * MDEG
+    assert corrected.deviation.extents["axis_angle"].max < 3 * MDEG
     assert job.bounds.max < 3 * UM
 
 

@@ -26,7 +26,6 @@ from compgen import (
     surfaces,
     timing,
     toolpath,
-    verify,
 )
 from compgen.boundaries import unbounded
 from compgen.config import load_job
@@ -162,7 +161,7 @@ def test_a_hundred_thousand_sharp_corners_are_timed_together():
     stop[::4] = True
     begin = time.process_time()
     motion = timing.retime(ROBOT, arc, theta, stop, 0.02)
-    assert time.process_time() - begin < 30
+    assert time.process_time() - begin < 12
     assert motion.use.max() <= 1
     assert_allclose(motion.phases.at(motion.time[stop])[1], 0, atol=1e-9)
     one = timing.retime(ROBOT, arc[:5], theta[:5], stop[:5], 0.02)
@@ -261,16 +260,6 @@ def test_the_band_is_scipys_butterworth_forth_and_back():
     band = butter(4, [1 / ripple.BAND[1], 1 / ripple.BAND[0]], "bandpass", fs=1 / ripple.STEP, output="sos")
     inside = slice(ripple.AROUND, -ripple.AROUND)
     assert_allclose(ripple.band_passed(run)[inside], sosfiltfilt(band, run)[inside], atol=1e-9)
-
-
-def test_percentile_of_bins_is_the_percentile_of_all():
-    rng = np.random.default_rng(9)
-    for values in (rng.random(20_000), rng.exponential(size=20_000) ** 3, np.r_[np.zeros(19_900), rng.random(100)]):
-        weight = rng.random(len(values))
-        order = np.argsort(values, kind="stable")
-        below = np.cumsum(weight[order])
-        want = values[order][np.searchsorted(below, 0.99 * below[-1])]
-        assert verify.percentile99(values, weight) == pytest.approx(want, abs=1e-3 * np.ptp(values) / 1000)
 
 
 def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):

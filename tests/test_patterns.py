@@ -1,5 +1,6 @@
 """Sizes of the patterns by hand formula, and the promises of the raster at the part's edge."""
 
+import time
 from functools import cache
 from itertools import pairwise
 
@@ -277,7 +278,7 @@ def test_sweeps_are_cut_where_they_cross_the_edge():
     table = raster("hexagon 17", 0.02, 0.03, False)
     ends = {round(float(x), 9) for k in np.flatnonzero(is_sweep(table)) for x in table.poly[k, :2, 0].cumsum()}
     for y in sweeps(table)[:, 0]:
-        assert {round(x, 9) for x in part.clip(float(y))} <= ends
+        assert {round(float(x), 9) for x in part.clip(float(y))} <= ends
 
 
 def test_a_part_that_no_sweep_meets_is_refused():
@@ -293,3 +294,19 @@ def test_a_stepover_wider_than_the_part_leaves_one_sweep_through_its_middle():
 def test_finer_stepover_gives_a_longer_raster():
     sizes = [length(raster("hexagon 0", s, 0.01, False)) for s in (0.08, 0.04, 0.02)]
     assert all(b > 1.8 * a for a, b in pairwise(sizes))
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_raster_of_one_sweep_has_no_turn(smooth):
+    table = patterns.raster(boundaries.circle(0.1), 0.2, 0.01, smooth)
+    assert len(table.poly) == 3
+    assert table.stop.tolist() == [False, False, True]
+    assert_allclose([*table.start(), *table.end()], [-0.06, 0, 0.06, 0], atol=ATOL_M)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_fifty_thousand_sweeps_are_laid_together(smooth):
+    begin = time.process_time()
+    table = patterns.raster(boundaries.circle(0.04), 8e-7, 1e-3, smooth)
+    assert time.process_time() - begin < 2
+    assert table.stop.sum() == (1 if smooth else 99_999)

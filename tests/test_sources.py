@@ -366,11 +366,27 @@ def test_direction_does_not_depend_on_how_a_way_is_cut(cell):
     assert_allclose(found[0].direction[1], 1 - left, atol=1e-15)  # Dahl, from nothing known
 
 
-def test_relaxed_is_the_recursion():
+def test_a_way_driven_in_parts_is_remembered_as_the_whole(cell):
+    memory = so.memory_of(cell.sources)
+    rng = np.random.default_rng(1)
+    theta, place = 0.01 * rng.normal(size=(50, 6)).cumsum(axis=0), 0.01 * rng.normal(size=(50, 3)).cumsum(axis=0)
+    whole = so.motion_of(memory, theta, place)
+    first = so.motion_of(memory, theta[:21], place[:21])
+    second = so.motion_of(memory, theta[20:], place[20:], first)
+    for name in ("direction", "travel"):
+        assert_allclose(getattr(second, name), getattr(whole, name)[20:], atol=1e-14)
+        assert np.abs(getattr(first, name)[-1]).max() > 0.1  # the set-up bites
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2, 3, 37, 100])
+def test_relaxed_is_the_recursion(steps):
     rng = np.random.default_rng(0)
-    goal, keep = rng.uniform(-1, 1, (37, 3)), rng.uniform(0, 1, (37, 3))
-    x = np.zeros(3)
-    for n, row in enumerate(relaxed(goal, keep)[1:]):
+    goal, keep = rng.uniform(-1, 1, (steps, 3)), rng.uniform(0, 1, (steps, 3))
+    x = rng.uniform(-1, 1, 3)
+    found = relaxed(goal, keep, x)
+    assert found.shape == (steps + 1, 3)
+    assert np.array_equal(found[0], x)
+    for n, row in enumerate(found[1:]):
         x = goal[n] + keep[n] * (x - goal[n])
         assert_allclose(row, x, atol=1e-14)
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from compgen import boundaries, ik, patterns, pieces, surfaces, timing, toolpath
+from compgen import boundaries, ik, motion, patterns, pieces, ramps, surfaces, timing, toolpath
 from compgen.config import load_job
 from compgen.exceptions import ImpossibleError
 
@@ -195,6 +195,28 @@ def test_when_inverts_where():
     _, motion = driven("spiral", 1.5)
     t = np.sort(np.random.default_rng(8).uniform(0, motion.time[-1], 5000))
     assert_allclose(motion.phases.time_at(motion.phases.at(t)[0]), t, atol=1e-6)  # s, flat at the stops
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_roots_are_found_also_where_a_function_is_flat(power):
+    rng = np.random.default_rng(5)
+    want, high = rng.uniform(0, 1, 500) ** 3, np.ones(500)
+    want[:3] = 0, 1, 1e-12
+
+    def beyond(x):
+        return x**power - want**power, power * x ** (power - 1)
+
+    for guess in (0.0, 0.5, 1.0):
+        found = ramps.rising_root(beyond, 0 * high, high, guess * high)
+        assert_allclose(found, want, rtol=1e-14, atol=1e-9)
+
+
+def test_last_before_is_what_a_search_finds():
+    rng = np.random.default_rng(6)
+    few, many = (np.sort(np.round(rng.uniform(0, 1, n), 2)) for n in (20, 500))  # many are met exactly, some twice
+    for edges, places in ((few, many), (many, few), (few, many[:0]), (few, few)):
+        want = [np.flatnonzero(edges <= s).max(initial=-1) for s in places]
+        assert motion.last_before(edges, places).tolist() == want
 
 
 def test_study_circle_runs_at_feed_but_for_its_ramps():

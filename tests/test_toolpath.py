@@ -316,3 +316,14 @@ def test_path_without_length_is_refused():
 def test_path_beyond_its_surface_is_refused():
     with pytest.raises(InputError, match="radius_of_curvature_m"):
         path(patterns.circle(4.0))
+
+
+def test_a_piece_that_is_dust_hands_its_stop_to_the_piece_before():
+    dust = pieces.line((0.1, 0.0), (0.1 + 1e-13, 0.0), stop=True)
+    way = pieces.join(
+        pieces.line((0.0, 0.0), (0.1, 0.0)), dust, dust, pieces.line((0.1, 0.0), (0.1, 0.1)), dust,
+        pieces.line((0.1, 0.1), (0.2, 0.1), stop=True),
+    )  # fmt: skip
+    tool = path(way, "plane", lift=0.0)
+    corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.2, 0.1, 0]]
+    assert_allclose(tool.position[tool.stop] - tool.position[0], corners, atol=1e-9)

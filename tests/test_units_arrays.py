@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen import units
-from compgen.arrays import Array, BoolArray, IntArray, dot, frozen, own, unit
+from compgen.arrays import Array, BoolArray, IntArray, dot, extremes, frozen, own, sizes, steps, unit
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -109,3 +109,11 @@ def test_unit_keeps_the_direction_and_takes_the_length():
     assert_allclose(np.linalg.norm(unit(a), axis=1), 1, rtol=1e-15)
     assert_allclose(unit(a) * np.linalg.norm(a, axis=1)[:, None], a, rtol=1e-14)
     assert_allclose(unit(np.array([[3.0, 0, 4]])), [[0.6, 0, 0.8]], rtol=1e-15)
+
+
+@pytest.mark.parametrize(("count", "width"), [(1, 3), (7, 6), (8, 1), (20, 3), (21, 3)])
+def test_rows_in_blocks_are_measured_as_all_at_once(count, width):
+    rows = np.random.default_rng(4).normal(size=(count, width + 1))[:, 1:]
+    assert np.array_equal(sizes(rows, 4), np.linalg.norm(rows, axis=1))
+    assert np.array_equal(steps(rows, 4), np.linalg.norm(np.diff(rows, axis=0), axis=1))
+    assert np.array_equal(extremes(rows, 4), (rows.min(axis=0), rows.max(axis=0)))

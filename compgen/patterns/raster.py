@@ -1,9 +1,11 @@
 """Parallel sweeps along x, there and back, clipped to the part; they turn outside it."""
 
-from itertools import pairwise
 from math import ceil
 
+import numpy as np
+
 from compgen import pieces
+from compgen.arrays import Array
 from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
 from compgen.pieces import Pieces
@@ -23,27 +25,32 @@ def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> Pi
     """
     half = boundary.half_height()
     count = max(1, ceil(2 * half / stepover - 1e-9))
-    levels = [stepover * (i - (count - 1) / 2) for i in range(count)]
-    spans = [(y, *span) for y in levels if (span := boundary.clip(y)) is not None]
-    if not spans:
+    y: Array = stepover * (np.arange(count, dtype=float) - (count - 1) / 2)
+    span = boundary.clip(y)
+    y, span = y[~np.isnan(span[:, 0])], span[~np.isnan(span[:, 0])]
+    n = len(y)
+    if not n:
         raise InputError("path.stepover_mm: no sweep meets the part; make it smaller")
-    signs = [1 if i % 2 == 0 else -1 for i in range(len(spans))]
-    # sweep i runs from begin[i] to finish[i]; a turn's two ends share an x outside all of the part between them
-    ends = [(low - lead, high + lead)[::s] for (_, low, high), s in zip(spans, signs)]
-    begin, finish = [e[0] for e in ends], [e[1] for e in ends]
-    for i, s in enumerate(signs[:-1]):
-        low, high = boundary.widest(spans[i][0], spans[i + 1][0])
-        finish[i] = begin[i + 1] = high + lead if s > 0 else low - lead
+    ahead = np.arange(n) % 2 == 0  # towards larger x
+    # a turn's two ends share an x outside all of the part between them
+    wide = span + np.array([-lead, lead])
+    ends = np.where(ahead[:, None], wide, wide[:, ::-1])
+    widest = boundary.widest(y[:-1], y[1:])
+    ends[:-1, 1] = ends[1:, 0] = np.where(ahead[:-1], widest[:, 1] + lead, widest[:, 0] - lead)
 
-    parts: list[Pieces] = []
-    for i, ((y, low, high), s) in enumerate(zip(spans, signs)):
-        if i and smooth:
-            parts.append(pieces.turn((begin[i], spans[i - 1][0]), (begin[i], y), (-s, 0.0), TURN_REACH * stepover))
-        elif i:
-            parts.append(pieces.line((begin[i], spans[i - 1][0]), (begin[i], y), stop=True))
-        stations = [begin[i], *((low, high) if s > 0 else (high, low)), finish[i]]
-        cuts = [(a, b) for a, b in pairwise(stations) if a != b]
-        last = i == len(spans) - 1
-        for a, b in cuts:
-            parts.append(pieces.line((a, y), (b, y), stop=b == finish[i] and (last or not smooth)))
-    return pieces.join(*parts)
+    leave, arrive = (np.column_stack([ends[1:, 0], level]) for level in (y[:-1], y[1:]))
+    if smooth:
+        heading = np.column_stack([np.where(ahead[:-1], 1.0, -1.0), np.zeros(n - 1)])
+        across = pieces.turns(leave, arrive, heading, TURN_REACH * stepover)
+    else:
+        across = pieces.lines(leave, arrive, np.full(n - 1, True), np.full(n - 1, True))
+    # each sweep is cut where it crosses the edge
+    x = np.column_stack([ends[:, 0], np.where(ahead[:, None], span, span[:, ::-1]), ends[:, 1]])
+    sweep = np.repeat(np.arange(n), 3)
+    a, b = (np.column_stack([x[:, k : k + 3].ravel(), y[sweep]]) for k in (0, 1))
+    stop = (b[:, 0] == ends[sweep, 1]) & ((sweep == n - 1) | (not smooth))
+    along = pieces.lines(a, b, stop, np.full(3 * n, True))
+    # the way to each sweep but the first, then its parts that have a length
+    order = np.column_stack([np.arange(n) - 1, n - 1 + np.arange(3 * n).reshape(n, 3)])
+    there = np.column_stack([np.arange(n) > 0, (a[:, 0] != b[:, 0]).reshape(n, 3)])
+    return pieces.join(across, along).only(order[there])

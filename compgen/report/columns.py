@@ -1,7 +1,7 @@
-"""Numbers as text for whole columns: eight characters at a time from tables, squeezed together at the end.
+"""Numbers as text for whole columns: words of up to eight characters from tables, side by side, squeezed at the end.
 
-A column is one or two words of eight bytes a row, with zero bytes where a row is shorter; they are taken out when a
-block of rows is whole.
+A column is one or two words a row. A word has as many places as the longest of its block needs, with zero bytes where a
+row is shorter; they are taken out when a block of rows is whole.
 """
 
 from functools import lru_cache
@@ -13,47 +13,65 @@ from numpy.typing import NDArray
 from compgen.arrays import Array, IntArray
 
 Words = NDArray[np.uint64]
+Column = list[tuple[int, Words]]  # of each word: how many of its eight bytes count; the others are zero
 
 WHOLE = 100_000  # digits before the point reach up to here
+SPLIT = 1000  # more decimals than four are two look-ups, the second of three digits
 
 
-def decimal(values: Array, decimals: int) -> list[Words] | None:
-    """``,`` and then %.4f, %.5f or %.6f, never a negative zero; None where a number has no room."""
-    scaled = np.rint(values * 10.0**decimals)
-    if not np.all(np.abs(scaled) < WHOLE * 10**decimals):  # also not a number
+def decimals(table: Array | IntArray, places: int) -> Column | None:
+    """``,`` and then %.4f, %.5f or %.6f of each column (N, k), never a negative zero; None where one has no room."""
+    scale = 10.0**places
+    number = np.rint(np.multiply(table.T, scale, order="C"))
+    negative = number < 0
+    size = np.abs(number, out=number)
+    most = float(size.max())
+    if not most < WHOLE * scale:  # also not a number
         return None
-    number = scaled.astype(np.int64)
-    size = np.abs(number)
-    whole = size // 10**decimals
-    rest = size - whole * 10**decimals
-    first = np.take(_whole(), whole + WHOLE * (number < 0))
-    if decimals != 6:
-        return [first, np.take(_fraction(decimals, 0), rest)]
-    high = rest // 1000
-    return [first, np.take(_fraction(3, 0), high) | np.take(_fraction(3, 3), rest - 1000 * high)]
+    width, signed = len(str(int(most / scale))), bool(negative.any())
+    whole = np.floor(size / scale)  # exact: a quotient below 1e5 that is no integer is 1e-6 off the next
+    size -= whole * scale
+    if signed:
+        whole += negative * 10.0**width
+    before = np.take(_whole(width, signed), whole.astype(np.int64))
+    if places <= 4:
+        after = np.take(_fraction(places, 0), size.astype(np.int64))
+    else:
+        high = np.floor(size / SPLIT)
+        size -= high * SPLIT
+        after = np.take(_fraction(places - 3, 0), high.astype(np.int64))
+        after |= np.take(_fraction(3, places - 3), size.astype(np.int64))
+    point = 2 + signed + width
+    return [word for pair in zip(before, after) for word in ((point, pair[0]), (places, pair[1]))]
 
 
-def counted(numbers: IntArray) -> list[Words]:
+def counted(numbers: IntArray) -> Column:
     """A line end and whole numbers from 0 to 10^8."""
     high = numbers // 10_000
     low = numbers - 10_000 * high
-    return [np.take(_high(), high), np.take(_low(), low + 10_000 * (high > 0))]
+    return [(5, np.take(_high(), high)), (4, np.take(_low(), low + 10_000 * (high > 0)))]
 
 
-def digit(numbers: IntArray) -> list[Words]:
+def digit(numbers: IntArray) -> Column:
     """``,`` and a number from 0 to 9."""
-    return [np.take(_words([f",{k}" for k in range(10)]), numbers)]
+    return [(2, np.take(_words([f",{k}" for k in range(10)]), numbers))]
 
 
-def blank(rows: int) -> list[Words]:
+def blank(rows: int) -> Column:
     """``,`` and nothing."""
-    return [np.full(rows, _words([","])[0])]
+    return [(1, np.full(rows, _words([","])[0]))]
 
 
-def squeezed(columns: list[Words]) -> bytes:
+def squeezed(column: Column) -> bytes:
     """The rows side by side, without zero bytes."""
-    flat = np.stack(columns, axis=1).view(np.uint8).ravel()
-    return bytes(flat[flat != 0].tobytes())
+    rows, width = len(column[0][1]), sum(count for count, _ in column)
+    width += 8 - column[-1][0]
+    sheet = np.zeros((rows, width), dtype=np.uint8)
+    at = 0
+    for count, words in column:  # what does not count of a word lies under the next
+        np.ndarray((rows,), np.uint64, sheet, at, (width,))[:] = words
+        at += count
+    return sheet.tobytes().translate(None, b"\0")
 
 
 def _words(texts: list[str]) -> Words:
@@ -83,15 +101,16 @@ def _table(*parts: NDArray[np.uint8] | bytes) -> Words:
     return out.view(np.uint64).ravel()
 
 
-@lru_cache(maxsize=1)
-def _whole() -> Words:
-    digits = _digits(WHOLE, 5, 1)
-    return np.concatenate([_table(b",", digits, b"."), _table(b",-", digits, b".")])
+@lru_cache(maxsize=10)
+def _whole(width: int, signed: bool) -> Words:
+    digits = _digits(10**width, width, 1)
+    signs = (b"\0", b"-") if signed else (b"",)
+    return np.concatenate([_table(b"," + sign, digits, b".") for sign in signs])
 
 
 @lru_cache(maxsize=8)
-def _fraction(decimals: int, shift: int) -> Words:
-    return _table(bytes(shift), _digits(10**decimals, decimals, decimals))
+def _fraction(places: int, shift: int) -> Words:
+    return _table(bytes(shift), _digits(10**places, places, places))
 
 
 @lru_cache(maxsize=1)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from compgen.arrays import Array, IntArray
-from compgen.evaluation import blocks_of
+from compgen.evaluation import BLOCK, blocks_of
 from compgen.pipeline import Corrected, Planned
 from compgen.report import columns
 from compgen.units import DEG, MM, UM
@@ -25,7 +25,6 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
     path, job = planned.path, planned.job
     trajectory = corrected.trajectory if corrected else planned.trajectory
     theta = corrected.solution.theta if corrected else planned.theta
-    after = at_waypoints(corrected) if corrected else None
     head = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
     head += [*(f"rise_{n}_K" for n in job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
 
@@ -35,7 +34,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
             (trajectory.time[rows, None], 6),
             (path.position[rows] / MM, 6),
             (planned.error_at(rows)[:, :3] / UM, 4),
-            (None if after is None else after[rows] / UM, 4),
+            (at_waypoints(corrected, rows) / UM if corrected else None, 4),
             (planned.rise[rows], 5),
             (path.contact[rows, None].astype(np.int64), 0),
             (job.robot.to_pendant(theta[rows]) / DEG, 6),
@@ -43,26 +42,24 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
         return _lines(np.arange(first + 1, last + 1), tables)
 
     yield ",".join(head).encode("ascii")
-    yield from blocks_of(len(path.arc), block)
+    yield from blocks_of(len(path.arc), block, BLOCK)
     yield b"\n"
 
 
 def _lines(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
     """Rows of text: the number, then each table's columns with so many decimals; an absent one is three blanks."""
-    words = columns.counted(number)
-    for table, decimals in tables:
-        for column in [None] * 3 if table is None else table.T:
-            if column is None:
-                more = columns.blank(len(number))
-            elif decimals == 0:
-                more = columns.digit(column)
-            else:
-                found = columns.decimal(column, decimals)
-                if found is None:
-                    return _any_size(number, tables)
-                more = found
-            words += more
-    return columns.squeezed(words)
+    column = columns.counted(number)
+    for table, places in tables:
+        if table is None:
+            column += 3 * columns.blank(len(number))
+        elif places == 0:
+            column += columns.digit(table[:, 0].astype(np.int64, copy=False))
+        else:
+            found = columns.decimals(table, places)
+            if found is None:
+                return _any_size(number, tables)
+            column += found
+    return columns.squeezed(column)
 
 
 def _any_size(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
@@ -78,6 +75,6 @@ def _any_size(number: IntArray, tables: list[tuple[Array | IntArray | None, int]
     return columns.plain(parts)
 
 
-def at_waypoints(corrected: Corrected) -> Array:
-    """The twin's error at each position, (N, 3) [m]."""
-    return np.asarray(corrected.deviation.error[corrected.samples])
+def at_waypoints(corrected: Corrected, rows: slice) -> Array:
+    """The twin's error at some of the positions, (M, 3) [m]."""
+    return np.asarray(corrected.deviation.error[corrected.samples[rows]])

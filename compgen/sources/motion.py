@@ -66,13 +66,14 @@ def memory_of(sources: Sequence[Source]) -> Memory | None:
     return None if np.isinf(joint).all() and np.isinf(travel).all() else Memory(joint, travel)
 
 
-def motion_of(memory: Memory | None, theta: Array, position: Array) -> Motion:
+def motion_of(memory: Memory | None, theta: Array, position: Array, before: Motion = STILL) -> Motion:
     """Direction of motion along a program.
 
     Args:
         memory: From ``memory_of``; None gives no direction.
         theta: Planned joints, (N, 6) [rad].
         position: Planned TCP, (N, 3) [m].
+        before: What the way to the first waypoint has made of u and t: its last row.
 
     Returns:
         u and t at each waypoint.
@@ -83,8 +84,8 @@ def motion_of(memory: Memory | None, theta: Array, position: Array) -> Motion:
     length = np.linalg.norm(step, axis=1, keepdims=True)
     ahead = step / np.where(length > 0, length, 1.0)
     return Motion(
-        relaxed(np.sign(turn), np.exp(-np.abs(turn) / memory.joint)),
-        relaxed(ahead, np.exp(-length / memory.travel)),
+        relaxed(np.sign(turn), np.exp(-np.abs(turn) / memory.joint), before.direction[-1]),
+        relaxed(ahead, np.exp(-length / memory.travel), before.travel[-1]),
     )
 
 
@@ -98,15 +99,26 @@ def strangeness(memory: Memory | None, theta: Array, position: Array) -> Motion:
     return Motion(*(np.where(np.isinf(w), 0.0, x) for w, x in zip((memory.joint, memory.travel), left)))
 
 
-def relaxed(goal: Array, keep: Array) -> Array:
-    """x_0 = 0, x_{n+1} = goal_n + keep_n (x_n - goal_n), for all n at once, (N - 1, k) to (N, k).
+def relaxed(goal: Array, keep: Array, start: Array | float = 0.0) -> Array:
+    """x_0 = start, x_{n+1} = goal_n + keep_n (x_n - goal_n), for all n at once, (N - 1, k) to (N, k).
 
-    Each step is an affine map; maps are joined in pairs, fours, eights.
+    Each step is an affine map. The way is parted into stretches of about as many steps as there are stretches: all
+    are walked side by side, then the state that each begins with is handed on.
     """
-    factor, offset = keep.copy(), (1 - keep) * goal
-    reach = 1
-    while reach < len(factor):
-        offset[reach:] = factor[reach:] * offset[:-reach] + offset[reach:]
-        factor[reach:] = factor[reach:] * factor[:-reach]
-        reach *= 2
-    return np.vstack([np.zeros((1, goal.shape[1])), offset])
+    steps, k = goal.shape
+    size = max(1, int(np.sqrt(steps)))
+    count = -(-steps // size)
+    factor, offset = np.ones((count * size, k)), np.zeros((count * size, k))
+    factor[:steps], offset[:steps] = keep, (1 - keep) * goal
+    factor, offset = (np.swapaxes(x.reshape(count, size, k), 0, 1).copy() for x in (factor, offset))
+    for n in range(1, size):
+        offset[n] += factor[n] * offset[n - 1]
+        factor[n] *= factor[n - 1]
+    begin = np.empty((count + 1, k))
+    begin[0] = start
+    for n in range(count):
+        begin[n + 1] = offset[-1, n] + factor[-1, n] * begin[n]
+    found = np.empty((steps + 1, k))
+    found[0] = start
+    found[1:] = np.swapaxes(offset + factor * begin[:-1], 0, 1).reshape(-1, k)[:steps]
+    return found
