@@ -19,7 +19,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.arrays import Array, extent
-from compgen.evaluation import evaluate
+from compgen.evaluation import by_rows, evaluate
 from compgen.exceptions import InputError, JointLimitError, SingularityError, UnreachableError
 from compgen.robot import Robot
 from compgen.units import DEG, MM
@@ -91,6 +91,23 @@ def solve(robot: Robot, position: Array, rotation: Array, posture: Posture) -> t
     """
     theta, margin = evaluate(build_solve(robot, posture), position, rotation.reshape(-1, 9))
     return theta, margin[:, 0]
+
+
+def solve_tool(
+    robot: Robot, position: Array, rotation: Array, tool_position: Array, tool_rotation: Array, posture: Posture
+) -> tuple[Array, Array]:
+    """``solve`` for poses of the tool, (N, 3) [m] and (N, 3, 3), whose place in the flange is given."""
+    tool = np.concatenate([tool_position, tool_rotation.ravel()])[None]
+    theta, margin = evaluate(_build_solve_tool(robot, posture), position, rotation.reshape(-1, 9), tool)
+    return theta, margin[:, 0]
+
+
+@lru_cache(maxsize=32)
+def _build_solve_tool(robot: Robot, posture: Posture) -> Any:
+    """(tool position (3), rotation (9, row by row); TCP in the flange (12)) -> theta (6), margin."""
+    p, rows, tool = ca.SX.sym("p", 3), ca.SX.sym("r", 9), ca.SX.sym("tool", 12)
+    flange = ca.reshape(rows, 3, 3).T @ ca.reshape(tool[3:], 3, 3)
+    return ca.Function("joints", [p, rows, tool], [*joints_expr(robot, posture, p - flange @ tool[:3], flange)])
 
 
 @lru_cache(maxsize=32)
@@ -172,7 +189,7 @@ def solve_all(robot: Robot, position: Array, rotation: Array) -> Array:
 
 def nearest_turns(theta: Array, reference: Array) -> Array:
     """The same angles with the whole turns that bring each nearest to a reference, (N, 6)."""
-    return np.asarray(theta + 2 * np.pi * np.round((reference - theta) / (2 * np.pi)))
+    return by_rows(lambda q, near: q + 2 * np.pi * np.round((near - q) / (2 * np.pi)), theta, reference)
 
 
 def _unwrapped(robot: Robot, theta: Array) -> Array:

@@ -17,7 +17,7 @@ from compgen.clock import clock
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, blocks_of, evaluate
 from compgen.exceptions import CompgenError
-from compgen.ik import flange_of, solve
+from compgen.ik import solve_tool
 from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
 from compgen.real_arm import Flaws, Past, Placed, real_arm
 from compgen.robot import Robot
@@ -299,8 +299,8 @@ class Twin:
         Raises:
             TwinError: Out of reach or of a limit, or the joints contradict the text.
         """
-        flange = flange_of(program.position, program.rotation, self.tool_position, self.tool_rotation)
-        theta, margin = solve(self.robot, *flange, program.posture)
+        tool = (self.tool_position, self.tool_rotation)
+        theta, margin = solve_tool(self.robot, program.position, program.rotation, *tool, program.posture)
         if margin.min() < 0:
             raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
         theta = apply_turns(self.robot, theta, program.turns)

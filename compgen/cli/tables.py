@@ -1,7 +1,9 @@
 """What a job says at its end, for a reader."""
 
+import re
 import sys
 from collections.abc import Iterable
+from itertools import groupby
 from pathlib import Path
 
 from rich.console import Console
@@ -10,6 +12,8 @@ from rich.text import Text
 
 from compgen.pipeline import Corrected, Planned
 from compgen.report import summary
+
+FEW = 5  # numbered files of one name that are all told
 
 
 def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
@@ -55,4 +59,15 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
     for finding in data["findings"]:
         console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
     if folder is not None:
-        console.print(f"wrote {', '.join(sorted(files))} to {folder}", markup=False, highlight=False)
+        console.print(f"wrote {listed(files)} to {folder}", markup=False, highlight=False)
+
+
+def listed(files: Iterable[str]) -> str:
+    """Names of files, numbered ones in a row as the first and the last of them."""
+    told: list[str] = []
+    for stem, group in groupby(sorted(files), lambda name: re.sub(r"_\d{3,}(?=\.LS$)", "", name)):
+        names = list(group)
+        numbered = [name for name in names if name != stem]
+        told += names if len(numbered) < FEW else [n for n in names if n == stem]
+        told += [f"{numbered[0]} to {numbered[-1]}"] if len(numbered) >= FEW else []
+    return ", ".join(told)

@@ -176,9 +176,14 @@ def _cosine_and_sine(units: IntArray, decimals: int) -> tuple[Array, Array]:
     return np.cos(angle).take(size), np.where(units < 0, -sine, sine)
 
 
-def as_written(program: Program) -> Program:
-    """The program that its own text says: what ``interpret(compose(program))`` gives, without the text."""
-    position, rotation = printed(program.position, program.rotation, program.decimals)
+def as_written(program: Program, poses: tuple[Array, Array] | None = None) -> Program:
+    """The program that its own text says: what ``interpret(compose(program))`` gives, without the text.
+
+    Args:
+        program: Any.
+        poses: Its ``printed`` poses, where they are known.
+    """
+    position, rotation = poses or printed(program.position, program.rotation, program.decimals)
     rows, which = different(program.speed)
     said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(said[which]))
