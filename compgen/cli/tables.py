@@ -65,7 +65,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
 def listed(files: Iterable[str]) -> str:
     """Names of files, numbered ones in a row as the first and the last of them."""
     told: list[str] = []
-    for stem, group in groupby(sorted(files), lambda name: re.sub(r"_\d{3,}(?=\.LS$)", "", name)):
+    for stem, group in groupby(sorted(files), lambda name: re.sub(r"_\d{2,}(?=\.LS$)", "", name)):
         names = list(group)
         numbered = [name for name in names if name != stem]
         told += names if len(numbered) < FEW else [n for n in names if n == stem]
