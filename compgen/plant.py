@@ -108,6 +108,63 @@ def build_fly(robot: Robot, tool_position: bytes, tool_rotation: bytes) -> Any:
     return ca.Function("fly", [theta, growth], [position, ca.vec(rotation.T)])
 
 
+@lru_cache(maxsize=1)
+def build_join() -> Any:
+    """One place after another: (turn (9, row by row), place (3), and again) -> turn (9, row by row), place (3)."""
+    r, p, s, q = (ca.SX.sym(name, size) for name, size in (("r", 9), ("p", 3), ("s", 9), ("q", 3)))
+    turn = ca.reshape(r, 3, 3).T
+    return ca.Function("join", [r, p, s, q], [ca.reshape(s, 3, 3) @ turn.T, p + turn @ q])
+
+
+@lru_cache(maxsize=1)
+def build_chain() -> Any:
+    """An arm whose joints may sit anywhere.
+
+    (angles (6); for each joint, the flange and the tool, where it sits on the part before it: place (3) and turn (9,
+    row by row)) -> position (3), rotation (9, row by row) of the TCP.
+    """
+    angles = ca.SX.sym("angles", 6)
+    parts = [ca.SX.sym(f"{what}{i}", size) for i in range(8) for what, size in (("place", 3), ("turn", 9))]
+    position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
+    for i, (place, rows) in enumerate(zip(parts[::2], parts[1::2])):
+        position = position + rotation @ place
+        rotation = rotation @ ca.reshape(rows, 3, 3).T
+        if i < 6:
+            rotation = rotation @ _turn_expr(AXES[i], angles[i])
+    return ca.Function("chain", [angles, *parts], [position, ca.vec(rotation.T)])
+
+
+@lru_cache(maxsize=16)
+def build_loads(robot: Robot) -> Any:
+    """What weighs on the nominal arm: about axis z_j through o_j, a load F at p turns by z_j . ((p - o_j) x F).
+
+    (angles (6); TCP in the flange, place (3) and turn (9, row by row); masses of the six links [kg], each times its
+    centre (18) [kg m] in the axes of its joint; gravity (3) [m/s2]; force on the tool (3) [N] in its axes) -> torque of
+    all that about each joint (6) [N m], position (3) of the TCP.
+    """
+    sizes = {"angles": 6, "place": 3, "turn": 9, "mass": 6, "moment": 18, "gravity": 3, "force": 3}
+    symbols = [ca.SX.sym(name, size) for name, size in sizes.items()]
+    angles, place, turn, mass, moment, gravity, force = symbols
+    model, flange = build_model(robot)
+    position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
+    joints, weights = [], []
+    for i, axis in enumerate(AXES):
+        position = position + rotation @ ca.DM(model.jointPlacements[i + 1].translation)
+        rotation = rotation @ _turn_expr(axis, angles[i])
+        joints.append((rotation @ ca.DM(axis), position))
+        weights.append((mass[i] * position + rotation @ moment[3 * i : 3 * i + 3], mass[i]))
+    rotation = rotation @ ca.DM(flange.rotation)
+    tcp = position + rotation @ (ca.DM(flange.translation) + place)
+    push = rotation @ ca.reshape(turn, 3, 3).T @ force
+    torque = []
+    for j, (axis, origin) in enumerate(joints):
+        lever = ca.SX.zeros(3)
+        for at, heavy in weights[j:]:
+            lever = lever + at - heavy * origin
+        torque.append(ca.dot(axis, ca.cross(lever, gravity) + ca.cross(tcp - origin, push)))
+    return ca.Function("loads", symbols, ca.cse([ca.vertcat(*torque), tcp]))
+
+
 def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
     """The nominal arm in pinocchio, and the flange seen from its last joint."""
     model = pin.Model()

@@ -16,10 +16,9 @@ from compgen.arrays import Array, IntArray, extent, norm, own
 from compgen.clock import clock
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, blocks_of, evaluate
-from compgen.exceptions import CompgenError
 from compgen.ik import solve_tool
 from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
-from compgen.real_arm import Flaws, Past, Placed, real_arm
+from compgen.real_arm import Flaws, Past, Placed, TwinError, real_arm
 from compgen.robot import Robot
 from compgen.rotations import turns
 from compgen.thermal import Ambient, Duty, Heat, Motion, NodeModel, Profile, Section, opening, still
@@ -30,12 +29,6 @@ GRID = 1e-3  # m
 CONFIRM = 1e-9  # m
 CONFIRMED = 1000  # samples of a ride that pinocchio repeats
 CHUNK = 16384  # segments at a time
-
-
-class TwinError(CompgenError):
-    """The twin cannot follow the text: the program must not be used."""
-
-    exit_code = 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -138,7 +131,7 @@ class Leg:
         twin.agree(theta, growth, (position, rotation), every)
         rotation = rotation.reshape(-1, 3, 3)
         if twin.flaws is not None:
-            position, rotation, past = twin.flawed(theta, growth, rise, past)
+            position, rotation, past = twin.flawed(theta, growth, rise, past, every)
         return Ride(line, fraction, now, rise, theta, position, rotation), past
 
     def warmth(self, line: IntArray, fraction: Array, now: Array) -> tuple[Array, Array]:
@@ -248,18 +241,19 @@ class Twin:
         """
         if self.flaws is None and tool is None:
             return self._fly(theta, self.growth(rise), progress)
-        position, rotation, _ = self.flawed(theta, self.growth(rise), rise, Past(), tool)
+        every = max(1, len(theta) // CONFIRMED)
+        position, rotation, _ = self.flawed(theta, self.growth(rise), rise, Past(), every, tool)
         progress(1.0)
         return position, rotation
 
     def flawed(
-        self, theta: Array, growth: Array, rise: Array, past: Past, tool: Placed | None = None
+        self, theta: Array, growth: Array, rise: Array, past: Past, every: int, tool: Placed | None = None
     ) -> tuple[Array, Array, Past]:
         """The TCP with all flaws, (M, 3) [m] and (M, 3, 3), and what the samples leave for those after them."""
         arm = real_arm(self.robot, self.flaws or Flaws())
         grown = dict(zip(LENGTHS, growth.T))
         mine = (self.tool_rotation[None], self.tool_position[None])
-        return arm.fly(theta, grown, rise, tool or mine, past)
+        return arm.fly(theta, grown, rise, tool or mine, past, every)
 
     def confirm(
         self, theta: Array, position: Array, rotation: Array, segment: IntArray, progress: Callable[[float], None]
