@@ -25,8 +25,6 @@ ROOMS = [
     {"compensate", "sparing", "ripple"},
     {"dialects"},
     {"inspection"},
-    {"plant", "clock", "warming"},
-    {"real_arm"},
     {"twin"},
     {"verify", "flaws"},
     {"job"},
@@ -68,12 +66,12 @@ ONLY = {
         "problem",
         "limits",
         "compensate",
-        "plant",
+        "twin",
         "verify",
         "identify",
     },
     "ruckig": {"ramps"},
-    "pinocchio": {"plant", "real_arm", "thermal"},  # thermal: inverse dynamics of the drives' losses
+    "pinocchio": {"twin", "thermal"},  # thermal: inverse dynamics of the drives' losses
     "plotly": {"report"},
     "distributed": {"study"},
     "rich": {"cli"},

@@ -10,10 +10,10 @@ from flawed import flawed_file
 from compgen.cells import load_cell
 from compgen.flaws import flaws_of
 from compgen.predict import build_error_model
-from compgen.real_arm import Past, TwinError, _kept, came_from, real_arm
 from compgen.rotations import matrix_of
 from compgen.sources import Motion, memory_of, motion_of
 from compgen.twin import Twin
+from compgen.twin.real_arm import Past, TwinError, _kept, came_from, real_arm
 from compgen.units import UM
 
 TOOL = (np.array([0.05, -0.03, 0.25]), matrix_of(np.array([0.2, -0.4, 0.1])))

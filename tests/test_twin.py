@@ -8,12 +8,12 @@ from conftest import path_file, quiet
 from numpy.testing import assert_allclose
 
 from compgen import pipeline
-from compgen.clock import _ramp
 from compgen.config import load_job
 from compgen.evaluation import evaluate
-from compgen.plant import AGREE, build_fly, disagreement
 from compgen.thermal import Duty, Motion, during
 from compgen.twin import TwinError
+from compgen.twin.clock import _ramp
+from compgen.twin.plant import AGREE, build_fly, disagreement
 
 
 @pytest.fixture(scope="module")

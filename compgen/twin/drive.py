@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 
 from compgen.arrays import Array, IntArray, extent, norm, own
-from compgen.clock import clock
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, blocks_of, evaluate
 from compgen.ik import solve_tool
-from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
-from compgen.real_arm import Flaws, Past, Placed, TwinError, real_arm
 from compgen.robot import Robot
 from compgen.rotations import turns
 from compgen.thermal import Ambient, Duty, Heat, Motion, NodeModel, Profile, Section, opening, still
-from compgen.warming import warmed
+from compgen.twin.clock import clock
+from compgen.twin.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
+from compgen.twin.real_arm import Flaws, Past, Placed, TwinError, real_arm
+from compgen.twin.warming import warmed
 
 ELEMENT = 0.1e-3  # m
 GRID = 1e-3  # m

@@ -21,9 +21,9 @@ import pinocchio as pin
 from compgen.arrays import Array, IntArray, own
 from compgen.evaluation import evaluate
 from compgen.exceptions import CompgenError
-from compgen.plant import AGREE, build_chain, build_join, build_loads, build_model
 from compgen.robot import Robot
 from compgen.rotations import matrix_of
+from compgen.twin.plant import AGREE, build_chain, build_join, build_loads, build_model
 
 #: the link that each heated length belongs to, and the link's axis along it
 _ALONG = {"d1": (1, 2), "a1": (1, 0), "a2": (2, 2), "a3": (3, 2), "d4": (4, 0), "d6": (6, 0)}
