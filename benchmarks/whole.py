@@ -6,6 +6,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from benchmarks.cases import PATH, overrides_of
@@ -16,16 +17,18 @@ import resource, sys, time
 from pathlib import Path
 from compgen import evaluation, pipeline
 from compgen.config import load_job
-from compgen.report import report_html, report_json, waypoints_csv
+from compgen.report import report_html, report_json, waypoints_blocks
 evaluation.use(evaluation.find_compiler(Path(sys.argv[1])), int(sys.argv[2]))
 folder, path, rounds = Path(sys.argv[3]), sys.argv[4], int(sys.argv[5])
 def run(*overrides):
     begin, spent = time.perf_counter(), time.process_time()
     job = load_job(path, None, list(overrides))
-    planned, done = pipeline.generate(job, lambda stage, share: None, pages=False)
-    files = [report_json(planned, done), waypoints_csv(planned, done), report_html(planned, done), done.text]
-    for n, content in enumerate(files):
-        (folder / str(n)).write_bytes(content)
+    planned, done = pipeline.generate(job, lambda stage, share: None)
+    files = {"json": report_json(planned, done), "html": report_html(planned, done), **dict(done.delivery.files)}
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    with (folder / "csv").open("wb") as table:
+        table.writelines(waypoints_blocks(planned, done))
     return len(planned.path.arc), time.perf_counter() - begin, time.process_time() - spent
 size = sys.argv[6].split(",")
 run(*size)
@@ -45,21 +48,26 @@ def runs(cache: Path, workers: int, points: int) -> tuple[float, ...]:
 
 
 def cold_start(cache: Path) -> tuple[float, float]:
-    """Processor seconds of a short job from the shell with a warm cache, and of importing what it stands on."""
-    environment = {**os.environ, "XDG_CACHE_HOME": str(cache)}
+    """A short job from the shell with a warm cache over importing what it stands on: processor time, elapsed time.
 
-    def spent(*call: str) -> float:
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    Both as a user starts them: without this process's word on threads.
+    """
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    environment["XDG_CACHE_HOME"] = str(cache)
+
+    def spent(*call: str) -> tuple[float, float]:
+        before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
         subprocess.run([sys.executable, *call], check=True, capture_output=True, env=environment)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        after, end = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, end - begin
 
     jobs, bases = [], []
-    for n in range(ROUNDS + 1):  # in turn, so that both see the same machine; the first warms
+    for n in range(2 * ROUNDS + 1):  # in turn, so that both see the same machine; the first warms
         with tempfile.TemporaryDirectory() as folder:
             job = spent("-m", "compgen", "generate", "paths/spiral_1300.toml", "-q", "-o", f"{folder}/o")
         base = spent("-c", "import casadi, pinocchio, scipy")
         if n:
             jobs.append(job)
             bases.append(base)
-    return statistics.median(jobs), statistics.median(bases)
+    processor, elapsed = (statistics.median(a) / statistics.median(b) for a, b in zip(zip(*jobs), zip(*bases)))
+    return processor, elapsed
