@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.arrays import Array, own
-from compgen.evaluation import by_rows
 from compgen.thermal.duty import Duty, Motion
 from compgen.thermal.profiles import Profile, rise_along
 from compgen.thermal.solve import after, opening
@@ -64,14 +63,11 @@ class NodeModel:
         full = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
         if state == "off":
             return np.zeros((len(feed), len(full)))
-
-        def powers(feed: Array) -> Array:  # a power for each speed, not for each segment
-            some = np.unique(feed)
-            return np.asarray((some[:, None] / self.reference_feed) ** self.exponent)[np.searchsorted(some, feed)]
-
-        motion = by_rows(powers, np.asarray(feed, dtype=float))
+        some = np.unique(feed)  # a power for each speed, not for each segment
+        motion = (some[:, None] / self.reference_feed) ** self.exponent
         moving = share * motion if state == "moving" else np.zeros_like(motion)
-        return np.asarray(full * (self.idle + (1 - self.idle) * moving))
+        rises = full * (self.idle + (1 - self.idle) * moving)
+        return np.asarray(rises.take(np.searchsorted(some, feed), axis=0))
 
     def goal(self, duty: Duty) -> Array:
         """A of one duty, (K,) [K]."""
