@@ -20,6 +20,7 @@ from compgen.dialects.fanuc_ls.places import Positions
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.dialects.fanuc_ls.read import interpret
 from compgen.dialects.fanuc_ls.shapes import found
+from compgen.evaluation import blocks_of
 from compgen.exceptions import CompgenError
 
 T = TypeVar("T")
@@ -210,18 +211,18 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
         JoinError: A page is missing, or two pages do not meet; names the page and the gap.
         InputError: A page is not of the form that ``interpret`` reads.
     """
-    parts: list[Program] = []
-    for name in order_of(main):
+    order = order_of(main)
+    if not order:
+        raise JoinError("main program: it calls no page")
+    for name in order:
         if name not in pages:
             raise JoinError(f"page {name}: the main program calls it, but it is not there")
-        part = interpret(pages[name])
+    parts = list(blocks_of(len(order), lambda k, _: interpret(pages[order[k]]), 1))
+    for name, part in zip(order, parts):
         if part.name != name:
             raise JoinError(f"page {name}: it calls itself {part.name}")
-        if parts:
-            _meet(parts[-1], part)
-        parts.append(part)
-    if not parts:
-        raise JoinError("main program: it calls no page")
+    for before, after in zip(parts, parts[1:]):
+        _meet(before, after)
     starts = np.cumsum([0] + [len(p.position) - 1 for p in parts[:-1]])
     first, rest = parts[0], parts[1:]
     whole = replace(
