@@ -96,3 +96,9 @@ def extremes(a: Array, rows: int = 8192) -> tuple[Array, Array]:
 def unit(a: Array) -> Array:
     """Rows scaled to length one."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))
+
+
+def distinct(a: Some) -> Some:
+    """Each value once, rising, (N,) to (K,); numpy's own loads masked arrays at its first call."""
+    found = np.sort(a)
+    return found[np.append(True, found[1:] != found[:-1])] if len(found) else found  # type: ignore[return-value]

@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array, extent
+from compgen.arrays import Array, distinct, extent
 from compgen.evaluation import by_rows, evaluate
 from compgen.exceptions import InputError, JointLimitError, SingularityError, UnreachableError
 from compgen.robot import Robot
@@ -288,7 +288,7 @@ def _refuse_wrist(robot: Robot, theta: Array) -> None:
     near = np.flatnonzero(q5 < robot.wrist_margin)
     # a wrist that swings round between two waypoints has passed zero
     jump = np.flatnonzero(np.abs(np.diff(theta[:, 3])) > np.pi / 2) + 1
-    found = np.union1d(near, jump)
+    found = distinct(np.append(near, jump))
     if len(found):
         n = int(found[0])
         raise SingularityError(

@@ -9,7 +9,7 @@ from conftest import path_file
 
 HERE = Path(__file__).parents[1]
 #: libraries that take longer to load than a short job to compute, and parts that only other commands need
-HEAVY = ("scipy", "pydantic", "plotly", "rich", "urllib.request", "compgen.correction", "compgen.identify")
+HEAVY = ("scipy", "numpy.ma", "pydantic", "plotly", "rich", "urllib.request", "compgen.correction", "compgen.identify")
 OTHERS = ("compgen.study", "compgen.dialects.fanuc_ls.pages", "compgen.dialects.fanuc_ls.listing")
 SHOWN = tuple(name for name in HEAVY if name != "rich")  # a table at the end
 

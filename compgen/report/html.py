@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.arrays import Array, extremes
+from compgen.arrays import Array, distinct, extremes
 from compgen.pipeline import Corrected, Planned
 from compgen.report.figure import TURBO, Figure, Trace, axis, div, figure, level, numbers, spans, trace
 from compgen.report.json import summary
@@ -162,7 +162,7 @@ def _path_in_space(drawn: list[_Drawn], path: ToolPath) -> Figure:
 def _places(path: ToolPath, arc: Array) -> list[Array]:
     """x, y and z [mm] at some places, straight between the waypoints around each."""
     after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
-    rows = np.unique(np.concatenate([after - 1, after]))
+    rows = distinct(np.concatenate([after - 1, after]))
     return [np.round(np.interp(arc, path.arc[rows], path.position[rows, k]) / MM, 2) for k in range(3)]
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray, extent, norm, own
+from compgen.arrays import Array, IntArray, distinct, extent, norm, own
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, blocks_of, evaluate
 from compgen.ik import solve_tool
@@ -274,7 +274,7 @@ class Twin:
 
     def agree(self, theta: Array, growth: Array, pose: tuple[Array, ...], every: int) -> None:
         """Raises TwinError unless pinocchio agrees on every so many of the samples, and on the last."""
-        some = np.unique(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
+        some = distinct(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
         found = (pose[0][some], pose[1][some])
         far = disagreement(self.robot, self.tool_position, self.tool_rotation, theta[some], growth[some], found)
         if not far <= AGREE:

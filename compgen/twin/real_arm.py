@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from compgen.arrays import Array, IntArray, own
+from compgen.arrays import Array, IntArray, distinct, own
 from compgen.evaluation import evaluate
 from compgen.exceptions import CompgenError
 from compgen.robot import Robot
@@ -143,7 +143,7 @@ class RealArm:
         rows = [part for turn, place in parts for part in (place, turn.reshape(-1, 9))]
         position, rotation = evaluate(build_chain(), angles, *rows)
         rotation = rotation.reshape(-1, 3, 3)
-        some = np.unique(np.append(np.arange(0, len(theta), every), len(theta) - 1))
+        some = distinct(np.append(np.arange(0, len(theta), every), len(theta) - 1))
         self._confirm(some, theta, (torque, believed), angles, parts, (rotation, position))
         left = Past(theta[-1], believed[-1], side[-1], tuple(t[-1] for t in going))
         return position + self._mapped(believed, going), rotation, left
