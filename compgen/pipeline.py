@@ -159,7 +159,7 @@ def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         leg = _twin(job).ready(program, job.before, job.air)
         return verify.deviations(path, leg.samples, leg.rides())
 
-    ridden = beside(ride)
+    ridden = beside(ride, len(theta))
     found = [
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
