@@ -1,117 +1,185 @@
-"""``python -m benchmarks``: everything side by side, as ratios; writes benchmarks/results.md."""
+"""``python -m benchmarks``: everything side by side, as ratios; writes benchmarks/results.md.
+
+Long: some 20 minutes and 2 GB. In short: python -m benchmarks --points 20000 --ipopt 500
+"""
 
 import argparse
 import os
+import tempfile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from benchmarks import cases, peers  # noqa: E402
-from benchmarks.measure import ROUNDS, machine  # noqa: E402
+import numpy as np  # noqa: E402
+
+from benchmarks import cases, heat, peers, text, whole  # noqa: E402
+from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
 from compgen import evaluation, pipeline  # noqa: E402
+from compgen.dialects import fanuc_ls  # noqa: E402
 
 HERE = Path(__file__).parent
+SOME = 100_000  # waypoints that parts of a run are measured on
+WORKERS = 2
+LONG = 1_000_000  # waypoints that whole runs and their growth are judged at
+
+Row = tuple[str, str, str]  # what, what it shall reach, what it does here
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks")
     parser.add_argument(
         "--folder", default=str(Path.home() / ".cache" / "compgen-benchmarks"), help="peers, compiled code"
     )
+    parser.add_argument("--out", default=str(HERE / "results.md"), help="where the table goes")
     parser.add_argument("--no-peers", action="store_true", help="only what is installed here")
-    parser.add_argument("--ipopt", type=int, default=10_000, help="waypoints for the general program")
-    parser.add_argument("--points", type=int, default=1_000_000, help="waypoints of the largest whole run")
-    given = parser.parse_args()
-    folder = Path(given.folder)
+    parser.add_argument("--ipopt", type=int, default=10_000, help="waypoints for the general program; 0: without")
+    parser.add_argument("--points", type=int, default=LONG, help="waypoints of the largest whole run")
+    given = parser.parse_args(arguments)
+    if given.points < 1000:
+        parser.error("--points: give 1000 or more")
+    rows: list[Row] = []
+    busy = load()
+    for row in measured(Path(given.folder), given.points, given.ipopt, not given.no_peers):
+        rows.append(row)
+        print(f"{row[0]:<100} {row[1]:>10} {row[2]}", flush=True)
+    asked = f"--points {given.points} --ipopt {given.ipopt}" + (" --no-peers" if given.no_peers else "")
+    Path(given.out).write_text(table(rows, asked, busy))
+
+
+def measured(folder: Path, points: int, ipopt: int, others: bool) -> Iterator[Row]:
+    """Every row, as it comes."""
     folder.mkdir(parents=True, exist_ok=True)
     compiler = evaluation.find_compiler(folder / "compiled")
     evaluation.use(compiler)
-    rows: list[tuple[str, str, str]] = []
-
-    def row(what: str, reach: str, value: str) -> None:
-        rows.append((what, reach, value))
-        print(f"{what:<78} {reach:>14} {value:>24}", flush=True)
-
-    planned = pipeline.predict(cases.job_of("process.chord_um=0.4"), cases.quiet)
+    planned = pipeline.predict(cases.job_of(max(min(points, SOME), 3 * ipopt)), cases.quiet)
     problem = cases.problem_of(planned)
-    unit = cases.unit(problem)
-    row("unit: compiled scalar hot residual and Jacobian", "1", f"1 ({1e9 * unit:.0f} ns here)")
+    unit, operations = cases.unit(problem)
+    told = "unit: one compiled scalar evaluation of the hot residual + 6x6 Jacobian of this job's model"
+    yield f"{told}, {operations} operations", "1", f"1 ({1e9 * unit:.0f} ns here)"
     c = cases.correction(problem, compiler)
-    row("correction of a waypoint, compiled scalar, in units", "<= 2", f"{c['compiled scalar'] / unit:.2f}")
-    row("correction, vectorised", "<= 0.4", f"{c['vectorised'] / unit:.2f}")
-    row("correction, no compiler", "<= 4", f"{c['no compiler'] / unit:.2f}")
-    row("smoothing, nothing active", "<= + 1", f"+ {(c['with smoothing'] - c['vectorised']) / unit:.2f}")
-    told = f"+ {(c['limited'] - c['vectorised']) / unit:.2f} ({100 * c['at a limit']:.1f} % at it)"
-    row("smoothing, 1 % of waypoints at a limit", "<= + 8", told)
+    one, N = c["vectorised"], len(problem.arc)
+    yield "correction of a waypoint, compiled scalar, in units", "<= 2", f"{c['compiled scalar'] / unit:.2f}"
+    yield "correction, vectorised", "<= 0.4", f"{one / unit:.2f}"
+    yield "correction, no compiler", "<= 4", f"{c['no compiler'] / unit:.2f}"
+    yield f"smoothing, nothing active, {N} waypoints", "<= + 1", f"+ {(c['with smoothing'] - one) / unit:.2f}"
+    told = f"+ {(c['limited'] - one) / unit:.2f} ({100 * c['at a limit']:.1f} % at it)"
+    yield "smoothing, 1 % of waypoints at a limit", "<= + 8", told
+    yield from every_error(min(points, SOME))
+    yield from whole_runs(folder, unit, points)
+    yield from texts(min(points, SOME))
+    if others:
+        yield from against_peers(folder, planned, one, points)
+    if ipopt:
+        i = cases.against_ipopt(problem, ipopt)
+        for name, label, reach in (("free", "nothing active", ">= 500"), ("limited", "limits active", ">= 30")):
+            slow, fast, apart, solved = (i[f"{name} {key}"] for key in ("slow", "fast", "difference", "solved"))
+            told = f"{slow / fast:.0f} ({1e6 * slow:.0f} us a waypoint, apart {apart:.0e} m)"
+            if not solved:
+                told += ", ipopt did not converge"
+            yield f"ipopt with its set-up over compgen, the same program, {ipopt} waypoints, {label}", reach, told
 
-    stepover = 826 * 2 / 0.8 / given.points * 1e3  # mm, at 0.8 mm between waypoints
-    sizes = [f"path.stepover_mm={stepover * k:.6g},process.chord_um=0.2" for k in (100, 10, 1)]
-    small, middle, large = cases.growth(folder / "compiled", min(2, os.cpu_count() or 1), sizes)
-    row(
-        f"whole generate at {large[0]:.0f} waypoints, elapsed, in units a waypoint",
-        "<= 20",
-        f"{large[1] / large[0] / unit:.1f}",
-    )
-    row("the same in processor time", "", f"{large[2] / large[0] / unit:.1f}")
+
+def every_error(points: int) -> Iterator[Row]:
+    """The unit and the correction of a robot with every kind of error, to compare other robots with."""
+    with tempfile.TemporaryDirectory() as folder:
+        planned = pipeline.predict(cases.job_of(points, cases.full_robot(Path(folder))), cases.quiet)
+    problem = cases.problem_of(planned)
+    full, operations = cases.unit(problem)
+    told = "the same for a model with 24 DH errors, 9 thermal and offset inputs, compliance, a quadratic map"
+    yield f"{told}, {operations} operations", "", f"{1e9 * full:.0f} ns here"
+    spent = seconds(problem.pointwise) / len(problem.arc)
+    yield "correction with that model, vectorised, in units of that model", "", f"{spent / full:.2f}"
+
+
+def whole_runs(folder: Path, unit: float, points: int) -> Iterator[Row]:
+    """From TOML to written, at three sizes; and a short job."""
+    least = min(points, max(points // 100, 5000))
+    sizes = [least, int(np.sqrt(least * points)), points]
+    small, middle, large = (whole.runs(folder / "compiled", WORKERS, size) for size in sizes)
+    count, elapsed, spent, peak = large
+    long = points >= LONG
+    told = f"whole generate at {count:.0f} waypoints, {WORKERS} workers, in units a waypoint"
+    yield f"{told}: elapsed", "<= 20" if long else "", f"{elapsed / count / unit:.1f}"
+    yield f"{told}: processor time", "", f"{spent / count / unit:.1f}"
     # differences of sizes know no start-up
-    late, early = ((b[2] - a[2]) / (b[0] - a[0]) for a, b in ((middle, large), (small, middle)))
-    told = (
-        f"growth: processor time a waypoint, {middle[0]:.0f} to {large[0]:.0f} over {small[0]:.0f} to {middle[0]:.0f}"
-    )
-    row(told, "<= 1.1", f"{late / early:.2f}")
-    row("start-up beside, in processor seconds", "", f"{small[2] - small[0] * early:.2f}")
-    row(f"peak memory at {large[0]:.0f}", "<= 2000 MB", f"{large[3]:.0f} MB")
-    job, base = cases.cold_start(folder)
-    row("generate paths/spiral_1300.toml over importing casadi, pinocchio, scipy", "<= 3", f"{job / base:.1f}")
+    if middle[0] > small[0] and count > middle[0]:
+        late, early = ((b[2] - a[2]) / (b[0] - a[0]) for a, b in ((middle, large), (small, middle)))
+        told = (
+            f"growth: processor time a waypoint, {middle[0]:.0f} to {count:.0f} over {small[0]:.0f} to {middle[0]:.0f}"
+        )
+        yield told, "<= 1.1" if long else "", f"{late / early:.2f}"
+        yield "start-up beside, in processor seconds", "", f"{small[2] - small[0] * early:.2f}"
+    yield f"peak memory at {count:.0f}", "<= 2000 MB", f"{peak:.0f} MB"
+    processor, elapsed = whole.cold_start(folder)
+    told = f"{processor:.1f} (elapsed {elapsed:.1f})"
+    yield "generate paths/spiral_1300.toml over importing casadi, pinocchio, scipy", "<= 3", told
 
-    one = c["vectorised"]
-    others = cases.per_waypoint(problem)
-    row("scipy least_squares over compgen's correction", ">= 1000", f"{others['scipy'] / one:.0f}")
-    row("pinocchio closed loop in Python (cold) over compgen's correction", "", f"{others['pinocchio'] / one:.0f}")
-    t = cases.text(cases.job_of("process.chord_um=0.4"), compiler)
-    row("per-line LS writer over compgen", ">= 5", f"{t['write slow'] / t['write fast']:.1f}")
-    row("per-line LS reader over compgen", ">= 8", f"{t['read slow'] / t['read fast']:.1f}")
-    points = min(5000, len(planned.theta) - 1001)
-    mine, question = cases.timed(planned, points)
-    if not given.no_peers:
-        arm = cases.arm_question(planned)
-        for name, asked, wanted in (
-            (
-                "roboticstoolbox",
-                arm,
-                (("ikine_LM", "DHRobot.ikine_LM (hot)", ">= 1000"), ("ik_LM", "ETS.ik_LM (cold)", ">= 15")),
-            ),
-            ("pybotics", arm, (("ik", "ik (hot)", ""),)),
-            ("toppra", question, (("timing", "timing", ">= 20"),)),
-        ):
-            answer = peers.ask(name, asked, folder)
-            for key, label, reach in wanted:
-                if isinstance(answer, str):
-                    row(f"{name} {label}", reach, answer)
-                else:
-                    row(
-                        f"{name} {label} over compgen", reach, f"{answer[key] / (mine if key == 'timing' else one):.0f}"
-                    )
-    if given.ipopt:
-        i = cases.against_ipopt(problem, min(given.ipopt, len(problem.arc) // 2 - 1))
-        for name, reach in (("free", ">= 500"), ("limited", ">= 30")):
-            told = f"{i[f'{name} slow'] / i[f'{name} fast']:.0f} (apart {i[f'{name} difference']:.0e} m)"
-            row(f"ipopt over compgen, {given.ipopt} waypoints, {name}", reach, told)
 
+def texts(points: int) -> Iterator[Row]:
+    """A program written and read line by line."""
+    program = text.spiral(points)
+    data = fanuc_ls.compose(program)
+    write, slow_write = (seconds(lambda f=f: f(program)) for f in (fanuc_ls.compose, text.write_by_lines))
+    read, slow_read = (seconds(lambda f=f: f(data)) for f in (fanuc_ls.interpret, text.read_by_lines))
+    yield f"per-line LS writer over compgen, {points} points", ">= 5", f"{slow_write / write - 1:.1f}"
+    yield f"per-line LS reader over compgen, {points} points", ">= 8", f"{slow_read / read:.1f}"
+
+
+def against_peers(folder: Path, planned: pipeline.Planned, one: float, points: int) -> Iterator[Row]:
+    """Other libraries; one that cannot be had says why."""
+    arm = cases.arm_question(planned)
+    mine, timing = cases.timed(planned, min(5000, points // 2))
+    network = heat.network()
+    modes, rises = heat.by_modes(network)
+    asked = (
+        ("scipy", arm, one, (("least_squares", "least_squares, hot", ">= 1000"),)),
+        ("scipy", heat.question(network), modes, (("solve_ivp", "solve_ivp BDF, a day of heat in 100 volumes", ""),)),
+        ("pinocchio", arm, one, (
+            ("example", "closed loop in Python as in its example, hot", ""),
+            ("whole steps", "closed loop in Python with whole steps, hot", ""),
+        )),
+        ("roboticstoolbox", arm, one, (
+            ("ikine_LM", "DHRobot.ikine_LM, hot", ">= 1000"), ("ik_LM", "ETS.ik_LM, cold", ">= 15"),
+        )),
+        ("pybotics", arm, one, (("ik", "Robot.ik, hot", ""),)),
+        ("toppra", timing, mine, (("timing", "timing", ">= 20"),)),
+    )  # fmt: skip
+    for name, question, ours, wanted in asked:
+        answer = peers.ask(name, question, folder / "peers")
+        for key, label, reach in wanted:
+            what = f"{name} {label}, over compgen"
+            if isinstance(answer, str):
+                yield what, reach, answer
+                continue
+            told = f"{answer[key] / ours:.0f}"
+            if f"{key} off" in answer:
+                told += f" (off by {answer[f'{key} off']:.0e} m)"
+            if "rises" in answer:
+                told += f" (apart {np.abs(np.array(answer['rises']) - rises).max():.0e} K)"
+            yield what, reach, told
+
+
+def table(rows: Sequence[Row], asked: str, busy: float) -> str:
+    """The results as a page."""
     told = f"- medians of {ROUNDS} warm rounds, processor time unless said; ratios taken in one run"
+    cores = os.cpu_count() or 1
     lines = [
         "# Results",
         "",
         *(f"- {fact}" for fact in machine()),
+        f"- load before {busy:.1f} of {cores} cores" + (": other work ran beside" if busy > 0.3 * cores else ""),
         told,
+        f"- `python -m benchmarks {asked}`",
         "",
         "| what | reach | here |",
         "|---|---|---|",
+        *(f"| {what} | {reach} | {value} |" for what, reach, value in rows),
     ]
-    lines += [f"| {what} | {reach} | {value} |" for what, reach, value in rows]
-    (HERE / "results.md").write_text("\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
-main()
+if __name__ == "__main__":
+    main()

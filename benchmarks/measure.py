@@ -22,6 +22,11 @@ def seconds(work: Callable[[], Any], rounds: int = ROUNDS) -> float:
     return statistics.median(found)
 
 
+def load() -> float:
+    """How many cores others use, over the last minute."""
+    return os.getloadavg()[0]
+
+
 def machine() -> list[str]:
     """Facts a reader needs to judge the ratios."""
     import casadi

@@ -22,7 +22,7 @@ from compgen.units import DEG, MM
 
 Result = TypeVar("Result")
 REPEATS = 3
-WRITE_MB_S, READ_MB_S, TIMES = 150.0, 100.0, 10.0
+WRITE_MB_S, READ_MB_S, TIMES = 150.0, 150.0, 10.0
 _MOVE = re.compile(r"\s*\d+:L P\[\d+\] (\S+) (FINE|CNT100)")
 _CONFIG = re.compile(r"CONFIG : '(.) (.) (.), (-?\d+), (-?\d+), (-?\d+)'")
 _NUMBER = re.compile(r"= +(-?\d+\.\d+)")

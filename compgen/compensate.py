@@ -14,8 +14,8 @@ W makes an angle count as the distance it moves a point one lever away; spin abo
 
 Because the real arm differs from the nominal one by parts in 10^4, de/dc = I + O(1e-4). So with z_n = c_n - e_n(c) the
 problem is linear least squares, pentadiagonal and separate for each of the six components: solving it and refreshing z
-shrinks the step about a thousandfold each time. Smoothing enlarges nothing, so z that no longer moves says, without
-another solve, that the correction would not move either. Where a constraint binds, ``limits`` takes over there.
+shrinks the step about a thousandfold each time. Smoothing enlarges hardly anything, so z that no longer moves says,
+without another solve, that the correction would not move either. Where a constraint binds, ``limits`` takes over there.
 """
 
 from collections.abc import Callable
@@ -23,9 +23,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from compgen.arrays import Array, frozen, own
+from compgen.banded import cho_solve_banded, cholesky_banded
 from compgen.limits import hold, violated
 from compgen.problem import Problem, Settings, bands, measure, weights
 
@@ -50,7 +50,7 @@ class Solution:
     residual: Array  # (N, 6) predicted error that stays
     status: Status
     iterations: int
-    step: float  # [m] what a further iteration would change at most
+    step: float  # [m] what a further iteration would change, about
     active: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
 
     def __post_init__(self) -> None:

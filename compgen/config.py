@@ -23,6 +23,7 @@ from compgen.problem import Settings
 from compgen.reading import check, find_robot, override, path_model, read_toml
 from compgen.rehearsal import rehearse
 from compgen.rotations import from_wpr
+from compgen.tables import told
 from compgen.thermal import Ambient, Duty
 from compgen.thermal.losses import mean_losses
 from compgen.thermal.measured import explain
@@ -76,7 +77,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
     read = None
     if path.log is not None:
         read = heating.log(path.log, cell.sensors, path.ambient.reference_degC, str(source))
-        if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
+        if not told(path.ambient) - {"reference_degC", "clock_h"}:
             air = Ambient(np.zeros(1), read.air[-1:])  # nothing said of the air: as the log left it
     others = heating.files_read(path, str(source))
     inputs = json.dumps([__version__, source.stem, path_data, robot_data, *others], sort_keys=True, default=str)

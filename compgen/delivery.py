@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,15 +10,15 @@ from compgen import __version__
 from compgen.arrays import Array, IntArray, own
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls import Program
-from compgen.dialects.fanuc_ls.adjoin import JoinError, interpret_pages
-from compgen.dialects.fanuc_ls.manifest import ENDING, check_manifest, manifest
-from compgen.dialects.fanuc_ls.own_pages import split_own, stretch
-from compgen.dialects.fanuc_ls.pages import Page, Paged
+from compgen.dialects.fanuc_ls.names import ENDING
 from compgen.dialects.fanuc_ls.write import REMARK_LENGTH
 from compgen.job import Job
 from compgen.paging import Stops, head_lines, size, store_of
 from compgen.units import KB
 from compgen.verify import Finding
+
+if TYPE_CHECKING:  # a program in one file is written without what parts, reads and joins pages
+    from compgen.dialects.fanuc_ls.pages import Page, Paged
 
 ROWS = 16384  # positions compared at a time
 
@@ -40,7 +41,7 @@ class Delivery:
 
     files: tuple[tuple[str, bytes], ...]  # name and content; what must appear last stands last
     program: Program
-    paged: Paged | None = None
+    paged: "Paged | None" = None
     starts: tuple[Start, ...] = ()  # of the pages
 
     @property
@@ -67,6 +68,10 @@ def in_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Sequenc
         ImpossibleError: It cannot be parted so that each page fits.
         JoinError: The pages, read back from their text, are not the program.
     """
+    from compgen.dialects.fanuc_ls.adjoin import interpret_pages
+    from compgen.dialects.fanuc_ls.manifest import check_manifest, manifest
+    from compgen.dialects.fanuc_ls.own_pages import split_own
+
     starts: list[Start] = []
 
     def headings(first: Sequence[int]) -> list[list[str]]:
@@ -111,7 +116,7 @@ def findings(job: Job, delivered: Delivery, stops: Stops | None) -> list[Finding
     return [Finding("warning", "controller.size", f"{told}, and it cannot be parted: {stops.why_not}; {mend}")]
 
 
-def _known(job: Job, page: Page, start: Start) -> dict[str, object]:
+def _known(job: Job, page: "Page", start: Start) -> dict[str, object]:
     """What the manifest says of a page besides its file."""
     return {
         "first_position": max(page.motions[0], 1),  # of the undivided program; the page starts there
@@ -137,6 +142,9 @@ def _ascii(lines: Iterable[str]) -> list[str]:
 
 def _same(whole: Program, undivided: Program) -> None:
     """Raises JoinError unless a program is what another, not yet written, would drive."""
+    from compgen.dialects.fanuc_ls.adjoin import JoinError
+    from compgen.dialects.fanuc_ls.own_pages import stretch
+
     N = len(undivided.position)
     for first in range(0, N, ROWS):
         last = min(first + ROWS, N) - 1

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from compgen.real_arm import Bend, Flaws, Line
 from compgen.sources import (
     AxisMap,
     BaseFrame,
@@ -23,6 +22,7 @@ from compgen.sources import (
     ThermalShift,
     ToolFrame,
 )  # fmt: skip
+from compgen.twin.real_arm import Bend, Flaws, Line
 
 
 def flaws_of(sources: Sequence[Source]) -> Flaws | None:

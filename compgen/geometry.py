@@ -1,7 +1,8 @@
 """The exact path, and what is asked of it: expressions of a piece, a surface and a parameter, at many points."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -107,88 +108,111 @@ def even_expr(span: Any, slope: Any, u: Any) -> Any:
     return t + u * u * u * (slope[0] + slope[1] - 2 * step)
 
 
-@dataclass(frozen=True, slots=True)
 class Functions:
-    """CasADi functions of a row of ``Pieces.table`` (22) and one of ``Quadric.table`` (15)."""
+    """CasADi functions of a row of ``Pieces.table`` (22) and one of ``Quadric.table`` (15), each built when asked for.
 
-    spacing: Any  # and t, (chord, widest) -> |dP/dt|, spacing, there
-    length: Any  # and (start, end) -> length, there
-    chord: Any  # and (start, end) -> distance, there
-    at: Any  # and (start, end, length, fraction) -> t
-    place: Any  # and t, (cos, sin) -> position, rotation, travel (3)
-    measured: Any  # and (start, end) -> length, slopes (2), there
+    A point's expression is a function of its own, called for every node: SX is put together in C++ then, not in Python.
+    """
 
+    def __init__(self) -> None:
+        piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
+        curve, height = curve_expr(piece, t), height_expr(piece, t)
+        self._inputs, self._t, self._two = [piece, surface], t, ca.SX.sym("two", 2)
+        self._along = ca.Function("along", [piece, surface, t], [*along_expr(surface, curve, height)])
+        self._lift = ca.Function("lift", [piece, surface, t], [*lift_expr(surface, curve[0], height[0])])
 
-@lru_cache(maxsize=1)
-def functions() -> Functions:
-    """The expressions, built once."""
-    piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
-    two, four, axis = ca.SX.sym("two", 2), ca.SX.sym("four", 4), ca.SX.sym("axis", 2)
+    def along(self, t: Any) -> Any:
+        """As ``along_expr``."""
+        return self._along(*self._inputs, t)
 
-    def along(t: Any) -> tuple[Any, Any, Any]:
-        return along_expr(surface, curve_expr(piece, t), height_expr(piece, t))
+    def lift(self, t: Any) -> Any:
+        """As ``lift_expr``."""
+        return self._lift(*self._inputs, t)
 
-    def lift(t: Any) -> tuple[Any, Any, Any, Any]:
-        return lift_expr(surface, curve_expr(piece, t)[0], height_expr(piece, t)[0])
+    def _built(self, name: str, given: Sequence[Any], out: Sequence[Any]) -> Any:
+        return ca.Function(name, [*self._inputs, *given], [*out])
 
-    def length(start: Any, end: Any) -> tuple[Any, Any]:
+    @cached_property
+    def spacing(self) -> Any:
+        """And t, (chord, widest) -> |dP/dt|, spacing, there."""
+        p1, p2, there = self.along(self._t)
+        speed = ca.norm_2(p1)
+        bend = ca.norm_2(ca.cross(p1, p2))
+        spacing = ca.fmin(ca.sqrt(8 * self._two[0] * speed**3 / bend), self._two[1])
+        return self._built("spacing", [self._t, self._two], [speed, spacing, there])
+
+    @cached_property
+    def place(self) -> Any:
+        """And t, (cos, sin) -> position, rotation, travel (3)."""
+        axis = ca.SX.sym("axis", 2)
+        position, rotation, _ = pose_expr(self.lift(self._t), axis)
+        travel = self.along(self._t)[0]
+        return self._built("place", [self._t, axis], ca.cse([position, ca.vec(rotation.T), travel / ca.norm_2(travel)]))
+
+    def _length(self, start: Any, end: Any) -> tuple[Any, Any]:
         middle, half = (start + end) / 2, (end - start) / 2
-        found = [along(middle + half * float(node)) for node in _NODES]
+        found = [self.along(middle + half * float(node)) for node in _NODES]
         total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(_WEIGHTS, found))
         there = found[0][2]
         for _, _, more in found[1:]:
             there = ca.fmin(there, more)
         return total * half, there
 
-    p1, p2, there = along(t)
-    speed = ca.norm_2(p1)
-    bend = ca.norm_2(ca.cross(p1, p2))
-    spacing = ca.fmin(ca.sqrt(8 * two[0] * speed**3 / bend), two[1])
+    @cached_property
+    def length(self) -> Any:
+        """And (start, end) -> length, there."""
+        return self._built("length", [self._two], self._length(self._two[0], self._two[1]))
 
-    begin, finish = lift(two[0]), lift(two[1])
-    line = finish[0] - begin[0]
-    size = ca.dot(line, line)
-    size = ca.if_else(size > 0, size, 1.0)
-    farthest, held = 0.0, ca.fmin(begin[3], finish[3])
-    for u in INNER:
-        point, _, _, more = lift(two[0] + u * (two[1] - two[0]))
-        off = point - begin[0]
-        off = off - ca.dot(off, line) / size * line
-        farthest, held = ca.fmax(farthest, ca.norm_2(off)), ca.fmin(held, more)
+    @cached_property
+    def chord(self) -> Any:
+        """And (start, end) -> distance, there."""
+        two = self._two
+        begin, finish = self.lift(two[0]), self.lift(two[1])
+        line = finish[0] - begin[0]
+        size = ca.dot(line, line)
+        size = ca.if_else(size > 0, size, 1.0)
+        farthest, held = 0.0, ca.fmin(begin[3], finish[3])
+        for u in INNER:
+            point, _, _, more = self.lift(two[0] + u * (two[1] - two[0]))
+            off = point - begin[0]
+            off = off - ca.dot(off, line) / size * line
+            farthest, held = ca.fmax(farthest, ca.norm_2(off)), ca.fmin(held, more)
+        return self._built("chord", [two], [farthest, held])
 
-    start, end, whole, fraction = (four[k] for k in range(4))
-    found = start + fraction * (end - start)
-    for _ in range(ROUNDS):
-        found = found - (length(start, found)[0] - fraction * whole) / ca.norm_2(along(found)[0])
+    @cached_property
+    def at(self) -> Any:
+        """And (start, end, length, fraction) -> t."""
+        four = ca.SX.sym("four", 4)
+        start, end, whole, fraction = (four[k] for k in range(4))
+        found = start + fraction * (end - start)
+        for _ in range(ROUNDS):
+            found = found - (self._length(start, found)[0] - fraction * whole) / ca.norm_2(self.along(found)[0])
+        return self._built("at", [four], [found])
 
-    step = two[1] - two[0]
-    first, middle, last = (ca.norm_2(along(two[0] + u * step)[0]) for u in (0.0, 0.5, 1.0))
-    total, held_all = length(two[0], two[1])
-    even = ca.fabs(last - first) < EVEN[0] * middle
-    even = ca.logic_and(even, ca.fabs(first + last - 2 * middle) < EVEN[1] * middle)
-    simpson = (first + 4 * middle + last) / 6 * step
-    even = ca.logic_and(even, ca.fabs(simpson - total) < EVEN[2] * total)
-    slope = ca.if_else(even, total / ca.vertcat(first, last), ca.SX.nan(2))
-
-    here = pose_expr(piece, surface, t, axis)
-    travel = along(t)[0]
-    return Functions(
-        ca.Function("spacing", [piece, surface, t, two], [speed, spacing, there]),
-        ca.Function("length", [piece, surface, two], [*length(two[0], two[1])]),
-        ca.Function("chord", [piece, surface, two], [farthest, held]),
-        ca.Function("at", [piece, surface, four], [found]),
-        ca.Function(
-            "place",
-            [piece, surface, t, axis],
-            ca.cse([here[0], ca.vec(here[1].T), travel / ca.norm_2(travel)]),
-        ),
-        ca.Function("measured", [piece, surface, two], ca.cse([total, slope, held_all])),
-    )
+    @cached_property
+    def measured(self) -> Any:
+        """And (start, end) -> length, slopes (2), there."""
+        two = self._two
+        step = two[1] - two[0]
+        first, middle, last = (ca.norm_2(self.along(two[0] + u * step)[0]) for u in (0.0, 0.5, 1.0))
+        total, held = self._length(two[0], two[1])
+        even = ca.fabs(last - first) < EVEN[0] * middle
+        even = ca.logic_and(even, ca.fabs(first + last - 2 * middle) < EVEN[1] * middle)
+        simpson = (first + 4 * middle + last) / 6 * step
+        even = ca.logic_and(even, ca.fabs(simpson - total) < EVEN[2] * total)
+        slope = ca.if_else(even, total / ca.vertcat(first, last), ca.SX.nan(2))
+        return self._built("measured", [two], ca.cse([total, slope, held]))
 
 
-def pose_expr(piece: Any, surface: Any, t: Any, axis: Any) -> tuple[Any, Any, Any]:
-    """Tool position, rotation and what ``lift_expr`` says of the surface's extent; axis: (cos, sin) of the spin."""
-    position, normal, _, there = lift_expr(surface, curve_expr(piece, t)[0], height_expr(piece, t)[0])
+@lru_cache(maxsize=1)
+def functions() -> Functions:
+    """The expressions, built once."""
+    return Functions()
+
+
+def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any) -> tuple[Any, Any, Any]:
+    """Tool position, rotation and extent of the surface of what ``lift_expr`` says; axis: (cos, sin) of the spin."""
+    position, normal, _, there = lifted
     z = -normal
     along_x = ca.vertcat(axis, 0)
     x = along_x - z * ca.dot(z, along_x)
@@ -204,7 +228,8 @@ def build_pose(sides: int) -> Any:
     """
     piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
     axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * sides + 1)
-    position, rotation, there = pose_expr(piece, surface, t, axis)
-    room = room_expr(edge, curve_expr(piece, t)[0])
+    xy = curve_expr(piece, t)[0]
+    position, rotation, there = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis)
+    room = room_expr(edge, xy)
     outputs = ca.cse([position, ca.vec(rotation.T), there, room])
     return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

@@ -18,8 +18,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.arrays import Array
-from compgen.evaluation import evaluate
+from compgen.arrays import Array, distinct, extent
+from compgen.evaluation import by_rows, evaluate
 from compgen.exceptions import InputError, JointLimitError, SingularityError, UnreachableError
 from compgen.robot import Robot
 from compgen.units import DEG, MM
@@ -91,6 +91,23 @@ def solve(robot: Robot, position: Array, rotation: Array, posture: Posture) -> t
     """
     theta, margin = evaluate(build_solve(robot, posture), position, rotation.reshape(-1, 9))
     return theta, margin[:, 0]
+
+
+def solve_tool(
+    robot: Robot, position: Array, rotation: Array, tool_position: Array, tool_rotation: Array, posture: Posture
+) -> tuple[Array, Array]:
+    """``solve`` for poses of the tool, (N, 3) [m] and (N, 3, 3), whose place in the flange is given."""
+    tool = np.concatenate([tool_position, tool_rotation.ravel()])[None]
+    theta, margin = evaluate(_build_solve_tool(robot, posture), position, rotation.reshape(-1, 9), tool)
+    return theta, margin[:, 0]
+
+
+@lru_cache(maxsize=32)
+def _build_solve_tool(robot: Robot, posture: Posture) -> Any:
+    """(tool position (3), rotation (9, row by row); TCP in the flange (12)) -> theta (6), margin."""
+    p, rows, tool = ca.SX.sym("p", 3), ca.SX.sym("r", 9), ca.SX.sym("tool", 12)
+    flange = ca.reshape(rows, 3, 3).T @ ca.reshape(tool[3:], 3, 3)
+    return ca.Function("joints", [p, rows, tool], [*joints_expr(robot, posture, p - flange @ tool[:3], flange)])
 
 
 @lru_cache(maxsize=32)
@@ -172,7 +189,7 @@ def solve_all(robot: Robot, position: Array, rotation: Array) -> Array:
 
 def nearest_turns(theta: Array, reference: Array) -> Array:
     """The same angles with the whole turns that bring each nearest to a reference, (N, 6)."""
-    return np.asarray(theta + 2 * np.pi * np.round((reference - theta) / (2 * np.pi)))
+    return by_rows(lambda q, near: q + 2 * np.pi * np.round((near - q) / (2 * np.pi)), theta, reference)
 
 
 def _unwrapped(robot: Robot, theta: Array) -> Array:
@@ -236,11 +253,14 @@ def _refuse_out_of_reach(position: Array, margin: Array) -> None:
 
 def _refuse_shoulder(robot: Robot, position: Array, rotation: Array) -> None:
     """The wrist centre's distance from the J1 axis, at and between waypoints."""
-    W = (position - np.cos(robot.alpha[5]) * robot.d[5] * rotation[:, :, 2])[:, :2]
-    step = np.diff(W, axis=0)
-    size = np.einsum("ni,ni->n", step, step)
-    u = np.clip(-np.einsum("ni,ni->n", W[:-1], step) / np.where(size > 0, size, 1.0), 0, 1)
-    distance = np.concatenate([np.hypot(*W[:1].T), np.hypot(*(W[:-1] + u[:, None] * step).T)])
+    back = np.cos(robot.alpha[5]) * robot.d[5]
+    x, y = (position[:, i] - back * rotation[:, i, 2] for i in (0, 1))
+    dx, dy = np.diff(x), np.diff(y)
+    size = dx * dx + dy * dy
+    if np.sqrt((x * x + y * y).min()) - np.sqrt(size.max(initial=0.0)) > robot.shoulder_margin:
+        return  # no step leads near enough
+    u = np.clip(-(x[:-1] * dx + y[:-1] * dy) / np.where(size > 0, size, 1.0), 0, 1)
+    distance = np.concatenate([np.hypot(x[:1], y[:1]), np.hypot(x[:-1] + u * dx, y[:-1] + u * dy)])
     near = np.flatnonzero(distance < robot.shoulder_margin)
     if len(near):
         n = int(near[np.argmin(distance[near])])
@@ -268,7 +288,7 @@ def _refuse_wrist(robot: Robot, theta: Array) -> None:
     near = np.flatnonzero(q5 < robot.wrist_margin)
     # a wrist that swings round between two waypoints has passed zero
     jump = np.flatnonzero(np.abs(np.diff(theta[:, 3])) > np.pi / 2) + 1
-    found = np.union1d(near, jump)
+    found = distinct(np.append(near, jump))
     if len(found):
         n = int(found[0])
         raise SingularityError(
@@ -278,7 +298,8 @@ def _refuse_wrist(robot: Robot, theta: Array) -> None:
 
 def refuse_limits(robot: Robot, theta: Array) -> None:
     """Raises JointLimitError at the first waypoint beyond a limit, naming the joint that is farthest over."""
-    if np.all(theta.min(axis=0) >= robot.lower - 1e-12) and np.all(theta.max(axis=0) <= robot.upper + 1e-12):
+    lowest, highest = extent(theta)
+    if np.all(lowest >= robot.lower - 1e-12) and np.all(highest <= robot.upper + 1e-12):
         return
     over = np.maximum(robot.lower - theta, theta - robot.upper)
     bad = np.flatnonzero((over > 1e-12).any(axis=1))

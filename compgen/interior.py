@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 from numpy.linalg import LinAlgError
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from compgen.arrays import Array, BoolArray, IntArray, dot
+from compgen.banded import cho_solve_banded, cholesky_banded
 from compgen.problem import Problem, Settings, bands, measure, weights
 from compgen.units import UM
 

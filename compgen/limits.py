@@ -136,6 +136,7 @@ def _by_windows(
     """One window after the other, each tied to what the one before settled and run on so far beyond its own end [m].
 
     What is solved beyond the end is thrown away: by there what comes later has no more influence. So memory is bounded.
+    A rate that binds without a break past what is run on carries influence farther: legal, nanometres off the best.
     """
     N, arc = len(loose), problem.arc
     result, begin = start.copy(), 0

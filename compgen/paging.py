@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.arrays import Array, BoolArray, own
-from compgen.dialects.fanuc_ls.parting import CALL, REMARK
-from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+from compgen.dialects.fanuc_ls.program import CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK
 from compgen.dialects.fanuc_ls.store import Size, Store
 from compgen.job import Job
 from compgen.robot import Robot

@@ -21,7 +21,7 @@ from compgen import (
     waiting,
     waypoints,
 )
-from compgen.arrays import Array, IntArray
+from compgen.arrays import Array, IntArray, frozen, steps
 from compgen.compensate import Solution, Status
 from compgen.delivery import Delivery, Start
 from compgen.dialects import fanuc_ls
@@ -159,7 +159,7 @@ def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         leg = _twin(job).ready(program, job.before, job.air)
         return verify.deviations(path, leg.samples, leg.rides())
 
-    ridden = beside(ride)
+    ridden = beside(ride, len(theta))
     found = [
         Finding("warning", "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
@@ -207,13 +207,14 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         path = planned.path
         problem = problem.window(planned.rows)
     position, rotation = problem.commanded(solution.correction)
+    poses = (frozen(position), frozen(rotation))
     trajectory = timing.retime(
         job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
     )
     window = start_window(planned, solution)
-    program = _program(job, position, rotation, solution.theta, trajectory, path, date, job.start_rise(), window)
+    program, _ = _program(job, poses, solution.theta, trajectory, path, date, job.start_rise(), window)
     delivered = _delivered(planned, solution, program)
-    del program, position, rotation
+    del program, poses, position, rotation
     planned.ridden()
     written = delivered.program
     leg = _twin(job).ready(written, job.before, job.air)
@@ -293,8 +294,9 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
 
 def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
     """The uncorrected program as its text would be read."""
-    program = _program(job, path.position, path.rotation, theta, trajectory, path, date, job.start_rise(), None)
-    return fanuc_ls.as_written(program)
+    poses = (path.position, path.rotation)
+    program, said = _program(job, poses, theta, trajectory, path, date, job.start_rise(), None)
+    return fanuc_ls.as_written(program, said)
 
 
 def _twin(job: Job) -> Twin:
@@ -304,20 +306,20 @@ def _twin(job: Job) -> Twin:
 
 def _program(
     job: Job,
-    position: Array,
-    rotation: Array,
+    poses: tuple[Array, Array],
     theta: Array,
     trajectory: Trajectory,
     path: ToolPath,
     date: str,
     start: Array,
     window: float | None,
-) -> Program:
+) -> tuple[Program, tuple[Array, Array]]:
+    """The program of poses (N, 3) [m] and (N, 3, 3), and the poses as it says them."""
     decimals = job.robot.controller.decimals
+    position, rotation = poses
+    said = fanuc_ls.printed(position, rotation, decimals)
     # the digits of CONFIG belong to the pose as printed
-    flange = ik.flange_of(*fanuc_ls.printed(position, rotation, decimals), job.tool_position, job.tool_rotation)
-    joints, _ = ik.solve(job.robot, *flange, job.posture)
-    length = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    joints, _ = ik.solve_tool(job.robot, *said, job.tool_position, job.tool_rotation, job.posture)
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
     remarks = [f"compgen {__version__} {job.robot.name}"[:32], f"inputs {job.inputs_hash[:24]}"]
     if window is None:
@@ -325,7 +327,7 @@ def _program(
     else:
         remarks += [f"rise K {' '.join(pair)}"[:32] for pair in (state[i : i + 2] for i in range(0, len(state), 2))]
         remarks.append(f"start within {window:.0f} s of that")
-    return Program(
+    program = Program(
         name=program_name_of(job),
         comment=f"compgen {job.inputs_hash[:8]}",
         date=date,
@@ -335,11 +337,12 @@ def _program(
         position=position,
         rotation=rotation,
         posture=job.posture,
-        turns=turn_digits(job.robot, ik.nearest_turns(joints, theta)),
-        speed=fanuc_ls.written_feeds(trajectory.speed, length),
+        turns=frozen(turn_digits(job.robot, ik.nearest_turns(joints, theta))),
+        speed=frozen(fanuc_ls.written_feeds(trajectory.speed, steps(position))),
         fine=path.stop,
         decimals=decimals,
     )
+    return program, said
 
 
 def program_name_of(job: Job) -> str:

@@ -7,7 +7,7 @@ which shrinks what is left about a thousandfold a step: ``STEPS`` of them are on
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -110,14 +110,64 @@ def build_commanded() -> Any:
     return ca.Function("commanded", [p, rows, c], [p + c[:3], ca.vec(rotation.T)])
 
 
-@dataclass(frozen=True, slots=True)
 class Functions:
-    """CasADi functions of the target's position (3) and rotation (9, row by row), and of joints (6) near its own."""
+    """CasADi functions of the target's position (3) and rotation (9, row by row), and of joints (6) near its own.
 
-    joints: Any  # and c (6) -> theta (6), margin
-    error: Any  # and c (6), rise, direction, travel -> e (6), theta (6), margin
-    pointwise: Any  # and rise, direction, travel -> c (6)
-    linear: Any  # and c (6) and the same -> e (6), de/dc (36, column-major), theta (6), dtheta/dc (36)
+    Each is built when it is asked. The way from a correction to its joints and to its error are functions of their own,
+    called for every step: SX is put together in C++ then, not in Python.
+    """
+
+    def __init__(
+        self, robot: Robot, model: ErrorModel, posture: Posture, tool_position: bytes, tool_rotation: bytes
+    ) -> None:
+        p, rows, near, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("near", 6), ("c", 6)))
+        moment = [
+            ca.SX.sym(name, model.actual.size1_in(k)) for k, name in enumerate(("rise", "direction", "travel"), 1)
+        ]
+        rotation = ca.reshape(rows, 3, 3).T
+        place, turn = (ca.DM(np.frombuffer(t).reshape(-1, 3)) for t in (tool_position, tool_rotation))
+        flange = rotation @ rotation_matrix_expr(c[3:]) @ turn.T
+        theta, cosine, sine, margin = branch_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
+        theta = theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5)
+
+        def against(pose: Sequence[Any]) -> Any:
+            return ca.vertcat(pose[0] - p, rotation_vector_expr(rotation.T @ pose[1]))
+
+        self._target, self._c, self._moment = [p, rows, near], c, moment
+        self._joints, self._planned = (theta, margin), against(model.actual(near, *moment))
+        e = against(with_pairs(model.actual, theta, cosine, sine, *moment))
+        self._e = ca.Function("e", [p, rows, near, c, *moment], [e])
+
+    def _error(self, c: Any) -> Any:
+        return self._e(*self._target, c, *self._moment)
+
+    @cached_property
+    def joints(self) -> Any:
+        """And c (6) -> theta (6), margin."""
+        return ca.Function("joints", [*self._target, self._c], [*self._joints])
+
+    @cached_property
+    def error(self) -> Any:
+        """And c (6), rise, direction, travel -> e (6), theta (6), margin."""
+        outputs = ca.cse([self._error(self._c), *self._joints])
+        return ca.Function("error", [*self._target, self._c, *self._moment], outputs)
+
+    @cached_property
+    def pointwise(self) -> Any:
+        """And rise, direction, travel -> c (6)."""
+        # without a correction the joints are the planned ones, so the first step needs no inverse
+        found = -self._planned
+        for _ in range(STEPS - 1):
+            found = found - self._error(found)
+        return ca.Function("pointwise", [*self._target, *self._moment], ca.cse([found]))
+
+    @cached_property
+    def linear(self) -> Any:
+        """And c (6) and the same -> e (6), de/dc (36, column-major), theta (6), dtheta/dc (36)."""
+        c, e, theta = self._c, self._error(self._c), self._joints[0]
+        E, G = ca.jacobian(e, c), ca.jacobian(theta, c)
+        outputs = ca.cse([e, ca.densify(E), theta, ca.densify(G)])
+        return ca.Function("linear", [*self._target, c, *self._moment], outputs)
 
 
 @lru_cache(maxsize=16)
@@ -125,35 +175,7 @@ def build_functions(
     robot: Robot, model: ErrorModel, posture: Posture, tool_position: bytes, tool_rotation: bytes
 ) -> Functions:
     """The way from a correction to its joints and to what stays."""
-    p, rows, near, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("near", 6), ("c", 6)))
-    moment = [ca.SX.sym(name, model.actual.size1_in(k)) for k, name in enumerate(("rise", "direction", "travel"), 1)]
-    rotation = ca.reshape(rows, 3, 3).T
-    place, turn = (ca.DM(np.frombuffer(t).reshape(-1, 3)) for t in (tool_position, tool_rotation))
-
-    def branch(c: Any) -> tuple[Any, Any, Any, Any]:
-        flange = rotation @ rotation_matrix_expr(c[3:]) @ turn.T
-        theta, cosine, sine, margin = branch_expr(robot, posture, p + c[:3] - flange @ place.T, flange)
-        return theta + 2 * np.pi * ca.floor((near - theta) / (2 * np.pi) + 0.5), cosine, sine, margin
-
-    def against(pose: Sequence[Any]) -> Any:
-        return ca.vertcat(pose[0] - p, rotation_vector_expr(rotation.T @ pose[1]))
-
-    def error(c: Any) -> Any:
-        return against(with_pairs(model.actual, *branch(c)[:3], *moment))
-
-    # without a correction the joints are the planned ones, so the first step needs no inverse
-    found = -against(model.actual(near, *moment))
-    for _ in range(STEPS - 1):
-        found = found - error(found)
-    theta, _, _, margin = branch(c)
-    e = error(c)
-    E, G = ca.jacobian(e, c), ca.jacobian(theta, c)
-    return Functions(
-        ca.Function("joints", [p, rows, near, c], [theta, margin]),
-        ca.Function("error", [p, rows, near, c, *moment], ca.cse([e, theta, margin])),
-        ca.Function("pointwise", [p, rows, near, *moment], ca.cse([found])),
-        ca.Function("linear", [p, rows, near, c, *moment], ca.cse([e, ca.densify(E), theta, ca.densify(G)])),
-    )
+    return Functions(robot, model, posture, tool_position, tool_rotation)
 
 
 def with_pairs(function: Any, theta: Any, cosine: Any, sine: Any, *others: Any) -> list[Any]:

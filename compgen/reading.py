@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic_core import ValidationError
 
 from compgen import schema as sc
 from compgen.exceptions import InputError
+from compgen.tables import Table, keys_of, validator
 
-Model = TypeVar("Model", bound=BaseModel)
+Model = TypeVar("Model", bound=Table)
 
 
 def shipped() -> Path:
@@ -100,13 +101,14 @@ def path_model(data: dict[str, Any], where: str) -> sc.PathFile:
         raise InputError(f"{where}: path.pattern: {name!r} is unknown; known: {known}{close}")
     pattern = check(sc.PATTERNS[name], table, where, "path")
     rest = check(sc.PathFile, {**data, "path": {k: table[k] for k in ("x_mm", "y_mm", "z_mm")}}, where)
-    return rest.model_copy(update={"path": pattern})
+    return rest.replaced(path=pattern)
 
 
 def check(model: type[Model], data: Mapping[str, Any], where: str, prefix: str = "") -> Model:
     """Validate, and say the first thing that is wrong in one line."""
     try:
-        return model.model_validate(data)
+        found: Model = validator(model).validate_python(data)
+        return found
     except ValidationError as failure:
         errors = failure.errors()
         # an unknown key is the cause of a missing one more often than the other way round
@@ -128,16 +130,14 @@ def check(model: type[Model], data: Mapping[str, Any], where: str, prefix: str =
             raise InputError(f"{where}: {key}: {value!r}: {told[0].lower()}{told[1:]}")
 
 
-def _keys(model: type[BaseModel], steps: Sequence[int | str]) -> list[str]:
+def _keys(model: type[Table], steps: Sequence[int | str]) -> list[str]:
     """Keys that the table at a place may have."""
     for step in steps:
-        field = model.model_fields.get(str(step))
-        if field is None:
-            continue
-        found = [t for t in _types(field.annotation) if isinstance(t, type) and issubclass(t, BaseModel)]
+        _, annotation = keys_of(model).get(str(step), ("", None))
+        found = [t for t in _types(annotation) if isinstance(t, type) and issubclass(t, Table)]
         if found:
             model = found[0]
-    return [field.alias or name for name, field in model.model_fields.items()]
+    return list(keys_of(model))
 
 
 def _types(annotation: Any) -> list[Any]:

@@ -3,6 +3,7 @@ r"""Rotation vectors and matrices, row by row.
 A rotation vector w turns by \|w\| about w/\|w\|:  R = I + a [w] + b [w]^2 with a = sin|w|/|w|, b = (1 - cos|w|)/|w|^2.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from math import factorial
 from typing import Any
@@ -89,16 +90,20 @@ def from_wpr(w: Array, p: Array, r: Array) -> Array:
     def part(start: int, stop: int) -> None:
         for at in range(start, stop, BLOCK):
             here = slice(at, min(at + BLOCK, stop))
-            fill_rotations(angles[0][here], angles[1][here], angles[2][here], rows[here])
+            with np.errstate(invalid="ignore"):  # what is not a number says so itself
+                pairs = [(np.cos(a[here]), np.sin(a[here])) for a in angles]
+            fill_rotations(pairs, rows[here])
 
     share_out(len(rows), part)
     return found
 
 
-def fill_rotations(w: Array, p: Array, r: Array, rows: Array) -> None:
-    """``from_wpr`` into rows, (N, 9). Always by numpy: one text means one pose, in a file of any length."""
-    with np.errstate(invalid="ignore"):  # what is not a number says so itself
-        cw, cp, cr, sw, sp, sr = (f(a) for f in (np.cos, np.sin) for a in (w, p, r))
+def fill_rotations(pairs: Sequence[tuple[Array, Array]], rows: Array) -> None:
+    """``from_wpr`` of cosine and sine of each angle, (N,) each, into rows (N, 9).
+
+    Always by numpy: one text means one pose, in a file of any length.
+    """
+    (cw, sw), (cp, sp), (cr, sr) = pairs
     tilt, swing = cr * sp, sr * sp
     entries = rows.T
     np.multiply(cr, cp, out=entries[0])

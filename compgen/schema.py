@@ -2,8 +2,6 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
-
 from compgen.schema_heat import (
     AmbientTable,
     Length,
@@ -15,19 +13,19 @@ from compgen.schema_heat import (
     ShiftTable,
     SixRates,
     StepTable,
-    Table,
     Word,
 )
 from compgen.schema_sources import SourcesTable
+from compgen.tables import FiniteFloat, Table, within
 
 # Upper ends are far beyond any cell: they keep a slip of the keyboard from becoming a number that overflows.
-Number = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
-Angle = Annotated[FiniteFloat, Field(ge=-3600, le=3600)]  # deg
-SixPlaces = Annotated[list[Place], Field(min_length=6, max_length=6)]
-SixAngles = Annotated[list[Angle], Field(min_length=6, max_length=6)]
-SixNumbers = Annotated[list[Annotated[FiniteFloat, Field(ge=-10, le=10)]], Field(min_length=6, max_length=6)]
-Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
-AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2)]
+Number = Annotated[FiniteFloat, within(ge=-1e6, le=1e6)]
+Angle = Annotated[FiniteFloat, within(ge=-3600, le=3600)]  # deg
+SixPlaces = Annotated[list[Place], within(min_length=6, max_length=6)]
+SixAngles = Annotated[list[Angle], within(min_length=6, max_length=6)]
+SixNumbers = Annotated[list[Annotated[FiniteFloat, within(ge=-10, le=10)]], within(min_length=6, max_length=6)]
+Range = Annotated[list[Number], within(min_length=2, max_length=2)]
+AngleRange = Annotated[list[Angle], within(min_length=2, max_length=2)]
 
 
 class PatternTable(Table):
@@ -58,7 +56,7 @@ class SpiralTable(PatternTable):
 
     pattern: Literal["spiral"]
     diameter_mm: Length | None = None
-    turns: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
+    turns: Annotated[FiniteFloat, within(gt=0, le=1e4)] | None = None
     stepover_mm: Length | None = None
 
 
@@ -68,7 +66,7 @@ class RasterTable(PatternTable):
     pattern: Literal["raster"]
     stepover_mm: Length
     diameter_mm: Length | None = None
-    lead_mm: Annotated[FiniteFloat, Field(ge=0, le=50)] = 5.0
+    lead_mm: Annotated[FiniteFloat, within(ge=0, le=50)] = 5.0
     turn: Literal["square", "smooth"] = "square"
 
 
@@ -92,9 +90,9 @@ class SurfaceTable(Table):
     """What the path lies on; a conic needs its three numbers."""
 
     kind: Literal["plane", "conic"] = "plane"
-    radius_of_curvature_m: Annotated[FiniteFloat, Field(ge=0.1, le=1e6)] | None = None
-    conic_constant: Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)] | None = None
-    off_axis_m: Annotated[FiniteFloat, Field(ge=0, le=1e4)] | None = None
+    radius_of_curvature_m: Annotated[FiniteFloat, within(ge=0.1, le=1e6)] | None = None
+    conic_constant: Annotated[FiniteFloat, within(ge=-1e3, le=1e3)] | None = None
+    off_axis_m: Annotated[FiniteFloat, within(ge=0, le=1e4)] | None = None
 
 
 class BoundaryTable(Table):
@@ -109,7 +107,7 @@ class BoundaryTable(Table):
 class ToolTable(Table):
     """The TCP in the flange frame, FANUC's X Y Z W P R; all zero is the flange itself (UT 0)."""
 
-    number: Annotated[int, Field(ge=0, le=10)] | None = None
+    number: Annotated[int, within(ge=0, le=10)] | None = None
     x_mm: Place = 0.0
     y_mm: Place = 0.0
     z_mm: Place = 0.0
@@ -123,11 +121,11 @@ class ToolTable(Table):
 class ProcessTable(Table):
     """How the path is driven and cut into waypoints."""
 
-    feed_mm_s: Annotated[FiniteFloat, Field(ge=0.05, le=2000)]
-    chord_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 1.5
-    spacing_mm: Annotated[FiniteFloat, Field(ge=1e-3, le=10)] = 10.0
-    thin_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] | None = None
-    lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
+    feed_mm_s: Annotated[FiniteFloat, within(ge=0.05, le=2000)]
+    chord_um: Annotated[FiniteFloat, within(ge=0.01, le=1000)] = 1.5
+    spacing_mm: Annotated[FiniteFloat, within(ge=1e-3, le=10)] = 10.0
+    thin_um: Annotated[FiniteFloat, within(ge=0.01, le=1000)] | None = None
+    lift_mm: Annotated[FiniteFloat, within(ge=0, le=1e4)] = 20.0
     page_stops: Literal["off the part", "anywhere"] = "off the part"
 
 
@@ -142,18 +140,18 @@ class PostureTable(Table):
 class CompensationTable(Table):
     """What a correction may look like; see docs/conventions.md."""
 
-    clamp_mm: Annotated[FiniteFloat, Field(ge=0.001, le=100)] = 3.0
-    clamp_deg: Annotated[FiniteFloat, Field(ge=0.001, le=10)] = 0.5
-    rate_um_mm: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 10.0
-    rate_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 1.0
-    curvature_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 10.0
-    start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
+    clamp_mm: Annotated[FiniteFloat, within(ge=0.001, le=100)] = 3.0
+    clamp_deg: Annotated[FiniteFloat, within(ge=0.001, le=10)] = 0.5
+    rate_um_mm: Annotated[FiniteFloat, within(ge=0.01, le=1000)] = 10.0
+    rate_period_mm: Annotated[FiniteFloat, within(ge=0, le=100)] = 1.0
+    curvature_period_mm: Annotated[FiniteFloat, within(ge=0, le=100)] = 10.0
+    start_drift_um: Annotated[FiniteFloat, within(ge=0.01, le=1e4)] = 5.0
 
 
 class BeforeFile(Table):
     """A file, or words, that say only what went before."""
 
-    before: Annotated[list[StepTable], Field(default_factory=list)]
+    before: list[StepTable] = []
 
 
 class BoundsTable(Table):
@@ -180,10 +178,10 @@ class PathFile(Table):
     process: ProcessTable
     posture: PostureTable = PostureTable()
     compensation: CompensationTable = CompensationTable()
-    before: Annotated[list[StepTable], Field(default_factory=list)]
-    cycle: Annotated[list[StepTable], Field(default_factory=list)]
-    after: Annotated[list[StepTable], Field(default_factory=list)]
-    shift: Annotated[list[ShiftTable], Field(default_factory=list)]
+    before: list[StepTable] = []
+    cycle: list[StepTable] = []
+    after: list[StepTable] = []
+    shift: list[ShiftTable] = []
     ambient: AmbientTable = AmbientTable()
     log: LogTable | None = None
     bounds: BoundsTable
@@ -200,7 +198,7 @@ class DhTable(Table):
 class PendantTable(Table):
     """theta = matrix pendant + offset."""
 
-    matrix: Annotated[list[SixNumbers], Field(min_length=6, max_length=6)]
+    matrix: Annotated[list[SixNumbers], within(min_length=6, max_length=6)]
     offset_deg: SixAngles
 
 
@@ -233,13 +231,13 @@ class ControllerTable(Table):
     compensation: Literal["none", "signature", "unknown"]
     signature: str = ""  # the calibration that is active on the controller
     identified_with: str = ""  # the calibration that was active when this file's errors were identified
-    interpolation_ms: Annotated[FiniteFloat, Field(ge=0.1, le=1000)]
-    max_lines: Annotated[int, Field(gt=0)]
-    max_positions: Annotated[int, Field(gt=0)]
+    interpolation_ms: Annotated[FiniteFloat, within(ge=0.1, le=1000)]
+    max_lines: Annotated[int, within(gt=0)]
+    max_positions: Annotated[int, within(gt=0)]
     memory_kB: Positive
-    name_length: Annotated[int, Field(ge=8, le=36)]
-    decimals: Annotated[int, Field(ge=3, le=6)] = 3
-    turn_joints: Annotated[list[Annotated[int, Field(ge=1, le=6)]], Field(min_length=3, max_length=3)]
+    name_length: Annotated[int, within(ge=8, le=36)]
+    decimals: Annotated[int, within(ge=3, le=6)] = 3
+    turn_joints: Annotated[list[Annotated[int, within(ge=1, le=6)]], within(min_length=3, max_length=3)]
 
 
 class BoxTable(Table):
@@ -254,18 +252,16 @@ class NodeTable(Table):
     """One thermal node."""
 
     name: Word
-    rise_K: Annotated[FiniteFloat, Field(ge=-500, le=500)]
-    exponent: Annotated[FiniteFloat, Field(ge=0, le=5)]
-    tau_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
+    rise_K: Annotated[FiniteFloat, within(ge=-500, le=500)]
+    exponent: Annotated[FiniteFloat, within(ge=0, le=5)]
+    tau_h: Annotated[FiniteFloat, within(ge=0.001, le=1e4)]
 
 
-class SectionTable(BaseModel):
+class SectionTable(Table):
     """A stretch of link, from the end of the one before."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
-
     to_mm: Positive
-    from_: str = Field(alias="from")
+    from_: str
     to: str
     shape: Literal["linear", "exponential"]
 
@@ -274,10 +270,10 @@ class ProfileTable(Table):
     """One heated length."""
 
     length: Literal["d1", "a1", "a2", "a3", "d4", "d6"]
-    sections: Annotated[list[SectionTable], Field(min_length=1)]
+    sections: Annotated[list[SectionTable], within(min_length=1)]
 
 
-Cte = Annotated[FiniteFloat, Field(ge=-1000, le=1000)]
+Cte = Annotated[FiniteFloat, within(ge=-1000, le=1000)]
 
 
 class ThermalTable(Table):
@@ -285,13 +281,13 @@ class ThermalTable(Table):
 
     model: Literal["nodes", "network"] = "nodes"
     cte_um_m_K: Cte | dict[str, Cte]
-    reference_feed_mm_s: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
-    reference_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
-    idle_fraction: Annotated[FiniteFloat, Field(ge=0, le=1)]
+    reference_feed_mm_s: Annotated[FiniteFloat, within(ge=0.001, le=1e4)]
+    reference_h: Annotated[FiniteFloat, within(ge=0.001, le=1e4)]
+    idle_fraction: Annotated[FiniteFloat, within(ge=0, le=1)]
     box: BoxTable
-    node: Annotated[list[NodeTable], Field(min_length=1)]
+    node: Annotated[list[NodeTable], within(min_length=1)]
     profile: list[ProfileTable]
-    sensors: Annotated[dict[str, str], Field(default_factory=dict)]
+    sensors: dict[str, str] = {}
     network: NetworkTable | None = None
 
 
@@ -300,16 +296,16 @@ class IdentifiedTable(Table):
 
     model: str = ""
     noise_um: NotNegative = 0.0
-    held_out_um: Annotated[list[Number], Field(default_factory=list, max_length=3)]  # mean and its 95 % interval
-    instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)]
-    instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)]  # rotation vector, World to instrument
-    reflector_mm: dict[str, Annotated[list[Place], Field(min_length=3, max_length=3)]]  # in the flange
+    held_out_um: Annotated[list[Number], within(max_length=3)] = []  # mean and its 95 % interval
+    instrument_mm: Annotated[list[Number], within(min_length=3, max_length=3)]
+    instrument_deg: Annotated[list[Angle], within(min_length=3, max_length=3)]  # rotation vector, World to instrument
+    reflector_mm: dict[str, Annotated[list[Place], within(min_length=3, max_length=3)]]  # in the flange
 
 
 class RobotFile(Table):
     """A robot file."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=24)]
+    name: Annotated[str, within(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=24)]
     maker: str = ""
     payload_kg: Positive | None = None
     dh: DhTable

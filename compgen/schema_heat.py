@@ -2,22 +2,16 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from compgen.tables import FiniteFloat, Table, within
 
 # Upper ends are far beyond any cell: they keep a slip of the keyboard from becoming a number that overflows.
-Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
-NotNegative = Annotated[FiniteFloat, Field(ge=0, le=1e6)]
-Length = Annotated[FiniteFloat, Field(gt=0, le=1e4)]  # mm
-Place = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
-Word = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=16)]
-ThreePlaces = Annotated[list[Place], Field(min_length=3, max_length=3)]
-SixRates = Annotated[list[Annotated[FiniteFloat, Field(ge=1e-3, le=1e6)]], Field(min_length=6, max_length=6)]
-
-
-class Table(BaseModel):
-    """A TOML table: unknown keys are refused, numbers are numbers."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+Positive = Annotated[FiniteFloat, within(gt=0, le=1e6)]
+NotNegative = Annotated[FiniteFloat, within(ge=0, le=1e6)]
+Length = Annotated[FiniteFloat, within(gt=0, le=1e4)]  # mm
+Place = Annotated[FiniteFloat, within(ge=-1e4, le=1e4)]  # mm
+Word = Annotated[str, within(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=16)]
+ThreePlaces = Annotated[list[Place], within(min_length=3, max_length=3)]
+SixRates = Annotated[list[Annotated[FiniteFloat, within(ge=1e-3, le=1e6)]], within(min_length=6, max_length=6)]
 
 
 class StepTable(Table):
@@ -25,27 +19,27 @@ class StepTable(Table):
 
     state: Literal["moving", "idle", "off"]
     program: str | None = None
-    feed_mm_s: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
-    duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
-    repeat: Annotated[int, Field(ge=1, le=100_000)] | None = None
-    dwell_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)] | None = None
+    feed_mm_s: Annotated[FiniteFloat, within(gt=0, le=1e4)] | None = None
+    duration_h: Annotated[FiniteFloat, within(ge=0, le=1e5)] | None = None
+    repeat: Annotated[int, within(ge=1, le=100_000)] | None = None
+    dwell_s: Annotated[FiniteFloat, within(ge=0, le=1e6)] | None = None
     dwell: Literal["idle", "off"] | None = None
-    duty: Annotated[FiniteFloat, Field(ge=0, le=1)] | None = None
+    duty: Annotated[FiniteFloat, within(ge=0, le=1)] | None = None
     shifts: bool = False
 
 
-DayHour = Annotated[FiniteFloat, Field(ge=0, le=48)]
+DayHour = Annotated[FiniteFloat, within(ge=0, le=48)]
 
 
 class ShiftTable(Table):
     """Working hours of every day; a night shift ends after 24."""
 
-    from_h: Annotated[FiniteFloat, Field(ge=0, lt=24)]
+    from_h: Annotated[FiniteFloat, within(ge=0, lt=24)]
     to_h: DayHour
-    breaks_h: list[Annotated[list[DayHour], Field(min_length=2, max_length=2)]] = []
+    breaks_h: list[Annotated[list[DayHour], within(min_length=2, max_length=2)]] = []
 
 
-Celsius = Annotated[FiniteFloat, Field(ge=-20, le=60)]
+Celsius = Annotated[FiniteFloat, within(ge=-20, le=60)]
 
 
 class AmbientTable(Table):
@@ -53,14 +47,14 @@ class AmbientTable(Table):
 
     kind: Literal["constant", "ramp", "wave", "csv"] = "constant"
     reference_degC: Celsius = 20.0
-    clock_h: Annotated[FiniteFloat, Field(ge=0, lt=24)] = 0.0
+    clock_h: Annotated[FiniteFloat, within(ge=0, lt=24)] = 0.0
     value_degC: Celsius | None = None
     from_degC: Celsius | None = None
     to_degC: Celsius | None = None
-    over_h: Annotated[FiniteFloat, Field(gt=0, le=1e5)] | None = None
-    amplitude_K: Annotated[FiniteFloat, Field(ge=0, le=20)] | None = None
-    period_h: Annotated[FiniteFloat, Field(ge=0.01, le=1e5)] | None = None
-    peak_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
+    over_h: Annotated[FiniteFloat, within(gt=0, le=1e5)] | None = None
+    amplitude_K: Annotated[FiniteFloat, within(ge=0, le=20)] | None = None
+    period_h: Annotated[FiniteFloat, within(ge=0.01, le=1e5)] | None = None
+    peak_h: Annotated[FiniteFloat, within(ge=0, le=1e5)] | None = None
     file: str | None = None
 
 
@@ -69,7 +63,7 @@ class LogTable(Table):
 
     file: str
     reference: Literal["ambient", "start"] | Celsius | None = None
-    window_min: Annotated[FiniteFloat, Field(ge=1, le=1e4)] = 20.0
+    window_min: Annotated[FiniteFloat, within(ge=1, le=1e4)] = 20.0
 
 
 class LossTable(Table):
@@ -85,7 +79,7 @@ class BodyTable(Table):
 
     name: Word
     length_mm: Length
-    volumes: Annotated[int, Field(ge=1, le=200)]
+    volumes: Annotated[int, within(ge=1, le=200)]
     mass_kg: Positive
     heat_capacity_J_kgK: Positive
     conductance_W_mm_K: Positive  # conductivity x section: W per K across one millimetre
@@ -101,7 +95,7 @@ class HousingTable(Table):
     film_W_K: NotNegative
     inward_W_K: Positive  # contact with the body towards the base
     outward_W_K: Positive  # contact with the next body
-    drives: list[Annotated[int, Field(ge=1, le=6)]]
+    drives: list[Annotated[int, within(ge=1, le=6)]]
 
 
 class ProbeTable(Table):
@@ -109,7 +103,7 @@ class ProbeTable(Table):
 
     name: Word
     part: str
-    at_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] | None = None
+    at_mm: Annotated[FiniteFloat, within(ge=0, le=1e4)] | None = None
 
 
 class NetworkTable(Table):
@@ -118,10 +112,10 @@ class NetworkTable(Table):
     floor_W_K: NotNegative
     loss: LossTable
     rated_W: SixRates
-    link_kg: Annotated[list[NotNegative], Field(min_length=6, max_length=6)]
-    link_centre_mm: Annotated[list[ThreePlaces], Field(min_length=6, max_length=6)]
+    link_kg: Annotated[list[NotNegative], within(min_length=6, max_length=6)]
+    link_centre_mm: Annotated[list[ThreePlaces], within(min_length=6, max_length=6)]
     payload_kg: NotNegative
     payload_centre_mm: ThreePlaces
-    body: Annotated[list[BodyTable], Field(min_length=1)]
-    housing: Annotated[list[HousingTable], Field(min_length=1)]
-    probe: Annotated[list[ProbeTable], Field(min_length=1)]
+    body: Annotated[list[BodyTable], within(min_length=1)]
+    housing: Annotated[list[HousingTable], within(min_length=1)]
+    probe: Annotated[list[ProbeTable], within(min_length=1)]

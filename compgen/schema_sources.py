@@ -2,44 +2,43 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from compgen.tables import FiniteFloat, Table, within
 
 # Upper ends are far beyond any arm that still works: they keep a slip of the keyboard from becoming a long search.
-Value = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
-Offset = Annotated[FiniteFloat, Field(ge=-5e4, le=5e4)]  # um
-Turn = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mdeg
-Ratio = Annotated[FiniteFloat, Field(ge=-1e5, le=1e5)]  # ppm
-Share = Annotated[FiniteFloat, Field(ge=-10, le=10)]
-Give = Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)]  # urad per N m, arcsec per K
-Mass = Annotated[FiniteFloat, Field(ge=0, le=1e4)]
-Width = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
-Place = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
-Three = Annotated[list[Value], Field(min_length=3, max_length=3)]
-ThreeOffsets = Annotated[list[Offset], Field(min_length=3, max_length=3)]
-ThreeTurns = Annotated[list[Turn], Field(min_length=3, max_length=3)]
-Spot = Annotated[list[Place], Field(min_length=3, max_length=3)]
-Six = Annotated[list[Value], Field(min_length=6, max_length=6)]
-SixOffsets = Annotated[list[Offset], Field(min_length=6, max_length=6)]
-SixTurns = Annotated[list[Turn], Field(min_length=6, max_length=6)]
-SixShares = Annotated[list[Share], Field(min_length=6, max_length=6)]
-SixGives = Annotated[list[Give], Field(min_length=6, max_length=6)]
-SixByTwo = Annotated[list[Annotated[list[Turn], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)]
-SixBySix = Annotated[list[Annotated[list[Ratio], Field(min_length=6, max_length=6)]], Field(min_length=6, max_length=6)]
-Vectors = Annotated[list[ThreeOffsets], Field(min_length=2, max_length=1000)]
-Node = Annotated[str, Field(max_length=40)]
+Value = Annotated[FiniteFloat, within(ge=-1e6, le=1e6)]
+Offset = Annotated[FiniteFloat, within(ge=-5e4, le=5e4)]  # um
+Turn = Annotated[FiniteFloat, within(ge=-1e4, le=1e4)]  # mdeg
+Ratio = Annotated[FiniteFloat, within(ge=-1e5, le=1e5)]  # ppm
+Share = Annotated[FiniteFloat, within(ge=-10, le=10)]
+Give = Annotated[FiniteFloat, within(ge=-1e3, le=1e3)]  # urad per N m, arcsec per K
+Mass = Annotated[FiniteFloat, within(ge=0, le=1e4)]
+Width = Annotated[FiniteFloat, within(gt=0, le=1e6)]
+Place = Annotated[FiniteFloat, within(ge=-1e4, le=1e4)]  # mm
+Three = Annotated[list[Value], within(min_length=3, max_length=3)]
+ThreeOffsets = Annotated[list[Offset], within(min_length=3, max_length=3)]
+ThreeTurns = Annotated[list[Turn], within(min_length=3, max_length=3)]
+Spot = Annotated[list[Place], within(min_length=3, max_length=3)]
+Six = Annotated[list[Value], within(min_length=6, max_length=6)]
+SixOffsets = Annotated[list[Offset], within(min_length=6, max_length=6)]
+SixTurns = Annotated[list[Turn], within(min_length=6, max_length=6)]
+SixShares = Annotated[list[Share], within(min_length=6, max_length=6)]
+SixGives = Annotated[list[Give], within(min_length=6, max_length=6)]
+SixByTwo = Annotated[
+    list[Annotated[list[Turn], within(min_length=2, max_length=2)]], within(min_length=6, max_length=6)
+]
+SixBySix = Annotated[
+    list[Annotated[list[Ratio], within(min_length=6, max_length=6)]], within(min_length=6, max_length=6)
+]
+Vectors = Annotated[list[ThreeOffsets], within(min_length=2, max_length=1000)]
+Cycles = Annotated[FiniteFloat, within(gt=0, le=1e4)]
+Node = Annotated[str, within(max_length=40)]
 Link = Literal["column", "a1", "a2", "a3", "d4"]
-
-
-class Table(BaseModel):
-    """A TOML table: unknown keys are refused, numbers are numbers."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class SourceTable(Table):
     """What every source has: where its values are from, and how well they are known, by the same keys."""
 
-    provenance: Annotated[str, Field(max_length=400)] = ""
+    provenance: Annotated[str, within(max_length=400)] = ""
     sigma: dict[str, Any] = {}
     prior: dict[str, Any] = {}
 
@@ -83,17 +82,19 @@ class GearHarmonicsTable(SourceTable):
 
     sine_mdeg: SixByTwo = 6 * [[0.0, 0.0]]
     cosine_mdeg: SixByTwo = 6 * [[0.0, 0.0]]
-    cycles: Annotated[list[Annotated[FiniteFloat, Field(gt=0, le=1e4)]], Field(min_length=6, max_length=6)] = 6 * [1.0]
+    cycles: Annotated[list[Annotated[FiniteFloat, within(gt=0, le=1e4)]], within(min_length=6, max_length=6)] = 6 * [
+        1.0
+    ]
 
 
-Order = Annotated[int, Field(ge=1, le=1000)]
-Waves = Annotated[list[Annotated[list[Value], Field(max_length=200)]], Field(min_length=6, max_length=6)]
+Order = Annotated[int, within(ge=1, le=1000)]
+Waves = Annotated[list[Annotated[list[Value], within(max_length=200)]], within(min_length=6, max_length=6)]
 
 
 class JointRippleTable(SourceTable):
     """Rows: joints; columns: the orders, in waves a turn of the joint."""
 
-    order: Annotated[list[Order], Field(max_length=200)]
+    order: Annotated[list[Order], within(max_length=200)]
     sine_mdeg: Waves
     cosine_mdeg: Waves
 
@@ -103,7 +104,7 @@ class HysteresisTable(SourceTable):
 
     backlash_mdeg: SixTurns = 6 * [0.0]
     windup_urad_Nm: SixGives = 6 * [0.0]
-    width_mdeg: Annotated[list[Width], Field(min_length=6, max_length=6)]
+    width_mdeg: Annotated[list[Width], within(min_length=6, max_length=6)]
 
 
 class FrameTable(SourceTable):
@@ -123,7 +124,7 @@ class ThermalBendTable(SourceTable):
     plane: list[Literal["arm", "side", "x", "y", "twist"]]
     node: list[Node]
     rate_arcsec_K: list[Give]
-    column_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 0.0  # from the base plate to World's origin
+    column_mm: Annotated[FiniteFloat, within(ge=0, le=1e4)] = 0.0  # from the base plate to World's origin
 
 
 class ThermalShiftTable(SourceTable):
@@ -139,7 +140,7 @@ class MapTable(SourceTable):
 
     axis: Literal["x", "y", "z"]
     at_mm: Spot
-    station_mm: Annotated[list[Place], Field(min_length=2, max_length=1000)]
+    station_mm: Annotated[list[Place], within(min_length=2, max_length=1000)]
     forward_um: Vectors
     reverse_um: Vectors
     width_mm: Width = 10.0
@@ -148,8 +149,8 @@ class MapTable(SourceTable):
 class LoadsTable(Table):
     """Masses and forces; link centres from each joint in World axes at pendant zero, the payload's in the flange."""
 
-    link_kg: Annotated[list[Mass], Field(min_length=6, max_length=6)] = 6 * [0.0]
-    link_centre_mm: Annotated[list[Spot], Field(min_length=6, max_length=6)] = 6 * [[0.0, 0.0, 0.0]]
+    link_kg: Annotated[list[Mass], within(min_length=6, max_length=6)] = 6 * [0.0]
+    link_centre_mm: Annotated[list[Spot], within(min_length=6, max_length=6)] = 6 * [[0.0, 0.0, 0.0]]
     payload_kg: Mass = 0.0
     payload_centre_mm: Spot = [0.0, 0.0, 0.0]
     gravity_m_s2: Three = [0.0, 0.0, -9.80665]

@@ -5,7 +5,6 @@ is raised, once; from ``finish`` on files are being put in place, which takes no
 """
 
 import os
-import shutil
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -91,14 +90,20 @@ def workplace(folder: Path) -> Iterator[Path]:
         folder.mkdir(0o700)
         yield folder
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        _remove(folder)
         _litter.discard(folder)
 
 
 def sweep() -> None:
     """Remove what threads that are left in the middle of their work would leave."""
     for folder in list(_litter):
-        shutil.rmtree(folder, ignore_errors=True)
+        _remove(folder)
+
+
+def _remove(folder: Path) -> None:
+    import shutil  # here: a start goes without it
+
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def alive(process: int) -> bool:

@@ -1,6 +1,6 @@
 """How long a robot may wait, servo on, before it moves on: until its warmth has changed by more than a drift allows."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,7 +8,6 @@ from compgen.arrays import Array, IntArray
 from compgen.job import Job
 from compgen.predict import ErrorModel
 from compgen.sources import Motion
-from compgen.thermal import after
 from compgen.units import HOUR
 
 LONGEST = 16 * HOUR
@@ -57,10 +56,8 @@ def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state
     def holds(delay: Array, which: IntArray) -> Array:
         """Whether delays at some of the places are allowed."""
         rows = some[which].ravel()
-        late = [
-            late_rise(job, d, time[p] - begin[p], state[p], job.clock + begin[p]) for d, p in zip(delay.tolist(), which)
-        ]
-        rise = course.rise[rows] + np.concatenate(late)
+        late = late_rise(job, delay, time[which] - begin[which, None], state[which], job.clock + begin[which])
+        rise = course.rise[rows] + late.reshape(len(rows), -1)
         moved, _ = model.actual_pose(course.theta[rows], rise, course.motion.at(rows))
         drift = np.linalg.norm(moved.reshape(-1, SAMPLES, 3) - now.reshape(-1, SAMPLES, 3)[which], axis=2).max(axis=1)
         return np.asarray(drift <= job.start_drift)
@@ -81,22 +78,29 @@ def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state
     return low
 
 
-def late_rise(job: Job, delay: float, time: Array, state: Array, clock: float) -> Array:
-    """What a start delayed by ``delay`` [s] adds to the rises after it.
+def late_rise(job: Job, delay: Array | float, time: Array, state: Array, clock: Array | float) -> Array:
+    """What a start delayed by ``delay`` [s] adds to the rises after it, for any number of starts at once.
 
     Args:
         job: For its heat, its air, and what standing does.
-        delay: [s].
-        time: From the start on, (M,) [s].
-        state: In which the robot begins to wait, (S,).
-        clock: When it does, from the first duty on [s].
+        delay: (...,) [s].
+        time: From the start on, (..., M) [s].
+        state: In which the robot begins to wait, (..., S).
+        clock: When it does, from the first duty on, (...,) [s].
 
     Returns:
-        (M, K) [K].
+        (..., M, K) [K].
     """
-    heat = job.heat
-    late = after(heat, [replace(job.standing, duration=delay)], state * 1.0)
-    late = late + heat.ambient * job.air.response(heat.rate, clock, np.array([clock + delay]))[0]
-    change = np.exp(-time[:, None] * heat.rate) * (late - state)
-    air = [job.air.response(heat.rate, clock + shift, clock + shift + time) for shift in (0.0, delay)]
-    return np.asarray((change + heat.ambient * (air[1] - air[0])) @ heat.outputs.T)
+    heat, delay = job.heat, np.asarray(delay)
+    goal = heat.goal(job.standing)
+    change = goal + (state - goal) * np.exp(-delay[..., None] * heat.rate) - state
+    later = np.exp(-time[..., None] * heat.rate)
+    if job.air.is_still:
+        return np.asarray((later * change[..., None, :]) @ heat.outputs.T)
+    air = np.empty_like(later)
+    for n, begin in np.ndenumerate(np.broadcast_to(clock, delay.shape)):
+        behind = begin + delay[n]
+        change[n] += heat.ambient * job.air.response(heat.rate, begin, np.array([behind]))[0]
+        now, then = (job.air.response(heat.rate, start, start + time[n]) for start in (begin, behind))
+        air[n] = heat.ambient * (then - now)
+    return np.asarray((later * change[..., None, :] + air) @ heat.outputs.T)

@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parents[1] / "compgen"
 
 ROOMS = [
     {"exceptions", "units", "arrays", "stopping"},
-    {"evaluation"},
+    {"evaluation", "banded"},
     {"rotations"},
     {"robot", "boundaries", "surfaces", "pieces"},
     {"patterns", "geometry", "thinning"},
@@ -25,8 +25,6 @@ ROOMS = [
     {"compensate", "sparing", "ripple"},
     {"dialects"},
     {"inspection"},
-    {"plant", "clock", "warming"},
-    {"real_arm"},
     {"twin"},
     {"verify", "flaws"},
     {"job"},
@@ -36,6 +34,7 @@ ROOMS = [
     {"correction"},
     {"rehearsal"},
     {"agenda"},
+    {"tables"},
     {"schema_heat", "schema_sources"},
     {"identify"},
     {"schema"},
@@ -67,17 +66,18 @@ ONLY = {
         "problem",
         "limits",
         "compensate",
-        "plant",
+        "twin",
         "verify",
         "identify",
     },
     "ruckig": {"ramps"},
-    "pinocchio": {"plant", "real_arm", "thermal"},  # thermal: inverse dynamics of the drives' losses
+    "pinocchio": {"twin", "thermal"},  # thermal: inverse dynamics of the drives' losses
     "plotly": {"report"},
     "distributed": {"study"},
     "rich": {"cli"},
     "typer": {"cli"},
-    "pydantic": {"schema_sources", "schema_heat", "schema", "reading"},
+    "pydantic_core": {"tables", "reading"},
+    "pydantic": set(),
 }
 
 

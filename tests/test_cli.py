@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import pytest
 from conftest import ROOT
 
-from compgen import cli
+from compgen import cli, evaluation
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
 OURS = {"LINE_Y.LS", "report.json", "report.html", "waypoints.csv"}
@@ -31,6 +31,7 @@ def run(*arguments, cwd=ROOT):
             cli.main()
     finally:
         sys.argv = before
+        evaluation.use(None)  # as every other test finds it
     return SimpleNamespace(returncode=left_with.value.code, stdout=out.getvalue(), stderr=err.getvalue())
 
 

@@ -58,6 +58,20 @@ def test_each_step_shrinks_about_a_thousandfold(circle):
     assert compensate.optimise(circle, Settings()).iterations <= 5
 
 
+def test_what_a_further_step_would_change_is_known_without_it(circle, monkeypatch):
+    rise = circle.rise + np.random.default_rng(7).normal(size=circle.rise.shape)  # K, for smoothing to bite
+    rough, settings = replace(circle, rise=rise), Settings(curvature_period=50e-3)
+    lever = np.array([1, 1, 1, *3 * [settings.lever]])
+    found = compensate.optimise(rough, settings)
+    assert found.iterations == 2
+    assert compensate.optimise(circle, Settings()).iterations == 1
+    monkeypatch.setattr(compensate, "STEP_TOLERANCE", found.step / 2)
+    further = compensate.optimise(rough, settings)
+    assert further.iterations == 3
+    moved = np.abs((further.correction - found.correction) * lever).max()
+    assert 1e-15 < moved <= 1.5 * found.step <= 1.5e-11  # m
+
+
 def test_no_error_gives_exactly_no_correction(circle):
     cold = replace(circle, rise=np.zeros_like(circle.rise))
     assert np.abs(compensate.optimise(cold, Settings()).correction).max() < 1e-12

@@ -17,7 +17,7 @@ from compgen.correction import Options, correct, mark
 from compgen.dialects.fanuc_ls import compose
 from compgen.dialects.fanuc_ls.frames import Frames
 from compgen.exceptions import CompgenError, InputError
-from compgen.report import planned_of, provenance_json
+from compgen.report.correction import planned_of, provenance_json
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from compgen import evaluation
 from compgen.config import load_job
 from compgen.evaluation import BLOCK, FEW, Picked, evaluate
-from compgen.evaluation.csource import c_source
+from compgen.evaluation.csource import c_source, identity
 from compgen.evaluation.instructions import OPERATIONS, instructions_of
 from compgen.evaluation.library import Compiler, find_compiler, load
 from compgen.predict import build_error_model
@@ -73,6 +73,17 @@ def test_every_operation_that_numpy_knows_has_its_c():
     import compgen.evaluation.csource as cs
 
     assert set(OPERATIONS) == set(cs._C)
+
+
+@needs_compiler
+def test_least_and_greatest_prefer_a_number_compiled_or_not(compiled):
+    x = ca.SX.sym("x", 2)
+    f = ca.Function("ends", [x], [ca.vertcat(ca.fmin(x[0], x[1]), ca.fmax(x[0], x[1]))])
+    rows = np.tile([[np.nan, 1.0], [1.0, np.nan], [np.nan, np.nan], [-np.inf, 2.0]], (FEW, 1))
+    want = [[1.0, 1.0], [1.0, 1.0], [np.nan, np.nan], [-np.inf, 2.0]]
+    assert np.array_equal(evaluate(f, rows)[0][:4], want, equal_nan=True)
+    evaluation.use(None)
+    assert np.array_equal(evaluate(f, rows)[0][:4], want, equal_nan=True)
 
 
 @needs_compiler
@@ -142,7 +153,7 @@ def test_rows_may_lie_apart_and_overlap(compiled):
 
 
 def _load_in_another_process(folder, source, answers):
-    answers.put(load(find_compiler(folder), source) is not None)
+    answers.put(load(find_compiler(folder), source, lambda: source) is not None)
 
 
 @needs_compiler
@@ -163,12 +174,12 @@ def test_runs_at_the_same_time_may_build_the_same_function(tmp_path):
 @pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:-1] + bytes([b[-1] ^ 1])])
 def test_a_damaged_library_is_built_anew(tmp_path, damage):
     compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
-    assert load(compiler, source) is not None
+    assert load(compiler, source, lambda: source) is not None
     (place,) = tmp_path.glob("*.so")
     good = place.read_bytes()
     place.unlink()
     place.write_bytes(damage(good))
-    assert load(compiler, source) is not None
+    assert load(compiler, source, lambda: source) is not None
     assert place.read_bytes() == good
 
 
@@ -188,3 +199,21 @@ def test_without_a_compiler_numpy_says_so_once_and_goes_on(tmp_path):
 def test_a_cache_that_cannot_be_written_is_no_compiler(tmp_path):
     (tmp_path / "file").write_text("")
     assert find_compiler(tmp_path / "file" / "cache") is None
+
+
+def test_a_function_is_known_by_what_it_does():
+    def made(factor):
+        x = ca.SX.sym("x", 2)
+        return ca.Function("f", [x], [factor * ca.sin(x)])
+
+    assert identity(made(0.1)) == identity(made(0.1))
+    assert identity(made(0.1)) != identity(made(0.1 + 2e-17))
+    assert "def c_source" in identity(made(0.1))  # another way of writing C makes another library
+
+
+@needs_compiler
+def test_a_library_that_is_there_needs_no_source(tmp_path):
+    compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
+    assert load(compiler, "name", lambda: source) is not None
+    assert load(compiler, "name", lambda: pytest.fail("asked for its source")) is not None
+    assert load(compiler, "other", lambda: None) is None

@@ -230,17 +230,35 @@ def test_columns_never_read_what_lines_do_not(count, decimals, monkeypatch):
 
 def test_columns_are_shared_out_with_the_same_meaning():
     from compgen import evaluation
+    from compgen.dialects.fanuc_ls import read
 
     text = ls.compose(many(20_000, 7))
     alone = ls.interpret(text)
     evaluation.use(None, 3)
     try:
         assert ls.compose(many(20_000, 7)) == text
-        shared = ls.interpret(text)
+        shared = read._by_columns(text)
     finally:
         evaluation.use(None)
+    assert shared is not None
     for name in ("position", "rotation", "turns", "speed", "fine"):
         assert np.array_equal(getattr(alone, name), getattr(shared, name)), name
+
+
+def test_neighbours_that_share_their_sines_turn_as_each_alone():
+    from compgen.dialects.fanuc_ls import write
+
+    t = np.arange(5000)
+    rotation = from_wpr(np.pi + 0.003 * np.sin(t / 40), 0.002 * np.cos(t / 40), -0.003 * np.sin(t / 60))
+    units = write.pose_units(np.zeros((5000, 3)), write.to_wpr(rotation), slice(0, 4000), 3)
+    assert 0 < (units[3] < 0).sum() < 4000
+    assert np.ptp(np.abs(units[3:]), axis=1).max() < 2000
+    numbers = pose_numbers(np.zeros((5000, 3)), rotation)
+    _, turned = ls.printed(np.zeros((5000, 3)), rotation)
+    assert turned.tobytes() == from_wpr(*(numbers[:, 3:] * DEG).T).tobytes()
+    every = np.arange(1, 180_001) / 1000 * DEG
+    assert np.array_equal(np.sin(-every), -np.sin(every))
+    assert np.array_equal(np.cos(-every), np.cos(every))
 
 
 def test_text_and_numbers_of_columns_are_those_of_python():

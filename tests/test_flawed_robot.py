@@ -181,8 +181,9 @@ def test_an_existing_program_is_corrected_with_the_direction_it_comes_from(raste
     """The planned, uncorrected text as somebody's program."""
     _, planned, corrected = raster
     job, path = planned.job, planned.path
-    program = pipeline._program(
-        job, path.position, path.rotation, planned.theta, planned.trajectory, path, pipeline.DATE, planned.rise[0], None
+    poses = (path.position, path.rotation)
+    program, _ = pipeline._program(
+        job, poses, planned.theta, planned.trajectory, path, pipeline.DATE, planned.rise[0], None
     )
     text = fanuc_ls.compose(program)
     cell = load_cell(robot)

@@ -20,9 +20,10 @@ def circle():
     job = load_job(path_file("circle_1300"))
     run = pipeline.predict(job, quiet)
     path = run.path
+    wave = 5 * np.sin(2 * np.pi * path.arc / 0.5)  # K: so that the free correction meets a limit at a slope
     return Problem(
         job.robot, run.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, run.theta, run.rise, path.arc, path.stop,
+        path.position, path.rotation, run.theta, run.rise + wave[:, None], path.arc, path.stop,
     )  # fmt: skip
 
 
@@ -66,7 +67,7 @@ def dense(problem, start, count, factor):
 @pytest.mark.parametrize("factor", [1, 20])
 def test_the_stretch_around_a_limit_is_as_long_as_its_influence_whatever_the_spacing(circle, factor):
     """Counted in waypoints it would be too short on a dense path."""
-    part = dense(circle, 400, 1000 // factor + 1, factor)
+    part = dense(circle, 400, 1000 if factor == 1 else 300, factor)
     settings = Settings(clamp_position=clamp_of(part, 0.9))
     found = compensate.optimise(part, settings)
     assert found.status is compensate.Status.LIMITED
@@ -83,12 +84,12 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     part = circle.window(slice(3, 1003))
     settings = Settings(clamp_position=clamp_of(part, 0.5))
     one = compensate.optimise(part, settings)
-    monkeypatch.setattr(limits, "WINDOW", 100)
+    monkeypatch.setattr(limits, "WINDOW", 40)
     lengths, solve = [], interior.solve
     monkeypatch.setattr(interior, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
     many = compensate.optimise(part, settings)
     assert len(lengths) > 4
-    assert max(lengths) < 260
+    assert max(lengths) < 100
     assert np.abs(many.correction - one.correction)[:, :3].max() < ATOL_M
     assert many.active == one.active
 

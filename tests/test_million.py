@@ -264,8 +264,8 @@ def test_the_band_is_scipys_butterworth_forth_and_back():
 
 def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
     """The confirmation bites: a length wrong by a nanometre in the twin's own expression."""
-    from compgen import plant as arm
     from compgen.twin import TwinError
+    from compgen.twin import plant as arm
 
     job = load_job(path_file("line_y"))
     true = arm._lengths

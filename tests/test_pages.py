@@ -140,6 +140,62 @@ def test_positions_are_numbered_anew_on_demand_and_beyond_what_the_controller_ha
         assert_same_way(program.data, paged)
 
 
+def test_a_zero_byte_in_a_statement_is_a_byte_like_any_other():
+    for mark in ("x", "\0"):
+        body = [move(7), move(5, False), f"  CALL A('{mark}',P[5]) ", move(6), move(9), move(7)]
+        program, paged = parted(body, lines=6, renumber=True)
+        made = [paged.main, *pages_of(paged).values()]
+        assert check_join(program, paged.main, pages_of(paged)) == 5
+        if mark == "x":
+            wanted = made
+    assert b"\0" in b"".join(made)
+    assert [page.replace(b"\0", b"x") for page in made] == wanted
+
+
+def test_new_numbers_stand_where_a_position_is_named_and_nowhere_else():
+    body = [
+        move(7),
+        "  !L P[7] as before ",
+        "  //" + move(8),
+        "  SKIP[9]=AMP[9] ",
+        "l p[ 9 ] 5mm/sec fine ",
+        move(6, False),
+        move(9),
+    ]
+    data = text(body).replace(b"   1:", b"1:")
+    paged = split(ls.loads(data), store(7), renumber=True)
+    assert [bodies(p) for p in paged.pages] == [
+        [
+            "!page 1 of 2",
+            "L P[1] 100mm/sec FINE",
+            "!L P[7] as before",
+            "//L P[8] 100mm/sec FINE",
+            "SKIP[9]=AMP[9]",
+            "l p[ 2 ] 5mm/sec fine",
+        ],
+        ["!page 2 of 2", "L P[ 1 ] 5mm/sec FINE", "L P[2] 100mm/sec CNT100", "L P[1] 100mm/sec FINE"],
+    ]
+    assert [sorted(naive_ls.read(p.data)[0]) for p in paged.pages] == [[1, 2], [1, 2]]
+    assert [line[:5] for line in paged.pages[0].data.split(b"/MN\r\n")[1].split(b"\r\n")[:3]] == [
+        b"   1:",
+        b"2:L P",
+        b"   3:",
+    ]
+
+
+def test_what_differs_is_told_with_both_motions():
+    """In a program with a motion that is off, a wrapped one and one to a register."""
+    body = [move(1), "  //" + move(2), "C P[3]    \n  P[4] 16mm/sec FINE ", "L PR[3] 10mm/sec FINE ", move(5), move(6)]
+    program, paged = parted(body, lines=6)
+    files = pages_of(paged)
+    assert read_flow(program).mention.tolist() == [1, 3, 4, 5, 6]
+    name = next(p.name for p in paged.pages if b"PR[3]" in p.data)
+    assert check_join(program, paged.main, files) == 5
+    files[name] = files[name].replace(b"PR[3]", b"PR[4]")
+    with pytest.raises(JoinError, match=r"motion \d: Driven\(letter='L', goal=\('PR\[4\]',\).* instead of .*'PR\[3\]'"):
+        check_join(program, paged.main, files)
+
+
 def test_pages_start_by_a_joint_motion_on_demand():
     _, paged = parted([move(n) for n in (1, 2, 3, 4, 5)], lines=4, joint_entry=10)
     assert [bodies(p)[1] for p in paged.pages[1:]] == ["J P[3] 10% FINE", "J P[5] 10% FINE"][: len(paged.pages) - 1]

@@ -3,16 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from flawed import flawed_file
 
 from compgen.cells import load_cell
 from compgen.flaws import flaws_of
 from compgen.predict import build_error_model
-from compgen.real_arm import came_from
 from compgen.rotations import matrix_of
 from compgen.sources import Motion, memory_of, motion_of
 from compgen.twin import Twin
+from compgen.twin.real_arm import Past, TwinError, _kept, came_from, real_arm
 from compgen.units import UM
 
 TOOL = (np.array([0.05, -0.03, 0.25]), matrix_of(np.array([0.2, -0.4, 0.1])))
@@ -101,3 +102,25 @@ def test_a_still_arm_has_no_direction(cell):
     assert not still.direction.any()
     assert not still.travel.any()
     assert isinstance(still, Motion)
+
+
+def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():
+    rng = np.random.default_rng(3)
+    for steps in (0, 1, 2, 3, 17, 400):
+        left, more, now = rng.random((steps, 1)), rng.normal(size=(steps, 3)), rng.normal(size=3)
+        plain = [now]
+        for share, gain in zip(left, more):
+            plain.append(share * plain[-1] + gain)
+        assert np.allclose(_kept(left, more, now), plain, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("moved", [3, 6])
+def test_an_arm_that_pinocchio_does_not_confirm_is_refused(cell, moved):
+    theta, rise = motion(cell, 60)
+    arm = real_arm(cell.robot, flaws_of(cell.sources))
+    tool = (TOOL[1][None], TOOL[0][None])
+    arm.fly(theta, {}, rise, tool, Past(), 1)
+    bent = arm.model.copy()
+    bent.jointPlacements[moved] = bent.jointPlacements[moved] * pin.SE3(np.eye(3), np.array([0, 0, 1e-9]))
+    with pytest.raises(TwinError, match="cannot be trusted"):
+        replace(arm, model=bent).fly(theta, {}, rise, tool, Past(), 1)

@@ -8,10 +8,12 @@ from conftest import path_file, quiet
 from numpy.testing import assert_allclose
 
 from compgen import pipeline
-from compgen.clock import _ramp
 from compgen.config import load_job
+from compgen.evaluation import evaluate
 from compgen.thermal import Duty, Motion, during
 from compgen.twin import TwinError
+from compgen.twin.clock import _ramp
+from compgen.twin.plant import AGREE, build_fly, disagreement
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +100,17 @@ def test_joint_6_at_half_a_turn_is_written_and_read_the_same(spin):
     job = load_job(path_file("line_y"), None, [f"tool.spin_deg={spin}", "path.y_mm=0", "path.length_mm=400"])
     _, corrected = pipeline.generate(job, quiet)
     assert corrected.inside
+
+
+@pytest.mark.parametrize("wrong", [2e-12, np.nan])
+def test_pinocchio_sees_one_wrong_sample_and_what_is_no_number(robot, wrong):
+    rng = np.random.default_rng(4)
+    theta, growth = rng.uniform(-1, 1, (40, 6)), 1e-4 * rng.normal(size=(40, 6))
+    place, turn = np.array([0.1, 0.02, 0.3]), np.eye(3)
+    pose = evaluate(build_fly(robot, place.tobytes(), turn.tobytes()), theta, growth)
+    assert disagreement(robot, place, turn, theta, growth, pose) < 1e-14
+    for part in pose:
+        kept = part[17, 1]
+        part[17, 1] += wrong
+        assert not disagreement(robot, place, turn, theta, growth, pose) <= AGREE
+        part[17, 1] = kept

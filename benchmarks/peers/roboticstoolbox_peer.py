@@ -2,13 +2,16 @@
 
 import json
 import sys
-import time
 
 import numpy as np
 import roboticstoolbox as rtb
+from chain import flange, off
+from clock import median
 from spatialmath import SE3
 
+TOLERANCE = 1e-16  # its own error is half a square: some 1e-9 m
 question = json.load(sys.stdin)
+hot, cold, theta = (np.array(question[name]) for name in ("hot", "cold", "theta"))
 
 
 def arm(rows):
@@ -16,25 +19,25 @@ def arm(rows):
     return rtb.DHRobot([rtb.RevoluteDH(d=d, a=a, alpha=alpha) for d, a, alpha in rows])
 
 
-def median(work, rounds=5):
-    """Median processor seconds of a call."""
-    work()
-    found = []
-    for _ in range(rounds):
-        begin = time.process_time()
-        work()
-        found.append(time.process_time() - begin)
-    return float(np.median(found))
+warm, ets = arm(hot), arm(cold).ets()
+poses = [flange(cold, q) for q in theta]
+some = [SE3(T, check=False) for T in poses[:20]]
 
 
-hot, cold = arm(question["hot"]), arm(question["cold"])
-theta = np.array(question["theta"])
-poses = [SE3(cold.fkine(q)) for q in theta]
-near = theta + 1e-3
+def slow():
+    """The hot arm's joints."""
+    return [warm.ikine_LM(T, q0=q, tol=TOLERANCE).q for T, q in zip(some, theta)]
+
+
+def fast():
+    """The cold arm's joints, by its fastest way."""
+    return [ets.ik_LM(T, q0=q, tol=TOLERANCE)[0] for T, q in zip(poses, theta + 1e-3)]
+
+
 answer = {
-    "ikine_LM": median(lambda: [hot.ikine_LM(T, q0=q) for T, q in zip(poses[:20], near[:20])]) / 20,
+    "ikine_LM": median(slow) / len(some),
+    "ikine_LM off": off(hot, slow(), poses),
+    "ik_LM": median(fast) / len(poses),
+    "ik_LM off": off(cold, fast(), poses),
 }
-ets = cold.ets()
-matrices = [T.A for T in poses]
-answer["ik_LM"] = median(lambda: [ets.ik_LM(T, q0=q) for T, q in zip(matrices, near)]) / len(matrices)
 print(json.dumps(answer))

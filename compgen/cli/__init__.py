@@ -3,6 +3,7 @@
 Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be done.
 """
 
+import gc
 import os
 import sys
 from importlib import import_module
@@ -14,6 +15,7 @@ import typer
 import compgen.cli.alone  # noqa: F401  (before numpy is loaded)
 from compgen import __version__, stopping
 from compgen.cli.app import app, say_error
+from compgen.cli.words import command
 from compgen.exceptions import CompgenError
 
 __all__ = ["main"]
@@ -22,11 +24,11 @@ __all__ = ["main"]
 _MODULES = {
     "inspect": "inspect",
     "init": "init",
+    "pages": "paging",
     "generate": "jobs",
     "predict": "jobs",
     "check": "jobs",
     "correct": "programs",
-    "pages": "paging",
     "heat": "heat",
     "whatif": "whatif",
     "identify": "measure",
@@ -63,10 +65,13 @@ def _outcome() -> int:
     """What the command asked for ends with: the exit code."""
     try:
         asked = _MODULES.get(next(iter(sys.argv[1:]), ""))
+        gc.disable()  # what is loaded stays: looking through it again and again takes a tenth of a short job
         for module in [asked] if asked else dict.fromkeys(_MODULES.values()):
             import_module(f"compgen.cli.{module}")
+        gc.freeze()
+        gc.enable()
         stopping.working()
-        code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
+        code = command(app)(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
         sys.stdout.flush()
         return int(code)
     except CompgenError as failure:

@@ -10,8 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from compgen import outbox, stopping
 from compgen.exceptions import InputError
@@ -42,15 +40,32 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no tabl
 Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
 
 
+#: what makes rich take a file or a pipe for a terminal
+_FORCING = ("FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE")
+
+
 @contextmanager
 def stages(quiet: bool) -> "Iterator[Told]":
     """A bar for the stage at work, on a terminal only; errors come after it has gone."""
+    if quiet or not (sys.stderr.isatty() or any(os.environ.get(name) for name in _FORCING)):
+        yield lambda stage, share: None
+        return
+    from rich.console import Console  # here: a run that shows no bar starts without it
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     console = Console(stderr=True)
     columns = (
         TextColumn("{task.description:<14}"), BarColumn(), TaskProgressColumn(show_speed=True), TimeElapsedColumn(),
         TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("reading", total=1.0)
         shown = ""
 

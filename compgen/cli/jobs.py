@@ -5,7 +5,6 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
-from xml.sax.saxutils import quoteattr
 
 import typer
 
@@ -26,10 +25,9 @@ from compgen.cli.app import (
     use_machine,
     write_file,
 )
-from compgen.cli.paging import written_before
-from compgen.cli.tables import show_job
+from compgen.cli.earlier import written_before
 from compgen.config import load_job
-from compgen.dialects.fanuc_ls.manifest import ENDING
+from compgen.dialects.fanuc_ls.names import ENDING
 from compgen.exceptions import InputError
 from compgen.job import Job
 from compgen.pipeline import Corrected, Planned
@@ -63,7 +61,7 @@ def generate(
             files |= dict(corrected.delivery.files)
         _publish(folder, files, job)
     if not quiet:
-        show_job(planned, corrected, folder, files)
+        _show(planned, corrected, folder, files)
     if not corrected.inside:
         told = "written all the same (--force)" if force else f"{program} not written; --force writes it"
         worst = next(f.message for f in corrected.findings if f.level == "outside")
@@ -89,7 +87,7 @@ def predict(
         files = _files(planned, None)
         _publish(folder, files, job)
     if not quiet:
-        show_job(planned, None, folder, files)
+        _show(planned, None, folder, files)
 
 
 @app.command()
@@ -117,7 +115,7 @@ def check(
     if as_json:
         sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
     elif not quiet:
-        show_job(planned, corrected, None, {})
+        _show(planned, corrected, None, {})
     if not corrected.inside:
         worst = next(f.message for f in corrected.findings if f.level == "outside")
         raise typer.Exit(1 if as_json else say_error(f"outside bounds: {worst}", 1))
@@ -131,6 +129,12 @@ def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | I
     }
 
 
+def _show(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
+    from compgen.cli.tables import show_job  # here: a quiet run starts without tables
+
+    show_job(planned, corrected, folder, files)
+
+
 def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job) -> None:
     program = pipeline.program_name_of(job)
     ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
@@ -139,6 +143,8 @@ def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job) 
 
 def _junit(data: dict[str, Any]) -> bytes:
     """A test case for each bound, failed by its finding."""
+    from xml.sax.saxutils import quoteattr  # here: it brings the libraries of the web
+
     broken = {f["code"]: f["message"] for f in data["findings"] if f["level"] == "outside"}
     cases = [f"bounds.{key}" for key in data["bounds"]]
     cases += [code for code in broken if code not in cases]

@@ -1,9 +1,7 @@
 """Pages of an earlier run, which this run replaces; and the command that parts a program that exists."""
 
-import json
 import sys
 from hashlib import sha256
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,33 +9,17 @@ import typer
 from compgen import outbox
 from compgen.cells import load_cell
 from compgen.cli.app import Quiet, Set, app, output_folder
+from compgen.cli.earlier import written_before
 from compgen.cli.inspect import ProgramFile, RobotFile, naming_program, read_program
 from compgen.dialects import fanuc_ls
 from compgen.dialects.fanuc_ls.adjoin import check_join
-from compgen.dialects.fanuc_ls.manifest import ENDING, check_manifest, manifest
+from compgen.dialects.fanuc_ls.manifest import check_manifest, manifest
+from compgen.dialects.fanuc_ls.names import ENDING
 from compgen.dialects.fanuc_ls.pages import split
 from compgen.dialects.fanuc_ls.store import Size, size
 from compgen.exceptions import InputError
 from compgen.paging import store_of
 from compgen.units import KB
-
-
-def written_before(manifest: Path) -> set[str]:
-    """Files that an earlier run's manifest names and that are still what it wrote; the manifest with them."""
-    try:
-        told = json.loads(manifest.read_bytes())
-        entries = {str(e["file"]): str(e["sha256"]) for e in [told["main"], *told["pages"]]}
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
-    mine = {manifest.name}
-    for name, checksum in entries.items():
-        place = manifest.with_name(Path(name).name)
-        try:
-            if not place.is_symlink() and sha256(place.read_bytes()).hexdigest() == checksum:
-                mine.add(place.name)
-        except OSError:
-            continue
-    return mine
 
 
 @app.command()

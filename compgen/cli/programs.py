@@ -10,11 +10,11 @@ import typer
 
 from compgen import correction, outbox
 from compgen.cli.app import Quiet, Set, app, output_folder, say_error, stages
+from compgen.cli.correction_table import show_correction
 from compgen.cli.inspect import FramesFile, ProgramFile, RobotFile, frames_table, naming_program, read_program
-from compgen.cli.tables import show_correction
 from compgen.config import load_before, load_cell
 from compgen.exceptions import InputError
-from compgen.report import correction_csv, correction_html, correction_json, planned_of, provenance_json
+from compgen.report.correction import correction_csv, correction_html, correction_json, planned_of, provenance_json
 from compgen.units import UM
 
 PROVENANCE = ".compgen.json"  # beside a corrected program

@@ -1,18 +1,19 @@
-"""What a command says at its end, for a reader."""
+"""What a job says at its end, for a reader."""
 
+import re
 import sys
 from collections.abc import Iterable
+from itertools import groupby
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from compgen.correction import Correction
 from compgen.pipeline import Corrected, Planned
-from compgen.report import correction_summary, summary
+from compgen.report import summary
 
-LISTED = 40  # unsafe statements on the screen
+FEW = 5  # numbered files of one name that are all told
 
 
 def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
@@ -58,36 +59,15 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
     for finding in data["findings"]:
         console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
     if folder is not None:
-        console.print(f"wrote {', '.join(sorted(files))} to {folder}", markup=False, highlight=False)
+        console.print(f"wrote {listed(files)} to {folder}", markup=False, highlight=False)
 
 
-def show_correction(result: Correction, folder: Path, files: Iterable[str]) -> None:
-    """What ``correct`` did, for a reader."""
-    data = correction_summary(result)
-    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
-    if data["before"]:
-        table = Table(title=Text(f"{data['name']} on {data['provenance']['robot']}"), title_justify="left")
-        table.title_style = "bold"
-        table.add_column("error", no_wrap=True)
-        for side in ("before", "after"):
-            for part in ("max", "p99", "rms"):
-                table.add_column(f"{side} {part}", justify="right")
-        for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
-            table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in data[side][key].values()))
-        console.print(table)
-    count = data["positions"]
-    console.print(
-        f"{count['corrected']} positions corrected, {count['new']} new, {count['unchanged']} unchanged; "
-        f"{data['duration_s']:.1f} s"
-    )
-    heat = data["thermal"]
-    console.print(
-        "rise [K]: " + ", ".join(f"{n} {v:.2f} to {heat['end_K'][n]:.2f}" for n, v in heat["start_K"].items())
-    )
-    for finding in data["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
-    for item in data["unsafe"][:LISTED]:
-        console.print(f"  line {item['line']}: {item['text']}: {item['reason']}")
-    if len(data["unsafe"]) > LISTED:
-        console.print(f"  and {len(data['unsafe']) - LISTED} more, all in report.json")
-    console.print(f"wrote {', '.join(sorted(files))} to {folder}")
+def listed(files: Iterable[str]) -> str:
+    """Names of files, numbered ones in a row as the first and the last of them."""
+    told: list[str] = []
+    for stem, group in groupby(sorted(files), lambda name: re.sub(r"_\d{2,}(?=\.LS$)", "", name)):
+        names = list(group)
+        numbered = [name for name in names if name != stem]
+        told += names if len(numbered) < FEW else [n for n in names if n == stem]
+        told += [f"{numbered[0]} to {numbered[-1]}"] if len(numbered) >= FEW else []
+    return ", ".join(told)

@@ -1,7 +1,5 @@
 """Corrected poses to the bytes of a program: its own decimals, its own way of writing zeros, nothing else touched."""
 
-from itertools import product
-
 import numpy as np
 
 from compgen.arrays import Array, BoolArray, IntArray
@@ -17,7 +15,7 @@ from compgen.units import DEG, MM
 Edits = dict[tuple[int, int], bytes]
 LEVER, FLANGE_LEVER = 0.01, 0.2  # m: how much an angle counts when joints are rounded; where the tool is not known
 _BLOCK = 16
-_NEIGHBOURS = np.array(list(product((0, -1, 1, -2, 2), repeat=6)), dtype=float)
+_NEIGHBOURS = np.array([0.0, -1, 1, -2, 2])[np.ascontiguousarray(np.indices(6 * (5,)).reshape(6, -1).T)]
 
 
 def number_edits(

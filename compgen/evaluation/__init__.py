@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from compgen.arrays import Array
-from compgen.evaluation.csource import c_source
+from compgen.evaluation.csource import c_source, identity
 from compgen.evaluation.hands import beside, blocks_of, by_rows, share_out, use_workers
 from compgen.evaluation.instructions import BLOCK, Picked, Rows, instructions_of, run
 from compgen.evaluation.library import Compiler, find_compiler, load
@@ -72,10 +72,10 @@ def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ..
     """
     sizes = [len(r) for r in rows]
     N = max(sizes) if min(sizes) else 0
-    program = instructions_of(function)
-    outs = [np.zeros((N, width)) for width in program.outputs]
+    outs = [np.zeros((N, function.numel_out(k))) for k in range(function.n_out())]
     compiled = _compile(function) if N >= FEW and not exact else None
     if compiled is None:
+        program = instructions_of(function)
         share_out(N, lambda start, stop: run(program, rows, outs, start, stop))
         return tuple(outs)
     kept, arguments = _arguments(rows, outs)
@@ -94,11 +94,11 @@ def _compile(function: Any) -> Any:
         return None
     key = function.__hash__()
     if key not in _compiled:
-        source = c_source(instructions_of(function))
-        _compiled[key] = None if source is None else load(_compiler, source)
-        if _compiled[key] is None:
+        found = load(_compiler, identity(function), lambda: c_source(instructions_of(function)))
+        _compiled[key] = function, found  # the function is kept, so that its identity stays its own
+        if found is None:
             _tell("the C compiler failed: numpy evaluates instead, with the same numbers and some times slower")
-    return _compiled[key]
+    return _compiled[key][1]
 
 
 def _arguments(rows: tuple[Rows, ...], outs: list[Array]) -> tuple[list[Any], tuple[Any, ...]]:

@@ -4,6 +4,8 @@ Every row is computed by the same instructions whatever its neighbours are, so t
 shared out. A processor or a C library without vector functions gets loops over the lanes.
 """
 
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -110,6 +112,16 @@ _C: dict[int, tuple[str, str]] = {
     ca.OP_OR: ("(v)(((w)({0} != 0) | (w)({1} != 0)) & (w)all(1.0))", ""),
     ca.OP_IF_ELSE_ZERO: ("pick({0} != 0, {1}, all(0.0))", ""),
 }
+
+
+def identity(function: Any) -> str:
+    """What its C is made of: the function, and this module's text. CasADi says it a hundred times faster than C."""
+    return f"{_own_text()}\0{function.serialize()}"
+
+
+@lru_cache(maxsize=1)
+def _own_text() -> str:
+    return "\0".join(Path(__file__).with_name(f"{name}.py").read_text() for name in ("csource", "instructions"))
 
 
 def c_source(program: Instructions) -> str | None:

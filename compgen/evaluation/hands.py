@@ -17,6 +17,8 @@ from compgen.evaluation.instructions import BLOCK
 LONGEST = 32 * BLOCK  # rows at a time: between them a run can be stopped
 
 T = TypeVar("T")
+SHARE = 4  # blocks of rows that a thread at least does: less is done before it has started
+MANY = 16 * BLOCK  # rows from which on something goes on beside something else
 
 _count = 1
 _here = threading.local()
@@ -39,7 +41,7 @@ def _busy() -> None:
 def share_out(count: int, work: Callable[[int, int], None]) -> None:
     """Call work(start, stop) over all of a count, in whole blocks, on each worker a part."""
     blocks = -(-count // BLOCK)
-    hands = min(_workers(), max(1, blocks // 2))
+    hands = min(_workers(), max(1, blocks // SHARE))
     if hands <= 1:
         for at in range(0, count, LONGEST):
             work(at, min(count, at + LONGEST))
@@ -83,8 +85,8 @@ def by_rows(work: Callable[..., Array], *rows: Array) -> Array:
     return out
 
 
-def beside(work: Callable[[], T]) -> Callable[[], T]:
-    """Start work beside what follows, on a thread of its own where there are two or more.
+def beside(work: Callable[[], T], rows: int) -> Callable[[], T]:
+    """Start work on so many rows beside what follows, on a thread of its own where there are two or more.
 
     Returns:
         Call it for the result, as often as wanted: it waits, and raises what the work raised.
@@ -98,7 +100,7 @@ def beside(work: Callable[[], T]) -> Callable[[], T]:
         except Exception as failure:  # raised again where the result is asked for
             done.set_exception(failure)
 
-    if _workers() == 1:
+    if _workers() == 1 or rows < MANY:
         busy = getattr(_here, "busy", False)
         try:
             run()

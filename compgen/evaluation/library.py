@@ -12,6 +12,7 @@ import secrets
 import shlex
 import shutil
 import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,11 +65,17 @@ def _processor() -> str:
         return " ".join(os.uname())
 
 
-def load(compiler: Compiler, source: str) -> Any:
-    """The function of a source, from the folder or built now; None where the compiler cannot."""
-    key = hashlib.sha256("\0".join([source, *FLAGS, *compiler.command, compiler.mark]).encode()).hexdigest()
+def load(compiler: Compiler, identity: str, write: Callable[[], str | None]) -> Any:
+    """A compiled function, from the folder or built now; None where it has no C or the compiler cannot.
+
+    Args:
+        compiler: And where its work is kept.
+        identity: All that decides the source: under its hash the function is kept.
+        write: The source; asked for when the folder does not have the function.
+    """
+    key = hashlib.sha256("\0".join([identity, *FLAGS, *compiler.command, compiler.mark]).encode()).hexdigest()
     place = compiler.folder / f"{key}.so"
-    if not _whole(place) and not _build(compiler, source, place):
+    if not _whole(place) and ((source := write()) is None or not _build(compiler, source, place)):
         return None
     try:
         function = getattr(ctypes.CDLL(str(place)), NAME)

@@ -1,24 +1,10 @@
 """What a run says: JSON for machines, CSV for each waypoint, HTML for people."""
 
-from compgen.report.correction import (
-    correction_csv,
-    correction_html,
-    correction_json,
-    correction_summary,
-    planned_of,
-    provenance_json,
-)
 from compgen.report.csv import waypoints_blocks, waypoints_csv
 from compgen.report.html import report_html
 from compgen.report.json import report_json, summary
 
 __all__ = [
-    "correction_csv",
-    "correction_html",
-    "correction_json",
-    "correction_summary",
-    "planned_of",
-    "provenance_json",
     "report_html",
     "report_json",
     "summary",

@@ -8,12 +8,12 @@ from html import escape
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from compgen import __version__
 from compgen.correction import Correction
 from compgen.exceptions import InputError
-from compgen.report.page import COOL, LINES, WARM, div, dress, findings_list, page, thin
+from compgen.report.figure import TURBO, Figure, axis, div, figure, numbers, trace
+from compgen.report.page import COOL, LINES, WARM, findings_list, page, thin
 from compgen.units import HOUR, MDEG, MM, UM
 
 SCHEMA = 1
@@ -206,55 +206,46 @@ def _table(data: dict[str, Any]) -> str:
     return f"{title}{head}</tr></thead><tbody>{rows}</tbody></table>"
 
 
-def _error(result: Correction) -> go.Figure:
-    figure = go.Figure()
+def _error(result: Correction) -> Figure:
+    traces = []
     for name, values, colour in (("before", result.error[0], WARM), ("after", result.residual[0], COOL)):
         keep = thin(values)
-        figure.add_scatter(
-            x=np.round(result.flight.time[keep], 3),
-            y=np.round(values[keep] / UM, 3),
-            name=name,
-            mode="lines+markers",
-            marker={"size": 4},
-            line={"color": colour, "width": 1.4},
-        )
-    figure.update_yaxes(title_text="error [µm]", rangemode="tozero")
-    figure.update_xaxes(title_text="time from the start [s]")
-    return dress(figure, 320)
+        look = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": colour, "width": 1.4}}
+        x, y = np.round(result.flight.time[keep], 3), np.round(values[keep] / UM, 3)
+        traces.append(trace("scatter", x, y, name=name, **look))
+    return figure(traces, 320, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
 
 
-def _space(result: Correction) -> go.Figure:
+def _space(result: Correction) -> Figure:
     plan = result.plan
     rows = np.flatnonzero(result.flight.fraction == 1)
     rows = rows[thin(result.error[0][rows])]
     pose = plan.drive.pose[result.flight.station[rows]]
-    x, y, z = (np.round(v / MM, 2) for v in plan.poses.position[pose].T)
+    xyz = (np.round(v / MM, 2) for v in plan.poses.position[pose].T)
     marker = {
         "size": 3,
-        "color": np.round(result.error[0][rows] / UM, 3),
-        "colorscale": "Turbo",
-        "colorbar": {"title": "µm", "thickness": 12},
+        "color": numbers(np.round(result.error[0][rows] / UM, 3)),
+        "colorscale": TURBO,
+        "colorbar": {"title": {"text": "µm"}, "thickness": 12},
         "cmin": 0,
         "cmax": max(float(np.max(result.error[0][rows], initial=0.0)) / UM, 1e-3),
     }
     text = [f"P[{n}]" for n in plan.poses.number[pose].tolist()]
     line = {"color": "#cbd5e1", "width": 2}
-    figure = go.Figure()
-    figure.add_scatter3d(x=x, y=y, z=z, mode="lines+markers", marker=marker, line=line, text=text, showlegend=False)
-    figure.update_scenes(
-        xaxis_title="X [mm]", yaxis_title="Y [mm]", zaxis_title="Z [mm]", aspectmode="data",
-        camera={"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
-    )  # fmt: skip
-    return dress(figure, 480)
+    points = trace("scatter3d", *xyz, mode="lines+markers", marker=marker, line=line, text=text, showlegend=False)
+    scene = {
+        "xaxis": axis("X [mm]"), "yaxis": axis("Y [mm]"), "zaxis": axis("Z [mm]"), "aspectmode": "data",
+        "camera": {"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
+    }  # fmt: skip
+    return figure([points], 480, scene=scene)
 
 
-def _heat(result: Correction) -> go.Figure:
-    figure = go.Figure()
+def _heat(result: Correction) -> Figure:
     solved = result.plan.solved
     keep = thin(np.arange(len(solved.time), dtype=float))
+    time = np.round(solved.time[keep], 3)
+    traces = []
     for i, name in enumerate(result.cell.heat.names):
         line = {"color": LINES[i % len(LINES)], "width": 1.6}
-        figure.add_scatter(x=np.round(solved.time[keep], 3), y=np.round(solved.rise[keep, i], 4), name=name, line=line)
-    figure.update_yaxes(title_text="rise [K]", rangemode="tozero")
-    figure.update_xaxes(title_text="time from the start [s]")
-    return dress(figure, 320)
+        traces.append(trace("scatter", time, np.round(solved.rise[keep, i], 4), name=name, line=line))
+    return figure(traces, 320, yaxis=axis("rise [K]", rangemode="tozero"), xaxis=axis("time from the start [s]"))

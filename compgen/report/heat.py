@@ -1,10 +1,10 @@
 """The warmth of a job's day as one page, a CSV table and sentences."""
 
 import numpy as np
-import plotly.graph_objects as go
 
 from compgen.job import Job
-from compgen.report.page import GREY, LINES, WARM, div, dress, page
+from compgen.report.figure import Figure, axis, div, figure, trace, upright
+from compgen.report.page import GREY, LINES, WARM, page
 from compgen.study import Timeline
 from compgen.units import HOUR, UM
 
@@ -48,29 +48,27 @@ def heat_html(job: Job, day: Timeline) -> bytes:
     return page(f"Heat: {job.title or job.name}", body)
 
 
-def _rises(job: Job, day: Timeline) -> go.Figure:
-    figure = go.Figure()
+def _rises(job: Job, day: Timeline) -> Figure:
     hours = np.round(day.time / HOUR, 5)
+    traces = []
     for i, name in enumerate(job.heat.names):
-        figure.add_scatter(
-            x=hours, y=np.round(day.rise[:, i], 4), name=name, line={"color": LINES[i % len(LINES)], "width": 1.5,
-            "dash": "solid" if i < len(LINES) else "dot"},
-        )  # fmt: skip
+        line = {"color": LINES[i % len(LINES)], "width": 1.5, "dash": "solid" if i < len(LINES) else "dot"}
+        traces.append(trace("scatter", hours, np.round(day.rise[:, i], 4), name=name, line=line))
     if day.air.any():
-        figure.add_scatter(
-            x=hours, y=np.round(day.air, 4), name="air", line={"color": GREY, "dash": "dash", "width": 1}
-        )
-    figure.add_vline(x=day.start / HOUR, line={"color": WARM, "dash": "dash", "width": 1})
-    figure.update_xaxes(title_text="time [h]; dashed: the program starts")
-    figure.update_yaxes(title_text="rise [K]")
-    return dress(figure, 420)
+        line = {"color": GREY, "dash": "dash", "width": 1}
+        traces.append(trace("scatter", hours, np.round(day.air, 4), name="air", line=line))
+    return figure(
+        traces, 420, shapes=[upright(day.start / HOUR, WARM)],
+        xaxis=axis("time [h]; dashed: the program starts"), yaxis=axis("rise [K]"),
+    )  # fmt: skip
 
 
-def _runs(day: Timeline) -> go.Figure:
-    figure = go.Figure()
+def _runs(day: Timeline) -> Figure:
     runs = np.arange(1, len(day.run) + 1)
-    for name, values, tint in (("uncorrected", day.error, WARM), ("with the first run's file", day.residual, LINES[3])):
-        figure.add_scatter(x=runs, y=np.round(values / UM, 3), name=name, mode="lines+markers", line={"color": tint})
-    figure.update_xaxes(title_text="run")
-    figure.update_yaxes(title_text="largest error [µm]", rangemode="tozero")
-    return dress(figure, 380)
+    traces = [
+        trace("scatter", runs, np.round(values / UM, 3), name=name, mode="lines+markers", line={"color": tint})
+        for name, values, tint in (
+            ("uncorrected", day.error, WARM), ("with the first run's file", day.residual, LINES[3])
+        )
+    ]  # fmt: skip
+    return figure(traces, 380, xaxis=axis("run"), yaxis=axis("largest error [µm]", rangemode="tozero"))

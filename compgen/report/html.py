@@ -5,13 +5,12 @@ from html import escape
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
-from compgen.arrays import Array, extremes
+from compgen.arrays import Array, distinct, extremes
 from compgen.pipeline import Corrected, Planned
+from compgen.report.figure import TURBO, Figure, Trace, axis, div, figure, level, numbers, spans, trace
 from compgen.report.json import summary
-from compgen.report.page import COOL, GREY, LINES, WARM, div, dress, findings_list, page, thin
+from compgen.report.page import COOL, GREY, LINES, WARM, findings_list, page, thin
 from compgen.toolpath import ToolPath
 from compgen.units import MM, UM
 from compgen.verify import Deviation
@@ -99,84 +98,90 @@ def _drawn(deviation: Deviation) -> _Drawn:
     return _Drawn(deviation.arc[keep], deviation.time[keep], size, normal, deviation.extents["total"].max)
 
 
-def _error_over_time(drawn: list[_Drawn], bound: float | None) -> go.Figure:
-    rows = [*zip(("before", "after"), drawn, (WARM, COOL))]
-    figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.08)
-    for i, (name, shown, colour) in enumerate(rows, 1):
+def _error_over_time(drawn: list[_Drawn], bound: float | None) -> Figure:
+    rows = [*zip(("before", "after"), drawn, (WARM, COOL), ("", "2"))]
+    traces: list[Trace] = []
+    axes: dict[str, Any] = {}
+    for (name, shown, colour, which), span in zip(rows, reversed(spans(len(rows), 0.08))):
         time = np.round(shown.time, 4)
         for part, values, dash, tint in (
             ("total", shown.total, "solid", colour),
             ("normal", shown.normal, "dot", GREY),
         ):
             line = {"color": tint, "width": 1.4 if part == "total" else 1, "dash": dash}
-            figure.add_scatter(x=time, y=values, name=f"{name}: {part}", line=line, row=i, col=1)
-        figure.update_yaxes(title_text=f"{name} [µm]", row=i, col=1)
+            place = {"xaxis": f"x{which}", "yaxis": f"y{which}"}
+            traces.append(trace("scatter", time, values, name=f"{name}: {part}", line=line, **place))
+        axes[f"yaxis{which}"] = axis(f"{name} [µm]", anchor=f"x{which}", domain=span)
+        axes[f"xaxis{which}"] = {"anchor": f"y{which}", "domain": [0.0, 1.0]}
+        last = axes[f"xaxis{which}"]
+    if len(rows) > 1:  # the upper plot shows the lower one's times
+        axes["xaxis"].update(matches="x2", showticklabels=False)
+    last.update(axis("time from leaving P[1] [s]"))
     if len(rows) > 1 and bound is not None:
-        figure.add_hline(y=bound / UM, line={"color": "#b91c1c", "dash": "dash", "width": 1}, row=2, col=1)
-    figure.update_xaxes(title_text="time from leaving P[1] [s]", row=len(rows), col=1)
-    return dress(figure, 260 * len(rows))
+        axes["shapes"] = [level(bound / UM, "2")]
+    return figure(traces, 260 * len(rows), **axes)
 
 
-def _path_in_space(drawn: list[_Drawn], path: ToolPath) -> go.Figure:
+def _path_in_space(drawn: list[_Drawn], path: ToolPath) -> Figure:
     count = len(drawn)
-    titles = ["before", "after"][:count]
-    figure = make_subplots(rows=1, cols=count, specs=[[{"type": "scene"}] * count], subplot_titles=titles)
-    for i, shown in enumerate(drawn, 1):
-        bar = {"title": "µm", "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
-        marker = {
-            "size": 2.2,
-            "color": shown.total,
-            "colorscale": "Turbo",
-            "colorbar": bar,
-            "cmin": 0,
-            "cmax": float(np.ceil(100 * shown.largest / UM) / 100),
-            "line": {"width": 0},
-        }
-        x, y, z = _places(path, shown.arc)
-        figure.add_scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, showlegend=False, row=1, col=i)
     low, high = extremes(path.position)
     size = high - low
     reach = np.maximum(size / size.max(), 0.05).round(3).tolist()
     scene = {
-        "xaxis_title": "X [mm]",
-        "yaxis_title": "Y [mm]",
-        "zaxis_title": "Z [mm]",
-        "zaxis_nticks": 3,
+        "xaxis": axis("X [mm]"),
+        "yaxis": axis("Y [mm]"),
+        "zaxis": axis("Z [mm]", nticks=3),
         # flat paths keep their plan's proportions and get a little height, so that leads can be seen
         "aspectmode": "manual",
         "aspectratio": {"x": reach[0], "y": reach[1], "z": max(reach[2], 0.15)},
         "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.2}},
     }
-    figure.update_scenes(**scene)
-    return dress(figure, 460)
+    traces, scenes, titles = [], {}, []
+    for i, (name, shown, span) in enumerate(zip(("before", "after"), drawn, spans(count, 0.2 / count)), 1):
+        bar = {"title": {"text": "µm"}, "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
+        marker = {
+            "size": 2.2,
+            "color": numbers(shown.total),
+            "colorscale": TURBO,
+            "colorbar": bar,
+            "cmin": 0,
+            "cmax": float(np.ceil(100 * shown.largest / UM) / 100),
+            "line": {"width": 0},
+        }
+        where = f"scene{i if i > 1 else ''}"
+        xyz = _places(path, shown.arc)
+        traces.append(trace("scatter3d", *xyz, mode="markers", marker=marker, showlegend=False, scene=where))
+        scenes[where] = {"domain": {"x": span, "y": [0.0, 1.0]}, **scene}
+        titles.append(
+            {"text": name, "font": {"size": 16}, "showarrow": False, "x": sum(span) / 2, "xref": "paper", "y": 1.0,
+            "xanchor": "center", "yref": "paper", "yanchor": "bottom"}
+        )  # fmt: skip
+    return figure(traces, 460, annotations=titles, **scenes)
 
 
 def _places(path: ToolPath, arc: Array) -> list[Array]:
     """x, y and z [mm] at some places, straight between the waypoints around each."""
     after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
-    rows = np.unique(np.concatenate([after - 1, after]))
+    rows = distinct(np.concatenate([after - 1, after]))
     return [np.round(np.interp(arc, path.arc[rows], path.position[rows, k]) / MM, 2) for k in range(3)]
 
 
-def _temperatures(planned: Planned) -> go.Figure:
-    figure = go.Figure()
+def _temperatures(planned: Planned) -> Figure:
     keep = thin(np.arange(len(planned.rise), dtype=float))
-    for i, name in enumerate(planned.job.heat.names):
-        figure.add_scatter(
-            x=np.round(planned.trajectory.time[keep], 3),
-            y=np.round(planned.rise[keep, i], 4),
-            name=name,
+    time = np.round(planned.trajectory.time[keep], 3)
+    traces = [
+        trace(
+            "scatter", time, np.round(planned.rise[keep, i], 4), name=name,
             line={"color": LINES[i % len(LINES)], "width": 1.6},
         )
-    figure.update_yaxes(title_text="rise [K]", rangemode="tozero")
-    figure.update_xaxes(title_text="time from leaving P[1] [s]")
-    return dress(figure, 320)
+        for i, name in enumerate(planned.job.heat.names)
+    ]  # fmt: skip
+    return figure(traces, 320, yaxis=axis("rise [K]", rangemode="tozero"), xaxis=axis("time from leaving P[1] [s]"))
 
 
-def _joints(data: dict[str, Any]) -> go.Figure:
-    figure = go.Figure()
-    for (kind, shares), colour in zip(data["timing"]["joint_use"].items(), LINES[2:]):
-        figure.add_bar(x=list(shares), y=[round(100 * v, 2) for v in shares.values()], name=kind, marker_color=colour)
-    figure.add_hline(y=100, line={"color": "#b91c1c", "dash": "dash", "width": 1})
-    figure.update_yaxes(title_text="largest share of the limit [%]")
-    return dress(figure, 320)
+def _joints(data: dict[str, Any]) -> Figure:
+    traces = [
+        trace("bar", list(shares), [round(100 * v, 2) for v in shares.values()], name=kind, marker={"color": colour})
+        for (kind, shares), colour in zip(data["timing"]["joint_use"].items(), LINES[2:])
+    ]
+    return figure(traces, 320, yaxis=axis("largest share of the limit [%]"), shapes=[level(100)])

@@ -5,14 +5,14 @@ from html import escape
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from compgen import __version__
 from compgen.arrays import IntArray
 from compgen.identify.identifiable import correlations
 from compgen.identify.story import Identified
 from compgen.identify.validate import Validated, statistics
-from compgen.report.page import COOL, GREY, LINES, WARM, div, dress, page, thin
+from compgen.report.figure import RED_TO_BLUE, Figure, axis, div, figure, trace
+from compgen.report.page import COOL, GREY, LINES, WARM, page, thin
 from compgen.units import DEG, MM, UM
 
 MANY = 60  # parameters that a picture of correlations can show
@@ -154,69 +154,62 @@ def _parameters(told: dict[str, Any]) -> str:
     )
 
 
-def _in_space(found: Identified) -> go.Figure:
+def _in_space(found: Identified) -> Figure:
     data, fit = found.data, found.chosen.fit
-    figure = go.Figure()
+    traces = []
     keep = thin(np.linalg.norm(fit.residual, axis=1))
     for step, colour, name in ((found.steps[0], WARM, "before"), (found.chosen, COOL, "after")):
         start = data.position[keep]
         end = start + 100 * step.fit.residual[keep]
         gap = np.full(len(start), np.nan)
-        xyz = [np.column_stack([start[:, k], end[:, k], gap]).ravel() / MM for k in range(3)]
-        x, y, z = (np.round(v, 2) for v in xyz)
-        figure.add_scatter3d(x=x, y=y, z=z, mode="lines", name=name, line={"color": colour, "width": 3})
-    figure.update_scenes(xaxis_title="x [mm]", yaxis_title="y [mm]", zaxis_title="z [mm]", aspectmode="data")
-    return dress(figure, 520)
+        xyz = (np.round(np.column_stack([start[:, k], end[:, k], gap]).ravel() / MM, 2) for k in range(3))
+        traces.append(trace("scatter3d", *xyz, mode="lines", name=name, line={"color": colour, "width": 3}))
+    scene = {"xaxis": axis("x [mm]"), "yaxis": axis("y [mm]"), "zaxis": axis("z [mm]"), "aspectmode": "data"}
+    return figure(traces, 520, scene=scene)
 
 
-def _over_time(found: Identified) -> go.Figure:
+def _over_time(found: Identified) -> Figure:
     data = found.data
     time = data.time[data.pose]
-    figure = go.Figure()
+    traces = []
     for step, colour, name in ((found.steps[0], WARM, "before"), (found.chosen, COOL, "after")):
         size = np.linalg.norm(step.fit.residual, axis=1)
         keep = thin(size)
-        figure.add_scatter(
-            x=time[keep], y=np.round(size[keep] / UM, 2), mode="markers", name=name, marker={"color": colour, "size": 5}
-        )
+        look = {"mode": "markers", "name": name, "marker": {"color": colour, "size": 5}}
+        traces.append(trace("scatter", time[keep], np.round(size[keep] / UM, 2), **look))
     wild = np.flatnonzero(found.chosen.fit.wild)
     size = np.linalg.norm(found.chosen.fit.residual, axis=1)
-    figure.add_scatter(
-        x=time[wild], y=np.round(size[wild] / UM, 2), mode="markers", name="set aside",
-        marker={"color": GREY, "symbol": "x", "size": 9},
-    )  # fmt: skip
-    figure.update_yaxes(title_text="residual [µm]", type="log")
-    figure.update_xaxes(title_text="time [s], or order")
-    return dress(figure, 340)
+    look = {"mode": "markers", "name": "set aside", "marker": {"color": GREY, "symbol": "x", "size": 9}}
+    traces.append(trace("scatter", time[wild], np.round(size[wild] / UM, 2), **look))
+    return figure(traces, 340, yaxis=axis("residual [µm]", type="log"), xaxis=axis("time [s], or order"))
 
 
-def _over_joints(found: Identified) -> go.Figure:
+def _over_joints(found: Identified) -> Figure:
     data, fit = found.data, found.chosen.fit
-    size = np.where(fit.wild, np.nan, np.linalg.norm(fit.residual, axis=1)) / UM
-    pendant = found.robot.to_pendant(data.theta)[data.pose] / DEG
-    figure = go.Figure()
-    for k in range(6):
-        figure.add_scatter(
-            x=np.round(pendant[:, k], 3), y=np.round(size, 2), mode="markers", name=f"J{k + 1}",
-            marker={"color": LINES[k], "size": 4}, visible=True if k == 0 else "legendonly",
-        )  # fmt: skip
-    figure.update_yaxes(title_text="residual [µm]")
-    figure.update_xaxes(title_text="pendant angle [deg]; click the legend for another joint")
-    return dress(figure, 340)
+    size = np.round(np.where(fit.wild, np.nan, np.linalg.norm(fit.residual, axis=1)) / UM, 2)
+    pendant = np.round(found.robot.to_pendant(data.theta)[data.pose] / DEG, 3)
+    traces = [
+        trace(
+            "scatter", pendant[:, k], size, mode="markers", name=f"J{k + 1}", marker={"color": LINES[k], "size": 4},
+            visible=True if k == 0 else "legendonly",
+        )
+        for k in range(6)
+    ]  # fmt: skip
+    told = "pendant angle [deg]; click the legend for another joint"
+    return figure(traces, 340, yaxis=axis("residual [µm]"), xaxis=axis(told))
 
 
-def _correlated(found: Identified) -> go.Figure:
+def _correlated(found: Identified) -> Figure:
     fit = found.chosen.fit
     index = np.flatnonzero(fit.active)
     best = np.sort(np.argsort(-fit.gamma[index], kind="stable")[:MANY])
     names = [found.model.terms[k].name for k in index[best]]
     values = np.round(correlations(fit)[np.ix_(best, best)], 3)
-    figure = go.Figure(go.Heatmap(z=values, x=names, y=names, colorscale="RdBu", zmin=-1, zmax=1))
-    figure.update_yaxes(autorange="reversed", tickfont={"size": 8})
-    figure.update_xaxes(tickfont={"size": 8})
-    figure = dress(figure, 760)
-    figure.update_layout(margin={"l": 190, "b": 190})
-    return figure
+    small = {"tickfont": {"size": 8}}
+    return figure(
+        [trace("heatmap", names, names, values, colorscale=RED_TO_BLUE, zmin=-1, zmax=1)], 760,
+        yaxis={**small, "autorange": "reversed"}, xaxis=small, margin={"l": 190, "r": 20, "t": 40, "b": 190},
+    )  # fmt: skip
 
 
 def _um(value: float) -> float:

@@ -1,13 +1,12 @@
-"""What all pages share: a look, figures that open offline, findings, curves no longer than a screen shows."""
+"""What all pages share: a look, the script that draws, findings, curves no longer than a screen shows."""
 
 from collections.abc import Iterable
 from html import escape
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
 
-from compgen.arrays import Array, IntArray
+from compgen.arrays import Array, IntArray, distinct
+from compgen.report.figure import library
 from compgen.verify import Finding
 
 POINTS = 4000  # of a curve: what a screen can show
@@ -31,17 +30,9 @@ footer{color:#64748b;font-size:.85rem;margin:2rem 0;overflow-wrap:anywhere}
 
 def page(title: str, body: str) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
-    return (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-        f"<style>{STYLE}</style><script>{get_plotlyjs()}</script></head><body><h1>{escape(title)}</h1>"
-        f"{body}</body></html>\n"
-    ).encode()
-
-
-def div(figure: go.Figure, key: str) -> str:
-    """A figure as a part of a page."""
-    config = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
-    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=key, config=config))
+    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+    rest = f"</script></head><body><h1>{escape(title)}</h1>{body}</body></html>\n"
+    return b"".join((f"{head}<style>{STYLE}</style><script>".encode(), library(), rest.encode()))
 
 
 def findings_list(findings: Iterable[Finding]) -> str:
@@ -59,16 +50,4 @@ def thin(values: Array) -> IntArray:
     top = np.maximum.reduceat(values, edges[:-1])
     hits = np.flatnonzero(values == np.repeat(top, np.diff(edges)))
     first = hits[np.searchsorted(hits, edges[:-1]).clip(max=len(hits) - 1)]
-    return np.unique(np.concatenate([[0], first, [count - 1]]))
-
-
-def dress(figure: go.Figure, height: int) -> go.Figure:
-    """The look of a figure."""
-    figure.update_layout(
-        template="plotly_white",
-        height=height,
-        margin={"l": 60, "r": 20, "t": 40, "b": 45},
-        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0},
-        font={"family": "system-ui, sans-serif", "size": 12},
-    )
-    return figure
+    return distinct(np.concatenate([[0], first, [count - 1]]))

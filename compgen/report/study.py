@@ -7,10 +7,9 @@ from html import escape
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
-from compgen.report.page import COOL, GREY, LINES, WARM, div, dress, page
+from compgen.report.figure import Figure, axis, div, figure, spans, trace
+from compgen.report.page import COOL, GREY, LINES, WARM, page
 from compgen.study import Answer, Row, Study
 
 TITLES = {
@@ -106,8 +105,8 @@ def study_html(title: str, study: Study | None, rows: list[Row], answers: list[A
     return page(title, body)
 
 
-def _against(study: Study, rows: list[Row], key: str) -> go.Figure:
-    figure = go.Figure()
+def _against(study: Study, rows: list[Row], key: str) -> Figure:
+    traces = []
     good = [r for r in rows if r["state"] == "done"]
     numbers = [_number(r[key]) for r in good]
     plain = all(n is not None for n in numbers)
@@ -122,17 +121,11 @@ def _against(study: Study, rows: list[Row], key: str) -> go.Figure:
         for side, dash, colour in (("before", "solid", WARM if not others else tint), ("after", "dot", COOL)):
             shown = [(x, r[f"{side}_max_um"]) for x, r in points if f"{side}_max_um" in r]
             if shown:
-                figure.add_scatter(
-                    x=[p[0] for p in shown],
-                    y=[p[1] for p in shown],
-                    name=f"{side} {name}".strip(),
-                    mode="lines+markers" if len(shown) < 60 else "lines",
-                    line={"color": colour, "dash": dash, "width": 1.5},
-                    showlegend=n < 12,
-                )
-    figure.update_xaxes(title_text=key)
-    figure.update_yaxes(title_text="largest error [µm]", rangemode="tozero")
-    return dress(figure, 380)
+                look = {"name": f"{side} {name}".strip(), "line": {"color": colour, "dash": dash, "width": 1.5}}
+                mode = "lines+markers" if len(shown) < 60 else "lines"
+                xy = ([p[k] for p in shown] for k in range(2))
+                traces.append(trace("scatter", *xy, mode=mode, showlegend=n < 12, **look))
+    return figure(traces, 380, xaxis=axis(key), yaxis=axis("largest error [µm]", rangemode="tozero"))
 
 
 def _number(value: Any) -> float | None:
@@ -142,41 +135,33 @@ def _number(value: Any) -> float | None:
         return None
 
 
-def _curve(answer: Answer) -> go.Figure:
-    figure = go.Figure()
+def _curve(answer: Answer) -> Figure:
     if answer.key == "contributions":
-        figure.add_bar(
-            x=list(answer.labels),
-            y=np.round(answer.table[:, 1], 3),
-            marker={"color": WARM},
-            name="of the largest error",
-        )
-        figure.add_bar(
-            x=list(answer.labels), y=np.round(answer.table[:, 2], 3), marker={"color": GREY}, name="its own largest"
-        )
-        figure.update_yaxes(title_text="µm")
-        return dress(figure, 380)
+        bars = (("of the largest error", WARM), ("its own largest", GREY))
+        traces = [
+            trace("bar", list(answer.labels), np.round(answer.table[:, k], 3), marker={"color": colour}, name=name)
+            for k, (name, colour) in enumerate(bars, 1)
+        ]
+        return figure(traces, 380, yaxis=axis("µm"))
     if answer.key == "passes":
-        figure.add_scatter(
-            x=np.round(answer.table[:, 1], 4), y=np.round(answer.table[:, 2], 4), mode="markers",
-            text=[f"{w}, {f:g} mm/s" for w, f in zip(answer.labels, answer.table[:, 0])], marker={"color": WARM},
-        )  # fmt: skip
-        figure.update_xaxes(title_text="minutes")
-        figure.update_yaxes(title_text="error_um")
-        return dress(figure, 380)
-    pairs = [(0, 1), (2, 3)] if answer.key == "validity" else [(0, k) for k in range(1, len(answer.columns))]
-    columns = 2 if answer.key == "validity" else 1
-    figure = make_subplots(rows=1, cols=columns, shared_yaxes=True, horizontal_spacing=0.05)
+        text = [f"{w}, {f:g} mm/s" for w, f in zip(answer.labels, answer.table[:, 0])]
+        xy = (np.round(answer.table[:, k], 4) for k in (1, 2))
+        points = trace("scatter", *xy, mode="markers", text=text, marker={"color": WARM})
+        return figure([points], 380, xaxis=axis("minutes"), yaxis=axis("error_um"))
+    apart = answer.key == "validity"  # two plots beside each other
+    pairs = [(0, 1), (2, 3)] if apart else [(0, k) for k in range(1, len(answer.columns))]
+    traces, axes = [], {"yaxis": axis("µm", rangemode="tozero", anchor="x", domain=[0.0, 1.0])}
     for n, (x, y) in enumerate(pairs):
         seen = ~np.isnan(answer.table[:, x])
-        place = {"row": 1, "col": n + 1 if columns == 2 else 1}
-        figure.add_scatter(
-            x=np.round(answer.table[seen, x], 4), y=np.round(answer.table[seen, y], 4), name=answer.columns[y],
-            line={"color": LINES[n], "width": 1.5}, **place,
-        )  # fmt: skip
-        figure.update_xaxes(title_text=answer.columns[x], **place)
-    figure.update_yaxes(title_text="µm", rangemode="tozero", row=1, col=1)
-    return dress(figure, 380)
+        which = "2" if apart and n else ""
+        xy = (np.round(answer.table[seen, k], 4) for k in (x, y))
+        look = {"name": answer.columns[y], "line": {"color": LINES[n], "width": 1.5}}
+        traces.append(trace("scatter", *xy, xaxis=f"x{which}", yaxis=f"y{which}", **look))
+        span = spans(2, 0.05)[n] if apart else [0.0, 1.0]
+        axes[f"xaxis{which}"] = axis(answer.columns[x], anchor=f"y{which}", domain=span)
+    if apart:
+        axes["yaxis2"] = {"anchor": "x2", "domain": [0.0, 1.0], "matches": "y", "showticklabels": False}
+    return figure(traces, 380, **axes)
 
 
 def _table(study: Study, rows: list[Row]) -> str:

@@ -1,7 +1,7 @@
 """Error sources: each a function from a symbolic chain to a symbolic chain.
 
-Adding one: a file with the source, a line here, its table in ``schema_sources``, its physics again in ``real_arm``, a
-test (zero, hand formula, differences). Sources are folded over the nominal chain in the order of ``ORDER``; each sees
+Adding one: a file with the source, a line here, its table in ``schema_sources``, its physics in ``twin.real_arm``,
+a test (zero, hand formula, differences). Sources are folded over the nominal chain in the order of ``ORDER``; each sees
 the nominal chain in its ``State``, so that what it does depends on the commanded pose and not on those before it.
 """
 

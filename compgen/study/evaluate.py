@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from compgen import pipeline
-from compgen.arrays import Array, IntArray
+from compgen.arrays import Array, IntArray, distinct
 from compgen.config import load_job
 from compgen.exceptions import CompgenError
 from compgen.flaws import flaws_of
@@ -48,7 +48,7 @@ class Geometry:
 
     def thinned(self, count: int) -> "Geometry":
         """At some of the samples only, both ends among them."""
-        some = np.unique(np.linspace(0, len(self.now) - 1, count).astype(int))
+        some = distinct(np.linspace(0, len(self.now) - 1, count).astype(int))
         few = {n: getattr(self, n)[some] for n in ("segment", "fraction", "now", "theta")}
         return replace(self, **few)
 

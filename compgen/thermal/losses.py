@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from compgen.arrays import Array, own
+from compgen.arrays import Array, distinct, own
 from compgen.robot import Robot
 from compgen.thermal.duty import Motion
 
@@ -86,7 +86,7 @@ def losses(robot: Robot, drives: Drives, motion: Motion) -> tuple[Array, Array]:
     speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
     middle = (motion.theta[1:] + motion.theta[:-1]) / 2
     time = (motion.time[1:] + motion.time[:-1]) / 2
-    some = np.unique(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
+    some = distinct(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
     rate = np.zeros_like(speed)
     if len(time) > 1:
         between = np.diff(time)[:, None]

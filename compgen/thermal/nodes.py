@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.arrays import Array, own
+from compgen.arrays import Array, distinct, own
 from compgen.thermal.duty import Duty, Motion
 from compgen.thermal.profiles import Profile, rise_along
 from compgen.thermal.solve import after, opening
@@ -63,12 +63,11 @@ class NodeModel:
         full = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
         if state == "off":
             return np.zeros((len(feed), len(full)))
-        feed = np.asarray(feed)
-        first = np.flatnonzero(np.diff(feed, prepend=np.nan))  # a power for each speed in turn, not for each segment
-        motion = (feed[first, None] / self.reference_feed) ** self.exponent
-        motion = np.repeat(motion, np.diff(first, append=len(feed)), axis=0)
+        some = distinct(np.asarray(feed))  # a power for each speed, not for each segment
+        motion = (some[:, None] / self.reference_feed) ** self.exponent
         moving = share * motion if state == "moving" else np.zeros_like(motion)
-        return np.asarray(full * (self.idle + (1 - self.idle) * moving))
+        rises = full * (self.idle + (1 - self.idle) * moving)
+        return np.asarray(rises.take(np.searchsorted(some, feed), axis=0))
 
     def goal(self, duty: Duty) -> Array:
         """A of one duty, (K,) [K]."""

@@ -24,7 +24,7 @@ from compgen.correction import Options, correct
 from compgen.dialects.fanuc_ls import loads
 from compgen.dialects.fanuc_ls.frames import Frames
 from compgen.exceptions import CompgenError
-from compgen.report import correction_csv, correction_json, planned_of, provenance_json
+from compgen.report.correction import correction_csv, correction_json, planned_of, provenance_json
 
 LARGEST = 20_000  # bytes of a program to start from: the correction is not what makes long ones slow
 LONGEST_S = 8.0

@@ -4,11 +4,16 @@ Any program: ``loads`` and ``dumps`` between bytes and records, without loss. co
 ``interpret`` between meaning and canonical text.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from compgen.dialects.fanuc_ls.feeds import feed_errors, written_feeds
-from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
 from compgen.dialects.fanuc_ls.program import Program, estimated_memory, program_name
 from compgen.dialects.fanuc_ls.read import interpret
 from compgen.dialects.fanuc_ls.write import as_written, compose, printed, steps, writable_speed
+
+if TYPE_CHECKING:
+    from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, edited, loads
 
 __all__ = [
     "LsProgram",
@@ -27,3 +32,10 @@ __all__ = [
     "writable_speed",
     "written_feeds",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """What reads any program is loaded when it is asked for: writing compgen's own needs none of it."""
+    if name in ("LsProgram", "dumps", "edited", "loads"):
+        return getattr(import_module("compgen.dialects.fanuc_ls.listing"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

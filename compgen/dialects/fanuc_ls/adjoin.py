@@ -7,19 +7,23 @@ second must be the very place at which the first stopped, to the last digit of t
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any, TypeVar
 
 import numpy as np
 
-from compgen.arrays import Array, frozen
+from compgen.arrays import Array, IntArray, frozen
 from compgen.dialects.fanuc_ls.flow import read_flow
 from compgen.dialects.fanuc_ls.listing import LsProgram, loads
-from compgen.dialects.fanuc_ls.moves import NO_NUMBER
 from compgen.dialects.fanuc_ls.parting import MOVED
 from compgen.dialects.fanuc_ls.places import Positions
 from compgen.dialects.fanuc_ls.program import Program
 from compgen.dialects.fanuc_ls.read import interpret
+from compgen.dialects.fanuc_ls.shapes import found
+from compgen.evaluation import blocks_of
 from compgen.exceptions import CompgenError
 
+T = TypeVar("T")
 _CALL = re.compile(r"^CALL\s+([^\s(;]+)$", re.IGNORECASE)
 _WAITS = re.compile(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$", re.IGNORECASE)
 _FRAME = re.compile(r"^(UFRAME_NUM|UTOOL_NUM)\s*=\s*(.*?)\s*$", re.IGNORECASE)
@@ -61,26 +65,57 @@ def order_of(main: bytes) -> tuple[str, ...]:
     return tuple(names)
 
 
-def driven(program: LsProgram, frames: Mapping[str, str] | None = None) -> tuple[list[Driven], dict[str, str]]:
-    """Active motions of a program as listed, and the frames in force behind them.
+@dataclass(frozen=True, eq=False, slots=True)
+class Way:
+    """A active motions of a program as listed, by columns; ``driven`` tells one of them."""
+
+    program: LsProgram
+    columns: tuple[tuple[Any, ...], ...]  # (A,) each: letter, speed, termination, options, frames, number of goals
+    goals: IntArray  # (A + 1,) from which row of ``goal`` on each motion has its own
+    goal: IntArray  # (T, 2) where in the file what a goal says stands, its number left out; nowhere: another target
+    target: tuple[str, ...]  # (T,) as written, for those
+    force: dict[str, str]  # frames behind the last
+
+    def driven(self, i: int) -> Driven:
+        """One motion."""
+        letter, speed, termination, options, frames, _ = (column[i] for column in self.columns)
+        rows = range(self.goals[i], self.goals[i + 1])
+        goal = tuple(self.program.text(self.goal[k]) if self.goal[k, 1] else self.target[k] for k in rows)
+        return Driven(letter, goal, speed, termination, options, frames)
+
+
+def way(program: LsProgram, frames: Mapping[str, str] | None = None) -> Way:
+    """What a program drives.
 
     Args:
         program: Any program.
         frames: UFRAME_NUM and UTOOL_NUM as they were before it.
     """
     flow, m = read_flow(program), program.motions
-    said = _said(program)
-    force = dict(frames or {})
-    settings = [(s, frame) for s, text in flow.text.items() if (frame := _FRAME.match(text))]
-    rows = []
-    for i, s in zip(flow.moves.tolist(), flow.move_unit.tolist()):
-        while settings and settings[0][0] < s:
-            frame = settings.pop(0)[1]
-            force[frame.group(1).upper()] = frame.group(2)
-        goal = tuple(said.get(n, t) if n != NO_NUMBER else t for n, t in zip(m.position[i], m.target[i]))
-        rows.append(Driven(m.letter[i], goal, m.speed[i], m.termination[i], m.options[i], tuple(sorted(force.items()))))
-    force.update({frame.group(1).upper(): frame.group(2) for _, frame in settings})
-    return rows, force
+    force, at, said = dict(frames or {}), 0, list[tuple[tuple[str, str], ...]]()
+    for s, text in flow.text.items():
+        if frame := _FRAME.match(text):
+            behind = int(np.searchsorted(flow.move_unit, s, side="right"))
+            said += [tuple(sorted(force.items()))] * (behind - at)
+            force[frame.group(1).upper()], at = frame.group(2), behind
+    said += [tuple(sorted(force.items()))] * (len(flow.moves) - at)
+    position, target = _only(m.position, flow.moves), _only(m.target, flow.moves)
+    count = tuple(map(len, position))
+    number = np.fromiter(chain.from_iterable(position), dtype=np.int64, count=sum(count))
+    same = tuple(_only(column, flow.moves) for column in (m.letter, m.speed, m.termination, m.options))
+    return Way(
+        program=program,
+        columns=(*same, tuple(said), count),
+        goals=np.concatenate([[0], np.cumsum(count, dtype=np.int64)]),
+        goal=_said(program, number),
+        target=tuple(chain.from_iterable(target)),
+        force=force,
+    )
+
+
+def _only(column: tuple[T, ...], rows: IntArray) -> tuple[T, ...]:
+    """Some of a column, in order."""
+    return column if len(rows) == len(column) else tuple([column[i] for i in rows.tolist()])
 
 
 def check_join(program: LsProgram, main: bytes, pages: Mapping[str, bytes]) -> int:
@@ -97,25 +132,42 @@ def check_join(program: LsProgram, main: bytes, pages: Mapping[str, bytes]) -> i
     Raises:
         JoinError: They differ; names the page and the motion.
     """
-    whole, _ = driven(program)
+    whole = way(program)
+    N = len(whole.goals) - 1
     at, force = 0, dict[str, str]()
     for k, name in enumerate(order_of(main)):
         if name not in pages:
             raise JoinError(f"page {name}: the main program calls it, but it is not there")
-        rows, force = driven(loads(pages[name]), force)
-        if k and at and _stands_at(whole[at - 1]):
-            if not rows or not _is_entry(rows[0], whole[at - 1]):
+        page = way(loads(pages[name]), force)
+        first, count, force = 0, len(page.goals) - 1, page.force
+        if k and at and _stands_at(before := whole.driven(at - 1)):
+            if not count or not _is_entry(page.driven(0), before):
                 raise JoinError(f"page {name}: it does not start where the page before stopped")
-            rows = rows[1:]
-        for i, (row, wanted) in enumerate(zip(rows, whole[at:]), 1):
-            if row != wanted:
-                raise JoinError(f"page {name}: motion {i}: {row} instead of {wanted}")
-        at += len(rows)
-        if at > len(whole):
+            first, count = 1, count - 1
+        if (i := _difference(page, first, whole, at, min(count, N - at))) is not None:
+            found, wanted = page.driven(first + i), whole.driven(at + i)
+            raise JoinError(f"page {name}: motion {i + 1}: {found} instead of {wanted}")
+        at += count
+        if at > N:
             raise JoinError(f"page {name}: it drives more than the undivided program")
-    if at != len(whole):
-        raise JoinError(f"pages: {at} motions of {len(whole)} are driven")
+    if at != N:
+        raise JoinError(f"pages: {at} motions of {N} are driven")
     return at
+
+
+def _difference(a: Way, i: int, b: Way, k: int, count: int) -> int | None:
+    """The first of some motions, i on and k on, that differs."""
+    alike = all(x[i : i + count] == y[k : k + count] for x, y in zip(a.columns, b.columns))
+    if alike and _goals(a, i, count) == _goals(b, k, count):
+        return None
+    return next((n for n in range(count) if a.driven(i + n) != b.driven(k + n)), None)
+
+
+def _goals(way: Way, first: int, count: int) -> list[bytes | str]:
+    """What the goals of some motions say."""
+    rows = slice(way.goals[first], way.goals[first + count])
+    data, target = way.program.data, way.target[rows]
+    return [data[start:end] if end else text for (start, end), text in zip(way.goal[rows].tolist(), target)]
 
 
 def _stands_at(row: Driven) -> bool:
@@ -128,13 +180,21 @@ def _is_entry(row: Driven, before: Driven) -> bool:
     return row.goal == before.goal[-1:] and row.termination.upper() == "FINE" and not row.options
 
 
-def _said(program: LsProgram) -> dict[int, str]:
-    """What each position says, its number left out."""
+def _said(program: LsProgram, number: IntArray) -> IntArray:
+    """Where what positions of some numbers say stands, their own number left out; zero where there is none, (T, 2)."""
     p: Positions = program.positions
-    found = {}
-    for number, (start, end) in zip(p.number.tolist(), p.block.tolist()):
-        found[number] = program.data[start:end].partition(b"{")[2].decode("latin-1")
-    return found
+    place = np.zeros((len(number), 2), dtype=np.int64)
+    if not len(p.number) or not len(number):
+        return place
+    order = np.argsort(p.number, kind="stable")
+    row = np.clip(np.searchsorted(p.number[order], number), 0, len(order) - 1)
+    known = p.number[order][row] == number
+    block = p.block[order[row[known]]]
+    view = np.frombuffer(program.data, dtype=np.uint8)
+    first, last = int(block[:, 0].min(initial=len(view))), int(block[:, 1].max(initial=0))
+    brace = found(view, first, last, lambda part: part[:-1] == ord("{")) + 1
+    place[known] = np.column_stack([brace[np.searchsorted(brace, block[:, 0])], block[:, 1]])
+    return place
 
 
 def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, Array]:
@@ -151,18 +211,18 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
         JoinError: A page is missing, or two pages do not meet; names the page and the gap.
         InputError: A page is not of the form that ``interpret`` reads.
     """
-    parts: list[Program] = []
-    for name in order_of(main):
+    order = order_of(main)
+    if not order:
+        raise JoinError("main program: it calls no page")
+    for name in order:
         if name not in pages:
             raise JoinError(f"page {name}: the main program calls it, but it is not there")
-        part = interpret(pages[name])
+    parts = list(blocks_of(len(order), lambda k, _: interpret(pages[order[k]]), 1))
+    for name, part in zip(order, parts):
         if part.name != name:
             raise JoinError(f"page {name}: it calls itself {part.name}")
-        if parts:
-            _meet(parts[-1], part)
-        parts.append(part)
-    if not parts:
-        raise JoinError("main program: it calls no page")
+    for before, after in zip(parts, parts[1:]):
+        _meet(before, after)
     starts = np.cumsum([0] + [len(p.position) - 1 for p in parts[:-1]])
     first, rest = parts[0], parts[1:]
     whole = replace(

@@ -20,6 +20,7 @@ WHOLE, DECIMALS, MOST_DECIMALS = 5, 3, 6  # %9.3f, to %12.6f
 BLOCK = 4096  # rows at a time: they stay in cache
 _LIMIT = 10**WHOLE  # below which a positive number has room
 _MINUS, _ZERO, _BLANK = np.frombuffer(b"-0 ", dtype=np.uint8)
+_SPREAD, _HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # the golden ratio's bits
 _TRIES = 16  # kinds of rows that are picked out one after the other
 
 
@@ -165,7 +166,7 @@ def table(rows: int, parts: list[bytes | Column]) -> bytes | memoryview:
 def different(rows: NDArray[Any]) -> tuple[IntArray, IntArray]:
     """Numbers of rows that stand for all, and which of them each row equals.
 
-    Rows are told apart by a sum over their bytes, eight at a time, with odd weights; that this sufficed is checked.
+    Rows are told apart by a number made of their bytes, eight at a time; that this sufficed is checked.
     """
     if not len(rows):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -180,11 +181,11 @@ def different(rows: NDArray[Any]) -> tuple[IntArray, IntArray]:
 
 
 def mixed(columns: Iterable[NDArray[np.uint64]]) -> NDArray[np.uint64]:
-    """A sum of words with odd weights that spread bits: powers of the golden ratio's, modulo 2^64."""
-    weight, total = 1, np.zeros(1, dtype=np.uint64)
+    """One number a row that hardly ever is the same for different words, (N,)."""
+    total = np.zeros(1, dtype=np.uint64)
     for column in columns:
-        weight = weight * 0x9E3779B97F4A7C15 % 2**64
-        total = total + column * np.uint64(weight)
+        total = (total ^ column) * _SPREAD
+        total ^= total >> _HALF  # the last characters too come to bear on every bit
     return total
 
 

@@ -11,8 +11,9 @@ the largest w: error diffusion along the path. A speed that a unit says exactly 
 
 import numpy as np
 
-from compgen.arrays import Array, BoolArray, IntArray
+from compgen.arrays import Array, BoolArray
 from compgen.dialects.fanuc_ls.write import EXACT, FEED_TOLERANCE, UNITS
+from compgen.evaluation import by_rows
 from compgen.exceptions import InputError
 from compgen.units import MM
 
@@ -36,18 +37,17 @@ def written_feeds(speed: Array, length: Array) -> Array:
     Raises:
         InputError: Slower or faster than any unit says.
     """
-    step, number, highest, exact = _rounded_down(speed)
-    low = number * step
-    if len(speed) and np.any(low < _SLOWEST * speed):
-        n = int(np.argmax(low < _SLOWEST * speed))
+    if not len(speed):
+        return np.zeros(0)
+    number, step, late, win, free = by_rows(_rounded_down, speed, length).T
+    slow = number * step < _SLOWEST * speed
+    if slow.any():
+        n = int(np.argmax(slow))
         raise InputError(
             f"waypoint {n + 2}: a speed of {speed[n] / MM:g} mm/s cannot be written on {length[n] / MM:.3g} mm"
             "; use 0.05 to 2000 mm/s"
         )
-    free = ~exact & (number < highest)
-    late = np.where(free | exact, length / low - length / speed, 0.0)  # what no unit says is not caught up
-    win = np.where(free, length / low - length / (low + step), 0.0)
-    return np.asarray((number + (diffused(late, win) & free)) * step)
+    return np.asarray((number + (diffused(late, win) & (free > 0))) * step)
 
 
 def feed_errors(wanted: Array, written: Array, length: Array) -> tuple[float, float]:
@@ -80,32 +80,44 @@ def diffused(late: Array, win: Array) -> BoolArray:
     lanes = -(-S // width)
     padded = np.zeros((2, lanes * width))
     padded[0, :S], padded[1, :S] = late, win
-    u, w = padded.reshape(2, lanes, width)
+    u, w = np.ascontiguousarray(padded.reshape(2, lanes, width).transpose(0, 2, 1))  # (width, lanes)
     half = float(win.max()) / 2
     start = np.linspace(-half, half, STARTS)
-    error = np.tile(start, (lanes, 1))  # (lanes, STARTS)
-    faster = np.empty((width, lanes, STARTS), dtype=bool)
-    for j in range(width):
-        error = error + u[:, j, None]
-        faster[j] = error > w[:, j, None] / 2
-        error = error - np.where(faster[j], w[:, j, None], 0.0)
+    error = np.repeat(start[:, None], lanes, axis=1)  # (STARTS, lanes)
+    faster = np.empty((width, STARTS, lanes), dtype=bool)
+    for late_here, win_here, faster_here in zip(u, w, faster):
+        error += late_here
+        np.greater(error, win_here / 2, out=faster_here)
+        error -= faster_here * win_here
     chosen = np.zeros(lanes, dtype=np.int64)
     now = 0.0
     for k in range(lanes):
         chosen[k] = int(np.argmin(np.abs(start - now)))
-        now += float(error[k, chosen[k]]) - float(start[chosen[k]])
-    return np.asarray(faster[:, np.arange(lanes), chosen].T.reshape(-1)[:S])
+        now += float(error[chosen[k], k]) - float(start[chosen[k]])
+    return np.asarray(faster[:, chosen, np.arange(lanes)].T.reshape(-1)[:S])
 
 
-def _rounded_down(speed: Array) -> tuple[Array, IntArray, IntArray, BoolArray]:
-    """Each speed's unit step [m/s], how many of them, the most there are, and whether that is the speed, (S,) each."""
-    steps = np.array([step for _, step, _, _ in UNITS])
-    most = np.array([highest for _, _, _, highest in UNITS], dtype=np.int64)
-    number = np.minimum(np.rint(speed[:, None] / steps).astype(np.int64), most)
-    says = np.abs(number * steps - speed[:, None]) <= EXACT * speed[:, None]
-    number = np.where(says, number, np.minimum((speed[:, None] / steps).astype(np.int64), most))
-    fine = steps <= FEED_TOLERANCE * speed[:, None]
-    exact = says.any(axis=1)
-    unit = np.where(exact, np.argmax(says, axis=1), np.where(fine.any(axis=1), np.argmax(fine, axis=1), len(UNITS) - 1))
-    rows = np.arange(len(speed))
-    return steps[unit], number[rows, unit], most[unit], exact
+_STEPS = np.array([step for _, step, _, _ in UNITS])
+_MOST = np.array([float(highest) for _, _, _, highest in UNITS])
+
+
+def _rounded_down(speed: Array, length: Array) -> Array:
+    """Each speed as steps of its unit: how many, the step [m/s], lateness and win [s], if one more may be; (S, 5)."""
+    unit = np.full(len(speed), len(UNITS) - 1)
+    for k in reversed(range(len(UNITS))):
+        np.copyto(unit, k, where=_STEPS[k] <= FEED_TOLERANCE * speed)
+    exact = np.zeros(len(speed), dtype=bool)
+    for k in reversed(range(len(UNITS))):
+        nearest = np.minimum(np.rint(speed / _STEPS[k]), _MOST[k])
+        says = np.abs(nearest * _STEPS[k] - speed) <= EXACT * speed
+        np.copyto(unit, k, where=says)
+        exact |= says
+    step, most = _STEPS[unit], _MOST[unit]
+    number = speed / step
+    number = np.minimum(np.where(exact, np.rint(number), np.trunc(number)), most)
+    low = number * step
+    free = ~exact & (number < most)
+    with np.errstate(divide="ignore", invalid="ignore"):  # none is so slow that its number is 0: that is refused
+        late = np.where(free | exact, length / low - length / speed, 0.0)  # what no unit says is not caught up
+        win = np.where(free, length / low - length / (low + step), 0.0)
+    return np.column_stack([number, step, late, win, free])

@@ -7,8 +7,9 @@ program could not say again. A wrapped statement and the listing of point logic 
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -82,11 +83,14 @@ def read_flow(program: LsProgram) -> Flow:
     active = head[~m.disabled[head]]
     motion[owner[active]] = active
     text = dict(_texts(program.data, begin, end, np.flatnonzero(motion == NO_NUMBER)))
-    options = {int(s): m.options[motion[s]] for s in np.flatnonzero(motion != NO_NUMBER) if m.options[motion[s]]}
+    moves = np.flatnonzero(motion != NO_NUMBER)
+    options = {int(s): m.options[motion[s]] for s in moves[_marks(m.options, bool)[motion[moves]]]}
     for s in [s for s, option in options.items() if _OWN_LISTING.search(option)]:
         options[s] = " ".join(program.text((begin[s], end[s])).split())  # with the listing that follows
     said = dict(sorted({**text, **options}.items()))
-    stop = np.array([i >= 0 and m.termination[i].upper() == "FINE" for i in motion.tolist()], dtype=bool)
+    fine = {text for text in set(m.termination) if text.upper() == "FINE"}
+    stop = np.zeros(S, dtype=bool)
+    stop[moves] = _marks(m.termination, fine.__contains__)[motion[moves]]
     for s, option in options.items():
         if re.search(r"(?<![A-Z_])TA\s+[\d.]", option, re.IGNORECASE):
             stop[s] = False  # its logic runs after the stop
@@ -111,17 +115,14 @@ def read_flow(program: LsProgram) -> Flow:
 
 def _units(program: LsProgram) -> tuple[IntArray, IntArray, IntArray]:
     """First byte, end and line of each unit."""
-    data = program.data
-    starts = np.array([0, *(e.end() for e in _LINE_END.finditer(data))], dtype=np.int64)
-    line = program.statements
-    begin = starts[line - 1] if len(line) else np.zeros(0, dtype=np.int64)
+    data, line, begin = program.data, program.statements, program.place
     if not len(line):
         return begin, begin, line
     first, stop = int(begin[0]), _section_end(data, int(begin[-1]))
-    if b"P-SPS" in data.upper():
+    listed = [i for i, option in enumerate(program.motions.options) if option and _OWN_LISTING.search(option)]
+    if listed:
         rules = [r.start() for r in _RULE.finditer(data, first, stop)]
         keep = np.ones(len(line), dtype=bool)
-        listed = [i for i, o in enumerate(program.motions.options) if _OWN_LISTING.search(o)]
         for i in listed:
             at = int(np.searchsorted(line, program.motions.line[i]))
             rule = next((r for r in rules if r > begin[at]), stop)  # without its rule it runs to the end
@@ -148,20 +149,25 @@ def _texts(data: bytes, begin: IntArray, end: IntArray, which: IntArray) -> Iter
 
 def _mentions(program: LsProgram, motion: IntArray, owner: IntArray, said: dict[int, str]) -> tuple[IntArray, IntArray]:
     """Which unit names which position."""
-    units: list[int] = []
-    numbers: list[int] = []
     m = program.motions
-    for i, (s, off) in enumerate(zip(owner.tolist(), m.disabled.tolist())):
-        if not off:
-            own_places = [n for n, t in zip(m.position[i], m.target[i]) if n >= 0 or t[:2] == "P["]
-            units += [s] * len(own_places)
-            numbers += own_places
-    for s, text in said.items():
-        for found in _P.finditer(text):
-            units.append(s)
-            numbers.append(int(found.group(1)) if found.group(1) else NO_NUMBER)
-    order = np.argsort(np.array(units, dtype=np.int64), kind="stable")
-    return np.array(units, dtype=np.int64)[order], np.array(numbers, dtype=np.int64)[order]
+    many = np.fromiter(map(len, m.position), dtype=np.int64, count=len(m.position))
+    number = np.fromiter(chain.from_iterable(m.position), dtype=np.int64, count=int(many.sum()))
+    keep = np.repeat(~m.disabled, many)
+    if len(elsewhere := np.flatnonzero(number < 0)):  # PR[n], or P[R[n]], one of the file's that is found at run time
+        target = list(chain.from_iterable(m.target))
+        keep[elsewhere] &= np.array([target[i][:2] == "P[" for i in elsewhere.tolist()])
+    units, numbers = np.repeat(owner, many)[keep], number[keep]
+    texts = [(s, found.group(1)) for s, text in said.items() for found in _P.finditer(text)]
+    if texts:
+        units = np.append(units, [s for s, _ in texts])
+        numbers = np.append(numbers, [int(n) if n else NO_NUMBER for _, n in texts])
+    order = np.argsort(units, kind="stable")
+    return units[order], numbers[order]
+
+
+def _marks(texts: Collection[str], test: Callable[[str], bool]) -> BoolArray:
+    """A test of each text."""
+    return np.fromiter(map(test, texts), dtype=bool, count=len(texts))
 
 
 def _brackets(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
@@ -196,12 +202,11 @@ def _ends(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
 
 def _arcs(program: LsProgram, motion: IntArray) -> Iterator[tuple[int, int]]:
     """Motions before an A or S: its curve needs them."""
+    if not {"A", "S"} & set(program.motions.letter):
+        return
     moves = np.flatnonzero(motion != NO_NUMBER)
     letters = [program.motions.letter[i] for i in motion[moves].tolist()]
-    if "A" in letters or "S" in letters:
-        yield from (
-            (int(a), int(b)) for a, b, letter in zip(moves[:-1], moves[1:], letters[1:]) if letter in ("A", "S")
-        )
+    yield from ((int(a), int(b)) for a, b, letter in zip(moves[:-1], moves[1:], letters[1:]) if letter in ("A", "S"))
 
 
 def _written(said: dict[int, str], unit: IntArray, mention: IntArray) -> Iterator[tuple[int, int]]:

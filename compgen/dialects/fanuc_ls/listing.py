@@ -123,11 +123,6 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
 
 def _tags(data: bytes) -> list[tuple[str, int, int]]:
     """Section tags at the beginning of a line, and where each stands."""
-    begins = [0]
-    for mark in (b"\n/", b"\r/"):
-        at = data.find(mark)
-        while at >= 0:
-            begins.append(at + 1)
-            at = data.find(mark, at + 2)
+    begins = [0, *(m.start() + 1 for mark in (rb"\n/", rb"\r/") for m in re.finditer(mark, data))]
     found = (_SECTION.match(data, at) for at in sorted(begins))
     return [(m[1].decode().upper(), m.start(), m.end()) for m in found if m]

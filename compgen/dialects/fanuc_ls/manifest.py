@@ -14,7 +14,6 @@ from compgen.dialects.fanuc_ls.store import Store
 from compgen.units import KB
 
 SCHEMA = 1
-ENDING = ".pages.json"
 
 
 def manifest(paged: Paged, store: Store, head: Mapping[str, Any], more: Sequence[Mapping[str, Any]] = ()) -> bytes:

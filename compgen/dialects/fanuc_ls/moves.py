@@ -42,7 +42,7 @@ def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, 
     Raises:
         InputError: A move whose target is not understood, or a C without its end point; names the line.
     """
-    view = shapes.padded(data[:end])
+    view = shapes.padded(memoryview(data)[:end])
     first, lines = line_of(data, start), _lines(view, start, end)
     unit = _units(view, lines)
     edge = lines[unit]

@@ -4,6 +4,8 @@ from collections.abc import Collection
 
 from compgen.exceptions import InputError
 
+ENDING = ".pages.json"  # of the manifest's name
+
 
 def page_names(name: str, count: int, length: int, taken: Collection[str] = ()) -> tuple[str, ...]:
     """NAME_01, NAME_02, ...: as much of the name as leaves them different from each other and from all taken ones.

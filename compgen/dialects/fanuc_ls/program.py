@@ -13,6 +13,8 @@ from compgen.robot import Robot
 
 #: Fitted over real exports: a store's bytes for a program, a single-group position and a motion line.
 MEMORY_PROGRAM, MEMORY_POSITION, MEMORY_MOTION = 400, 35, 28
+REMARK = 40.0  # bytes that a remark at a page's head takes at most
+CALL = 50.0  # bytes of a call in the main program besides the name, its message and its pause included
 HAIR = 1e-8  # rad: so near below 180 deg an angle counts as 180
 
 
@@ -52,6 +54,8 @@ def turn_digits(robot: Robot, theta: Array) -> IntArray:
 
     def digits(theta: Array) -> Any:
         angle = robot.to_pendant(theta)[:, np.array(robot.controller.turn_joints) - 1]
+        if np.abs(angle).max(initial=0.0) < np.pi - 2 * HAIR:
+            return np.zeros(angle.shape, dtype=np.int64)
         return (np.sign(angle) * np.floor((np.abs(angle) + np.pi + HAIR) / (2 * np.pi))).astype(np.int64)
 
     found: Any = by_rows(digits, theta)
@@ -67,12 +71,20 @@ def _apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
     pendant = robot.to_pendant(theta)
     for column, joint in enumerate(robot.controller.turn_joints):
         a, n = pendant[:, joint - 1], turns[:, column]
-        # into [-180, 180) for n >= 0 and (-180, 180] for n < 0, then n whole turns
-        up = np.mod(a + np.pi + HAIR, 2 * np.pi) - np.pi - HAIR
-        down = np.pi + HAIR - np.mod(np.pi + HAIR - a, 2 * np.pi)
-        near_zero = np.where(n == 0, np.pi - np.mod(np.pi - a, 2 * np.pi), np.where(n > 0, up, down))
-        pendant[:, joint - 1] = near_zero + 2 * np.pi * n
+        # into [-180, 180) for n > 0 and (-180, 180] for the others, then n whole turns
+        angle = np.pi - _within_a_turn(np.pi - a)
+        if n.any():
+            up = _within_a_turn(a + np.pi + HAIR) - np.pi - HAIR
+            down = np.pi + HAIR - _within_a_turn(np.pi + HAIR - a)
+            angle = np.where(n == 0, angle, np.where(n > 0, up, down)) + 2 * np.pi * n
+        pendant[:, joint - 1] = angle
     return robot.to_theta(pendant)
+
+
+def _within_a_turn(angle: Array) -> Array:
+    """Into [0, 2 pi), (N,) [rad]; mostly there already, and then as it is."""
+    inside = angle.size and angle.min() >= 0 and angle.max() < 2 * np.pi
+    return angle if inside else np.asarray(np.mod(angle, 2 * np.pi))
 
 
 def posture_of(robot: Robot, theta: Array) -> list[Posture]:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from compgen.arrays import Array, BoolArray, IntArray
 from compgen.dialects.fanuc_ls.digits import Bytes, different
@@ -47,9 +46,11 @@ class Filled:
     value: Array  # (n, H) NaN for stars and texts
 
 
-def padded(data: bytes) -> Bytes:
+def padded(data: bytes | memoryview) -> Bytes:
     """The bytes, with room to look ahead behind the last."""
-    return np.frombuffer(data + bytes(_PAD), dtype=np.uint8)
+    out = np.zeros(len(data) + _PAD, dtype=np.uint8)
+    out[: len(data)] = np.frombuffer(data, dtype=np.uint8)
+    return out
 
 
 def found(data: Bytes, start: int, end: int, is_start: Callable[[Bytes], BoolArray]) -> IntArray:
@@ -147,7 +148,8 @@ def windows(data: Bytes, at: IntArray, width: int) -> Bytes:
     """The bytes from places on, (N, width); near the end of the data the row of a text that ends before is wrong."""
     if width > len(data):
         return np.zeros((len(at), width), dtype=np.uint8)
-    return np.asarray(sliding_window_view(data, width)[np.minimum(at, len(data) - width)])
+    every = np.ndarray((len(data) - width + 1, width), np.uint8, data, 0, (1, 1))
+    return np.asarray(every[np.minimum(at, len(data) - width)])
 
 
 def _text(window: Bytes, after: int) -> tuple[IntArray, BoolArray]:

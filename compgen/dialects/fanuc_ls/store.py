@@ -1,15 +1,18 @@
 """What a controller holds, and what a program asks of it."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from compgen.arrays import Array, IntArray, own
-from compgen.dialects.fanuc_ls.flow import Flow, read_flow
+from compgen.dialects.fanuc_ls.block import NO_NUMBER
 from compgen.dialects.fanuc_ls.lines import line_ends
-from compgen.dialects.fanuc_ls.listing import LsProgram
-from compgen.dialects.fanuc_ls.moves import NO_NUMBER
 from compgen.dialects.fanuc_ls.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+
+if TYPE_CHECKING:
+    from compgen.dialects.fanuc_ls.flow import Flow
+    from compgen.dialects.fanuc_ls.listing import LsProgram
 
 USUAL_MOTION = 64  # bytes of text; what is longer has options that take room of their own
 
@@ -48,7 +51,7 @@ class Costs:
         own(self, lines=("S",), memory=("S",))
 
 
-def costs(program: LsProgram, flow: Flow) -> Costs:
+def costs(program: "LsProgram", flow: "Flow") -> Costs:
     """Lines and estimated memory of each unit.
 
     Fitted over real exports: 400 bytes a program, 35 a single-group position, 28 a motion. What is no motion counts as
@@ -63,8 +66,10 @@ def costs(program: LsProgram, flow: Flow) -> Costs:
     return Costs(np.append(np.diff(flow.line), last), np.asarray(memory))
 
 
-def size(program: LsProgram) -> Size:
+def size(program: "LsProgram") -> Size:
     """Lines, positions and estimated memory of a program."""
+    from compgen.dialects.fanuc_ls.flow import read_flow  # here: what only compares sizes reads no program
+
     each = costs(program, read_flow(program))
     positions = len(np.unique(program.positions.number))
     memory = MEMORY_PROGRAM + positions * MEMORY_POSITION + float(each.memory.sum())

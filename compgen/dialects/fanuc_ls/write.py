@@ -117,6 +117,8 @@ def pose_units(position: Array, angles: tuple[Array, Array, Array], rows: slice,
         np.divide(angle[rows], DEG, out=number)
     numbers *= 10.0**decimals
     np.rint(numbers, out=numbers)
+    angle = numbers[3:]
+    angle[angle == -180 * 10.0**decimals] *= -1  # the same turn: noise must not choose between two texts
     if not fits(numbers, decimals):
         raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
     return numbers.astype(np.int64 if decimals > DECIMALS else np.int32)
@@ -158,8 +160,20 @@ def fill_poses(units: IntArray, decimals: int, position: Array, rotation: Array)
     """Positions (n, 3) [m] and rotations (n, 3, 3) that units of the last digit (6, n) say."""
     numbers = numbers_of(units, decimals)
     np.multiply(numbers[:3], MM, out=position.T)
-    w, p, r = numbers[3:] * DEG
-    fill_rotations(w, p, r, rotation.reshape(-1, 9))
+    fill_rotations([_cosine_and_sine(angle, decimals) for angle in units[3:]], rotation.reshape(-1, 9))
+
+
+def _cosine_and_sine(units: IntArray, decimals: int) -> tuple[Array, Array]:
+    """Of angles in units of the last digit, (n,) each; poses next to each other mostly share theirs."""
+    size = np.abs(units)
+    low, high = int(size.min()), int(size.max())
+    if 2 * (high - low) >= len(size):
+        angle = numbers_of(units, decimals) * DEG
+        return np.cos(angle), np.sin(angle)
+    angle = numbers_of(np.arange(low, high + 1), decimals) * DEG
+    size -= low
+    sine = np.sin(angle).take(size)
+    return np.cos(angle).take(size), np.where(units < 0, -sine, sine)
 
 
 def steps(decimals: int = DECIMALS) -> tuple[float, float]:
@@ -167,9 +181,14 @@ def steps(decimals: int = DECIMALS) -> tuple[float, float]:
     return MM / 10**decimals, DEG / 10**decimals
 
 
-def as_written(program: Program) -> Program:
-    """The program that its own text says: what ``interpret(compose(program))`` gives, without the text."""
-    position, rotation = printed(program.position, program.rotation, program.decimals)
+def as_written(program: Program, poses: tuple[Array, Array] | None = None) -> Program:
+    """The program that its own text says: what ``interpret(compose(program))`` gives, without the text.
+
+    Args:
+        program: Any.
+        poses: Its ``printed`` poses, where they are known.
+    """
+    position, rotation = poses or printed(program.position, program.rotation, program.decimals)
     rows, which = different(program.speed)
     said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(said[which]))

@@ -12,30 +12,23 @@ from typing import Any
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray, norm, own
-from compgen.clock import clock
+from compgen.arrays import Array, IntArray, distinct, extent, norm, own
 from compgen.dialects.fanuc_ls.program import Program, apply_turns, in_posture
 from compgen.evaluation import Picked, blocks_of, evaluate
-from compgen.exceptions import CompgenError
-from compgen.ik import flange_of, solve
-from compgen.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
-from compgen.real_arm import Flaws, Past, Placed, real_arm
+from compgen.ik import solve_tool
 from compgen.robot import Robot
 from compgen.rotations import turns
 from compgen.thermal import Ambient, Duty, Heat, Motion, NodeModel, Profile, Section, opening, still
-from compgen.warming import warmed
+from compgen.twin.clock import clock
+from compgen.twin.plant import AGREE, LENGTHS, build_drive, build_fly, build_warmth, disagreement
+from compgen.twin.real_arm import Flaws, Past, Placed, TwinError, real_arm
+from compgen.twin.warming import warmed
 
 ELEMENT = 0.1e-3  # m
 GRID = 1e-3  # m
 CONFIRM = 1e-9  # m
 CONFIRMED = 1000  # samples of a ride that pinocchio repeats
 CHUNK = 16384  # segments at a time
-
-
-class TwinError(CompgenError):
-    """The twin cannot follow the text: the program must not be used."""
-
-    exit_code = 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -138,7 +131,7 @@ class Leg:
         twin.agree(theta, growth, (position, rotation), every)
         rotation = rotation.reshape(-1, 3, 3)
         if twin.flaws is not None:
-            position, rotation, past = twin.flawed(theta, growth, rise, past)
+            position, rotation, past = twin.flawed(theta, growth, rise, past, every)
         return Ride(line, fraction, now, rise, theta, position, rotation), past
 
     def warmth(self, line: IntArray, fraction: Array, now: Array) -> tuple[Array, Array]:
@@ -248,18 +241,19 @@ class Twin:
         """
         if self.flaws is None and tool is None:
             return self._fly(theta, self.growth(rise), progress)
-        position, rotation, _ = self.flawed(theta, self.growth(rise), rise, Past(), tool)
+        every = max(1, len(theta) // CONFIRMED)
+        position, rotation, _ = self.flawed(theta, self.growth(rise), rise, Past(), every, tool)
         progress(1.0)
         return position, rotation
 
     def flawed(
-        self, theta: Array, growth: Array, rise: Array, past: Past, tool: Placed | None = None
+        self, theta: Array, growth: Array, rise: Array, past: Past, every: int, tool: Placed | None = None
     ) -> tuple[Array, Array, Past]:
         """The TCP with all flaws, (M, 3) [m] and (M, 3, 3), and what the samples leave for those after them."""
         arm = real_arm(self.robot, self.flaws or Flaws())
         grown = dict(zip(LENGTHS, growth.T))
         mine = (self.tool_rotation[None], self.tool_position[None])
-        return arm.fly(theta, grown, rise, tool or mine, past)
+        return arm.fly(theta, grown, rise, tool or mine, past, every)
 
     def confirm(
         self, theta: Array, position: Array, rotation: Array, segment: IntArray, progress: Callable[[float], None]
@@ -280,7 +274,7 @@ class Twin:
 
     def agree(self, theta: Array, growth: Array, pose: tuple[Array, ...], every: int) -> None:
         """Raises TwinError unless pinocchio agrees on every so many of the samples, and on the last."""
-        some = np.unique(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
+        some = distinct(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
         found = (pose[0][some], pose[1][some])
         far = disagreement(self.robot, self.tool_position, self.tool_rotation, theta[some], growth[some], found)
         if not far <= AGREE:
@@ -299,8 +293,8 @@ class Twin:
         Raises:
             TwinError: Out of reach or of a limit, or the joints contradict the text.
         """
-        flange = flange_of(program.position, program.rotation, self.tool_position, self.tool_rotation)
-        theta, margin = solve(self.robot, *flange, program.posture)
+        tool = (self.tool_position, self.tool_rotation)
+        theta, margin = solve_tool(self.robot, program.position, program.rotation, *tool, program.posture)
         if margin.min() < 0:
             raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
         theta = apply_turns(self.robot, theta, program.turns)
@@ -344,7 +338,8 @@ def _in_turn(count: int, work: Callable[[int, int], Ride]) -> Iterator[Ride]:
 
 def theta_over(robot: Robot, theta: Array) -> float:
     """How far any joint is beyond its limits, at most [rad]; below zero inside."""
-    return float(max((robot.lower - theta.min(axis=0)).max(), (theta.max(axis=0) - robot.upper).max()))
+    lowest, highest = extent(theta)
+    return float(max((robot.lower - lowest).max(), (highest - robot.upper).max()))
 
 
 def refuse_unlike(line: IntArray, off: Array, turned: Array) -> None:

@@ -108,6 +108,63 @@ def build_fly(robot: Robot, tool_position: bytes, tool_rotation: bytes) -> Any:
     return ca.Function("fly", [theta, growth], [position, ca.vec(rotation.T)])
 
 
+@lru_cache(maxsize=1)
+def build_join() -> Any:
+    """One place after another: (turn (9, row by row), place (3), and again) -> turn (9, row by row), place (3)."""
+    r, p, s, q = (ca.SX.sym(name, size) for name, size in (("r", 9), ("p", 3), ("s", 9), ("q", 3)))
+    turn = ca.reshape(r, 3, 3).T
+    return ca.Function("join", [r, p, s, q], [ca.reshape(s, 3, 3) @ turn.T, p + turn @ q])
+
+
+@lru_cache(maxsize=1)
+def build_chain() -> Any:
+    """An arm whose joints may sit anywhere.
+
+    (angles (6); for each joint, the flange and the tool, where it sits on the part before it: place (3) and turn (9,
+    row by row)) -> position (3), rotation (9, row by row) of the TCP.
+    """
+    angles = ca.SX.sym("angles", 6)
+    parts = [ca.SX.sym(f"{what}{i}", size) for i in range(8) for what, size in (("place", 3), ("turn", 9))]
+    position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
+    for i, (place, rows) in enumerate(zip(parts[::2], parts[1::2])):
+        position = position + rotation @ place
+        rotation = rotation @ ca.reshape(rows, 3, 3).T
+        if i < 6:
+            rotation = rotation @ _turn_expr(AXES[i], angles[i])
+    return ca.Function("chain", [angles, *parts], [position, ca.vec(rotation.T)])
+
+
+@lru_cache(maxsize=16)
+def build_loads(robot: Robot) -> Any:
+    """What weighs on the nominal arm: about axis z_j through o_j, a load F at p turns by z_j . ((p - o_j) x F).
+
+    (angles (6); TCP in the flange, place (3) and turn (9, row by row); masses of the six links [kg], each times its
+    centre (18) [kg m] in the axes of its joint; gravity (3) [m/s2]; force on the tool (3) [N] in its axes) -> torque of
+    all that about each joint (6) [N m], position (3) of the TCP.
+    """
+    sizes = {"angles": 6, "place": 3, "turn": 9, "mass": 6, "moment": 18, "gravity": 3, "force": 3}
+    symbols = [ca.SX.sym(name, size) for name, size in sizes.items()]
+    angles, place, turn, mass, moment, gravity, force = symbols
+    model, flange = build_model(robot)
+    position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
+    joints, weights = [], []
+    for i, axis in enumerate(AXES):
+        position = position + rotation @ ca.DM(model.jointPlacements[i + 1].translation)
+        rotation = rotation @ _turn_expr(axis, angles[i])
+        joints.append((rotation @ ca.DM(axis), position))
+        weights.append((mass[i] * position + rotation @ moment[3 * i : 3 * i + 3], mass[i]))
+    rotation = rotation @ ca.DM(flange.rotation)
+    tcp = position + rotation @ (ca.DM(flange.translation) + place)
+    push = rotation @ ca.reshape(turn, 3, 3).T @ force
+    torque = []
+    for j, (axis, origin) in enumerate(joints):
+        lever = ca.SX.zeros(3)
+        for at, heavy in weights[j:]:
+            lever = lever + at - heavy * origin
+        torque.append(ca.dot(axis, ca.cross(lever, gravity) + ca.cross(tcp - origin, push)))
+    return ca.Function("loads", symbols, ca.cse([ca.vertcat(*torque), tcp]))
+
+
 def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
     """The nominal arm in pinocchio, and the flange seen from its last joint."""
     model = pin.Model()
@@ -135,21 +192,32 @@ def disagreement(
         pose: What the expression found there with those growths, (S, 3) [m] and (S, 9).
     """
     model, flange = build_model(robot)
-    places = np.array([p.translation for p in model.jointPlacements][1:])
-    tool = flange * pin.SE3(tool_rotation, tool_position)
-    data = model.createData()
     nominal = evaluate(
         build_fly(robot, tool_position.tobytes(), tool_rotation.tobytes()), theta, np.zeros((1, len(LENGTHS)))
     )
-    far = 0.0
-    for grown, found in ((np.zeros_like(growth), nominal), (growth, pose)):
-        for m, angles in enumerate(theta - robot.pendant_zero):
-            for k, (joint, around) in enumerate(LENGTHS.values()):
-                moved = places[joint - 1].copy()
-                moved[around] += grown[m, k]
-                model.jointPlacements[joint].translation = moved
-            pin.forwardKinematics(model, data, angles)
-            there = data.oMi[6] * tool
-            far = max(far, float(np.abs(there.translation - found[0][m]).max()))
-            far = max(far, float(np.abs(there.rotation.ravel() - found[1][m]).max()))
-    return far
+    places = np.tile([p.translation for p in model.jointPlacements][1:], (len(theta), 1, 1))
+    grown = places.copy()
+    for (joint, along), more in zip(LENGTHS.values(), growth.T):
+        grown[:, joint - 1, along] += more
+    tool = flange * pin.SE3(tool_rotation, tool_position)
+    angles = theta - robot.pendant_zero
+    far = [0.0]
+    for placed, found in ((places[:1], nominal), (grown, pose)):
+        turn, place = _flown(model, angles, placed)
+        apart = (place + turn @ tool.translation - found[0], turn @ tool.rotation - found[1].reshape(-1, 3, 3))
+        far += [float(np.abs(x).max(initial=0.0)) for x in apart]
+    return float(np.max(far))
+
+
+def _flown(model: pin.Model, angles: Array, placed: Array) -> tuple[Array, Array]:
+    """Pinocchio's last joint, (S, 3, 3) and (S, 3) [m], its joints standing at places (S or 1, 6, 3) [m]."""
+    data = model.createData()
+    wrist, joints = data.oMi[6], list(model.jointPlacements)[1:]
+    turn, place = np.empty((len(angles), 3, 3)), np.empty((len(angles), 3))
+    for m, q in enumerate(angles):
+        if m < len(placed):
+            for joint, at in zip(joints, placed[m]):
+                joint.translation = at
+        pin.forwardKinematics(model, data, q)
+        turn[m], place[m] = wrist.rotation, wrist.translation
+    return turn, place

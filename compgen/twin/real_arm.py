@@ -13,20 +13,28 @@ again, so that the twin shares no code with the optimiser's chain.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from scipy.interpolate import CubicSpline
 
-from compgen.arrays import Array, own
-from compgen.plant import build_model
+from compgen.arrays import Array, IntArray, distinct, own
+from compgen.evaluation import evaluate
+from compgen.exceptions import CompgenError
 from compgen.robot import Robot
 from compgen.rotations import matrix_of
+from compgen.twin.plant import AGREE, build_chain, build_join, build_loads, build_model
 
 #: the link that each heated length belongs to, and the link's axis along it
 _ALONG = {"d1": (1, 2), "a1": (1, 0), "a2": (2, 2), "a3": (3, 2), "d4": (4, 0), "d6": (6, 0)}
 
 Placed = tuple[Array, Array]  # rotations (1 or M, 3, 3) and places (1 or M, 3) [m]
+
+
+class TwinError(CompgenError):
+    """The twin cannot follow the text: the program must not be used."""
+
+    exit_code = 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,7 +112,7 @@ class RealArm:
     flaws: Flaws
 
     def fly(
-        self, theta: Array, growth: Mapping[str, Array], rise: Array, tool: Placed, past: Past
+        self, theta: Array, growth: Mapping[str, Array], rise: Array, tool: Placed, past: Past, every: int
     ) -> tuple[Array, Array, Past]:
         """Where the tool really is.
 
@@ -114,9 +122,13 @@ class RealArm:
             rise: (M, K) [K].
             tool: TCP in the flange as the controller believes it, one for all or one a sample.
             past: What the samples before have left.
+            every: Of so many samples pinocchio repeats one.
 
         Returns:
             (M, 3) [m], (M, 3, 3), and what these samples leave.
+
+        Raises:
+            TwinError: Pinocchio disagrees.
         """
         torque, believed = self._loads(theta, tool)
         first_theta = theta[0] if past.theta is None else past.theta
@@ -126,26 +138,41 @@ class RealArm:
         going = tuple(
             followed(np.vstack([first_place, believed]), line.width, t)[1:] for line, t in zip(self.flaws.lines, before)
         )
-        turned = theta + self._joint_flaws(theta, torque, side)
-        placements, behind = self._placements(growth, rise)
-        data = self.model.createData()
-        model, angles = self.model, turned - self.robot.pendant_zero
-        moving = [i for i in range(1, 7) if len(placements[i][0]) > 1 or len(placements[i][1]) > 1]
-        for i in range(1, 7):
-            model.jointPlacements[i] = pin.SE3(placements[i][0][0], placements[i][1][0])
-        rows = [(model.jointPlacements[i], *placements[i]) for i in moving]
-        M = len(theta)
-        rotation, position = np.empty((M, 3, 3)), np.empty((M, 3))
-        for m in range(M):
-            for placement, turn, place in rows:
-                placement.rotation = turn[m if len(turn) > 1 else 0]
-                placement.translation = place[m if len(place) > 1 else 0]
-            pin.forwardKinematics(model, data, angles[m])
-            wrist = data.oMi[6]
-            rotation[m], position[m] = wrist.rotation, wrist.translation
-        rotation, position = _join((rotation, position), _join(behind, tool))
+        angles = theta + self._joint_flaws(theta, torque, side) - self.robot.pendant_zero
+        parts = [*self._placements(growth, rise), tool]
+        rows = [part for turn, place in parts for part in (place, turn.reshape(-1, 9))]
+        position, rotation = evaluate(build_chain(), angles, *rows)
+        rotation = rotation.reshape(-1, 3, 3)
+        some = distinct(np.append(np.arange(0, len(theta), every), len(theta) - 1))
+        self._confirm(some, theta, (torque, believed), angles, parts, (rotation, position))
         left = Past(theta[-1], believed[-1], side[-1], tuple(t[-1] for t in going))
         return position + self._mapped(believed, going), rotation, left
+
+    def _confirm(
+        self, some: IntArray, theta: Array, loads: tuple[Array, Array], angles: Array, parts: list[Placed], pose: Placed
+    ) -> None:
+        """Raises TwinError unless pinocchio finds the same torques and places at some of the samples."""
+        few = [(_at(turn, some), _at(place, some)) for turn, place in parts]
+        torque, believed = self._weighed(theta[some], few[-1])
+        there = self._stood(angles[some], few)
+        apart = [(torque - loads[0][some]) / (1 + np.abs(torque)), believed - loads[1][some]]
+        apart += [mine - theirs[some] for mine, theirs in zip(there, pose)]
+        far = float(np.max([np.abs(x).max() for x in apart]))
+        if not far <= AGREE:
+            raise TwinError(f"pinocchio's arm is {far:.1e} from the twin's: the twin cannot be trusted")
+
+    def _stood(self, angles: Array, parts: list[Placed]) -> Placed:
+        """The TCP by pinocchio, sample by sample, its joints standing anywhere."""
+        model, data = self.model.copy(), self.model.createData()
+        rotation, position = np.empty((len(angles), 3, 3)), np.empty((len(angles), 3))
+        for m, q in enumerate(angles):
+            placed = [pin.SE3(_at(turn, [m])[0], _at(place, [m])[0]) for turn, place in parts]
+            for i, placement in enumerate(placed[:6], 1):
+                model.jointPlacements[i] = placement
+            pin.forwardKinematics(model, data, q)
+            tcp = data.oMi[6] * placed[6] * placed[7]
+            rotation[m], position[m] = tcp.rotation, tcp.translation
+        return rotation, position
 
     def _joint_flaws(self, theta: Array, torque: Array, side: Array) -> Array:
         """How far each joint is from where it is commanded, (M, 6) [rad]."""
@@ -161,6 +188,8 @@ class RealArm:
 
     def _mapped(self, believed: Array, going: tuple[Array, ...]) -> Array:
         """What the measured lines add, (M, 3) [m]."""
+        from scipy.interpolate import CubicSpline  # here: an arm without a map starts without scipy
+
         total = np.zeros_like(believed)
         for line, travel in zip(self.flaws.lines, going):
             s = np.clip(believed[:, line.axis], line.station[0], line.station[-1])
@@ -173,10 +202,20 @@ class RealArm:
     def _loads(self, theta: Array, tool: Placed) -> tuple[Array, Array]:
         """Torque of the loads about each joint (M, 6) [N m], and where the TCP is believed to be (M, 3) [m]."""
         f = self.flaws
-        M = len(theta)
-        torque, position = np.zeros((M, 6)), np.empty((M, 3))
-        heavy = bool(f.mass.any()) and bool((f.compliance != 0).any() or (f.windup != 0).any())
-        pushed = bool(f.force.any()) and bool((f.compliance != 0).any() or (f.windup != 0).any())
+        mass, moment = np.zeros(6), np.zeros((6, 3))
+        for k, (more, centre) in enumerate(zip(f.mass, f.centre)):
+            i = min(k, 5)
+            mass[i] += more
+            moment[i] += more * self._behind(i + 1).act(centre)
+        known = (x.reshape(1, -1) for x in (mass, moment, f.gravity, f.force))
+        angles = theta - self.robot.pendant_zero
+        torque, position = evaluate(build_loads(self.robot), angles, tool[1], tool[0].reshape(-1, 9), *known)
+        return torque, position
+
+    def _weighed(self, theta: Array, tool: Placed) -> tuple[Array, Array]:
+        """The same by pinocchio, sample by sample."""
+        f = self.flaws
+        torque, position = np.empty((len(theta), 6)), np.empty((len(theta), 3))
         model = self.model.copy()
         model.gravity.linear = f.gravity
         for k, (mass, centre) in enumerate(zip(f.mass, f.centre)):
@@ -185,20 +224,15 @@ class RealArm:
                 seen = self._behind(link).act(centre)
                 model.inertias[link] = model.inertias[link] + pin.Inertia(float(mass), seen, np.zeros((3, 3)))
         data = model.createData()
-        turns, places = tool
-        for m in range(M):
-            q = theta[m] - self.robot.pendant_zero
+        for m, q in enumerate(theta - self.robot.pendant_zero):
             pin.forwardKinematics(model, data, q)
-            held = pin.SE3(turns[m if len(turns) > 1 else 0], places[m if len(places) > 1 else 0])
-            tcp = data.oMi[6] * self.flange * held
+            tcp = data.oMi[6] * self.flange * pin.SE3(_at(tool[0], [m])[0], _at(tool[1], [m])[0])
             position[m] = tcp.translation
-            if heavy:
-                torque[m] -= pin.computeGeneralizedGravity(model, data, q)
-            if pushed:
-                J = pin.computeJointJacobian(model, data, q, 6)  # of joint 6 in its own axes
-                seen = data.oMi[6].actInv(tcp)
-                push = seen.rotation @ f.force
-                torque[m] += J[:3].T @ push + J[3:].T @ pin.skew(seen.translation) @ push
+            J = pin.computeJointJacobian(model, data, q, 6)  # of joint 6 in its own axes
+            seen = data.oMi[6].actInv(tcp)
+            push = seen.rotation @ f.force
+            torque[m] = J[:3].T @ push + J[3:].T @ pin.skew(seen.translation) @ push
+            torque[m] -= pin.computeGeneralizedGravity(model, data, q)
         return torque, position
 
     def _behind(self, link: int) -> pin.SE3:
@@ -214,10 +248,10 @@ class RealArm:
             frame = frame * pin.SE3(turn, np.zeros(3)) * pin.SE3(twist, step)
         return data.oMi[link].actInv(frame) if link else frame
 
-    def _placements(self, growth: Mapping[str, Array], rise: Array) -> tuple[list[Placed], Placed]:
-        """Where each joint sits on the link before it (from 1), and the flange on the last, with all flaws."""
+    def _placements(self, growth: Mapping[str, Array], rise: Array) -> list[Placed]:
+        """Where each of the six joints sits on the link before it, and the flange on the last, with all flaws."""
         f = self.flaws
-        found: list[Placed] = [_fixed(pin.SE3.Identity())]
+        found: list[Placed] = []
         for i in range(7):
             flaw = self._frame_flaw(i, rise)
             C = self._behind(i)
@@ -230,7 +264,7 @@ class RealArm:
                     change = _join((np.eye(3)[None], along), change)
             nominal = self.flange if i == 6 else self.model.jointPlacements[i + 1]
             found.append(_join(change, _fixed(nominal)))
-        return found[:-1], found[-1]
+        return found
 
     def _frame_flaw(self, i: int, rise: Array) -> Placed:
         """E: the flaw of the frame behind row i; i = 0 is World."""
@@ -274,12 +308,31 @@ def followed(position: Array, width: float, t: Array) -> Array:
 
 
 def _kept(left: Array, more: Array, start: Array) -> Array:
-    """A state that keeps a share at each step and takes something on, sample by sample."""
-    out = np.empty((len(left) + 1, len(start)))
-    out[0] = now = start
-    for m, (share, gain) in enumerate(zip(left, more), start=1):
-        out[m] = now = share * now + gain
-    return out
+    """A state that keeps a share at each step and takes something on: x_{m+1} = left_m x_m + more_m.
+
+    As many stretches of the way as a stretch has steps are walked side by side, each from nothing; what it began with
+    fades by the product of its shares.
+    """
+    steps, width = more.shape
+    size = max(1, int(np.sqrt(steps)))
+    count = -(-steps // size)
+    share, gain = np.ones((count * size, width)), np.zeros((count * size, width))
+    share[:steps], gain[:steps] = left, more
+    share, gain = share.reshape(count, size, width), gain.reshape(count, size, width)
+    for n in range(1, size):
+        gain[:, n] += share[:, n] * gain[:, n - 1]
+        share[:, n] *= share[:, n - 1]
+    out = np.empty((count, size, width))
+    now = start
+    for k in range(count):
+        out[k] = share[k] * now + gain[k]
+        now = out[k, -1]
+    return np.vstack([start, out.reshape(-1, width)[:steps]])
+
+
+def _at(part: Array, some: Any) -> Array:
+    """Some samples of what is given once for all or sample by sample."""
+    return part[some] if len(part) > 1 else np.broadcast_to(part, (len(some), *part.shape[1:]))
 
 
 def _fixed(place: pin.SE3) -> Placed:
@@ -288,10 +341,5 @@ def _fixed(place: pin.SE3) -> Placed:
 
 def _join(first: Placed, second: Placed) -> Placed:
     """One after the other, sample by sample."""
-    place = first[1] + np.einsum("mij,mj->mi", *_level(first[0], second[1]))
-    return first[0] @ second[0], place
-
-
-def _level(turn: Array, place: Array) -> tuple[Array, Array]:
-    M = max(len(turn), len(place))
-    return np.broadcast_to(turn, (M, 3, 3)), np.broadcast_to(place, (M, 3))
+    turn, place = evaluate(build_join(), first[0].reshape(-1, 9), first[1], second[0].reshape(-1, 9), second[1])
+    return turn.reshape(-1, 3, 3), place
