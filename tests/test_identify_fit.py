@@ -158,7 +158,7 @@ def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     data, active = forty(plain, 1000)
     fit(model, data.kept(data.pose < 50), active, learn=False, robust=False, noise=NOISE)  # warm caches
     ours = np.inf
-    for _ in range(5):  # the least of five: a busy machine costs a short run more than a long one
+    for _ in range(10):  # the least of them: a busy machine costs a short run more than a long one
         begun = time.perf_counter()
         found = fit(model, data, active, learn=False, robust=False, noise=NOISE)
         ours = min(ours, time.perf_counter() - begun)

@@ -10,6 +10,7 @@ A_k a typical rise times 1 + x.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -56,9 +57,7 @@ class Model:
 
     def slopes(self, active: BoolArray) -> Any:
         """What ``derivatives`` runs, for some parameters only; -> P, R, dP (3 K'), dR (9 K')."""
-        ins, position, flat, slope = self.graph
-        columns = slope[:, np.flatnonzero(active).tolist()]
-        return ca.Function("slopes", ins, ca.cse([position, flat, columns[:3, :], columns[3:, :]]))
+        return _slopes(self, active.tobytes())
 
     def derivatives(self, slopes: Any, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
         """The flange and its derivatives, (M, 3), (M, 3, 3), (M, 3, K'), (M, 3, 3, K')."""
@@ -77,6 +76,14 @@ class Model:
         """Names of the groups, and the group of each parameter, (K,)."""
         names = tuple(dict.fromkeys(t.group for t in self.terms))
         return names, np.array([names.index(t.group) for t in self.terms], dtype=int)
+
+
+@lru_cache(maxsize=8)
+def _slopes(model: Model, active: bytes) -> Any:
+    """Built once: robust and learnt fits ask again and again."""
+    ins, position, flat, slope = model.graph
+    columns = slope[:, np.flatnonzero(np.frombuffer(active, dtype=bool)).tolist()]
+    return ca.Function("slopes", ins, ca.cse([position, flat, columns[:3, :], columns[3:, :]]))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
