@@ -145,6 +145,7 @@ def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     feed = fanuc_ls.writable_speed(job.feed)
     model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
     path, theta = waypoints.followed(job, model, path, feed, job.start_rise())
+    progress(f"path: {len(theta)} waypoints", 1.0)
     motion = motion_of(memory_of(job.sources), theta, path.position)
     page_stops = paging.page_stops(job, path, theta) if pages else None
     if page_stops is not None:
@@ -159,6 +160,7 @@ def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         leg = _twin(job).ready(program, job.before, job.air)
         return verify.deviations(path, leg.samples, leg.rides())
 
+    progress("twin before", 0.0)
     ridden = beside(ride, len(theta))
     found = [
         Finding("warning", "thermal.box", text)
@@ -211,6 +213,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     trajectory = timing.retime(
         job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
     )
+    progress("text", 0.0)
     window = start_window(planned, solution)
     program, _ = _program(job, poses, solution.theta, trajectory, path, date, job.start_rise(), window)
     delivered = _delivered(planned, solution, program)

@@ -3,19 +3,15 @@
 import os
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from compgen import outbox, stopping
 from compgen.exceptions import InputError
-
-if TYPE_CHECKING:  # a command that needs no pipeline starts without it
-    from compgen.pipeline import Progress as Told
 
 app = typer.Typer(
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
@@ -38,46 +34,6 @@ Workers = Annotated[
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
 Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
-
-
-#: what makes rich take a file or a pipe for a terminal
-_FORCING = ("FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE")
-
-
-@contextmanager
-def stages(quiet: bool) -> "Iterator[Told]":
-    """A bar for the stage at work, on a terminal only; errors come after it has gone."""
-    if quiet or not (sys.stderr.isatty() or any(os.environ.get(name) for name in _FORCING)):
-        yield lambda stage, share: None
-        return
-    from rich.console import Console  # here: a run that shows no bar starts without it
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description:<14}"), BarColumn(), TaskProgressColumn(show_speed=True), TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("reading", total=1.0)
-        shown = ""
-
-        def show(stage: str, share: float) -> None:
-            nonlocal shown
-            stopping.check()
-            if stage != shown:  # every stage has its own rate and time left
-                bar.reset(task, description=stage)
-                shown = stage
-            bar.update(task, completed=share)
-
-        yield show
 
 
 def use_machine(workers: int | None) -> None:

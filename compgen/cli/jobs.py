@@ -21,10 +21,10 @@ from compgen.cli.app import (
     checked_date,
     output_folder,
     say_error,
-    stages,
     use_machine,
     write_file,
 )
+from compgen.cli.bar import CHECK, GENERATE, PREDICT, stages
 from compgen.cli.earlier import written_before
 from compgen.config import load_job
 from compgen.dialects.fanuc_ls.names import ENDING
@@ -51,15 +51,15 @@ def generate(
     """Write the corrected program and its proof."""
     use_machine(workers)
     folder = output_folder(path, output)
-    with stages(quiet) as progress:
+    with stages(quiet, GENERATE) as progress:
         job = load_job(path, robot, set_ or ())
         planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
-        progress("report", 0.5)
+        progress("report", 0.0)
         files = _files(planned, corrected)
         program = f"{corrected.program.name}.LS"
         if corrected.inside or force:
             files |= dict(corrected.delivery.files)
-        _publish(folder, files, job)
+        _publish(folder, files, job, progress)
     if not quiet:
         _show(planned, corrected, folder, files)
     if not corrected.inside:
@@ -80,12 +80,12 @@ def predict(
     """Predict the error of the planned program, without correcting it."""
     use_machine(workers)
     folder = output_folder(path, output)
-    with stages(quiet) as progress:
+    with stages(quiet, PREDICT) as progress:
         job = load_job(path, robot, set_ or ())
         planned = pipeline.predict(job, progress)
-        progress("report", 0.5)
+        progress("report", 0.0)
         files = _files(planned, None)
-        _publish(folder, files, job)
+        _publish(folder, files, job, progress)
     if not quiet:
         _show(planned, None, folder, files)
 
@@ -102,7 +102,7 @@ def check(
 ) -> None:
     """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
     use_machine(workers)
-    with stages(quiet or as_json) as progress:
+    with stages(quiet or as_json, CHECK) as progress:
         job = load_job(path, robot, set_ or ())
         if junit is not None:
             if not junit or Path(junit).is_dir():
@@ -135,10 +135,16 @@ def _show(planned: Planned, corrected: Corrected | None, folder: Path | None, fi
     show_job(planned, corrected, folder, files)
 
 
-def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job) -> None:
+def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, progress: pipeline.Progress) -> None:
+    def told(content: bytes | Iterable[bytes], share: float) -> Iterable[bytes]:
+        for block in [content] if isinstance(content, bytes) else content:
+            progress("report", share)
+            yield block
+
     program = pipeline.program_name_of(job)
     ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
-    outbox.publish(folder, files, ours | written_before(folder / f"{program}{ENDING}"))
+    each = {name: told(content, 0.6 + 0.4 * k / len(files)) for k, (name, content) in enumerate(files.items())}
+    outbox.publish(folder, each, ours | written_before(folder / f"{program}{ENDING}"))
 
 
 def _junit(data: dict[str, Any]) -> bytes:

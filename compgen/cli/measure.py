@@ -15,7 +15,8 @@ from rich.table import Table
 
 from compgen import outbox
 from compgen.cells import Arm, load_arm
-from compgen.cli.app import Quiet, app, say_error, stages, write_file
+from compgen.cli.app import Quiet, app, say_error, write_file
+from compgen.cli.bar import stages
 from compgen.exceptions import InputError
 from compgen.identify.frames import Frames
 from compgen.identify.lines import read_lines

@@ -12,7 +12,8 @@ from rich.table import Table
 
 from compgen import outbox
 from compgen.cells import load_arm
-from compgen.cli.app import Date, Quiet, app, checked_date, output_folder, stages
+from compgen.cli.app import Date, Quiet, app, checked_date, output_folder
+from compgen.cli.bar import stages
 from compgen.dialects.fanuc_ls import program_name
 from compgen.dialects.fanuc_ls.visit import visit
 from compgen.exceptions import InputError

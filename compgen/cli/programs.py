@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from compgen import correction, outbox
-from compgen.cli.app import Quiet, Set, app, output_folder, say_error, stages
+from compgen.cli.app import Quiet, Set, app, output_folder, say_error
+from compgen.cli.bar import CORRECT, stages
 from compgen.cli.correction_table import show_correction
 from compgen.cli.inspect import FramesFile, ProgramFile, RobotFile, frames_table, naming_program, read_program
 from compgen.config import load_before, load_cell
@@ -69,10 +70,10 @@ def correct(
         bound=None if max_um is None else max_um * UM,
     )
     cell, table, past = load_cell(robot, set_ or ()), frames_table(frames), load_before(before or ())
-    with stages(quiet or as_json) as progress:
+    with stages(quiet or as_json, CORRECT) as progress:
         with naming_program(program):
             result = correction.correct(data, cell, table, past, options, progress)
-        progress("report", 0.5)
+        progress("report", 0.0)
         files = {
             "report.json": correction_json(result),
             "positions.csv": correction_csv(result),
