@@ -1,10 +1,16 @@
 """What goes wrong in long programs: limits that bind far and wide, places too close, texts that round over a limit."""
 
+import os
+import resource
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import path_file, quiet
+from conftest import ROOT, path_file, quiet
+from ls_text import cartesian, program
 
 from compgen import compensate, findings, interior, pipeline
 from compgen.compensate import Status
@@ -123,3 +129,51 @@ def test_waypoints_next_to_each_other_change_nothing_elsewhere(spiral, apart):
     found = compensate.optimise(close, settings)
     assert found.status is Status.CONVERGED
     assert np.abs(found.correction - free[rows])[:, :3].max() < SAME
+
+
+def no_room():
+    """What a full disk says: a file may not grow."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "generate paths/optic_spiral.toml -q -o {out} --set path.stepover_mm=100 --set robot.controller.max_lines=1000",
+        "predict paths/line_x.toml -q -o {out}",
+        "correct {folder}/PART.LS -q -o {out}",
+        "pages {folder}/PART.LS -q -o {out} --set robot.controller.max_lines=60",
+        "heat paths/line_x.toml -q -o {out}",
+        "whatif paths/line_x.toml -q --vary process.feed_mm_s=20:200:50 --workers 1 -o {out}",
+        "check paths/line_x.toml -q --junit {out}",
+    ],
+)
+@pytest.mark.parametrize("older", [False, True])
+def test_a_full_disk_is_told_in_one_line_and_nothing_is_left_or_lost(tmp_path, command, older):
+    points = [cartesian(n, (1300 + n, 20, 200, 180, 0, 0)) for n in range(1, 100)]
+    (tmp_path / "PART.LS").write_bytes(
+        program([f"L P[{n}] 100mm/sec FINE" for n in range(1, 100)], points, name="PART")
+    )
+    out = tmp_path / "deep" / "out"
+    if older:
+        out.parent.mkdir()
+        if "junit" in command:
+            out.write_text("mine")
+        else:
+            out.mkdir()
+            (out / "mine.txt").write_text("mine")
+    before = {p: p.is_dir() or p.read_bytes() for p in tmp_path.rglob("*")}
+    if "junit" in command and not older:
+        out.parent.mkdir()
+        before[out.parent] = True
+    call = [sys.executable, "-m", "compgen", *command.format(out=out, folder=tmp_path).split()]
+    surroundings = {**os.environ, "CC": "no-compiler"}
+    done = subprocess.run(
+        call, cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=no_room, env=surroundings
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    told = [line for line in done.stderr.splitlines() if "note: no C compiler" not in line]
+    assert len(told) == 1
+    assert "cannot be written: File too large; give another" in told[0]
+    assert {p: p.is_dir() or p.read_bytes() for p in tmp_path.rglob("*")} == before

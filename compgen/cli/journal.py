@@ -6,6 +6,7 @@ the disk one batch at a time, so that a kill loses at most the batch at work.
 
 import json
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -49,19 +50,29 @@ class Journal:
 
     def __init__(self, folder: Path, identity: str, rows: list[dict[str, Any]]) -> None:
         """Begin with the rows that are finished already; the old file is replaced in one step."""
-        part = folder / f".{NAME}.part"
+        part, missing = folder / f".{NAME}.part", [p for p in (folder, *folder.parents) if not p.exists()]
         try:
             folder.mkdir(parents=True, exist_ok=True)
             part.write_bytes(content(identity, rows))
             part.replace(folder / NAME)
+            self._name = folder / NAME
             self._file = os.open(folder / NAME, os.O_WRONLY | os.O_APPEND)
         except OSError as failure:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+                for made in missing:
+                    made.rmdir()
             raise InputError(f"output folder {folder}: cannot be written: {failure.strerror}; give another") from None
 
     def add(self, rows: list[dict[str, Any]]) -> None:
         """Append finished rows."""
-        os.write(self._file, "".join(json.dumps(row) + "\n" for row in rows).encode())
-        os.fsync(self._file)
+        try:
+            os.write(self._file, "".join(json.dumps(row) + "\n" for row in rows).encode())
+            os.fsync(self._file)
+        except OSError as failure:
+            raise InputError(
+                f"{self._name}: cannot be written: {failure.strerror}; finished scenarios are kept"
+            ) from None
 
     def close(self) -> None:
         """Close the file."""
