@@ -1,6 +1,7 @@
 """What goes wrong in long programs: limits that bind far and wide, places too close, texts that round over a limit."""
 
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -177,3 +178,55 @@ def test_a_full_disk_is_told_in_one_line_and_nothing_is_left_or_lost(tmp_path, c
     assert len(told) == 1
     assert "cannot be written: File too large; give another" in told[0]
     assert {p: p.is_dir() or p.read_bytes() for p in tmp_path.rglob("*")} == before
+
+
+LONG = ("--set", "path.stepover_mm=20.65", "--set", "process.chord_um=0.2")  # 1e5 waypoints
+MILLION = ("--set", "path.stepover_mm=2.065", "--set", "process.chord_um=0.2")
+
+
+def generate(out, *more, **surroundings):
+    call = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-q", "-o", str(out), *more]
+    return subprocess.run(
+        call, cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, **surroundings}
+    )
+
+
+@pytest.mark.parametrize(
+    ("override", "told"),
+    [
+        (
+            "path.x_mm=1400",
+            r"compgen: waypoint 786\d\d\d at X .* is out of reach: .*; move the path or make it smaller",
+        ),
+        ("robot.limits.j1_deg=[-20,180]", r"compgen: waypoint 388\d\d\d: joint J1 needs .* beyond its limits .*; move"),
+    ],
+)
+def test_a_million_waypoints_that_leave_the_robot_half_way_are_refused_within_seconds(tmp_path, override, told):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    done = generate(tmp_path / "out", *MILLION, "--set", override)
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 10
+    assert done.returncode == 3
+    assert re.fullmatch(told + ".*\n", done.stderr)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_long_run_is_the_same_to_the_byte_for_any_workers_and_any_hash_seed(tmp_path):
+    for workers in (1, 3):
+        done = generate(tmp_path / str(workers), *LONG, "--workers", str(workers), PYTHONHASHSEED=str(workers))
+        assert (done.returncode, done.stderr) == (0, "")
+    one, other = ({p.name: p.read_bytes() for p in (tmp_path / str(w)).iterdir()} for w in (1, 3))
+    assert len(one) > 10
+    assert one == other
+
+
+def test_a_long_run_without_a_compiler_says_so_once_and_writes_the_same_program(tmp_path):
+    assert generate(tmp_path / "with", *LONG).returncode == 0
+    for compiler, told in (("/bin/false", "the C compiler failed"), ("no-such-compiler", "no C compiler")):
+        done = generate(tmp_path / "without", *LONG, CC=compiler, XDG_CACHE_HOME=str(tmp_path / "cache"))
+        assert done.returncode == 0
+        assert re.fullmatch(f"compgen: note: {told}: numpy evaluates instead, .*\n", done.stderr)
+        for written in (tmp_path / "with").glob("*.LS"):
+            one, other = written.read_bytes(), (tmp_path / "without" / written.name).read_bytes()
+            differ = sum(a != b for a, b in zip(one.split(), other.split()))
+            assert differ <= 3, written.name  # a last printed digit
+        assert not list((tmp_path / "cache").rglob("*-*"))
