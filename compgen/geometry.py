@@ -20,7 +20,7 @@ ROUNDS = 2  # of Newton from arc length to parameter, which are nearly linear in
 #: a segment is even when speed changes by less than this over it, bends by less, and Simpson's rule gives its length
 EVEN = (3e-3, 3e-5, 3e-9)
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)  # of lengths over -1 to 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -151,8 +151,8 @@ class Functions:
 
     def _length(self, start: Any, end: Any) -> tuple[Any, Any]:
         middle, half = (start + end) / 2, (end - start) / 2
-        found = [self.along(middle + half * float(node)) for node in _NODES]
-        total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(_WEIGHTS, found))
+        found = [self.along(middle + half * float(node)) for node in NODES]
+        total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(WEIGHTS, found))
         there = found[0][2]
         for _, _, more in found[1:]:
             there = ca.fmin(there, more)

@@ -13,7 +13,7 @@ from compgen import pieces as pc
 from compgen.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.boundaries import Boundary
 from compgen.exceptions import InputError
-from compgen.geometry import MAX_SPACING, Geometry
+from compgen.geometry import MAX_SPACING, NODES, WEIGHTS, Geometry
 from compgen.pieces import Pieces
 from compgen.surfaces import Quadric
 
@@ -24,8 +24,6 @@ REFINEMENTS = 8  # rounds of adding segments where a piece's curvature changes f
 MIN_LENGTH = 1e-6  # m, of a pattern
 MAX_WAYPOINTS = 2e7
 CHUNK = 512  # pieces at a time
-
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -190,14 +188,14 @@ def _running_work(geometry: Geometry, chord: float, widest: float) -> tuple[Arra
     K = len(geometry.pieces.poly)
     edges = np.linspace(0, 1, CELLS + 1)
     half = 0.5 / CELLS
-    places = ((edges[:-1] + half)[:, None] + half * _NODES).ravel()
+    places = ((edges[:-1] + half)[:, None] + half * NODES).ravel()
     cells = np.empty((K, CELLS))
     for begin in range(0, K, CHUNK):
         some = np.arange(begin, min(begin + CHUNK, K))
         at = np.repeat(some, len(places)), np.tile(places, len(some))
         speed, spacing = geometry.spacing(*at, SAFETY**2 * chord, widest)
-        share = np.tile(_WEIGHTS * half, len(some) * CELLS) * speed / spacing
-        cells[some] = share.reshape(len(some), CELLS, len(_NODES)).sum(axis=2)
+        share = np.tile(WEIGHTS * half, len(some) * CELLS) * speed / spacing
+        cells[some] = share.reshape(len(some), CELLS, len(NODES)).sum(axis=2)
     wanted: Array = np.asarray(cells.sum(axis=1))
     share = np.cumsum(cells, axis=1) / np.where(wanted > 0, wanted, 1.0)[:, None]
     start = np.arange(K, dtype=float)[:, None]
