@@ -36,8 +36,8 @@ class JointLimitError(ImpossibleError):
         self.waypoint, self.joint, self.value, self.lower, self.upper = waypoint, joint, value, lower, upper
         over = max(lower - value, value - upper)
         super().__init__(
-            f"waypoint {waypoint}: joint {joint} needs {_deg(value)}, {57.29577951308232 * over:.3g} deg beyond its limits "
-            f"{_deg(lower)} to {_deg(upper)}{posture}; move the path, or choose another posture"
+            f"waypoint {waypoint}: joint {joint} needs {_deg(value)}, {57.29577951308232 * over:.3g} deg beyond its "
+            f"limits {_deg(lower)} to {_deg(upper)}{posture}; move the path, or choose another posture"
         )
 
 
