@@ -21,6 +21,7 @@ from compgen.problem import Problem, Settings, measure, weights
 from compgen.units import UM
 
 WINDOW = 8192  # waypoints solved together
+LARGEST = 8 * WINDOW  # where they cannot be parted without a limit binding across
 FOLDS = 16  # of e that a change dies away by
 SCALE = 1e-4  # [rad] of one unit of x
 ON = 1e-7  # [rad] how near a joint limit counts as on it
@@ -135,13 +136,17 @@ def _by_windows(
 ) -> tuple[Array, bool]:
     """One window after the other, each tied to what the one before settled and run on so far beyond its own end [m].
 
-    What is solved beyond the end is thrown away: by there what comes later has no more influence. So memory is bounded.
-    A rate that binds without a break past what is run on carries influence farther: legal, nanometres off the best.
+    A window ends where nothing is solved, if there is such a place before ``LARGEST``. Else what is solved beyond its
+    end is thrown away: by there what comes later has no more influence. So memory is bounded. Only a rate that binds
+    without a break past all that carries influence farther: what is found then is legal, micrometres off the best.
     """
     N, arc = len(loose), problem.arc
     result, begin = start.copy(), 0
     while begin < N:
         end = min(N, begin + WINDOW)
+        if end < N and loose[end]:
+            gap = np.flatnonzero(~loose[end : begin + LARGEST])
+            end = end + int(gap[0]) if len(gap) else min(N, begin + LARGEST)
         last = min(N, max(int(np.searchsorted(arc, arc[end - 1] + beyond, "right")), end + 2))
         if last - begin < WINDOW + WINDOW // 2 and N == last:
             end = N  # the rest is no window of its own

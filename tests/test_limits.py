@@ -85,6 +85,7 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     settings = Settings(clamp_position=clamp_of(part, 0.5))
     one = compensate.optimise(part, settings)
     monkeypatch.setattr(limits, "WINDOW", 40)
+    monkeypatch.setattr(limits, "LARGEST", 40)
     lengths, solve = [], interior.solve
     monkeypatch.setattr(interior, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
     many = compensate.optimise(part, settings)
@@ -92,6 +93,17 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     assert max(lengths) < 100
     assert np.abs(many.correction - one.correction)[:, :3].max() < ATOL_M
     assert many.active == one.active
+
+
+def test_windows_end_where_nothing_is_solved(circle, monkeypatch):
+    """A rate that binds for long without a break carries influence along: it is not cut there."""
+    part = circle.window(slice(3, 1003))
+    settings = Settings(rate=slope_of(part, 0.5))
+    monkeypatch.setattr(limits, "WINDOW", 100)
+    monkeypatch.setattr(limits, "LARGEST", 1000)
+    found = compensate.optimise(part, settings)
+    assert found.status is compensate.Status.LIMITED
+    assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
 
 
 def test_a_rate_that_needs_a_longer_way_gets_it(circle):
