@@ -16,8 +16,9 @@ import numpy as np  # noqa: E402
 
 from benchmarks import cases, heat, peers, text, whole  # noqa: E402
 from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
-from compgen import evaluation, pipeline  # noqa: E402
-from compgen.dialects import fanuc_ls  # noqa: E402
+from compgen import fanuc  # noqa: E402
+from compgen.core import evaluation  # noqa: E402
+from compgen.pipelines import generate  # noqa: E402
 
 HERE = Path(__file__).parent
 SOME = 100_000  # waypoints that parts of a run are measured on
@@ -54,7 +55,7 @@ def measured(folder: Path, points: int, ipopt: int, others: bool) -> Iterator[Ro
     folder.mkdir(parents=True, exist_ok=True)
     compiler = evaluation.find_compiler(folder / "compiled")
     evaluation.use(compiler)
-    planned = pipeline.predict(cases.job_of(max(min(points, SOME), 3 * ipopt)), cases.quiet)
+    planned = generate.predict(cases.job_of(max(min(points, SOME), 3 * ipopt)), cases.quiet)
     problem = cases.problem_of(planned)
     unit, operations = cases.unit(problem)
     told = "unit: one compiled scalar evaluation of the hot residual + 6x6 Jacobian of this job's model"
@@ -85,7 +86,7 @@ def measured(folder: Path, points: int, ipopt: int, others: bool) -> Iterator[Ro
 def every_error(points: int) -> Iterator[Row]:
     """The unit and the correction of a robot with every kind of error, to compare other robots with."""
     with tempfile.TemporaryDirectory() as folder:
-        planned = pipeline.predict(cases.job_of(points, cases.full_robot(Path(folder))), cases.quiet)
+        planned = generate.predict(cases.job_of(points, cases.full_robot(Path(folder))), cases.quiet)
     problem = cases.problem_of(planned)
     full, operations = cases.unit(problem)
     told = "the same for a model with 24 DH errors, 9 thermal and offset inputs, compliance, a quadratic map"
@@ -121,14 +122,14 @@ def whole_runs(folder: Path, unit: float, points: int) -> Iterator[Row]:
 def texts(points: int) -> Iterator[Row]:
     """A program written and read line by line."""
     program = text.spiral(points)
-    data = fanuc_ls.compose(program)
-    write, slow_write = (seconds(lambda f=f: f(program)) for f in (fanuc_ls.compose, text.write_by_lines))
-    read, slow_read = (seconds(lambda f=f: f(data)) for f in (fanuc_ls.interpret, text.read_by_lines))
+    data = fanuc.compose(program)
+    write, slow_write = (seconds(lambda f=f: f(program)) for f in (fanuc.compose, text.write_by_lines))
+    read, slow_read = (seconds(lambda f=f: f(data)) for f in (fanuc.interpret, text.read_by_lines))
     yield f"per-line LS writer over compgen, {points} points", ">= 5", f"{slow_write / write - 1:.1f}"
     yield f"per-line LS reader over compgen, {points} points", ">= 8", f"{slow_read / read:.1f}"
 
 
-def against_peers(folder: Path, planned: pipeline.Planned, one: float, points: int) -> Iterator[Row]:
+def against_peers(folder: Path, planned: generate.Planned, one: float, points: int) -> Iterator[Row]:
     """Other libraries; one that cannot be had says why."""
     arm = cases.arm_question(planned)
     mine, timing = cases.timed(planned, min(5000, points // 2))

@@ -9,13 +9,15 @@ import casadi as ca
 import numpy as np
 
 from benchmarks.measure import seconds
-from compgen import compensate, evaluation, limits, timing
-from compgen.config import load_job
-from compgen.job import Job
-from compgen.pipeline import Planned
-from compgen.predict import ErrorModel
-from compgen.problem import Problem, Settings
-from compgen.rotations import rotation_vector_expr
+from compgen.compensation import limits, optimise
+from compgen.compensation.problem import Problem, Settings
+from compgen.core import evaluation
+from compgen.core.rotations import rotation_vector_expr
+from compgen.error_model.model import ErrorModel
+from compgen.pipelines.generate import Planned
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
+from compgen.planning import retiming
 
 PATH = "paths/optic_spiral.toml"
 HERE = Path(__file__).parent
@@ -96,16 +98,16 @@ def correction(problem: Problem, compiler: Any) -> dict[str, float]:
     found["no compiler"] = seconds(problem.pointwise) / rows
     evaluation.use(compiler)
     found["compiled scalar"] = compiled_scalar(problem._functions().pointwise, 20_000)
-    found["with smoothing"] = seconds(lambda: compensate.optimise(problem, Settings())) / rows
+    found["with smoothing"] = seconds(lambda: optimise.optimise(problem, Settings())) / rows
     tight = clamped(problem, 0.99)
-    found["limited"] = seconds(lambda: compensate.optimise(problem, tight)) / rows
-    found["at a limit"] = len({n for n, _ in compensate.optimise(problem, tight).active}) / rows
+    found["limited"] = seconds(lambda: optimise.optimise(problem, tight)) / rows
+    found["at a limit"] = len({n for n, _ in optimise.optimise(problem, tight).active}) / rows
     return found
 
 
 def clamped(problem: Problem, share: float) -> Settings:
     """A clamp that this share of the waypoints keeps without being asked to."""
-    free = compensate.optimise(problem, Settings())
+    free = optimise.optimise(problem, Settings())
     return Settings(clamp_position=float(np.quantile(np.linalg.norm(free.correction[:, :3], axis=1), share)))
 
 
@@ -115,14 +117,14 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
     everywhere = np.ones(points, dtype=bool)
     found: dict[str, float] = {}
     for name, settings in (("free", Settings()), ("limited", clamped(part, 0.99))):
-        fast = compensate.optimise(part, settings)
+        fast = optimise.optimise(part, settings)
         slow: list[tuple[Any, bool]] = []
 
         def general(settings: Settings = settings, slow: list[tuple[Any, bool]] = slow) -> None:
             slow.append(limits.solve_stretch(part, settings, np.zeros((points, 6)), everywhere))
 
         found[f"{name} slow"] = seconds(general) / points
-        found[f"{name} fast"] = seconds(lambda settings=settings: compensate.optimise(part, settings)) / points
+        found[f"{name} fast"] = seconds(lambda settings=settings: optimise.optimise(part, settings)) / points
         found[f"{name} difference"] = float(np.abs(slow[-1][0] - fast.correction)[:, :3].max())
         found[f"{name} solved"] = float(slow[-1][1])
     return found
@@ -136,7 +138,7 @@ def timed(planned: Planned, points: int) -> tuple[float, dict[str, Any]]:
     stop = np.zeros(points, dtype=bool)
     stop[[0, -1]] = True
     robot = planned.job.robot
-    mine = seconds(lambda: timing.retime(robot, arc, theta, stop, planned.feed)) / points
+    mine = seconds(lambda: retiming.retime(robot, arc, theta, stop, planned.feed)) / points
     return mine, {
         "arc": arc.tolist(), "path": theta.tolist(), "speed": robot.speed.tolist(),
         "acceleration": robot.acceleration.tolist(),

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.measure import seconds
-from compgen.arrays import Array
-from compgen.config import load_job
+from compgen.core.arrays import Array
+from compgen.pipelines.path_file import load_job
 from compgen.thermal import Duty, history
 from compgen.thermal.network import Network, assemble, modes
 

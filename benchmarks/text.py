@@ -14,11 +14,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from compgen.dialects import fanuc_ls
-from compgen.dialects.fanuc_ls.write import letters, pose_numbers, speed_said, speed_text
-from compgen.ik import Posture
-from compgen.rotations import from_wpr
-from compgen.units import DEG, MM
+from compgen import fanuc
+from compgen.core.rotations import from_wpr
+from compgen.core.units import DEG, MM
+from compgen.fanuc.canonical.writer import letters, pose_numbers, speed_said, speed_text
+from compgen.robot.inverse_kinematics import Posture
 
 Result = TypeVar("Result")
 REPEATS = 3
@@ -28,7 +28,7 @@ _CONFIG = re.compile(r"CONFIG : '(.) (.) (.), (-?\d+), (-?\d+), (-?\d+)'")
 _NUMBER = re.compile(r"= +(-?\d+\.\d+)")
 
 
-def spiral(points: int) -> fanuc_ls.Program:
+def spiral(points: int) -> fanuc.Program:
     """A program of so many points on a spiral, with a tilting tool and a few speeds."""
     t = np.arange(points)
     radius = 0.2 * t / points
@@ -39,14 +39,14 @@ def spiral(points: int) -> fanuc_ls.Program:
     speed = np.array([0.02, 0.025, 0.03, 0.125 / 60])[t[1:] % 4]
     fine = t % 1000 == 0
     posture = Posture(True, True, False)
-    return fanuc_ls.Program(
+    return fanuc.Program(
         "LONG", "benchmark", "26-01-01", ("one remark",), 0, 1, position, rotation, posture, turns, speed, fine
     )
 
 
-def write_by_lines(program: fanuc_ls.Program) -> bytes:
+def write_by_lines(program: fanuc.Program) -> bytes:
     """The same text, one line after the other."""
-    small = fanuc_ls.compose(program).split(b"/MN\r\n", 1)[0].decode()
+    small = fanuc.compose(program).split(b"/MN\r\n", 1)[0].decode()
     numbers = pose_numbers(program.position, program.rotation).tolist()
     out = [small, "/MN\r\n   1:  !one remark ;\r\n   2:  UFRAME_NUM=0 ;\r\n   3:  UTOOL_NUM=1 ;\r\n"]
     out.append("   4:J P[1] 10% FINE    ;\r\n")
@@ -95,20 +95,20 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="exit 1 when a wanted speed or ratio is missed")
     given = parser.parse_args()
     program = spiral(given.points)
-    text, write_s = timed(lambda: fanuc_ls.compose(program), REPEATS)
+    text, write_s = timed(lambda: fanuc.compose(program), REPEATS)
     slow_text, slow_write_s = timed(lambda: write_by_lines(program), 1)
     slow_write_s = max(slow_write_s - write_s, 1e-9)  # the loop took its header from compose
-    read, read_s = timed(lambda: fanuc_ls.interpret(text), REPEATS)
+    read, read_s = timed(lambda: fanuc.interpret(text), REPEATS)
     (position, angles, speed), slow_read_s = timed(lambda: read_by_lines(text), 1)
     exact = (
         text == slow_text
         and np.array_equal(read.position, position)
         and np.array_equal(read.rotation, from_wpr(*angles.T))
         and np.array_equal(read.speed, speed)
-        and fanuc_ls.compose(read) == text
+        and fanuc.compose(read) == text
     )
-    whole, loads_s = timed(lambda: fanuc_ls.loads(text), 1)
-    exact = exact and fanuc_ls.dumps(whole) == text and np.array_equal(whole.positions.value[:, :3] * MM, position)
+    whole, loads_s = timed(lambda: fanuc.loads(text), 1)
+    exact = exact and fanuc.dumps(whole) == text and np.array_equal(whole.positions.value[:, :3] * MM, position)
     size = len(text) / 1e6
     print(f"{given.points} points, {size:.1f} MB, exact to the last digit: {'yes' if exact else 'NO'}")
     rows = (("write", write_s, slow_write_s, WRITE_MB_S), ("read", read_s, slow_read_s, READ_MB_S))

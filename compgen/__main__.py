@@ -3,18 +3,18 @@
 import os
 import sys
 
-from compgen import stopping
+from compgen.core import interrupts
 
 
 def main() -> None:
     """Run the command line."""
-    stopping.listen()
-    from compgen.cli import main as command_line
+    interrupts.listen()
+    from compgen.cli.main import main as command_line
 
     try:
         command_line()
     except SystemExit as leaving:  # at once: a thread that is still at work must not meet an interpreter taken apart
-        stopping.sweep()
+        interrupts.sweep()
         if "multiprocessing.synchronize" in sys.modules:  # its processes are told by what runs at the end
             raise
         os._exit(int(leaving.code or 0))

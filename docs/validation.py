@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen import ik, pipeline
-from compgen.config import load_job
+from compgen.core.units import HOUR, MM, UM
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.robot import inverse_kinematics
 from compgen.thermal import Duty, after, history
-from compgen.units import HOUR, MM, UM
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
@@ -34,7 +35,7 @@ def job_of(name: str, *overrides: str):
 
 def errors(name: str, *overrides: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions on the surface [mm] and thermal errors there [um]."""
-    planned = pipeline.predict(job_of(name, *overrides), lambda stage, share: None)
+    planned = generate.predict(job_of(name, *overrides), lambda stage, share: None)
     seen = planned.path.contact if hasattr(planned.path, "contact") else slice(None)
     return planned.path.position[seen] / MM, planned.error[seen, :3] / UM
 
@@ -42,10 +43,10 @@ def errors(name: str, *overrides: str) -> tuple[np.ndarray, np.ndarray]:
 def over_back(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same with the arm reaching over backwards, which breaks joint limits here: computed, not driven."""
     job = job_of("line_x")
-    planned = pipeline.predict(job, lambda stage, share: None)
+    planned = generate.predict(job, lambda stage, share: None)
     down = np.broadcast_to(planned.path.rotation[0], (len(position), 3, 3))
-    flange = ik.flange_of(position * MM, down, job.tool_position, job.tool_rotation)
-    best, _ = ik.solve(job.robot, *flange, ik.Posture(False, False, False))
+    flange = inverse_kinematics.flange_of(position * MM, down, job.tool_position, job.tool_rotation)
+    best, _ = inverse_kinematics.solve(job.robot, *flange, inverse_kinematics.Posture(False, False, False))
     return position, planned.model.error(best, job.start_rise()[None], position * MM, down)[:, :3] / UM
 
 

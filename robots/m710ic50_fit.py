@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from compgen.config import load_job
+from compgen.core.units import HOUR, MM
+from compgen.pipelines.path_file import load_job
 from compgen.thermal import Duty, NodeModel
-from compgen.units import HOUR, MM
 
 HERE = Path(__file__).parent
 FITTED = ("j2", "link1", "j3", "wrist")

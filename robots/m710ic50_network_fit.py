@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from compgen.config import load_job
-from compgen.rehearsal import rehearse
+from compgen.core.units import HOUR, MM
+from compgen.pipelines.motion_plan import rehearse
+from compgen.pipelines.path_file import load_job
 from compgen.thermal import Duty, Motion, after, history
-from compgen.thermal.losses import Drives, losses
+from compgen.thermal.drive_losses import Drives, losses
 from compgen.thermal.network import Network, assemble, modes
-from compgen.units import HOUR, MM
 
 HERE = Path(__file__).parent
 SENSOR_K = 0.3

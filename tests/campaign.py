@@ -13,11 +13,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 from flawed import flawed_file
 from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warming, with_outliers
 
-from compgen.identify.fit import fit
-from compgen.identify.frames import Frames
-from compgen.identify.measurements import joined
-from compgen.identify.model import chosen
-from compgen.identify.story import identify
+from compgen.identification.fit import fit
+from compgen.identification.frames import Frames
+from compgen.identification.identify import identify
+from compgen.identification.measurements import joined
+from compgen.identification.model import chosen
 
 SOURCES = (
     "thermal_growth", "link_offsets", "joint_zeros", "joint_coupling", "compliance", "gear_harmonics", "joint_ripple",
@@ -100,7 +100,7 @@ def run(seed, temperatures=True, file=None):
         and (temperatures or not t.source.startswith("thermal"))  # else rise and rate are only known together
     ]
     # what the warm-up does to the cold parameters when nothing explains it, and when something does
-    level = found.chosen.level
+    level = found.chosen.candidate
     clean = fit(found.model, joined([cold, lines]), chosen(found.model, level.groups))
     plain = [g for g in level.groups if g.split(".")[0] not in ("thermal_growth", "thermal_bend", "warm_up")]
     blind = fit(found.model, replace(data, rise=np.zeros_like(data.rise), warm=np.zeros_like(data.warm)),

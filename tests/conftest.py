@@ -1,24 +1,13 @@
-from pathlib import Path
-
 import pytest
 from hypothesis import settings
+from shipped import path_file
 
-import compgen.cli.alone  # noqa: F401  one thread a matrix product, as under the command; before numpy
-from compgen.config import load_job
-from compgen.job import Job
-
-ROOT = Path(__file__).parents[1]
+import compgen.cli.blas_threads  # noqa: F401  one thread a matrix product, as under the command; before numpy
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
 
 settings.register_profile("same every time", derandomize=True)
 settings.load_profile("same every time")
-
-
-def path_file(name: str) -> str:
-    return str(ROOT / "paths" / f"{name}.toml")
-
-
-def quiet(stage: str, share: float) -> None:
-    """A progress callback that says nothing."""
 
 
 @pytest.fixture(scope="session")

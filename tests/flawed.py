@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from conftest import ROOT
+from shipped import ROOT
 
 SOURCES = Path(__file__).parent / "flawed_sources.toml"
 

@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.cells import load_arm
-from compgen.identify.frames import Frames
-from compgen.identify.measurements import Measurements
-from compgen.identify.model import build_model
-from compgen.identify.parts import parts_of
-from compgen.identify.poses import directions
-from compgen.rotations import matrix_of
-from compgen.units import DEG, UM
+from compgen.core.rotations import matrix_of
+from compgen.core.units import DEG, UM
+from compgen.identification.frames import Frames
+from compgen.identification.measurements import Measurements
+from compgen.identification.model import build_model
+from compgen.identification.parameters import parts_of
+from compgen.identification.pose_files import directions
+from compgen.pipelines.robot_file import load_arm
 
 NOISE = 25 * UM
 PRISM = np.array([[60, 10, 120], [-50, 40, 150], [5, -60, 180]]) * 1e-3  # reflectors in the flange [m]
@@ -98,7 +98,7 @@ def with_outliers(data, rng, share=0.01, least=0.5e-3, most=5e-3):
 
 def axis_lines(truth, rng, noise=NOISE):
     """Two horizontal lines and a vertical one through a point, both ways, three runs: what the study measured."""
-    from compgen.ik import Posture, follow
+    from compgen.robot.inverse_kinematics import Posture, follow
 
     robot = truth.arm.robot
     place, direction, line = [], [], []

@@ -6,11 +6,11 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from shipped import ROOT
 
 from benchmarks import cases, heat, peers
 from benchmarks.peers import chain
-from compgen.ik import forward
+from compgen.robot.inverse_kinematics import forward
 
 
 @pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler")

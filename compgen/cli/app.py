@@ -10,8 +10,9 @@ from typing import Annotated
 
 import typer
 
-from compgen import outbox, stopping
-from compgen.exceptions import InputError
+from compgen.cli import publish
+from compgen.core import interrupts
+from compgen.core.exceptions import InputError
 
 app = typer.Typer(
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
@@ -41,7 +42,7 @@ def use_machine(workers: int | None) -> None:
 
     Compiled functions are kept in ``$XDG_CACHE_HOME/compgen`` (``~/.cache/compgen``); ``$CC`` names another compiler.
     """
-    from compgen import evaluation  # a command that needs no evaluation starts without it
+    from compgen.core import evaluation  # a command that needs no evaluation starts without it
 
     count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
@@ -53,7 +54,7 @@ _said: set[str] = set()
 
 
 def _say_once(note: str) -> None:
-    if note not in _said and not stopping.asked():  # a compiler that is stopped as well has not failed
+    if note not in _said and not interrupts.asked():  # a compiler that is stopped as well has not failed
         _said.add(note)
         sys.stderr.write(f"compgen: note: {note}\n")
 
@@ -69,7 +70,7 @@ def output_folder(path: str, output: str | None, ending: str = "") -> Path:
     if output == "":
         raise InputError("-o: an empty name; give a folder")
     folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}{ending}"
-    outbox.check_writable(folder.absolute())
+    publish.check_writable(folder.absolute())
     return folder
 
 

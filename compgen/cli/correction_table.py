@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from compgen.correction import Correction
-from compgen.report.correction import correction_summary
+from compgen.pipelines.correct import Correction
+from compgen.report.correction_page import correction_summary
 
 LISTED = 40  # unsafe statements on the screen
 

@@ -2,11 +2,11 @@
 
 import sys
 
-from compgen import outbox
+from compgen.cli import publish
 from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app, output_folder
-from compgen.config import load_job
-from compgen.report.heat import heat_csv, heat_html, heat_sentences, runs_csv
-from compgen.study import timeline
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study import timeline
+from compgen.report.heat_page import heat_csv, heat_html, heat_sentences, runs_csv
 
 
 @app.command()
@@ -18,7 +18,7 @@ def heat(
     job = load_job(path, robot, set_ or ())
     day = timeline(job)
     files = {"heat.csv": heat_csv(job, day), "runs.csv": runs_csv(job, day), "heat.html": heat_html(job, day)}
-    outbox.publish(folder, files, set(files))
+    publish.publish(folder, files, set(files))
     if not quiet:
         sys.stdout.write("".join(f"{s}\n" for s in heat_sentences(job, day)))
         sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")

@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from compgen import outbox
+from compgen.cli import publish
 from compgen.cli.app import app, write_file
-from compgen.exceptions import InputError
-from compgen.reading import shipped
+from compgen.core.exceptions import InputError
+from compgen.core.toml import shipped
 
 
 @app.command()
@@ -19,7 +19,7 @@ def init(folder: Annotated[str, typer.Argument(help="Where to; default here.")] 
     place = Path(folder)
     kinds = ("robots", "paths")
     for kind in kinds:
-        outbox.check_writable((place / kind).absolute())
+        publish.check_writable((place / kind).absolute())
     laid = 0
     for kind in kinds:
         target = place / kind

@@ -9,13 +9,13 @@ from typing import Annotated
 
 import typer
 
-from compgen import inspection
-from compgen.cells import load_robot
+from compgen import fanuc
 from compgen.cli.app import app
 from compgen.cli.program_table import show_program
-from compgen.dialects import fanuc_ls
-from compgen.dialects.fanuc_ls.frames import Frames, known_without_a_table, load_frames
-from compgen.exceptions import InputError
+from compgen.core.exceptions import InputError
+from compgen.fanuc.analysis import inspection
+from compgen.fanuc.frames import Frames, known_without_a_table, load_frames
+from compgen.pipelines.robot_file import load_robot
 
 ProgramFile = Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)]
 RobotFile = Annotated[str, typer.Option("--robot", help="Robot name or file.")]
@@ -34,7 +34,7 @@ def inspect(
     arm = load_robot(robot)
     data = read_program(program)
     with naming_program(program):
-        found = inspection.inspect(fanuc_ls.loads(data), arm, table)
+        found = inspection.inspect(fanuc.loads(data), arm, table)
     if as_json:
         sys.stdout.write(json.dumps(found, indent=2, allow_nan=False) + "\n")
     else:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen import outbox, pipeline
+from compgen.cli import publish
 from compgen.cli.app import (
     Date,
     OutDir,
@@ -24,14 +24,16 @@ from compgen.cli.app import (
     use_machine,
     write_file,
 )
-from compgen.cli.bar import CHECK, GENERATE, PREDICT, stages
 from compgen.cli.earlier import written_before
-from compgen.config import load_job
-from compgen.dialects.fanuc_ls.names import ENDING
-from compgen.exceptions import InputError
-from compgen.job import Job
-from compgen.pipeline import Corrected, Planned
-from compgen.report import report_html, report_json, summary, waypoints_blocks
+from compgen.cli.progress_bar import CHECK, GENERATE, PREDICT, stages
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Level, Progress
+from compgen.fanuc.paging.names import ENDING
+from compgen.pipelines import generate as pipeline
+from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
+from compgen.report import report_data, report_html, report_json, waypoints_blocks
 
 
 @app.command()
@@ -64,7 +66,7 @@ def generate(
         _show(planned, corrected, folder, files)
     if not corrected.inside:
         told = "written all the same (--force)" if force else f"{program} not written; --force writes it"
-        worst = next(f.message for f in corrected.findings if f.level == "outside")
+        worst = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
         raise typer.Exit(say_error(f"outside bounds: {worst}; {told}", 1))
 
 
@@ -107,9 +109,9 @@ def check(
         if junit is not None:
             if not junit or Path(junit).is_dir():
                 raise InputError(f"--junit '{junit}': not a file's name; give one")
-            outbox.check_writable(Path(junit).absolute().parent)
+            publish.check_writable(Path(junit).absolute().parent)
         planned, corrected = pipeline.generate(job, progress)
-    data = summary(planned, corrected)
+    data = report_data(planned, corrected)
     if junit is not None:
         write_file(Path(junit), _junit(data))
     if as_json:
@@ -117,7 +119,7 @@ def check(
     elif not quiet:
         _show(planned, corrected, None, {})
     if not corrected.inside:
-        worst = next(f.message for f in corrected.findings if f.level == "outside")
+        worst = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
         raise typer.Exit(1 if as_json else say_error(f"outside bounds: {worst}", 1))
 
 
@@ -130,12 +132,12 @@ def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | I
 
 
 def _show(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
-    from compgen.cli.tables import show_job  # here: a quiet run starts without tables
+    from compgen.cli.job_table import show_job  # here: a quiet run starts without tables
 
     show_job(planned, corrected, folder, files)
 
 
-def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, progress: pipeline.Progress) -> None:
+def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, progress: Progress) -> None:
     def told(content: bytes | Iterable[bytes], share: float) -> Iterable[bytes]:
         for block in [content] if isinstance(content, bytes) else content:
             progress("report", share)
@@ -144,7 +146,7 @@ def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, 
     program = pipeline.program_name_of(job)
     ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
     each = {name: told(content, 0.6 + 0.4 * k / len(files)) for k, (name, content) in enumerate(files.items())}
-    outbox.publish(folder, each, ours | written_before(folder / f"{program}{ENDING}"))
+    publish.publish(folder, each, ours | written_before(folder / f"{program}{ENDING}"))
 
 
 def _junit(data: dict[str, Any]) -> bytes:

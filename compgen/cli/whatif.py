@@ -10,16 +10,16 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from compgen import outbox, stopping
-from compgen.cli import journal
+from compgen.cli import publish, study_journal
 from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app, output_folder, say_error
-from compgen.config import load_job
-from compgen.exceptions import InputError
-from compgen.job import Job
-from compgen.report.study import answer_csv, headline, study_csv, study_html, study_json
-from compgen.study import ASKS, Answer, Row, Study, ask, build, run
-from compgen.study.answers import passes
-from compgen.units import MM, UM
+from compgen.core import interrupts
+from compgen.core.exceptions import InputError
+from compgen.core.units import MM, UM
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study import ASKS, Answer, Row, Study, ask, build, run
+from compgen.pipelines.study.questions import passes
+from compgen.report.study_page import answer_csv, headline, study_csv, study_html, study_json
 
 QUESTIONS = [*ASKS, "passes"]
 
@@ -55,14 +55,14 @@ def whatif(
     if study:
         sentences.insert(0, headline(study, rows))
         files |= {
-            journal.NAME: journal.content(study.identity, rows),
+            study_journal.NAME: study_journal.content(study.identity, rows),
             "whatif.csv": study_csv(study, rows),
             "whatif.json": study_json(study, rows, sentences),
         }
     title = f"What if: {Path(path).stem}"
     files["whatif.html"] = study_html(title, study, rows, answers)
-    ours = {journal.NAME, "whatif.csv", "whatif.json", "whatif.html", *(f"{q}.csv" for q in QUESTIONS)}
-    outbox.publish(folder, files, ours)
+    ours = {study_journal.NAME, "whatif.csv", "whatif.json", "whatif.html", *(f"{q}.csv" for q in QUESTIONS)}
+    publish.publish(folder, files, ours)
     if not quiet:
         sys.stdout.write("".join(f"{s}\n" for s in sentences))
         for row in [r for r in rows if r["state"] == "failed"][:10]:
@@ -111,11 +111,11 @@ def _paced(paths: list[str], path: str, robot: str | None, set_: list[str]) -> C
 
 
 def _rows(study: Study, folder: Path, workers: int, cluster: str | None, fresh: bool, quiet: bool) -> list[Row]:
-    rows = [] if fresh else journal.finished(folder, study.identity)
+    rows = [] if fresh else study_journal.finished(folder, study.identity)
     rows = [r for r in rows if r["index"] < len(study.scenarios)]
     if len(rows) < len(study.scenarios):
-        book = journal.Journal(folder, study.identity, rows)
-        stopping.keeps("finished scenarios are kept")
+        book = study_journal.Journal(folder, study.identity, rows)
+        interrupts.keeps("finished scenarios are kept")
         try:
             with _bar(len(study.scenarios), len(rows), quiet) as advance:
 

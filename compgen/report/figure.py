@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.arrays import Array
+from compgen.core.arrays import Array
 
 Trace = dict[str, Any]
 Figure = dict[str, Any]  # data: traces, layout

@@ -5,9 +5,9 @@ from html import escape
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray, distinct
+from compgen.core.arrays import Array, IntArray, distinct
+from compgen.core.findings import Finding
 from compgen.report.figure import library
-from compgen.verify import Finding
 
 POINTS = 4000  # of a curve: what a screen can show
 WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"

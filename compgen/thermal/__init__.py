@@ -1,11 +1,11 @@
 """Temperature over time: what the cell did, and how warm that left each part of the robot."""
 
 from compgen.thermal.ambient import Ambient, still
-from compgen.thermal.contract import Heat
 from compgen.thermal.duty import Duty, Motion
-from compgen.thermal.nodes import NodeModel
+from compgen.thermal.integration import after, during, history, opening, states_at
+from compgen.thermal.model import Heat
+from compgen.thermal.node_model import NodeModel
 from compgen.thermal.profiles import Profile, Section, growth_weights
-from compgen.thermal.solve import after, during, history, opening, states_at
 
 __all__ = [
     "Ambient",

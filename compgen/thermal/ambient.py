@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.arrays import Array, own
+from compgen.core.arrays import Array, own
 
 DAY = 86400.0  # s
 

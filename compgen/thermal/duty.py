@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from compgen.arrays import Array, own
+from compgen.core.arrays import Array, own
 
 
 @dataclass(frozen=True, slots=True)

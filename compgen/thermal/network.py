@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.arrays import Array, IntArray, own
-from compgen.robot import Robot
-from compgen.thermal.contract import Heat
+from compgen.core.arrays import Array, IntArray, own
+from compgen.core.units import HOUR, MM
+from compgen.robot.robot import Robot
+from compgen.thermal.drive_losses import Drives, losses, mean_losses
 from compgen.thermal.duty import Duty, Motion
-from compgen.thermal.losses import Drives, losses, mean_losses
-from compgen.units import HOUR, MM
+from compgen.thermal.model import Heat
 
 
 @dataclass(frozen=True, slots=True)

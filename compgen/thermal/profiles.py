@@ -23,7 +23,7 @@ from typing import Literal
 
 import numpy as np
 
-from compgen.arrays import Array
+from compgen.core.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)

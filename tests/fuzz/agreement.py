@@ -5,9 +5,9 @@ from dataclasses import fields
 import naive_ls
 import numpy as np
 
-from compgen.dialects.fanuc_ls.listing import dumps, loads
-from compgen.dialects.fanuc_ls.moves import NO_NUMBER
-from compgen.dialects.fanuc_ls.places import AXES
+from compgen.fanuc.listing.listing import dumps, loads
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.listing.positions import AXES
 
 
 def moves_of(read):

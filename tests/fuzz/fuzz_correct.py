@@ -19,12 +19,13 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from ls_text import at, joint_form, program
 
-from compgen.config import load_before, load_cell
-from compgen.correction import Options, correct
-from compgen.dialects.fanuc_ls import loads
-from compgen.dialects.fanuc_ls.frames import Frames
-from compgen.exceptions import CompgenError
-from compgen.report.correction import correction_csv, correction_json, planned_of, provenance_json
+from compgen.core.exceptions import CompgenError
+from compgen.fanuc import loads
+from compgen.fanuc.frames import Frames
+from compgen.pipelines.correct import Options, correct
+from compgen.pipelines.history_words import load_before
+from compgen.pipelines.robot_file import load_cell
+from compgen.report.correction_page import correction_csv, correction_json, planned_of, provenance_json
 
 LARGEST = 20_000  # bytes of a program to start from: the correction is not what makes long ones slow
 LONGEST_S = 8.0

@@ -22,12 +22,12 @@ import hypothesis  # noqa: E402
 from agreement import assert_readers_agree, differences  # noqa: E402
 from printed import programs  # noqa: E402
 
-from compgen import inspection  # noqa: E402
-from compgen.cells import load_robot  # noqa: E402
-from compgen.dialects.fanuc_ls import shapes  # noqa: E402
-from compgen.dialects.fanuc_ls.frames import known_without_a_table  # noqa: E402
-from compgen.dialects.fanuc_ls.listing import LsProgram, dumps, loads  # noqa: E402
-from compgen.exceptions import CompgenError  # noqa: E402
+from compgen.core.exceptions import CompgenError  # noqa: E402
+from compgen.fanuc.analysis import inspection  # noqa: E402
+from compgen.fanuc.frames import known_without_a_table  # noqa: E402
+from compgen.fanuc.listing import templates  # noqa: E402
+from compgen.fanuc.listing.listing import LsProgram, dumps, loads  # noqa: E402
+from compgen.pipelines.robot_file import load_robot  # noqa: E402
 
 SAMPLES = TESTS.parents[1] / "shared" / "fanuc" / "samples"
 LONGEST_S = 1.0
@@ -84,11 +84,11 @@ def mutated(rng: random.Random, pool: list[bytes]) -> bytes:
 @contextmanager
 def columns_from(few: int) -> Iterator[None]:
     """Read by columns whatever has at least so many lines or positions."""
-    usual, shapes.FEW = shapes.FEW, few
+    usual, templates.FEW = templates.FEW, few
     try:
         yield
     finally:
-        shapes.FEW = usual
+        templates.FEW = usual
 
 
 def read_or_refused(data: bytes, few: int) -> LsProgram | str:

@@ -1,0 +1,166 @@
+"""Files that appear together or not at all, also when the process is killed half way.
+
+A run's files are written into a hidden folder first. When the target is new, or holds only an earlier run's files,
+the hidden folder takes its place in one step of the file system. A target that holds anything else is never moved: the
+files are renamed into it one by one, the program last and after its predecessor has gone, so that a program never
+stands beside a report that does not prove it. What is not ours is never copied, moved or deleted. Used by the command
+line only.
+"""
+
+import ctypes
+import errno
+import os
+import secrets
+import sys
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from compgen.core import interrupts
+from compgen.core.exceptions import InputError
+
+_AT_FDCWD, _EXCHANGE = -100, 2
+_MARK = ".compgen-"
+
+
+def check_writable(folder: Path) -> None:
+    """Raises InputError when a folder cannot take files, before any work is done."""
+    place = folder
+    try:
+        while not _there(place):
+            place = place.parent
+        if not place.exists():
+            raise _refusal(folder, f"{place} is a broken link")
+        if not place.is_dir():
+            raise _refusal(folder, f"{place} is a file")
+        if not os.access(place, os.W_OK | os.X_OK):
+            raise _refusal(folder, f"no permission to write in {place}")
+    except (OSError, ValueError) as failure:
+        raise _refusal(folder, getattr(failure, "strerror", None) or str(failure)) from failure
+
+
+def _there(place: Path) -> bool:
+    """Whether a name exists, links not followed; a name that cannot exist raises OSError or ValueError."""
+    try:
+        os.lstat(place)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
+
+
+def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: set[str]) -> None:
+    """Put files into a folder.
+
+    Args:
+        folder: Made when absent.
+        files: Name to content, whole or in parts; the last one appears last.
+        ours: Names that belong to this run; those not in ``files`` vanish, everything else in the folder stays.
+
+    Raises:
+        InputError: The folder cannot be written; nothing has changed.
+    """
+    stage: Path | None = None
+    missing: list[Path] = []
+    try:
+        target = folder.resolve()
+        fresh = not target.exists()
+        if fresh:
+            missing = [p for p in target.parents if not p.exists()]
+            target.parent.mkdir(parents=True, exist_ok=True)
+        blocked = next((name for name in sorted(ours) if (target / name).is_dir()), None)
+        if blocked:
+            raise _refusal(folder, f"{target / blocked} is a folder")
+        _tidy(target.parent, f".{target.name}{_MARK}")
+        _tidy(target, _MARK)
+        beside = fresh or _replaceable(target, ours)
+        place, prefix = (target.parent, f".{target.name}{_MARK}") if beside else (target, _MARK)
+        stage = place / f"{prefix}{os.getpid()}-{secrets.token_hex(4)}"  # named before it is made: it is always removed
+        stage.mkdir(0o700)
+        for name, content in files.items():
+            with (stage / name).open("wb") as file:
+                file.writelines([content] if isinstance(content, bytes) else content)
+                file.flush()
+                os.fsync(file.fileno())
+        interrupts.finish()
+        if fresh:
+            stage.chmod(0o777 & ~_umask())
+            _appear(stage, target)
+        elif beside:
+            stage.chmod(target.stat().st_mode & 0o7777)
+            if not _exchange(stage, target):
+                _move_in(stage, target, list(files), ours)
+        else:
+            _move_in(stage, target, list(files), ours)
+    except OSError as failure:
+        raise _refusal(folder, failure.strerror or str(failure)) from failure
+    finally:
+        if stage is not None:
+            _remove(stage)
+        with suppress(OSError):  # folders made for nothing; the first with something in it stays
+            for made in missing:
+                made.rmdir()
+
+
+def _appear(stage: Path, target: Path) -> None:
+    try:
+        stage.rename(target)
+    except OSError as failure:
+        if failure.errno in (errno.ENOTEMPTY, errno.EEXIST):
+            raise OSError(failure.errno, "another run has written there meanwhile") from failure
+        raise
+
+
+def _move_in(stage: Path, target: Path, names: list[str], ours: set[str]) -> None:
+    """Rename the files in, the last one last; what they replace or leave out goes first."""
+    for name in [names[-1], *(n for n in sorted(ours) if n not in names)]:
+        (target / name).unlink(missing_ok=True)
+    for name in names:
+        (stage / name).replace(target / name)
+
+
+def _replaceable(target: Path, ours: set[str]) -> bool:
+    """Whether the folder holds nothing but our files, and nobody stands in it or mounts on it."""
+    here = Path.cwd()
+    plain = all(entry.name in ours and entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
+    stood_in = target == here or target in here.parents
+    return plain and not stood_in and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
+
+
+def _tidy(place: Path, prefix: str) -> None:
+    """Remove hidden folders of runs that were killed: their names tell a process that is gone."""
+    if not place.is_dir():
+        return
+    for left in place.iterdir():
+        if left.name.startswith(prefix):
+            process = left.name.removeprefix(prefix).split("-")[0]
+            if process.isdigit() and (int(process) == os.getpid() or not interrupts.alive(int(process))):
+                _remove(left)
+
+
+def _remove(stage: Path) -> None:
+    """Delete a hidden folder and the files in it; a folder inside is not ours and keeps it."""
+    try:
+        for entry in stage.iterdir():
+            if not entry.is_dir():
+                entry.unlink()
+        stage.rmdir()
+    except OSError:
+        pass
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _exchange(a: Path, b: Path) -> bool:
+    """Swap two folders in one step of the file system, where the system can."""
+    if not sys.platform.startswith("linux"):
+        return False
+    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    return renameat2 is not None and renameat2(_AT_FDCWD, os.fsencode(a), _AT_FDCWD, os.fsencode(b), _EXCHANGE) == 0
+
+
+def _refusal(folder: Path, reason: str) -> InputError:
+    return InputError(f"output folder {folder}: cannot be written: {reason}; give another with -o")

@@ -1,0 +1,1 @@
+"""What to command instead, so that the error cancels within the limits."""

@@ -1,0 +1,102 @@
+r"""How close waypoints must be, so that straight lines between them carry the correction.
+
+Between two waypoints the program is a line and so is what corrects it; an error that bends away from a line in between
+stays. What it bends by falls with the square of the segment's length. A measured map, a harmonic or the blend after a
+reversal asks for more waypoints than the path's own chord does; thermal growth never.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from compgen.core.arrays import Array, norm
+from compgen.error_model.model import ErrorModel
+from compgen.error_model.sources import STILL, Source, ThermalGrowth, memory_of, motion_of
+from compgen.planning import toolpath
+from compgen.planning.toolpath import ToolPath
+from compgen.robot import inverse_kinematics
+from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.robot import Robot
+
+SAMPLES, ROUNDS = 4, 4  # places in a segment where its error is looked at, rounds of cutting
+STRETCH = 4096  # segments at a time
+CURVED = 0.3  # of the chord: how far the error may bend away from a line within a segment
+
+
+def refine(
+    robot: Robot,
+    posture: Posture,
+    tool_position: Array,
+    tool_rotation: Array,
+    sources: Sequence[Source],
+    model: ErrorModel,
+    path: ToolPath,
+    feed: float,
+    rise: Array,
+    chord: float,
+) -> tuple[ToolPath, Array]:
+    """The path with waypoints close enough for its errors, and its joints (N, 6) [rad].
+
+    A segment is cut until its error bends away from a line by less than a share of the chord, or until it takes the
+    controller's interpolation period.
+
+    Args:
+        robot: Its limits and its controller's period.
+        posture: The branch kept throughout.
+        tool_position: TCP in the flange, (3,) [m].
+        tool_rotation: (3, 3).
+        sources: What makes the arm err.
+        model: Their error model.
+        path: As the chord asks for.
+        feed: [m/s].
+        rise: At the program's start, (K,) [K].
+        chord: Largest distance of the path from the line between two waypoints [m].
+
+    Raises:
+        ImpossibleError: The robot cannot drive the path.
+    """
+
+    def flange(position: Array, rotation: Array) -> tuple[Array, Array]:
+        return inverse_kinematics.flange_of(position, rotation, tool_position, tool_rotation)
+
+    def solve(position: Array, rotation: Array) -> Array:
+        return inverse_kinematics.solve(robot, *flange(position, rotation), posture)[0]
+
+    theta = inverse_kinematics.follow(robot, *flange(path.position, path.rotation), posture)
+    if all(isinstance(source, ThermalGrowth) for source in sources):
+        return path, theta
+    for _ in range(ROUNDS):
+        room = np.diff(path.arc) / (feed * robot.controller.period)
+        wanted = np.sqrt(_bend(solve, sources, model, path, theta, rise) / (CURVED * chord))
+        parts = np.ceil(np.minimum(wanted, np.maximum(np.floor(room), 1))).astype(np.int64)
+        if not (parts > 1).any():
+            break
+        path = toolpath.refined(path, np.maximum(parts, 1))
+        theta = inverse_kinematics.follow(robot, *flange(path.position, path.rotation), posture)
+    return path, theta
+
+
+def _bend(
+    solve: Callable[[Array, Array], Array],
+    sources: Sequence[Source],
+    model: ErrorModel,
+    path: ToolPath,
+    theta: Array,
+    rise: Array,
+) -> Array:
+    """How far each segment's error bends away from the line between its ends, (N - 1,) [m]."""
+    S = len(path.arc) - 1
+    memory, motion, found = memory_of(sources), STILL, np.empty(S)
+    inner = np.arange(SAMPLES) / SAMPLES
+    for at in range(0, S, STRETCH):
+        some = np.arange(at, min(at + STRETCH, S))
+        segment, fraction = np.append(np.repeat(some, SAMPLES), some[-1]), np.append(np.tile(inner, len(some)), 1.0)
+        position, rotation, _ = path.at(segment, fraction)
+        between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
+        joints = inverse_kinematics.nearest_turns(solve(position, rotation), between)
+        motion = motion_of(memory, joints, position, motion)
+        error = model.actual_pose(joints, rise[None], motion)[0] - position
+        ends = error[::SAMPLES]
+        line = ends[:-1, None] + inner[:, None] * np.diff(ends, axis=0)[:, None]
+        found[some] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)
+    return found

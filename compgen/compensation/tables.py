@@ -1,0 +1,32 @@
+"""What a path file says of the correction."""
+
+from typing import Annotated
+
+from pydantic import Field, FiniteFloat
+
+from compgen.compensation.problem import Settings
+from compgen.core.toml import Table
+from compgen.core.units import DEG, MM, UM
+
+
+class CompensationTable(Table):
+    """What a correction may look like; see docs/conventions.md."""
+
+    clamp_mm: Annotated[FiniteFloat, Field(ge=0.001, le=100)] = 3.0
+    clamp_deg: Annotated[FiniteFloat, Field(ge=0.001, le=10)] = 0.5
+    rate_um_mm: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 10.0
+    rate_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 1.0
+    curvature_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 10.0
+    start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
+
+
+def settings_of(c: CompensationTable, axisymmetric: bool) -> Settings:
+    """What a correction may look like; an axisymmetric tool may spin as it likes."""
+    return Settings(
+        clamp_position=c.clamp_mm * MM,
+        clamp_rotation=c.clamp_deg * DEG,
+        rate=c.rate_um_mm * UM / MM,
+        rate_period=c.rate_period_mm * MM,
+        curvature_period=c.curvature_period_mm * MM,
+        free_spin=axisymmetric,
+    )

@@ -1,0 +1,1 @@
+"""Words and arithmetic that know no robot."""

@@ -1,0 +1,124 @@
+"""An SX function as a list of instructions, and numpy running it over blocks of rows."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+
+BLOCK = 4096  # rows at a time: the work arrays stay in cache
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Picked:
+    """Rows of a table, one for each point: row n is ``table[index[n]]``, without a copy of it."""
+
+    table: Array  # (T, k)
+    index: IntArray  # (N,)
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+
+Rows = Array | Picked
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Instructions:
+    """What a function does, in order; the function is kept, so that its identity stays its own."""
+
+    function: Any
+    steps: tuple[tuple[int, Any, Any], ...]  # operation, inputs, target
+    outputs: tuple[int, ...]  # entries of each output
+
+
+def instructions_of(function: Any) -> Instructions:
+    """The instruction list as Python tuples, kept beside the function it belongs to."""
+    key = function.__hash__()
+    if key not in _KEPT:
+        steps: list[tuple[int, Any, Any]] = []
+        for k in range(function.n_instructions()):
+            code, i, o = function.instruction_id(k), function.instruction_input(k), function.instruction_output(k)
+            if code == ca.OP_OUTPUT:
+                steps.append((code, i[0], (o[0], o[1])))
+            elif code == ca.OP_CONST:
+                steps.append((code, function.instruction_constant(k), o[0]))
+            else:
+                steps.append((code, tuple(i), o[0]))
+        outputs = tuple(function.numel_out(k) for k in range(function.n_out()))
+        _KEPT[key] = Instructions(function, tuple(steps), outputs)
+    return _KEPT[key]
+
+
+_KEPT: dict[int, Instructions] = {}
+
+
+def run(program: Instructions, rows: Sequence[Rows], outs: Sequence[Array], start: int, stop: int) -> None:
+    """Fill rows start to stop of the outputs."""
+    work: list[Any] = [None] * program.function.sz_w()
+    with np.errstate(all="ignore"):  # as the compiled function does: what is not a number says so itself
+        for first in range(start, stop, BLOCK):
+            last = min(first + BLOCK, stop)
+            ins = [_columns(r, first, last) for r in rows]
+            for code, inputs, target in program.steps:
+                if code == ca.OP_INPUT:
+                    work[target] = ins[inputs[0]][inputs[1]]
+                elif code == ca.OP_OUTPUT:
+                    outs[target[0]][first:last, target[1]] = work[inputs]
+                elif code == ca.OP_CONST:
+                    work[target] = inputs
+                else:
+                    work[target] = OPERATIONS[code](*(work[i] for i in inputs))
+
+
+def _columns(rows: Rows, first: int, last: int) -> Array:
+    if isinstance(rows, Picked):
+        return np.ascontiguousarray(rows.table[rows.index[first:last]].T)
+    return rows.T if len(rows) == 1 else np.ascontiguousarray(rows[first:last].T)
+
+
+OPERATIONS: dict[int, Callable[..., Any]] = {
+    ca.OP_ASSIGN: lambda x: x,
+    ca.OP_ADD: np.add,
+    ca.OP_SUB: np.subtract,
+    ca.OP_MUL: np.multiply,
+    ca.OP_DIV: np.divide,
+    ca.OP_NEG: np.negative,
+    ca.OP_SQ: np.square,
+    ca.OP_TWICE: lambda x: x + x,
+    ca.OP_SQRT: np.sqrt,
+    ca.OP_SIN: np.sin,
+    ca.OP_COS: np.cos,
+    ca.OP_TAN: np.tan,
+    ca.OP_ASIN: np.arcsin,
+    ca.OP_ACOS: np.arccos,
+    ca.OP_ATAN: np.arctan,
+    ca.OP_ATAN2: np.arctan2,
+    ca.OP_HYPOT: np.hypot,
+    ca.OP_TANH: np.tanh,
+    ca.OP_INV: lambda x: 1 / x,
+    ca.OP_FABS: np.abs,
+    ca.OP_SIGN: np.sign,
+    ca.OP_COPYSIGN: np.copysign,
+    ca.OP_FLOOR: np.floor,
+    ca.OP_CEIL: np.ceil,
+    ca.OP_FMIN: np.fmin,
+    ca.OP_FMAX: np.fmax,
+    ca.OP_EXP: np.exp,
+    ca.OP_EXPM1: np.expm1,
+    ca.OP_LOG: np.log,
+    ca.OP_LOG1P: np.log1p,
+    ca.OP_POW: np.power,
+    ca.OP_CONSTPOW: np.power,
+    ca.OP_LT: lambda a, b: np.less(a, b) * 1.0,
+    ca.OP_LE: lambda a, b: np.less_equal(a, b) * 1.0,
+    ca.OP_EQ: lambda a, b: np.equal(a, b) * 1.0,
+    ca.OP_NE: lambda a, b: np.not_equal(a, b) * 1.0,
+    ca.OP_NOT: lambda a: np.equal(a, 0) * 1.0,
+    ca.OP_AND: lambda a, b: np.logical_and(a, b) * 1.0,
+    ca.OP_OR: lambda a, b: np.logical_or(a, b) * 1.0,
+    ca.OP_IF_ELSE_ZERO: lambda a, b: np.where(a, b, 0.0),
+}

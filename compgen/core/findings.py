@@ -1,0 +1,35 @@
+"""What a run has to say of itself: findings for the user, and how far it is."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+#: Called with the stage that runs and the share of it that is done, 0 to 1.
+Progress = Callable[[str, float], None]
+
+
+class Level(StrEnum):
+    """How much a finding weighs."""
+
+    OUTSIDE = "outside"  # a bound is broken: the job fails
+    REFUSED = "refused"  # what was identified may not be used
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something the user must know."""
+
+    level: Level
+    code: str
+    message: str
+
+    def record(self) -> dict[str, str]:
+        """As a report has it."""
+        return {"level": self.level.value, "code": self.code, "message": self.message}
+
+
+def first_of(level: Level, findings: Iterable[Finding]) -> Finding | None:
+    """The first finding of a level."""
+    return next((f for f in findings if f.level is level), None)

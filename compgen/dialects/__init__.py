@@ -1,1 +1,0 @@
-"""Program text of robot controllers; the only rooms with millimetres and degrees."""

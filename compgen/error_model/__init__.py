@@ -1,0 +1,1 @@
+"""What makes the real arm differ from the nominal one."""

@@ -1,0 +1,40 @@
+r"""Gears and bearings give way about the joint axes: theta_i -> theta_i + k_i tau_i.
+
+tau is what gravity of arm and payload, and the process force, ask of the joint (``gravity``). Only the product of
+compliance and mass shows in gravity's part, so masses are facts and compliances parameters. Source: Dumas et al.
+(2011), Klimchik et al. (2013): joints hold most of a serial arm's compliance, links and bearings little. Linear; valid
+within the rated payload.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from compgen.error_model.sources.expressions import entries, plus
+from compgen.error_model.sources.loads import Loads, torque_expr
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JointCompliance:
+    """Turn of each joint per torque about it."""
+
+    compliance: Any  # (6,) [rad/(N m)]
+    loads: Loads
+
+    NAME: ClassVar[str] = "compliance"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("compliance", "compliance_urad_Nm", (6,), 1e-6, 1e-6, "turn of each joint per torque about it"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its joints yielding."""
+        give = entries(self.compliance, 6)
+        if all(is_zero(k) for k in give):
+            return chain
+        torque = torque_expr(self.loads, state.nominal)
+        theta = [q if is_zero(k) else plus(q, k * t) for q, k, t in zip(chain.theta, give, torque)]
+        return replace(chain, theta=tuple(theta))

@@ -1,0 +1,63 @@
+r"""The robot stands, and the tool sits, a little off.
+
+    base:  T -> (p, R(w)) T          in World                   tool:  flange -> flange (p, R(w))          in the flange
+
+R(w) is the rotation of the rotation vector w. What the cell calls World is the frame that parts are placed in; a base
+error moves the whole arm in it. Source: Mooring, Roth and Driels (1991). Valid for turns below half a turn.
+"""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from compgen.core.units import MDEG, UM
+from compgen.error_model.sources.expressions import column, rotation_expr
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BaseFrame:
+    """Where the arm really stands."""
+
+    position: Any  # (3,) [m] World
+    rotation: Any  # (3,) [rad] rotation vector, World
+
+    NAME: ClassVar[str] = "base_frame"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("position", "position_um", (3,), UM, 1000 * UM, "of the arm in World"),
+        Parameter("rotation", "rotation_mdeg", (3,), MDEG, 50 * MDEG, "of the arm in World, rotation vector"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain on its real base."""
+        return _inserted(chain, 0, self.position, self.rotation)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ToolFrame:
+    """Where the tool really sits."""
+
+    position: Any  # (3,) [m] flange
+    rotation: Any  # (3,) [rad] rotation vector, flange
+
+    NAME: ClassVar[str] = "tool_frame"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("position", "position_um", (3,), UM, 500 * UM, "of the tool in the flange"),
+        Parameter("rotation", "rotation_mdeg", (3,), MDEG, 100 * MDEG, "of the tool in the flange, rotation vector"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its real tool."""
+        return _inserted(chain, 6, self.position, self.rotation)
+
+
+def _inserted(chain: Chain, row: int, position: Any, rotation: Any) -> Chain:
+    if is_zero(position) and is_zero(rotation):
+        return chain
+    return chain.inserted(row, column(position), rotation_expr(rotation))

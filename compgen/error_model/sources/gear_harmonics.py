@@ -1,0 +1,50 @@
+r"""Gears run out: once and twice a turn of what is eccentric, the joint is ahead and behind.
+
+    theta_i -> theta_i + sum_{n = 1, 2} [ s_in sin(n N_i theta_i) + c_in cos(n N_i theta_i) ]
+
+at the commanded theta. N_i is how often the eccentric part turns for one turn of the joint: 1 for the joint's own
+gear wheel and encoder, the gear ratio for the motor's side. Source: transmission error of harmonic and cycloidal drives
+(Tuttle and Seering 1996). What lies at periods of the tool's mid-spatial band (N_i of some hundred) is smoothed away by
+the correction, not cancelled.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import casadi as ca
+
+from compgen.core.arrays import Array, own
+from compgen.core.units import MDEG
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GearHarmonics:
+    """First and second order of each joint."""
+
+    sine: Any  # (6, 2) [rad]
+    cosine: Any  # (6, 2) [rad]
+    cycles: Array  # (6,) N
+
+    NAME: ClassVar[str] = "gear_harmonics"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("sine", "sine_mdeg", (6, 2), MDEG, 5 * MDEG, "first and second order, of each joint"),
+        Parameter("cosine", "cosine_mdeg", (6, 2), MDEG, 5 * MDEG, "first and second order, of each joint"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+        own(self, cycles=(6,))
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its joints running out."""
+        theta = []
+        for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta)):
+            for n in (1, 2):
+                angle = n * float(self.cycles[i]) * commanded
+                for size, wave in ((self.sine[i, n - 1], ca.sin), (self.cosine[i, n - 1], ca.cos)):
+                    if not is_zero(size):
+                        q = q + size * wave(angle)
+            theta.append(q)
+        return replace(chain, theta=tuple(theta))

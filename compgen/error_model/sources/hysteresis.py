@@ -1,0 +1,52 @@
+r"""Backlash and friction: a joint that came from below stands behind one that came from above.
+
+    theta_i -> theta_i - u_i (b_i + w_i sqrt(tau_i^2 + 1 (N m)^2))
+
+b is half the backlash, w the windup of the gear under friction that grows with the load tau (``gravity``), u in [-1, 1]
+the direction that joint i has come from. u has a memory (``motion``): after a reversal it changes over the joint's own
+presliding distance. Source: Dahl (1968) for the blend, Gautier and Khalil's load-dependent friction for w; the
+reference study's hysteresis, 50 to 350 um, which it leaves as a half-width. Repeatable part only.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import casadi as ca
+
+from compgen.core.arrays import Array, own
+from compgen.core.units import MDEG
+from compgen.error_model.sources.expressions import entries
+from compgen.error_model.sources.loads import Loads, torque_expr
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hysteresis:
+    """Half-widths of each joint, and how far it must turn to be on the other side."""
+
+    backlash: Any  # (6,) [rad] half-width
+    windup: Any  # (6,) [rad/(N m)] half-width per load
+    width: Array  # (6,) [rad] of the blend after a reversal
+    loads: Loads
+
+    NAME: ClassVar[str] = "hysteresis"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("backlash", "backlash_mdeg", (6,), MDEG, 3 * MDEG, "half the width, of each joint"),
+        Parameter("windup", "windup_urad_Nm", (6,), 1e-6, 0.02e-6, "half the width per load about the joint"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+        own(self, width=(6,))
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its joints lagging behind."""
+        lash, wind = entries(self.backlash, 6), entries(self.windup, 6)
+        loaded = not all(is_zero(w) for w in wind)
+        torque = torque_expr(self.loads, state.nominal) if loaded else 6 * [0.0]
+        theta = []
+        for i, (q, b, w, t) in enumerate(zip(chain.theta, lash, wind, torque)):
+            half = b if is_zero(w) else b + w * ca.sqrt(t * t + 1)
+            theta.append(q if is_zero(half) else q - state.direction[i] * half)
+        return replace(chain, theta=tuple(theta))

@@ -1,0 +1,47 @@
+r"""One joint's motion drives another a little, and gear ratios are not what is believed.
+
+    theta_i -> theta_i + sum_j c_ij (theta_j - theta_0j)
+
+with theta the commanded angles and theta_0 those at pendant zero, so that the mastered arm stays as it is. c_ij with
+i != j is a coupling (wrists; J2 to J3 where a linkage or a gear ties them), c_ii the error of joint i's own ratio.
+Source: the transmission errors of Everett, Driels and Mooring (1987); linear, valid over the whole range.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import casadi as ca
+
+from compgen.core.arrays import Array, own
+from compgen.error_model.sources.expressions import plus
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JointCoupling:
+    """Ratios between the commanded motion of each joint and the error of each."""
+
+    ratio: Any  # (6, 6) [rad/rad], row: the joint that errs
+    zero: Array  # (6,) [rad] theta at pendant zero
+
+    NAME: ClassVar[str] = "joint_coupling"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("ratio", "ratio_ppm", (6, 6), 1e-6, 200e-6, "error of the row's joint per motion of the column's"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+        own(self, zero=(6,))
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its joints driven along."""
+        turned = [q - float(z) for q, z in zip(state.nominal.theta, self.zero)]
+        theta = []
+        for i, q in enumerate(chain.theta):
+            for j, t in enumerate(turned):
+                c = self.ratio[i, j]
+                if not is_zero(c):
+                    q = plus(q, (c if isinstance(c, ca.SX) else float(c)) * t)
+            theta.append(q)
+        return replace(chain, theta=tuple(theta))

@@ -1,0 +1,50 @@
+r"""Joints run out in many waves a turn: gears, encoders and windings leave their orders.
+
+    theta_i -> theta_i + sum_h [ s_ih sin(n_h theta_i) + c_ih cos(n_h theta_i) ]
+
+at the commanded theta, with orders n_h shared by the joints, since joints of one maker are built alike. On a UR5
+measured with a laser tracker the orders 7 to 31 hold as much error as the first two (``docs/identify.md``). Source:
+Fourier's series of any repeatable transmission error; valid where the joints have been seen turning, smooth between.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import casadi as ca
+
+from compgen.core.arrays import IntArray, own
+from compgen.core.units import MDEG
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JointRipple:
+    """Waves of any orders on each joint."""
+
+    sine: Any  # (6, H) [rad]
+    cosine: Any  # (6, H) [rad]
+    order: IntArray  # (H,) waves a turn of the joint
+
+    NAME: ClassVar[str] = "joint_ripple"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("sine", "sine_mdeg", (6, "H"), MDEG, 0.2 * MDEG, "of each joint and order"),
+        Parameter("cosine", "cosine_mdeg", (6, "H"), MDEG, 0.2 * MDEG, "of each joint and order"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+        own(self, order=("H",))
+        if self.sine.shape[1] != len(self.order):
+            raise ValueError(f"JointRipple.sine: {self.sine.shape[1]} columns for {len(self.order)} orders")
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its joints waving."""
+        theta = []
+        for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta)):
+            for h, n in enumerate(self.order.tolist()):
+                for size, wave in ((self.sine[i, h], ca.sin), (self.cosine[i, h], ca.cos)):
+                    if not is_zero(size):
+                        q = q + size * wave(n * commanded)
+            theta.append(q)
+        return replace(chain, theta=tuple(theta))

@@ -1,0 +1,57 @@
+r"""Lengths and twists of the links are not what the maker publishes.
+
+    d -> d + delta d,   a -> a + delta a,   alpha -> alpha + delta alpha,   beta -> delta beta
+
+Each row is then Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta). beta is Hayati's angle: where two neighbouring axes are
+(nearly) parallel, a small tilt between them about y would need an unbounded d and theta in plain DH; there beta takes
+its place and delta d of that row is left at zero (it does what d of the next row does). Source: Hayati and Mirmirani
+(1985); Mooring, Roth and Driels, Fundamentals of Manipulator Calibration (1991). For errors far below the lengths.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray
+from compgen.core.units import MDEG, UM
+from compgen.error_model.sources.expressions import entries, plus
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain
+
+PARALLEL = 1e-3  # rad: twists nearer to 0 or 180 deg than this make their axes parallel
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LinkOffsets:
+    """Constant errors of the six DH rows."""
+
+    d: Any  # (6,) [m]
+    a: Any  # (6,) [m]
+    alpha: Any  # (6,) [rad]
+    beta: Any  # (6,) [rad]
+
+    NAME: ClassVar[str] = "link_offsets"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("d", "d_um", (6,), UM, 500 * UM, "along each joint axis"),
+        Parameter("a", "a_um", (6,), UM, 500 * UM, "along each link"),
+        Parameter("alpha", "alpha_mdeg", (6,), MDEG, 50 * MDEG, "twist of each link"),
+        Parameter("beta", "beta_mdeg", (6,), MDEG, 50 * MDEG, "Hayati angle, where axes are parallel"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its rows changed."""
+        more = {name: entries(getattr(self, name), 6) for name in ("d", "a", "alpha", "beta")}
+        return replace(
+            chain, **{name: tuple(plus(v, m) for v, m in zip(getattr(chain, name), new)) for name, new in more.items()}
+        )
+
+
+def parallel(alpha: Array) -> BoolArray:
+    """Rows whose twist leaves the next axis parallel, where beta takes the place of d, (6,); never the last."""
+    found = np.abs(np.sin(alpha)) < PARALLEL
+    found[5] = False
+    return np.asarray(found)

@@ -1,0 +1,61 @@
+r"""What gravity and the process ask of each joint, at the pose that the controller believes in.
+
+    tau_i = z_i . [ sum_{k >= i} (c_k - o_i) x m_k g  +  (p - o_i) x R f ]                       [N m]
+
+with o_i and z_i the place and direction of joint i's axis, c_k the centre of mass of link k (fixed in the frame behind
+row k) and of the payload (fixed in the flange), p and R the TCP, f a force that the process puts on the tool, in tool
+axes. tau is the load's torque about the axis: positive where it turns the joint towards larger theta. Accelerations are
+left out: smoothing is slow. Errors of the pose change tau by parts in 10^3 and are left out too.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.error_model.sources.expressions import cross
+from compgen.robot.kinematics import Chain
+
+STANDARD = (0.0, 0.0, -9.80665)  # m/s2
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Loads:
+    """Masses and forces that the joints carry; facts, not parameters."""
+
+    mass: Array  # (6,) [kg] of the links
+    centre: Array  # (6, 3) [m] of each, in the frame behind its row
+    payload: float  # [kg] on the flange
+    payload_centre: Array  # (3,) [m] in the flange
+    gravity: Array  # (3,) [m/s2] in World
+    force: Array  # (3,) [N] on the tool, in tool axes
+
+    def __post_init__(self) -> None:
+        own(self, mass=(6,), centre=(6, 3), payload_centre=(3,), gravity=(3,), force=(3,))
+
+
+def torque_expr(loads: Loads, nominal: Chain) -> list[Any]:
+    """tau of the six joints [N m]; a number where nothing acts."""
+    frames = nominal.joint_frames()
+    pulls = [
+        (k, frames[k][0] + frames[k][1] @ ca.DM(centre), ca.DM(mass * loads.gravity))
+        for k, mass, centre in (
+            *((k + 1, float(loads.mass[k]), loads.centre[k]) for k in range(6)),
+            (6, loads.payload, loads.payload_centre),
+        )
+        if mass
+    ]
+    if np.any(loads.force):
+        position, rotation = nominal.tcp_expr()
+        pulls.append((6, position, rotation @ ca.DM(loads.force)))
+    torques = []
+    for joint in range(1, 7):
+        origin, axis = frames[joint - 1][0], frames[joint - 1][1][:, 2]
+        total: Any = 0.0
+        for row, place, pull in pulls:
+            if row >= joint:
+                total = total + ca.dot(axis, cross(place - origin, pull))
+        torques.append(total)
+    return torques

@@ -1,0 +1,79 @@
+r"""What is left, as measured along the World axes: positioning and straightness for each direction of travel.
+
+    p -> p + sum_axis [ m_axis(s) + t_axis h_axis(s) ],   s = nominal TCP along the axis, t_axis its travel in [-1, 1]
+
+    m = (forward + reverse) / 2,   h = (forward - reverse) / 2            each a vector (3) of s
+
+Between the measured stations both are cubic splines with two continuous derivatives (natural ends; two stations: a
+line), as a sum of powers that is linear in the values,
+
+    f(s) = sum_j v_j B_j(x),   B_j(x) = a_j + b_j x + c_j x^2 + sum_k e_jk max(x - x_k, 0)^3,   x in [0, 1]
+
+Beyond the first and the last station the value there is kept, and ``verify`` tells that the program leaves the hull.
+The contributions of the axes add, so each line is zeroed where the lines cross. Source: bidirectional axis tests as in
+the reference study, chapter 5 (ISO 230-2). A map holds for the postures and the tool it was measured with.
+"""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from compgen.core.arrays import Array, own
+from compgen.core.units import UM
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AxisMap:
+    """One line of stations along a World axis."""
+
+    forward: Any  # (S, 3) [m] actual less commanded while moving towards larger coordinates
+    reverse: Any  # (S, 3) [m]
+    axis: int  # 0, 1, 2 for x, y, z
+    station: Array  # (S,) [m] World coordinate, rising
+    place: Array  # (3,) [m] where in World the line was measured; the entry along it says nothing
+    width: float  # [m] way over which the direction of travel blends after a reversal
+
+    NAME: ClassVar[str] = "map"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("forward", "forward_um", ("S", 3), UM, 300 * UM, "deviation moving to larger coordinates"),
+        Parameter("reverse", "reverse_um", ("S", 3), UM, 300 * UM, "deviation moving to smaller coordinates"),
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+        own(self, station=("S",), place=(3,))
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its TCP moved."""
+        if is_zero(self.forward) and is_zero(self.reverse):
+            return chain
+        s = state.nominal.tcp_expr()[0][self.axis]
+        low, high = float(self.station[0]), float(self.station[-1])
+        x = (ca.fmin(ca.fmax(s, low), high) - low) / (high - low)
+        basis = _basis_expr((self.station - low) / (high - low), x)
+        forward, reverse = (v if isinstance(v, ca.SX) else ca.DM(v) for v in (self.forward, self.reverse))
+        mean, half = (forward + reverse) / 2, (forward - reverse) / 2
+        shift = mean.T @ basis
+        if not is_zero(half):
+            shift = shift + state.travel[self.axis] * (half.T @ basis)
+        return chain.moved(shift)
+
+
+def _basis_expr(station: Array, x: Any) -> Any:
+    """B_j(x), (S, 1)."""
+    S = len(station)
+    if S == 2:
+        return ca.vertcat(1 - x, x)
+    pieces = CubicSpline(station, np.eye(S), bc_type="natural").c  # (4, S - 1, S), highest power first
+    third = np.diff(pieces[0], axis=0, prepend=0.0)  # what each knot adds to the cubic term
+    powers = [ca.DM(pieces[p][0]) for p in (3, 2, 1)]
+    value = powers[0] + powers[1] * x + powers[2] * x**2
+    for knot, more in zip(station[:-1], third):
+        past = ca.fmax(x - float(knot), 0)
+        value = value + ca.DM(more) * (past * past * past)
+    return value

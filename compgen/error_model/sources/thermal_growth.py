@@ -1,0 +1,55 @@
+r"""Links lengthen as they warm: a -> a + (1 + x_a) g_a . rise, d -> d + (1 + x_d) g_d . rise.
+
+g is the growth per kelvin of each node at the robot file's cte (``thermal.profiles``), x the excess of each length's
+own cte over it: an identified cte is (1 + x) times the file's. A length that points against its axis (d4 and d6 of a
+FANUC arm are negative) grows away from zero too: its g is negative. Row 1's d is the base column. Source: the reference
+study, equation 8; valid inside the thermal box of the robot file.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.error_model.sources.expressions import entries, weighted
+from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.kinematics import Chain, is_zero
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ThermalGrowth:
+    """Growth of each DH length per kelvin of each node."""
+
+    a: Array  # (6, K) [m/K]
+    d: Array  # (6, K) [m/K]
+    excess_a: Any = field(default_factory=lambda: np.zeros(6))  # (6,) own cte over the file's, less one
+    excess_d: Any = field(default_factory=lambda: np.zeros(6))  # (6,)
+
+    NAME: ClassVar[str] = "thermal_growth"
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("excess_a", "excess_a", (6,), 1.0, 0.3, "own cte of each a over the file's, less one"),
+        Parameter("excess_d", "excess_d", (6,), 1.0, 0.3, "own cte of each d over the file's, less one"),
+    )
+
+    def __post_init__(self) -> None:
+        own(self, a=(6, "K"), d=(6, "K"))
+        settle(self)
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with its lengths grown."""
+        return replace(
+            chain,
+            a=_grown(chain.a, self.a, entries(self.excess_a, 6), state.rise),
+            d=_grown(chain.d, self.d, entries(self.excess_d, 6), state.rise),
+        )
+
+
+def _grown(lengths: tuple[Any, ...], growth: Array, excess: list[Any], rise: Any) -> tuple[Any, ...]:
+    found = []
+    for length, g, x in zip(lengths, growth, excess):
+        if g.any():
+            more = weighted(g, rise)
+            length = length + (more if is_zero(x) else (1 + x) * more)
+        found.append(length)
+    return tuple(found)

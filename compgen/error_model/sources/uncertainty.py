@@ -1,0 +1,48 @@
+"""A source with how well its parameters are known: what a robot file carries, and identification changes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.error_model.sources.source import Source
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Known:
+    """A source, and for each of its parameters how far it may be off, by field, in SI and in the parameter's shape."""
+
+    source: Source
+    prior: Mapping[str, Array]  # standard deviation before measurements; zero holds an entry
+    sigma: Mapping[str, Array]  # after them; empty when the values were never identified
+    provenance: str  # where the values are from
+
+
+def prior_of(source: Source) -> dict[str, Array]:
+    """The declared standard deviations in the shape of each parameter."""
+    return {p.field: np.full(np.shape(getattr(source, p.field)), p.prior) for p in source.PARAMETERS}
+
+
+def table_of(known: Known) -> dict[str, Any]:
+    """The parameters as the robot file has them: values, sigma, prior where it is not the declared one, provenance."""
+    source = known.source
+    table: dict[str, Any] = {"provenance": known.provenance} if known.provenance else {}
+    declared = prior_of(source)
+    for p in source.PARAMETERS:
+        table[p.key] = _listed(getattr(source, p.field), p.unit)
+    for name, values in (("sigma", known.sigma), ("prior", known.prior)):
+        rows = {
+            p.key: _listed(values[p.field], p.unit)
+            for p in source.PARAMETERS
+            if p.field in values and not (name == "prior" and np.array_equal(values[p.field], declared[p.field]))
+        }
+        if rows:
+            table[name] = rows
+    return table
+
+
+def _listed(value: Any, unit: float) -> Any:
+    # nine digits: the file's numbers are read by people
+    return [float(f"{v:.9g}") for v in value / unit] if value.ndim == 1 else [_listed(row, unit) for row in value]

@@ -1,0 +1,101 @@
+"""Where a program leaves what the error sources were measured in: never silently."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, extremes
+from compgen.core.findings import Finding, Level
+from compgen.core.units import DEG, MM, UM
+from compgen.error_model.model import ErrorModel
+from compgen.error_model.sources import AxisMap, Motion, Source, memory_of, strangeness
+from compgen.robot.robot import Robot
+
+SLACK = 1e-6  # m, rad
+TELLING = 1e-6  # m of unknown hysteresis at the tool, from where on it is told
+
+
+def outside_map(sources: Sequence[Source], position: Array) -> list[Finding]:
+    """Where commanded TCPs (N, 3) [m] leave the box that the measured lines span."""
+    lines = [s for s in sources if isinstance(s, AxisMap)]
+    if not lines:
+        return []
+    spots = np.vstack([np.where(np.arange(3) == s.axis, end, s.place) for s in lines for end in s.station[[0, -1]]])
+    low, high = spots.min(axis=0), spots.max(axis=0)
+    least, most = extremes(position)
+    worst = np.maximum(low - least, most - high)
+    if worst.max() <= SLACK:
+        return []
+    outside = (np.maximum(low - position, position - high) > SLACK).any(axis=1)
+    told = ", ".join(
+        f"{'xyz'[i]} by up to {worst[i] / MM:.1f} mm ({low[i] / MM:g} to {high[i] / MM:g} measured)"
+        for i in range(3)
+        if worst[i] > SLACK
+    )
+    first = int(np.argmax(outside)) + 1
+    message = (
+        f"{int(outside.sum())} of {len(position)} positions, first {first}, leave the measured map's hull in {told}; "
+        "the map's value at its edge is taken there: measure lines that reach further, or move the path"
+    )
+    return [Finding(Level.WARNING, "sources.map", message)]
+
+
+def outside_joints(robot: Robot, joint_box: Array | None, theta: Array) -> list[Finding]:
+    """Where joints (N, 6) [rad] leave the box that the parameters were identified in."""
+    if joint_box is None:
+        return []
+    least, most = extremes(robot.to_pendant(theta))
+    over = np.maximum(joint_box[:, 0] - least, most - joint_box[:, 1])
+    if over.max() <= SLACK:
+        return []
+    told = ", ".join(
+        f"J{i + 1} by up to {over[i] / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
+        for i, (low, high) in enumerate(joint_box)
+        if over[i] > SLACK
+    )
+    message = f"the program leaves the joints that the errors were identified in: {told}; measure poses there"
+    return [Finding(Level.WARNING, "sources.box", message)]
+
+
+def unknown_start(
+    robot: Robot,
+    sources: Sequence[Source],
+    model: ErrorModel,
+    theta: Array,
+    position: Array,
+    rise: Array,
+    motion: Motion,
+    contact: BoolArray,
+) -> list[Finding]:
+    """How much hysteresis is unknown where the part begins, because the motion before the first waypoint is.
+
+    Args:
+        robot: For the names of its joints.
+        sources: What makes it err.
+        model: The error model.
+        theta: Joints in the order driven, (N, 6) [rad].
+        position: TCP, (N, 3) [m].
+        rise: (N, K) [K].
+        motion: Directions of motion.
+        contact: Waypoints on the part, (N,); none counts as all.
+    """
+    memory = memory_of(sources)
+    if memory is None:
+        return []
+    n = int(np.argmax(contact))
+    left = strangeness(memory, theta, position).at(np.array([n]))
+    known = motion.at(np.array([n]))
+    each = np.diag(np.concatenate([left.direction[0], left.travel[0]]))
+    other = Motion(known.direction + each[:, :6], known.travel + each[:, 6:])
+    q, r = np.tile(theta[n], (9, 1)), np.tile(rise[n], (9, 1))
+    off = model.actual_pose(q, r, other)[0] - model.actual_pose(q, r, known)[0]
+    stray = np.linalg.norm(off, axis=1)
+    if stray.sum() <= TELLING:
+        return []
+    names = (*robot.joint_names, "x", "y", "z")
+    told = ", ".join(f"{names[i]} {stray[i] / UM:.1f} um" for i in np.flatnonzero(stray > TELLING / 10))
+    message = (
+        f"the side that joints come from is not known before they have moved: where the part begins, {told} of "
+        "half-width are left unknown; lead in with a longer move, always from the same side"
+    )
+    return [Finding(Level.NOTE, "sources.start", message)]

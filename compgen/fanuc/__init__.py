@@ -1,0 +1,29 @@
+"""FANUC TP programs in ASCII (.LS): text <-> records <-> meaning.
+
+Any program: ``loads`` and ``dumps`` between bytes and records, without loss. compgen's own: ``compose`` and
+``interpret`` between meaning and canonical text.
+"""
+
+from compgen.fanuc.canonical.reader import interpret
+from compgen.fanuc.canonical.speed_rounding import feed_errors, written_feeds
+from compgen.fanuc.canonical.writer import as_written, compose, printed, steps, writable_speed
+from compgen.fanuc.listing.listing import LsProgram, dumps, edited, loads
+from compgen.fanuc.program import Program, estimated_memory, program_name
+
+__all__ = [
+    "LsProgram",
+    "Program",
+    "as_written",
+    "compose",
+    "dumps",
+    "edited",
+    "estimated_memory",
+    "feed_errors",
+    "interpret",
+    "loads",
+    "printed",
+    "program_name",
+    "steps",
+    "writable_speed",
+    "written_feeds",
+]

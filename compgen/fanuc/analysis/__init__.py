@@ -1,0 +1,1 @@
+"""What a program means: frames, modal state, order, what may be corrected."""

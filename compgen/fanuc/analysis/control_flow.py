@@ -1,0 +1,232 @@
+"""Statements of a program as units, and between which of them it may be parted.
+
+A program may be parted after a motion that stops (FINE), where nothing that belongs together lies on both sides: not
+inside IF or FOR, not between a label and a jump to it, not in an arc of A or S motions, not between the two ends of a
+bracket (LOCK PREG, Arc Start, Weave, Track ...), not after an END, and not while something is in force that a new
+program could not say again. A wrapped statement and the listing of point logic are one unit.
+"""
+
+import re
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from compgen.core.arrays import BoolArray, IntArray, own
+from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+
+_LINE_END = re.compile(rb"\r\n|\n|\r")
+_RULE = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*-{3,}[ \t]*(?=[\r\n]|\Z)")
+_OWN_LISTING = re.compile(r"P-SPS", re.IGNORECASE)
+_IGNORED = ("!", "//", "--")
+
+_START = r"(?:^|(?<![A-Za-z_]))"  # a word's begin: the start of a statement, or inside the options of a motion
+#: what opens, what closes
+_BRACKETS = (
+    (r"^IF\b.*\bTHEN\s*$", r"^ENDIF\b"),
+    (r"^FOR\b", r"^ENDFOR\b"),
+    (r"^LOCK\s+PREG\b", r"^UNLOCK\s+PREG\b"),
+    (_START + r"(?:Arc|Weld)\s+Start\b", _START + r"(?:Arc|Weld)\s+End\b"),
+    (_START + r"Weave\s+(?!End\b)", _START + r"Weave\s+End\b"),
+    (_START + r"Track\s+(?!End\b)", _START + r"Track\s+End\b"),
+    (_START + r"Touch\s+Offset\s+(?!End\b)", _START + r"Touch\s+Offset\s+End\b"),
+    (_START + r"Search\s+Start\b", _START + r"Search\s+End\b"),
+    (r"^LINE_?TRACK\b", r"^STOP_?TRACKING\b"),
+    (r"^MONITOR\s+(?!END\b)", r"^MONITOR\s+END\b"),
+)
+_BRACKET = [tuple(re.compile(form, re.IGNORECASE) for form in pair) for pair in _BRACKETS]
+_LABEL = re.compile(r"(?<![A-Za-z_])LBL\[\s*(\d*)", re.IGNORECASE)
+_END = re.compile(r"(?:^|,)\s*END\s*$", re.IGNORECASE)
+_P = re.compile(r"(?<![A-Za-z_$])P\[\s*(\d*)", re.IGNORECASE)
+_P_WRITTEN = re.compile(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Flow:
+    """S units of /MN, in order."""
+
+    span: IntArray  # (S, 2) bytes, from the begin of a unit's first line to the begin of the next unit's
+    line: IntArray  # (S,) physical line at which it begins, from 1
+    motion: IntArray  # (S,) the motion that it is, NO_NUMBER for none
+    moves: IntArray  # (A,) active motions, those inside point logic among them
+    move_unit: IntArray  # (A,) the unit of each
+    stop: BoolArray  # (S,) it is a motion that stops
+    locked: BoolArray  # (S,) what belongs together lies on both sides of its end
+    sure: BoolArray  # (S,) it is run once, whatever happens at run time
+    text: dict[int, str]  # of units that are no motion, and no remark
+    mention_unit: IntArray  # (U,) a unit that names a position
+    mention: IntArray  # (U,) and the position's number, NO_NUMBER for one that is found at run time
+
+    def __post_init__(self) -> None:
+        own(
+            self, span=("S", 2), line=("S",), motion=("S",), stop=("S",), locked=("S",), sure=("S",),
+            moves=("A",), move_unit=("A",), mention_unit=("U",), mention=("U",),
+        )  # fmt: skip
+
+    @property
+    def may_part(self) -> BoolArray:
+        """Whether the program may be parted after each unit; never behind the last motion."""
+        moves = np.flatnonzero(self.motion != NO_NUMBER)
+        last = moves[-1] if len(moves) else 0
+        return np.asarray(self.stop & ~self.locked & (np.arange(len(self.stop)) < last))
+
+
+def read_flow(program: LsProgram) -> Flow:
+    """The units of a program and what ties them together."""
+    begin, end, line = _units(program)
+    S, m = len(begin), program.motions
+    owner = np.searchsorted(line, m.line, side="right") - 1
+    head = np.flatnonzero(line[owner] == m.line) if S else np.zeros(0, dtype=np.int64)
+    motion = np.full(S, NO_NUMBER, dtype=np.int64)
+    active = head[~m.disabled[head]]
+    motion[owner[active]] = active
+    text = dict(_texts(program.data, begin, end, np.flatnonzero(motion == NO_NUMBER)))
+    moves = np.flatnonzero(motion != NO_NUMBER)
+    options = {int(s): m.options[motion[s]] for s in moves[_marks(m.options, bool)[motion[moves]]]}
+    for s in [s for s, option in options.items() if _OWN_LISTING.search(option)]:
+        options[s] = " ".join(program.text((begin[s], end[s])).split())  # with the listing that follows
+    said = dict(sorted({**text, **options}.items()))
+    fine = {text for text in set(m.termination) if text.upper() == "FINE"}
+    stop = np.zeros(S, dtype=bool)
+    stop[moves] = _marks(m.termination, fine.__contains__)[motion[moves]]
+    for s, option in options.items():
+        if re.search(r"(?<![A-Z_])TA\s+[\d.]", option, re.IGNORECASE):
+            stop[s] = False  # its logic runs after the stop
+    mention_unit, mention = _mentions(program, motion, owner, said)
+    branches = [*_brackets(said, S), *_labels(said)]
+    depth = _depth(branches, S)
+    ties = [*_ends(said, S), *_arcs(program, motion), *_written(said, mention_unit, mention)]
+    return Flow(
+        span=np.column_stack([begin, end]),
+        line=line,
+        motion=motion,
+        moves=np.flatnonzero(~m.disabled),
+        move_unit=owner[~m.disabled],
+        stop=stop,
+        locked=(depth + _depth(ties, S)) > 0,
+        sure=_outside(branches, S),
+        text=text,
+        mention_unit=mention_unit,
+        mention=mention,
+    )
+
+
+def _units(program: LsProgram) -> tuple[IntArray, IntArray, IntArray]:
+    """First byte, end and line of each unit."""
+    data, line, begin = program.data, program.statements, program.place
+    if not len(line):
+        return begin, begin, line
+    first, stop = int(begin[0]), _section_end(data, int(begin[-1]))
+    listed = [i for i, option in enumerate(program.motions.options) if option and _OWN_LISTING.search(option)]
+    if listed:
+        rules = [r.start() for r in _RULE.finditer(data, first, stop)]
+        keep = np.ones(len(line), dtype=bool)
+        for i in listed:
+            at = int(np.searchsorted(line, program.motions.line[i]))
+            rule = next((r for r in rules if r > begin[at]), stop)  # without its rule it runs to the end
+            keep[at + 1 :] &= begin[at + 1 :] > rule
+        begin, line = begin[keep], line[keep]
+    return begin, np.append(begin[1:], stop), line
+
+
+def _section_end(data: bytes, at: int) -> int:
+    """Where the section ends that a place lies in."""
+    found = re.compile(rb"(?<=[\r\n])/(?:POS|END)\b", re.IGNORECASE).search(data, at)
+    return found.start() if found else len(data)
+
+
+def _texts(data: bytes, begin: IntArray, end: IntArray, which: IntArray) -> Iterator[tuple[int, str]]:
+    """What some units say: numbers, line ends and what stands after the semicolon left out."""
+    for s in which.tolist():
+        lines = _LINE_END.split(data[begin[s] : end[s]])
+        said = " ".join(line.partition(b":")[2].decode("latin-1") for line in lines if b":" in line)
+        said = " ".join(said.partition(";")[0].split())
+        if said and not said.startswith(_IGNORED):
+            yield s, said
+
+
+def _mentions(program: LsProgram, motion: IntArray, owner: IntArray, said: dict[int, str]) -> tuple[IntArray, IntArray]:
+    """Which unit names which position."""
+    m = program.motions
+    many = np.fromiter(map(len, m.position), dtype=np.int64, count=len(m.position))
+    number = np.fromiter(chain.from_iterable(m.position), dtype=np.int64, count=int(many.sum()))
+    keep = np.repeat(~m.disabled, many)
+    if len(elsewhere := np.flatnonzero(number < 0)):  # PR[n], or P[R[n]], one of the file's that is found at run time
+        target = list(chain.from_iterable(m.target))
+        keep[elsewhere] &= np.array([target[i][:2] == "P[" for i in elsewhere.tolist()])
+    units, numbers = np.repeat(owner, many)[keep], number[keep]
+    texts = [(s, found.group(1)) for s, text in said.items() for found in _P.finditer(text)]
+    if texts:
+        units = np.append(units, [s for s, _ in texts])
+        numbers = np.append(numbers, [int(n) if n else NO_NUMBER for _, n in texts])
+    order = np.argsort(units, kind="stable")
+    return units[order], numbers[order]
+
+
+def _marks(texts: Collection[str], test: Callable[[str], bool]) -> BoolArray:
+    """A test of each text."""
+    return np.fromiter(map(test, texts), dtype=bool, count=len(texts))
+
+
+def _brackets(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
+    """From each opening to its closing; what is never closed reaches to the end."""
+    for opens, closes in _BRACKET:
+        stack: list[int] = []
+        for s, text in said.items():
+            if closes.search(text):
+                if stack:
+                    yield stack.pop(), s
+            elif opens.search(text):
+                stack.append(s)
+        yield from ((s, count) for s in stack)
+
+
+def _labels(said: dict[int, str]) -> Iterator[tuple[int, int]]:
+    """From the first to the last mention of each label; a label found at run time may be any."""
+    where: dict[str, list[int]] = {}
+    for s, text in said.items():
+        for found in _LABEL.finditer(text):
+            where.setdefault(found.group(1), []).append(s)
+    if "" in where:
+        everywhere = [s for units in where.values() for s in units]
+        yield min(everywhere), max(everywhere)
+    yield from ((units[0], units[-1]) for units in where.values())
+
+
+def _ends(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
+    """After an END nothing may be called any more: all of them stand in the last part."""
+    yield from ((s, count) for s, text in said.items() if _END.search(text))
+
+
+def _arcs(program: LsProgram, motion: IntArray) -> Iterator[tuple[int, int]]:
+    """Motions before an A or S: its curve needs them."""
+    if not {"A", "S"} & set(program.motions.letter):
+        return
+    moves = np.flatnonzero(motion != NO_NUMBER)
+    letters = [program.motions.letter[i] for i in motion[moves].tolist()]
+    yield from ((int(a), int(b)) for a, b, letter in zip(moves[:-1], moves[1:], letters[1:]) if letter in ("A", "S"))
+
+
+def _written(said: dict[int, str], unit: IntArray, mention: IntArray) -> Iterator[tuple[int, int]]:
+    """All mentions of a position that is written at run time: another program would have its own."""
+    for text in said.values():
+        if found := _P_WRITTEN.search(text):
+            number = int(found.group(1)) if found.group(1) else NO_NUMBER
+            same = unit if number == NO_NUMBER else unit[(mention == number) | (mention == NO_NUMBER)]
+            yield int(same.min()), int(same.max())
+
+
+def _depth(intervals: list[tuple[int, int]], count: int) -> IntArray:
+    """How many intervals reach over the end of each unit."""
+    steps = np.zeros(count + 1, dtype=np.int64)
+    for a, b in intervals:
+        steps[a] += 1
+        steps[b] -= 1
+    return np.asarray(np.cumsum(steps)[:-1])
+
+
+def _outside(intervals: list[tuple[int, int]], count: int) -> BoolArray:
+    """Units that lie in no interval, its ends included."""
+    return np.asarray(_depth([(a, min(b + 1, count)) for a, b in intervals], count) == 0)

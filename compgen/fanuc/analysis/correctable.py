@@ -1,0 +1,139 @@
+"""Which stations of a program may be corrected; all others pass through untouched, with the reason."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import BoolArray, IntArray
+from compgen.core.units import DEG, MM
+from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
+from compgen.fanuc.analysis.traversal import Drive, other_statements
+from compgen.fanuc.listing.listing import LsProgram
+from compgen.robot.robot import Robot
+
+#: what begins a stretch whose executed path is not the programmed one -> what ends it
+_STRETCHES = (
+    (r"\bWeave\s+(?!End)\w+", r"\bWeave\s+End\b", "between weaving statements"),
+    (r"\bLINE_TRACK\b|\bLINE\[[^\]]*\]\s*ON\b", r"\bSTOP_TRACKING\b|\bLINE\[[^\]]*\]\s*OFF\b", "while line tracking"),
+    (r"\bTrack\s+(?:TAST|AVC|MPS)", r"\bTrack\s+End\b", "while seam tracking"),
+    (r"\bTouch\s+Offset\s+(?!End)\w+", r"\bTouch\s+Offset\s+End\b", "shifted by a touch offset"),
+    (r"\bSearch\s+Start\b", r"\bSearch\s+End\b", "inside a search"),
+)
+LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
+_WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[((?:[^\[\]]|\[[^\]]*\])*)\]\s*=")
+_USED = re.compile(r"(?<![A-Za-z])P\[\s*(\d+)", re.IGNORECASE)
+_ANY = re.compile(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scope:
+    """What may change, and what may not and why."""
+
+    free: BoolArray  # (S,) stations that may be corrected
+    unsafe: tuple[Unsafe, ...]  # every statement or position that is passed through, or casts doubt on others
+
+
+def read_scope(program: LsProgram, poses: Poses, drive: Drive, robot: Robot) -> Scope:
+    """Free stations, and the list of all that is passed through untouched."""
+    p, m = program.positions, program.motions
+    unsafe = list(unsafe_statements(program))
+    named = {u.line for u in unsafe}
+    line = m.line[drive.motion]
+    held = np.isin(line, list(named)) | (drive.pose == NONE)
+    pose = np.maximum(drive.pose, 0)
+    row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
+    bad = {int(poses.row[k]): reason for k, reason in _unfit(program, poses, robot)}
+    for i, reason in bad.items():
+        if int(p.line[i]) not in named:
+            unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
+    named_rows = np.flatnonzero(np.isin(p.line, [u.line for u in unsafe]))
+    held |= np.isin(row, named_rows)
+    for number, text in other_statements(program) if len(poses.row) else []:
+        around = _around(text, program, row)
+        told = " ".join(text.rstrip("; ").split())[:60]
+        if (around & ~held).any() and number not in named:
+            unsafe.append(Unsafe(number, told, "it uses a position as a value, which is left as it is"))
+        elif _ANY.search(text) and number not in named:
+            unsafe.append(Unsafe(number, told, "it may use any position as a value, corrected where the others are"))
+        held |= around
+    for start, end, why in _stretches(program):
+        inside = (line > start) & (line < end)
+        unsafe += [
+            Unsafe(int(line[k]), _text(program, int(drive.motion[k])), f"it runs {why}")
+            for k in np.flatnonzero(inside & ~held).tolist()
+        ]
+        held |= inside
+    return Scope(~held, tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
+
+
+def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, str]]:
+    """Positions that can be told but not corrected, and why."""
+    room = poses.margin / MM
+    characters = np.diff(program.positions.span[poses.row], axis=2).max(axis=(1, 2), initial=0)
+    known = np.isfinite(poses.theta).all(axis=1)
+    with np.errstate(invalid="ignore"):
+        over = np.maximum(robot.lower - poses.theta, poses.theta - robot.upper)
+        wrist = np.abs(poses.theta[:, 4] - robot.pendant_zero[4])
+        far, flat = poses.margin < 0, poses.margin < robot.elbow_margin
+    worst, beyond = np.argmax(over, axis=1), np.asarray(known & (over > 1e-9).any(axis=1))
+    turned, stretched = np.asarray(known & (wrist < robot.wrist_margin)), np.asarray(known & flat)
+    found: dict[int, str] = {}
+    reasons: tuple[tuple[BoolArray, Callable[[int], str]], ...] = (
+        (far, lambda k: f"it is {-room[k]:.1f} mm out of reach of {robot.name} in the posture it names"),
+        (
+            beyond,
+            lambda k: (
+                f"joint {robot.joint_names[worst[k]]} is {over[k].max() / DEG:.3f} deg beyond its limit on {robot.name}"
+            ),
+        ),
+        (
+            turned,
+            lambda k: f"J5 is {wrist[k] / DEG:.3f} deg from zero: J4 and J6 may swing round for a small correction",
+        ),
+        (stretched, lambda k: f"the arm is {room[k]:.2f} mm from full stretch or fold"),
+        (np.asarray(characters > LONGEST_NUMBER), lambda _: "it has a number of more digits than a controller writes"),
+        (np.asarray(~known), lambda _: "one of its six numbers is missing"),
+        (poses.extended, lambda _: "an extended axis moves the base or the part: where it stands is not known here"),
+    )
+    for rows, why in reasons:
+        for k in np.flatnonzero(rows).tolist():
+            found.setdefault(k, why(k))
+    return sorted(found.items())
+
+
+def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
+    """Stations that a statement holds: it names their position, or writes their frame or tool."""
+    p = program.positions
+    held = np.zeros(len(row), dtype=bool)
+    for used in _USED.findall(text):
+        held |= p.number[row] == int(used)
+    held |= any(_ANY.findall(text))
+    if written := _WRITTEN.search(text):
+        column = p.uframe if written[1] == "FRAME" else p.utool
+        index = written[2].partition(":")[0].strip()
+        held |= (column[row] == int(index)) if index.isdigit() else np.ones(len(row), dtype=bool)
+    return held
+
+
+def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
+    """Line numbers between which the executed path is not the programmed one."""
+    found = []
+    statements = other_statements(program)
+    for begin, end, why in _STRETCHES:
+        start: int | None = None
+        for number, text in statements:
+            if start is None and re.search(begin, text, re.IGNORECASE):
+                start = number
+            elif start is not None and re.search(end, text, re.IGNORECASE):
+                found.append((start, number, why))
+                start = None
+        if start is not None:
+            found.append((start, np.iinfo(np.int64).max, why))
+    return found
+
+
+def _text(program: LsProgram, motion: int) -> str:
+    return " ".join(program.text(program.motions.span[motion]).split())

@@ -1,0 +1,175 @@
+"""What a program is: its motions, frames and positions, how long it runs, how near it comes to limits, what is unsafe.
+
+Motions are taken as listed: jumps, calls and loops are not followed. Lengths and times need both ends in the file and
+their frames known.
+"""
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.units import DEG, MM
+from compgen.fanuc.analysis.poses import CONFIG, NONE, Poses, read_poses
+from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
+from compgen.fanuc.analysis.traversal import RATES, TIMES, arc_lengths, rows_of, speeds_said
+from compgen.fanuc.frames import Frames
+from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.robot.robot import Robot
+
+_HALF = 32  # bits: two numbers in one
+LONGEST_S = 1e9  # a time above is a slip of the pen, not a duration
+
+
+def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
+    """Everything ``compgen inspect`` says, in plain types.
+
+    Args:
+        program: Any program.
+        robot: For limits and singularities.
+        frames: What UFRAME and UTOOL numbers mean.
+    """
+    m, p = program.motions, program.positions
+    active = np.flatnonzero(~m.disabled)
+    via, goal = _targets(program, active)
+    targets = np.concatenate([via, goal])
+    used, uses = _distinct(targets[targets >= 0])
+    defined, _ = _distinct(p.number)
+    poses = read_poses(program, robot, frames)
+    length, duration, untimed = _travel(program, poses, active, via, goal)
+    first = p.group <= 1
+    pairs, pair_counts = _distinct((p.uframe[first] + 1 << _HALF) + p.utool[first] + 1)  # F is -1
+    beyond = np.flatnonzero(poses.margin < 0)
+    number = p.number[poses.row]
+    unsafe = [*unsafe_statements(program), *_unknown_frames(program, frames), *_out_of_reach(program, poses, robot)]
+    return {
+        "name": program.name,
+        "subtype": program.subtype,
+        "comment": dict(program.attributes).get("COMMENT", "").strip('"'),
+        "robot": robot.name,
+        "bytes": len(program.data),
+        "motions": dict(Counter(map(m.letter.__getitem__, active.tolist()))),
+        "disabled_motions": int(m.disabled.sum()),
+        "frames": [
+            {"uframe": (pair >> _HALF) - 1, "utool": (pair & (1 << _HALF) - 1) - 1, "positions": n}
+            for pair, n in zip(pairs.tolist(), pair_counts.tolist())
+        ],
+        "positions": {
+            "defined": len(defined),
+            "used": int(np.isin(defined, used).sum()),
+            "unused": defined[~np.isin(defined, used)].tolist(),
+            "shared": used[uses > 1].tolist(),
+            "undefined": used[~np.isin(used, defined)].tolist(),
+            "joint_form": int(poses.joint_form.sum()),
+        },
+        "path_length_mm": length / MM,
+        "duration_s": duration,
+        "motions_without_time": untimed,
+        "postures": _postures(program, first),
+        "limits": _limits(poses, number, robot),
+        "out_of_reach": number[beyond].tolist(),
+        "unsafe": [
+            {"line": u.line, "text": u.text, "reason": u.reason}
+            for u in sorted(unsafe, key=lambda u: (u.line, u.reason))
+        ],
+    }
+
+
+def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
+    """The different numbers in rising order, and how often each occurs."""
+    ordered = np.sort(numbers)
+    begins = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)])
+    return ordered[begins], np.diff(np.append(begins, len(ordered)))
+
+
+def _targets(program: LsProgram, active: IntArray) -> tuple[IntArray, IntArray]:
+    """P numbers of the via point and of the end of each motion; NO_NUMBER where there is none in the file."""
+    numbers = list(map(program.motions.position.__getitem__, active.tolist()))
+    goal = np.array([n[-1] if n else NO_NUMBER for n in numbers], dtype=np.int64)
+    return np.array([n[0] if len(n) > 1 else NO_NUMBER for n in numbers], dtype=np.int64), goal
+
+
+def _postures(program: LsProgram, first: BoolArray) -> dict[str, int]:
+    """How many positions have which letters."""
+    p = program.positions
+    said = Counter(map(p.config.__getitem__, np.flatnonzero(first).tolist()))
+    found: Counter[str] = Counter()
+    for config, count in said.items():
+        if config is not None:
+            match = CONFIG.match(config)
+            found[" ".join(match.groups()[:3]) if match else config] += count
+    return dict(found)
+
+
+def _travel(
+    program: LsProgram, poses: Poses, active: IntArray, via: IntArray, goal: IntArray
+) -> tuple[float, float, int]:
+    """Length of linear and circular motions [m], their time at programmed speeds [s], and motions without a time."""
+    m = program.motions
+    if not len(active):
+        return 0.0, 0.0, 0
+    stands = np.vstack([poses.position, np.full((1, 3), np.nan)])  # the last row: not known
+    stands[:-1][poses.joint_form & (poses.tool == NONE)] = np.nan
+    number = program.positions.number[poses.row]
+    there, between = stands[rows_of(goal, number)], stands[rows_of(via, number)]
+    here = np.vstack([stands[-1:], there[:-1]])
+    letter = np.array(m.letter, dtype="U1")[active]
+    step = np.linalg.norm(there - here, axis=1)
+    arc = np.flatnonzero((letter == "C") & (via != NO_NUMBER))
+    step[arc] = arc_lengths(here[arc], between[arc], there[arc])
+    step[letter == "J"] = np.nan
+    value, unit = (column[active] for column in speeds_said(m.speed))
+    units, which = np.unique(unit, return_inverse=True)
+    rate = np.array([RATES.get(u, np.nan) for u in units.tolist()])[which]
+    seconds = np.array([TIMES.get(u, np.nan) for u in units.tolist()])[which]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        duration = np.where(np.isfinite(seconds), value * seconds, step / (value * rate))
+    timed = duration < LONGEST_S
+    return float(np.nansum(step)), float(duration[timed].sum()), int((~timed).sum())
+
+
+def _unknown_frames(program: LsProgram, frames: Frames) -> list[Unsafe]:
+    """Frames and tools whose value is not known, told at their first position."""
+    p = program.positions
+    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1)
+    found = []
+    for kind, numbers, known in (("uframe", p.uframe, frames.uframe), ("utool", p.utool, frames.utool)):
+        rows = np.flatnonzero(cartesian & (numbers >= 0) & ~np.isin(numbers, list(known)))
+        for number, first, count in zip(*np.unique(numbers[rows], return_index=True, return_counts=True)):
+            i = rows[first]
+            others = f" and {count - 1} more" if count > 1 else ""
+            reason = f"{kind} {number} is not known: give [{kind}.{number}] in a table with --frames"
+            found.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]{others}", reason))
+    return found
+
+
+def _out_of_reach(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
+    p = program.positions
+    found = []
+    for k in np.flatnonzero(poses.margin < 0).tolist():
+        row, lack = poses.row[k], -poses.margin[k] / MM
+        found.append(Unsafe(int(p.line[row]), f"P[{p.number[row]}]", f"out of reach of {robot.name} by {lack:.1f} mm"))
+    return found
+
+
+def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
+    """Closest distance of each joint to its limits, and to the singularities, with the position."""
+    known = np.isfinite(poses.theta).all(axis=1)
+    if not known.any():
+        return {}
+    theta, names = poses.theta[known], number[known]
+    room = np.minimum(theta - robot.lower, robot.upper - theta) / DEG
+    closest = room.argmin(axis=0)
+    wrist = np.abs(theta[:, 4] - robot.pendant_zero[4]) / DEG
+    found: dict[str, Any] = {
+        name: {"room_deg": float(room[i, j]), "position": int(names[i])}
+        for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist()))
+    }
+    found["wrist_singularity"] = {"room_deg": float(wrist.min()), "position": int(names[wrist.argmin()])}
+    margin: Array = poses.margin[known]
+    if np.isfinite(margin).any():
+        i = int(np.nanargmin(margin))
+        found["reach"] = {"room_mm": float(margin[i] / MM), "position": int(names[i])}
+    return found

@@ -1,0 +1,136 @@
+"""Which statements of a program make an off-line correction unsafe, and why, line by line.
+
+The correction is computed for the place, frame and tool that the file names. Whatever moves them at run time, or names
+a place that the file does not hold, is passed through untouched and said.
+"""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.fanuc.analysis.poses import CONFIG
+from compgen.fanuc.analysis.traversal import other_statements
+from compgen.fanuc.listing.lines import line_of
+from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+
+#: option word -> why a motion with it cannot be corrected off-line
+_OPTIONS = {
+    "INC": "INC moves relative to where it starts: a shift of both ends is wrong",
+    "TOOL_OFFSET": "Tool_Offset is added at run time: the nominal place is not where it works",
+    "OFFSET": "Offset is added at run time: the nominal place is not where it works",
+    "VOFFSET": "VOFFSET is added at run time: the nominal place is not where it works",
+    "RTCP": "RTCP: the frame is moved by another group",
+    "COORD": "COORD: the frame is moved by another group",
+    "SKIP": "Skip may end the motion anywhere",
+    "WEAVE": "weaving changes the executed path",
+    "TRACK": "tracking changes the executed path",
+}
+#: text in any other statement -> why
+_STATEMENTS = {
+    r"\bOFFSET CONDITION\b": "OFFSET CONDITION adds an offset at run time to what follows",
+    r"\bTOOL_OFFSET CONDITION\b": "TOOL_OFFSET CONDITION adds an offset at run time to what follows",
+    r"\bUFRAME\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
+    r"\bUTOOL\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
+    r"\bLINE_TRACK\b|\bSTOP_TRACKING\b": "line tracking changes the executed path",
+    r"\bWeave\b": "weaving changes the executed path",
+    r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)": "sensing changes the executed path",
+    r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=": "a position is written at run time, not the file's",
+}
+_APPL = {
+    "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",
+    "LINE_TRACK_SCHEDULE": "line tracking changes the executed path",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Unsafe:
+    """A statement that is not corrected, or that casts doubt on the correction of others."""
+
+    line: int
+    text: str
+    reason: str
+
+
+def unsafe_statements(program: LsProgram) -> tuple[Unsafe, ...]:
+    """All of them, in order of line."""
+    found = [*_motions(program), *_positions(program), *_others(program), *_headers(program)]
+    return tuple(sorted(set(found), key=lambda u: (u.line, u.reason)))
+
+
+def _motions(program: LsProgram) -> list[Unsafe]:
+    m = program.motions
+    defined = set(program.positions.number.tolist())
+    why = {options: _of_options(options) for options in set(m.options)}
+    doubtful = [
+        i
+        for i, (numbers, options, speed, off) in enumerate(zip(m.position, m.options, m.speed, m.disabled.tolist()))
+        if not (off or (numbers and speed and not why[options] and defined.issuperset(numbers)))
+    ]
+    found = []
+    for i in doubtful:
+        reasons = []
+        for target, number in zip(m.target[i], m.position[i]):
+            if number == NO_NUMBER:
+                reasons.append(f"{target}: its value is not in the file")
+            elif number not in defined:
+                reasons.append(f"{target} is used but not defined")
+        if not m.target[i]:
+            reasons.append("its target is not understood")
+        reasons += why[m.options[i]]
+        if not m.speed[i]:
+            reasons.append("its speed is not understood")
+        text = " ".join(program.text(m.span[i]).split())
+        found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
+    return found
+
+
+def _of_options(options: str) -> list[str]:
+    words = options.upper()
+    return [why for word, why in _OPTIONS.items() if re.search(rf"(?<![A-Z_]){word}\b", words)] if words else []
+
+
+def _positions(program: LsProgram) -> list[Unsafe]:
+    p = program.positions
+    given = p.span[:, :, 1] > 0
+    untaught = ~given.any(axis=1) | (given & np.isnan(p.value)).any(axis=1)
+    cartesian = given[:, :6].any(axis=1)
+    open_frame = (p.uframe == NO_NUMBER) | (p.utool == NO_NUMBER)
+    told = {config: config is not None and bool(CONFIG.match(config)) for config in set(p.config)}
+    posture = np.array([told[config] for config in p.config], dtype=bool)
+    found = []
+    for rows, reason in (
+        (untaught, "it is not taught (****)"),
+        (cartesian & open_frame, "UF : F or UT : F takes the frame that is active at run time"),
+    ):
+        found += [Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason) for i in np.flatnonzero(rows & (p.group <= 1))]
+    for i in np.flatnonzero(cartesian & ~posture & (p.group <= 1)):
+        reason = f"CONFIG '{p.config[i] or ''}' does not name a posture of this arm"
+        found.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
+    return found
+
+
+def _others(program: LsProgram) -> list[Unsafe]:
+    """Statements that are neither motion nor remark."""
+    found = []
+    for number, text in other_statements(program):
+        short = " ".join(text.rstrip("; ").split())[:60]
+        found += [Unsafe(number, short, why) for form, why in _STATEMENTS.items() if re.search(form, text)]
+    return found
+
+
+def _headers(program: LsProgram) -> list[Unsafe]:
+    found = []
+    head = program.data[: program.data.find(b"/MN")].decode("latin-1")
+    for word, why in _APPL.items():
+        if (at := head.find(word)) >= 0:
+            found.append(Unsafe(line_of(program.data, at), " ".join(word.split()), why))
+    mask = dict(program.attributes).get("DEFAULT_GROUP", "1")
+    if len(program.motions.line) and "1" not in mask:
+        found.append(
+            Unsafe(
+                line_of(program.data, max(head.find("DEFAULT_GROUP"), 0)), f"DEFAULT_GROUP = {mask}", "no motion group"
+            )
+        )
+    return found

@@ -1,0 +1,73 @@
+"""Where a program that exists goes: its stations, places on the straight ways between them, the joints there."""
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.rotations import between
+from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.analysis.traversal import Drive
+from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_of, nearest_turns, solve
+from compgen.robot.robot import Robot
+
+
+def samples(poses: Poses, drive: Drive, inside: Array) -> tuple[IntArray, Array]:
+    """Stations and fractions of the straight ways to them, in order of time."""
+    known, lines = _known(poses, drive), straight(poses, drive)
+    station = np.concatenate([np.flatnonzero(known), *(np.flatnonzero(lines) for _ in inside)])
+    fraction = np.concatenate([np.ones(int(known.sum())), *(np.full(int(lines.sum()), f) for f in inside)])
+    order = np.lexsort((fraction, station))
+    return station[order], fraction[order]
+
+
+def straight(poses: Poses, drive: Drive) -> BoolArray:
+    """Stations reached by a straight line whose both ends are known, with one tool and one posture, (S,)."""
+    found, known = drive.line.copy(), _known(poses, drive)
+    if not known.any():
+        return known
+    tool, posture = poses.tool[drive.pose], poses.posture[drive.pose]
+    found &= known
+    found[1:] &= known[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
+    found[:1] = False
+    return np.asarray(found)
+
+
+def _known(poses: Poses, drive: Drive) -> BoolArray:
+    """Stations whose joints can be told, (S,)."""
+    known = drive.pose != NONE
+    known[known] = np.isfinite(poses.theta[drive.pose[known]]).all(axis=1)
+    return np.asarray(known)
+
+
+def on_the_way(poses: Poses, drive: Drive, station: IntArray, fraction: Array) -> tuple[Array, Array]:
+    """Poses that a program means at fractions of the straight ways to stations, (M, 3) [m] and (M, 3, 3)."""
+    there = drive.pose[station]
+    here = np.where(fraction < 1, drive.pose[np.maximum(station - 1, 0)], there)
+    step = poses.position[there] - poses.position[here]
+    position = poses.position[there] - (1 - fraction)[:, None] * step
+    rotation = poses.rotation[there].copy()
+    way = np.flatnonzero(fraction < 1)
+    rotation[way] = between(poses.rotation[here[way]], poses.rotation[there[way]], fraction[way])
+    return position, rotation
+
+
+def commanded(
+    robot: Robot,
+    poses: Poses,
+    drive: Drive,
+    station: IntArray,
+    fraction: Array,
+    position: Array,
+    rotation: Array,
+) -> tuple[Array, tuple[Array, Array]]:
+    """Joints (M, 6) [rad] that the controller commands at poses on the way, and the flange there."""
+    pose = drive.pose[station]
+    theta = poses.theta[pose].copy()
+    flange = np.empty((len(station), 3)), np.empty((len(station), 3, 3))
+    kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
+    for tool, posture in np.unique(kinds, axis=0).tolist():
+        rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
+        flange[0][rows], flange[1][rows] = flange_of(position[rows], rotation[rows], *poses.tool_of(tool))
+        way = rows[fraction[rows] < 1]
+        solved, _ = solve(robot, flange[0][way], flange[1][way], ALL_POSTURES[posture])
+        theta[way] = nearest_turns(solved, theta[way])
+    return theta, flange

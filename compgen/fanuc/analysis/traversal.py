@@ -1,0 +1,178 @@
+r"""What the robot does with any program, in the order listed: where it goes, and how long each way takes.
+
+Jumps, calls and loops are not followed. A way of length l at a speed v takes l / v, and each stop at one of its ends
+half a ramp more, T(v) = v / a + a / j with what the joints allow along the way; no joint outruns its speed, as where
+the tool turns on the spot. A joint motion at p percent takes the longest of its joints' turns over p percent of their
+speeds; a motion in seconds takes those. WAIT in seconds pauses.
+"""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, dot
+from compgen.core.rotations import vector_of
+from compgen.core.units import DEG, INCH, MINUTE, MM
+from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.listing.lines import end_of_line
+from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.robot.robot import Robot
+
+RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses
+ASSUMED = {"J": 0.25, "L": 0.1}  # share of joint speed, m/s: where a program leaves the speed to run time
+RATES = {"mm/sec": MM, "cm/min": 10 * MM / MINUTE, "inch/min": INCH / MINUTE}
+TIMES = {"sec": 1.0, "msec": 1e-3}
+_SPEED = re.compile(r"(\d*\.?\d+)\s*(\S+)$")
+_WAIT = re.compile(r"WAIT\s+(\d*\.?\d+)\s*\(?\s*sec\s*\)?", re.IGNORECASE)
+_FLOW = re.compile(r"(?:IF|JMP|FOR|ENDFOR|SELECT|CALL|RUN|LBL|WHEN|ELSE|ENDIF|SKIP CONDITION|MONITOR)\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Drive:
+    """S stations: the targets of all motions that are not disabled, the via point of a C before its end point."""
+
+    motion: IntArray  # (S,) in the program's table of motions
+    pose: IntArray  # (S,) row of ``Poses``, NONE when the target is not in the file
+    joint: BoolArray  # (S,) reached by a joint motion
+    line: BoolArray  # (S,) reached by a straight line
+    via: BoolArray  # (S,) on the way of a C
+    stop: BoolArray  # (S,) the robot stops there
+    length: Array  # (S,) [m] of the way there, NaN when an end is not known
+    duration: Array  # (S,) [s] of the way there
+    pause: Array  # (S,) [s] waited before leaving for it
+    untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
+    flow: tuple[int, ...]  # lines of statements that may change the order
+
+
+def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
+    """Stations and times of a program."""
+    m = program.motions
+    active = np.flatnonzero(~m.disabled).tolist()
+    motion = np.array([i for i in active for _ in m.position[i]], dtype=np.int64)
+    number = np.array([n for i in active for n in m.position[i]], dtype=np.int64)
+    last = np.append(motion[1:] != motion[:-1], True) if len(motion) else np.zeros(0, dtype=bool)
+    pose = rows_of(number, program.positions.number[poses.row])
+    letter = np.array(m.letter, dtype="U1")[motion]
+    final = np.array([t.upper().replace(" ", "") for t in m.termination], dtype="U8")[motion]
+    stop = last & ((final == "FINE") | (final == "CNT0") | (final == ""))
+
+    known = np.append(pose, NONE)[np.arange(len(pose))] != NONE
+    position = (
+        np.where(known[:, None], poses.position[pose], np.nan) if len(poses.row) else np.full((len(pose), 3), np.nan)
+    )
+    theta = np.where(known[:, None], poses.theta[pose], np.nan) if len(poses.row) else np.full((len(pose), 6), np.nan)
+    length = _lengths(position, letter == "C", last)
+    turn = np.abs(np.diff(theta, axis=0, prepend=np.full((1, 6), np.nan)))
+    value, unit = (column[motion] for column in speeds_said(m.speed))
+    percent = unit == "%"
+    rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
+    seconds = np.array([TIMES.get(u, np.nan) for u in unit.tolist()])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        speed = np.where(np.isfinite(rate), value * rate, ASSUMED["L"])
+        share = np.where(percent, value / 100, ASSUMED["J"])
+        fastest = (turn / robot.speed).max(axis=1)
+        by_joint = fastest / share
+        ride = np.fmax(length / speed, fastest)
+        spin = np.fmax(_angles(poses, pose) / (value * DEG), fastest)
+        duration = np.where(letter == "J", by_joint, np.where(unit == "deg/sec", spin, ride))
+        gear = turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
+        ramp = (gear / (RAMP * robot.acceleration)).max(axis=1) + (robot.acceleration / robot.jerk).max()
+    begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
+    duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
+    duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
+    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == "deg/sec"))
+    loose[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
+    pause, flow = _others(program, m.line[motion])
+    return Drive(
+        motion=motion,
+        pose=pose,
+        joint=letter == "J",
+        line=letter == "L",
+        via=~last,
+        stop=stop,
+        length=length,
+        duration=np.nan_to_num(duration, nan=0.0, posinf=0.0),
+        pause=pause,
+        untimed=tuple(dict.fromkeys(m.line[motion[loose]].tolist())),
+        flow=flow,
+    )
+
+
+def other_statements(program: LsProgram) -> list[tuple[int, str]]:
+    """Line and text of each statement that is neither motion nor remark, instruction comments left out."""
+    other = np.flatnonzero(~np.isin(program.statements, program.motions.line))
+    found = []
+    for line, at in zip(program.statements[other].tolist(), program.place[other].tolist()):
+        text = program.data[at : end_of_line(program.data, at)].decode("latin-1").partition(":")[2].strip()
+        if not text.startswith(("!", "//", "--")):
+            found.append((line, text))
+    return found
+
+
+def rows_of(number: IntArray, defined: IntArray) -> IntArray:
+    """Row that holds each number; NONE for numbers that are not there."""
+    if not len(defined):
+        return np.full(len(number), NONE)
+    order = np.argsort(defined, kind="stable")
+    at = np.minimum(np.searchsorted(defined[order], number), len(defined) - 1)
+    found = order[at]
+    return np.where((defined[found] == number) & (number != NO_NUMBER), found, NONE)
+
+
+def _lengths(position: Array, circular: BoolArray, last: BoolArray) -> Array:
+    """Length of the way to each station, (S,) [m]; the two ways of a C share its arc."""
+    before = np.vstack([np.full((1, 3), np.nan), position[:-1]])
+    length = np.linalg.norm(position - before, axis=1)
+    via = np.flatnonzero(circular & ~last)
+    via = via[via + 1 < len(position)]
+    length[via] = length[via + 1] = arc_lengths(before[via], position[via], position[via + 1]) / 2
+    return np.asarray(length)
+
+
+def arc_lengths(a: Array, b: Array, c: Array) -> Array:
+    """Length of the circle arcs from a through b to c, (N,) [m]; the straight way where they are in line."""
+    u, v = b - a, c - a
+    normal = np.cross(u, v)
+    size = dot(normal, normal)
+    in_line = ~(size > 1e-18)
+    safe = np.where(in_line, 1.0, size)[:, None]
+    centre = a + (dot(v, v)[:, None] * np.cross(normal, u) + dot(u, u)[:, None] * np.cross(v, normal)) / (2 * safe)
+    start, end = a - centre, c - centre
+    angle = np.arctan2(dot(normal, np.cross(start, end)) / np.sqrt(safe[:, 0]), dot(start, end)) % (2 * np.pi)
+    straight = np.linalg.norm(u, axis=1) + np.linalg.norm(c - b, axis=1)
+    return np.asarray(np.where(in_line, straight, np.linalg.norm(start, axis=1) * angle))
+
+
+def _angles(poses: Poses, pose: IntArray) -> Array:
+    """Turn of the tool on the way to each station, (S,) [rad]."""
+    if not len(poses.row) or not len(pose):
+        return np.full(len(pose), np.nan)
+    here, there = pose[1:], pose[:-1]
+    turn = vector_of(np.swapaxes(poses.rotation[there], 1, 2) @ poses.rotation[here])
+    known = (here != NONE) & (there != NONE)
+    return np.concatenate([[np.nan], np.where(known, np.linalg.norm(turn, axis=1), np.nan)])
+
+
+def speeds_said(texts: tuple[str, ...]) -> tuple[Array, np.ndarray]:
+    """Number and unit of each speed; NaN and "" where run time decides."""
+    seen: dict[str, tuple[float, str]] = {}
+    for text in set(texts):
+        found = _SPEED.match(text)
+        seen[text] = (float(found[1]), found[2].lower()) if found else (np.nan, "")
+    pairs = list(map(seen.__getitem__, texts))
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs], dtype="U8")
+
+
+def _others(program: LsProgram, line: IntArray) -> tuple[Array, tuple[int, ...]]:
+    """Pause before each station (S,) [s], and lines of statements that may change the order."""
+    pause, flow = np.zeros(len(line)), []
+    for number, text in other_statements(program):
+        if _FLOW.match(text):
+            flow.append(number)
+        elif wait := _WAIT.match(text):
+            k = int(np.searchsorted(line, number))
+            if k < len(pause):
+                pause[k] += float(wait[1])
+    return pause, tuple(flow)

@@ -1,0 +1,1 @@
+"""compgen's own programs, both ways: meaning to text and text to meaning."""

@@ -1,0 +1,70 @@
+"""The rows of a canonical program: one line of text for each motion, one block for each position.
+
+What one text says is a function of few columns, so the same function writes it and, from what was read, proves it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import IntArray
+from compgen.fanuc.canonical.digits import WHOLE, Column, chosen, counted, fixed, places_of, table
+
+PAD = 4  # characters of a line number, at least
+_BEFORE = (b"X = ", b"  mm,\tY = ", b"  mm,\tZ = ", b"  mm,\r\n\tW = ", b" deg,\tP = ", b" deg,\tR = ")
+_OPEN, _LINEAR, _TO = b"P[", b":L P[", b"] "
+_CLOSE, _DONE = b"',\r\n\t", b" deg\r\n};\r\n"
+MARK = b"}"  # stands once in a position, this far before its end:
+MARK_BACK = len(_DONE) - _DONE.index(MARK)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What all positions of a program share."""
+
+    uframe: int
+    utool: int
+    decimals: int
+
+    @property
+    def head(self) -> bytes:
+        """The text between a position's number and its CONFIG."""
+        return f"]{{\r\n   GP1:\r\n\tUF : {self.uframe}, UT : {self.utool},\t\tCONFIG : '".encode("ascii")
+
+    @property
+    def places(self) -> list[int]:
+        """Where the six numbers begin behind CONFIG."""
+        width = WHOLE + 1 + self.decimals
+        ends = np.cumsum([len(text) + width for text in _BEFORE])
+        return [len(_CLOSE) + int(end) - width for end in ends]
+
+    @property
+    def tail(self) -> int:
+        """Length of a position behind its CONFIG."""
+        return self.places[-1] + WHOLE + 1 + self.decimals + len(_DONE)
+
+
+def motions(line: int, first: int, last: int, tails: list[bytes], which: IntArray) -> bytes | memoryview:
+    """The lines from ``line`` on of linear motions to positions first to before last, each with its tail."""
+    rows = last - first
+    return table(rows, [counted(line, line + rows, PAD), _LINEAR, counted(first, last), _TO, chosen(tails, which)])
+
+
+def motion_tail(line: int, first: int, last: int) -> IntArray:
+    """Where the tail begins in each of these lines, (last - first,)."""
+    number = np.maximum(places_of(line, line + last - first), PAD)
+    return number + places_of(first, last) + len(_LINEAR + _TO)
+
+
+def positions(frame: Frame, first: int, units: IntArray, configs: list[bytes], which: IntArray) -> bytes | memoryview:
+    """The blocks of positions from number ``first`` on, from units of the last digit, (6, N), and their CONFIGs."""
+    rows = units.shape[1]
+    parts: list[bytes | Column] = [_OPEN, counted(first, first + rows), frame.head, chosen(configs, which), _CLOSE]
+    for before, number in zip(_BEFORE, fixed(units, frame.decimals)):
+        parts += [before, number]
+    return table(rows, [*parts, _DONE])
+
+
+def position_config(frame: Frame, first: int, last: int) -> IntArray:
+    """Where CONFIG begins in each of these blocks, (last - first,)."""
+    return places_of(first, last) + len(_OPEN + frame.head)

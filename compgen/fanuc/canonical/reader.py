@@ -1,0 +1,235 @@
+"""Text to meaning, for programs of the form that ``write`` gives; anything else is refused with its line."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen
+from compgen.core.evaluation import share_out
+from compgen.core.exceptions import InputError
+from compgen.core.rotations import from_wpr
+from compgen.core.units import DEG, MM
+from compgen.fanuc.canonical.digits import BLOCK, DECIMALS, MOST_DECIMALS, fits, read_fixed
+from compgen.fanuc.canonical.layout import MARK, MARK_BACK, Frame, motion_tail, motions, position_config, positions
+from compgen.fanuc.canonical.writer import fill_poses, letters, speed_said
+from compgen.fanuc.listing.byte_tables import mixed, told_apart, windows, word
+from compgen.fanuc.program import Program
+from compgen.robot.inverse_kinematics import ALL_POSTURES
+
+_STATEMENT = re.compile(r"\s*\d*:\s*(.*?)\s*;\s*$")
+_MOTION = re.compile(r"([JL]) P\[(\d+)\] (\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)$")
+_FRAME = re.compile(r"(UFRAME|UTOOL)_NUM=(\d+)$")
+_NUMBER = r"\s*=\s*(-?\d*\.\d+)\s*"
+_POSITION = re.compile(
+    r"P\[(\d+)\]\{\s*GP1:\s*UF : (\d+), UT : (\d+),\s*CONFIG : '([FN]) ([UD]) ([TB]), (-?\d+), (-?\d+), (-?\d+)',"
+    rf"\s*X{_NUMBER}mm,\s*Y{_NUMBER}mm,\s*Z{_NUMBER}mm,\s*W{_NUMBER}deg,\s*P{_NUMBER}deg,\s*R{_NUMBER}deg\s*\}};\s*"
+)
+
+
+def interpret(data: bytes) -> Program:
+    """The program that a text means.
+
+    Canonical text is read by columns, and believed only where writing what was read gives the same bytes.
+
+    Raises:
+        InputError: The text is not a program of this form; names the line.
+    """
+    quick = _by_columns(data)
+    if quick is not None:
+        return quick
+    text = data.decode("latin-1").replace("\r\n", "\n")
+    sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)
+    if len(sections) < 7 or sections[1::2][:3] != ["MN", "POS", "END"] or not text.startswith("/PROG"):
+        raise InputError("program: sections /PROG, /MN, /POS and /END are not all there; is this a complete .LS file?")
+    head, moves, places = sections[0], sections[2], sections[4]
+    name = re.match(r"/PROG\s+(\S+)", head)
+    comment = re.search(r'^COMMENT\s*= "(.*)";', head, re.MULTILINE)
+    date = re.search(r"^CREATE\s*= DATE (\S+)", head, re.MULTILINE)
+
+    remarks, frames, motions = [], {"UFRAME": 0, "UTOOL": 0}, []
+    first = head.count("\n") + 2
+    for number, line in enumerate(moves.splitlines(), first):
+        statement = _STATEMENT.match(line)
+        body = statement.group(1) if statement else ""
+        if body.startswith("!"):
+            remarks.append(body[1:].rstrip())
+        elif (motion := _MOTION.match(body)) and (motion.group(1) == "J") == (motion.group(4) == "%"):
+            motions.append((number, *motion.groups()))
+        elif frame := _FRAME.match(body):
+            frames[frame.group(1)] = int(frame.group(2))
+        else:
+            raise InputError(f"program: line {number}: '{line.strip()}' is not a statement this reader knows")
+
+    rows, end = [], 0
+    for match in _POSITION.finditer(places):
+        if match.start() != end:
+            break
+        rows.append(match.groups())
+        end = match.end()
+    if end != len(places):
+        number = first + moves.count("\n") + 1 + places[:end].count("\n")
+        raise InputError(f"program: line {number}: not a position this reader knows")
+    order = list(range(1, len(rows) + 1))
+    if [int(m[2]) for m in motions] != order or [int(r[0]) for r in rows] != order:
+        raise InputError("program: positions are not driven once each in order P[1], P[2], ...")
+    if not motions or motions[0][1] != "J" or any(m[1] != "L" for m in motions[1:]):
+        raise InputError("program: it does not start with one J motion followed by L motions")
+    if {r[1:3] for r in rows} != {(str(frames["UFRAME"]), str(frames["UTOOL"]))} or len({r[3:6] for r in rows}) != 1:
+        raise InputError("program: positions differ in frame, tool or CONFIG letters")
+
+    numbers = np.array([r[9:15] for r in rows], dtype=float)
+    posture = next(p for p in ALL_POSTURES if letters(p).split() == list(rows[0][3:6]))
+    return Program(
+        name=name.group(1) if name else "",
+        comment=comment.group(1) if comment else "",
+        date=date.group(1) if date else "",
+        remarks=tuple(remarks),
+        uframe=frames["UFRAME"],
+        utool=frames["UTOOL"],
+        position=numbers[:, :3] * MM,
+        rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
+        posture=posture,
+        turns=np.array([r[6:9] for r in rows], dtype=np.int64),
+        speed=np.array([speed_said(f"{m[3]}{m[4]}") for m in motions[1:]]),
+        fine=np.array([m[5] == "FINE" for m in motions]),
+        decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
+    )
+
+
+def _by_columns(data: bytes) -> Program | None:
+    """What canonical text means, a block of rows at a time, or None.
+
+    A guess at where the numbers stand is enough: what is read counts only when the rows written from it are, byte for
+    byte, those that were read.
+    """
+    moves, places, end = data.find(b"/MN\r\n"), data.find(b"\n/POS\r\n") + 1, len(data) - len(b"/END\r\n")
+    linear = _FIRST.search(data, moves, places) if 0 <= moves < places else None
+    if linear is None or not data.startswith(b"/END\r\n", end):
+        return None
+    # the head and the first position, read the careful way, say what all rows share
+    block = data.find(b"};\r\n", places) + 4
+    try:
+        small = interpret(data[: linear.start()] + data[places:block] + b"/END\r\n")
+        lines = _row_ends(data, linear.start(), places, b"\n", 1)
+        blocks = _row_ends(data, places + len(b"/POS\r\n"), end, MARK, MARK_BACK)
+        if len(lines) + 1 != len(blocks):
+            return None
+        speed, fine = _motions(data, int(linear.group(1)), lines)
+        position, rotation, turns = _positions(data, small, blocks)
+    except InputError:
+        return None
+    return replace(
+        small,
+        position=frozen(position),
+        rotation=frozen(rotation),
+        turns=frozen(turns),
+        speed=frozen(speed),
+        fine=np.concatenate([small.fine, fine]),
+    )
+
+
+_FIRST = re.compile(rb"^ *(\d{1,8}):L P\[2\] ", re.MULTILINE)
+_TAIL = re.compile(rb"(\d+(?:\.\d+)?(?:mm/sec|cm/min|inch/min)) (FINE|CNT100)    ;\r\n")
+_CONFIG = re.compile(rb"([FN] [UD] [TB]), (-?\d{1,9}), (-?\d{1,9}), (-?\d{1,9})")
+_LONGEST = 48
+_CHUNK = 1 << 16  # bytes
+_AHEAD = 32  # rows of one length that are guessed at first
+
+
+def _motions(data: bytes, line: int, edge: IntArray) -> tuple[Array, BoolArray]:
+    """Speeds [m/s] and stops of linear motions to P[2] and so on; row k is from edge k to the next."""
+    speed, fine = np.empty(len(edge) - 1), np.empty(len(edge) - 1, dtype=bool)
+
+    def part(start: int, stop: int) -> None:
+        for at in range(start, stop, BLOCK):
+            here = slice(at, min(at + BLOCK, stop))
+            first, last = here.start + 2, here.stop + 2
+            begin = edge[here] + motion_tail(line + at, first, last)
+            tails, which = _texts(data, begin, edge[at + 1 : here.stop + 1])
+            _same(data, int(edge[at]), motions(line + at, first, last, tails, which))
+            said = [_fit(_TAIL, tail) for tail in tails]
+            speed[here] = np.array([speed_said(number.decode()) for number, _ in said])[which]
+            fine[here] = np.array([end == b"FINE" for _, end in said])[which]
+
+    share_out(len(speed), part)
+    return speed, fine
+
+
+def _positions(data: bytes, small: Program, edge: IntArray) -> tuple[Array, Array, IntArray]:
+    """Positions (N, 3) [m], rotations (N, 3, 3) and turns (N, 3); row k is from edge k to the next."""
+    N, frame = len(edge) - 1, Frame(small.uframe, small.utool, small.decimals)
+    position, rotation, turns = np.empty((N, 3)), np.empty((N, 3, 3)), np.empty((N, 3), dtype=np.int64)
+    posture = letters(small.posture).encode()
+
+    def part(start: int, stop: int) -> None:
+        for at in range(start, stop, BLOCK):
+            here = slice(at, min(at + BLOCK, stop))
+            begin = edge[here] + position_config(frame, at + 1, here.stop + 1)
+            behind = edge[at + 1 : here.stop + 1] - frame.tail
+            configs, which = _texts(data, begin, behind)
+            units = read_fixed(windows(data, behind, frame.tail), frame.places, frame.decimals)
+            if not fits(units, frame.decimals):
+                raise InputError("number")
+            _same(data, int(edge[at]), positions(frame, at + 1, units, configs, which))
+            said = [_fit(_CONFIG, config) for config in configs]
+            if any(own != posture for own, *_ in said):
+                raise InputError("CONFIG")
+            turns[here] = np.array([[int(n) for n in digits] for _, *digits in said])[which]
+            fill_poses(units, frame.decimals, position[here], rotation[here])
+
+    share_out(N, part)
+    return position, rotation, turns
+
+
+def _fit(form: re.Pattern[bytes], text: bytes) -> tuple[bytes, ...]:
+    """What fills a form."""
+    found = form.fullmatch(text)
+    if found is None:
+        raise InputError(text.decode("latin-1"))
+    return found.groups()
+
+
+def _same(data: bytes, at: int, text: bytes | memoryview) -> None:
+    """Raises InputError unless a text stands at a place."""
+    if not data.startswith(text, at):
+        raise InputError(f"byte {at}")
+
+
+def _row_ends(data: bytes, start: int, end: int, mark: bytes, back: int) -> IntArray:
+    """The start, and where each row ends: so far behind its mark. Rows mostly are as long as the one before.
+
+    Raises:
+        InputError: The last does not end at the end.
+    """
+    view = np.frombuffer(data, dtype=np.uint8)
+    edges = [np.array([start])]
+    at, width, ahead = start, 0, _AHEAD
+    while at < end:
+        rows = min(ahead, (end - at) // width) if width else 0
+        if rows and (view[at + width - back : at + rows * width : width] == mark[0]).all():
+            ends = at + width * np.arange(1, rows + 1)
+            ahead *= 2
+        else:
+            ahead = _AHEAD
+            ends = np.flatnonzero(view[at : min(at + _CHUNK, end)] == mark[0]) + at + back
+            width = int(ends[-1] - (ends[-2] if len(ends) > 1 else at)) if len(ends) else 0
+        if width == 0:
+            break
+        edges.append(ends)
+        at = int(ends[-1])
+    if at != end:
+        raise InputError(f"byte {at}")
+    return np.concatenate(edges)
+
+
+def _texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
+    """The different texts between places and which row has which, by length, first 16 and last 8 characters."""
+    length = end - start
+    if length.min() < 8 or length.max() > _LONGEST:
+        raise InputError("text")
+    words = [
+        word(windows(data, place, 8), 0, np.uint64).copy() for place in (start, np.minimum(start + 8, end - 8), end - 8)
+    ]
+    rows, which = told_apart(mixed([*words, length.view(np.uint64)]))
+    return [data[a:b] for a, b in zip(start[rows].tolist(), end[rows].tolist())], which

@@ -1,0 +1,1 @@
+"""Changes of an existing program: numbers, inserted points, shared positions, the watermark."""

@@ -1,0 +1,144 @@
+"""New positions in a program that means the same: points put into long straight lines, shared positions parted."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.core.exceptions import InputError
+from compgen.core.units import MM
+from compgen.fanuc.analysis.poses import Poses, read_poses
+from compgen.fanuc.analysis.stations import on_the_way
+from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.editing.numbers import Edits, number_edits
+from compgen.fanuc.frames import Frames
+from compgen.fanuc.listing.listing import LsProgram, edited
+from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_of, nearest_turns, solve
+from compgen.robot.robot import Robot
+
+_ACC = re.compile(r"ACC\s*(?:\d+|R\[[^\]]*\])", re.IGNORECASE)
+_TIMED = re.compile(r"\b(?:DB\s*(\d*\.?\d+)\s*mm|T[AB]\s*(\d*\.?\d+)\s*sec)", re.IGNORECASE)
+
+
+def room_for_points(program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray) -> IntArray:
+    """Pieces that each straight way can be cut into, (S,): 1 where its statement does not allow it.
+
+    Not where a jump may arrive between its ends, not where its speed is the time of the whole line, not where another
+    group moves along; and the last piece keeps the length that its DB, TB or TA reaches back.
+    """
+    m, p = program.motions, program.positions
+    groups = np.bincount(p.number, minlength=int(p.number.max(initial=0)) + 1)
+    flow = np.array(drive.flow, dtype=np.int64)
+    allowed = np.ones(len(pieces), dtype=np.int64)
+    for s in np.flatnonzero(pieces > 1).tolist():
+        i, j = int(drive.motion[s]), int(drive.motion[s - 1])
+        of_line = re.search(r"(?<![/a-z])m?sec$|deg/sec$", m.speed[i], re.IGNORECASE)
+        jumps = bool(((flow > m.line[j]) & (flow < m.line[i])).any())
+        alone = groups[poses.number[drive.pose[s]]] == 1
+        if jumps or not alone or of_line or poses.joint_form[drive.pose[s]]:
+            continue
+        reach = 0.0
+        for distance, time in _TIMED.findall(m.options[i]):
+            pace = drive.length[s] / max(float(drive.duration[s]), 1e-9)
+            reach = max(reach, float(distance) * MM if distance else float(time) * pace)
+        most = int(drive.length[s] / reach) if reach > 0 else int(pieces[s])
+        allowed[s] = max(1, min(int(pieces[s]), most))
+    return allowed
+
+
+def insert_points(
+    program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray, robot: Robot, frames: Frames
+) -> LsProgram:
+    """The program with each straight way cut into equal pieces; each statement keeps its own end and all its options.
+
+    New points are CNT100 at the speed of their line; new lines carry no number, which a controller gives them.
+    """
+    ways = np.flatnonzero(pieces > 1)
+    if not len(ways):
+        return program
+    station = np.repeat(ways, pieces[ways] - 1)
+    part = np.concatenate([np.arange(1, k) for k in pieces[ways].tolist()])
+    fraction = part / pieces[station]
+    position, rotation = on_the_way(poses, drive, station, fraction)
+    first = int(program.positions.number.max()) + 1
+    numbers = np.arange(first, first + len(station))
+    eol = _line_end(program.data)
+    edits: Edits = {}
+    m = program.motions
+    for s in ways.tolist():
+        i = int(drive.motion[s])
+        start = int(m.span[i, 0])
+        begin = max(program.data.rfind(b"\n", 0, start), program.data.rfind(b"\r", 0, start)) + 1
+        mark = re.sub(rb"\d", b" ", program.data[begin:start])
+        acc = _ACC.search(m.options[i])
+        tail = f"{m.speed[i]} CNT100{f' {acc[0]}' if acc else ''}    ;".encode("latin-1")
+        lines = [mark + b"L P[%d] " % n + tail + eol for n in numbers[station == s].tolist()]
+        edits[begin, begin] = b"".join(lines)
+    copies = [(int(poses.row[drive.pose[s]]), int(n)) for s, n in zip(station, numbers)]
+    _append(program, copies, edits, eol)
+    grown = edited(program, edits)
+    new = read_poses(grown, robot, frames)
+    which = np.flatnonzero(new.number >= first)
+    theta = _joints(robot, poses, drive, station, position, rotation)
+    plain = np.zeros((len(which), 3), dtype=np.int64)
+    edits = number_edits(grown, new, robot, which, position, rotation, theta, plain, plain[:, 0] > 0)
+    return edited(grown, edits)
+
+
+def split_positions(program: LsProgram, poses: Poses, drive: Drive, parts: Sequence[tuple[int, int]]) -> LsProgram:
+    """The program with some stations on positions of their own: (station, new number) each."""
+    edits: Edits = {}
+    owner: dict[int, int] = {}
+    for s, number in parts:
+        owner.setdefault(number, int(poses.row[drive.pose[s]]))
+        place = target_place(program, drive, s)
+        edits[place] = b"%d" % number
+    _append(program, [(row, number) for number, row in owner.items()], edits, _line_end(program.data))
+    return edited(program, edits)
+
+
+def target_place(program: LsProgram, drive: Drive, station: int) -> tuple[int, int]:
+    """Where the number of a station's P[n] stands in the text.
+
+    Raises:
+        InputError: It is not found; names the line.
+    """
+    m = program.motions
+    i = int(drive.motion[station])
+    start, end = m.span[i].tolist()
+    # the via point comes first; the end of a C is its second target
+    order = 0 if drive.via[station] or len(m.position[i]) == 1 else 1
+    found = list(re.finditer(rb"(?<![A-Za-z])P\[\s*(\d+)", program.data[start:end], re.IGNORECASE))
+    if len(found) <= order:
+        raise InputError(f"program {program.name}: line {m.line[i]}: its target cannot be changed; part it by hand")
+    return start + found[order].start(1), start + found[order].end(1)
+
+
+def _append(program: LsProgram, copies: Sequence[tuple[int, int]], edits: Edits, eol: bytes) -> None:
+    """Copies of positions under new numbers, after the last one."""
+    p = program.positions
+    texts = []
+    for row, number in copies:
+        start, end = p.block[row].tolist()
+        texts.append(re.sub(rb"P\[[ \t]*\d+", b"P[%d" % number, program.data[start:end], count=1))
+    last = int(p.block[:, 1].max())
+    edits[last, last] = b"".join(eol + text for text in texts)
+
+
+def _joints(robot: Robot, poses: Poses, drive: Drive, station: IntArray, position: Array, rotation: Array) -> Array:
+    """Joints at places on straight ways, on the posture and near the turns of their ends, (n, 6) [rad]."""
+    pose = drive.pose[station]
+    theta = np.empty((len(station), 6))
+    kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
+    for tool, posture in np.unique(kinds, axis=0).tolist():
+        rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
+        solved, _ = solve(
+            robot, *flange_of(position[rows], rotation[rows], *poses.tool_of(tool)), ALL_POSTURES[posture]
+        )
+        theta[rows] = nearest_turns(solved, poses.theta[pose[rows]])
+    return theta
+
+
+def _line_end(data: bytes) -> bytes:
+    return b"\r\n" if b"\r\n" in data else (b"\n" if b"\n" in data else b"\r")

@@ -1,0 +1,117 @@
+r"""User frames and tools, which a program only numbers: from a TOML table or from a controller's SYSFRAME.VA.
+
+    [uframe.1]                          [*SYSTEM*]$MNUFRAME  Storage: ...  ARRAY[1,9] OF POSITION
+    x_mm = 1200                             [1,1] =
+    ...                                       Group: 1   Config: N D B, 0, 0, 0
+    r_deg = 0                                 X:  1200.000   Y:     0.000   Z:     0.000
+    [utool.1]                                 W:     0.000   P:     0.000   R:     0.000
+
+Frame 0 is World, tool 0 the flange: both are known without a table. An uninitialised entry is not known.
+"""
+
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.rotations import from_wpr
+from compgen.core.units import DEG, MM
+
+Pose = tuple[Array, Array]  # position (3,) [m], rotation (3, 3)
+_KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+_RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
+_ENTRY = re.compile(r"\[1,\s*(\d+)\]\s*=([^\[]*)")
+_COORDINATE = re.compile(r"\b([XYZWPR]):\s*([-+]?\d*\.?\d+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """What a controller's numbers mean."""
+
+    uframe: dict[int, Pose]
+    utool: dict[int, Pose]
+
+
+def known_without_a_table() -> Frames:
+    """World and flange."""
+    still = (np.zeros(3), np.eye(3))
+    return Frames({0: still}, {0: still})
+
+
+def load_frames(path: str) -> Frames:
+    """Frames from a TOML table, or from SYSFRAME.VA by its ending.
+
+    Raises:
+        InputError: Not readable, an unknown key, a number out of range; names file and key.
+    """
+    try:
+        text = Path(path).read_bytes().decode("latin-1")
+    except OSError as failure:
+        raise InputError(
+            f"{path}: cannot be read: {failure.strerror}; give a frames table (.toml or SYSFRAME.VA)"
+        ) from None
+    base = known_without_a_table()
+    found = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
+    return Frames({**base.uframe, **found.uframe}, {**base.utool, **found.utool})
+
+
+def _from_toml(text: str, path: str) -> Frames:
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as failure:
+        raise InputError(f"{path}: not TOML: {failure}") from None
+    for key in data:
+        if key not in ("uframe", "utool"):
+            raise InputError(f"{path}: {key}: unknown key; give [uframe.N] and [utool.N]")
+    return Frames(
+        *(
+            {_index(n, kind, path): _pose(t, f"{kind}.{n}", path) for n, t in data.get(kind, {}).items()}
+            for kind in ("uframe", "utool")
+        )
+    )
+
+
+def _index(text: str, kind: str, path: str) -> int:
+    if not text.isdigit() or int(text) == 0:
+        zero = "World" if kind == "uframe" else "the flange"
+        raise InputError(f"{path}: {kind}.{text}: a frame's number is 1 or more; 0 is {zero}")
+    return int(text)
+
+
+def _pose(table: Any, key: str, path: str) -> Pose:
+    if not isinstance(table, dict):
+        raise InputError(f"{path}: {key}: must be a table with {', '.join(_KEYS)}")
+    if unknown := sorted(set(table) - set(_KEYS)):
+        raise InputError(f"{path}: {key}.{unknown[0]}: unknown key; known: {', '.join(_KEYS)}")
+    values = []
+    for name in _KEYS:
+        value = table.get(name)
+        if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) < 1e5:
+            raise InputError(
+                f"{path}: {key}.{name}: {'missing; add it' if value is None else f'{value!r} is not a length or angle'}"
+            )
+        values.append(float(value))
+    return _transform(values)
+
+
+def _from_backup(text: str, path: str) -> Frames:
+    tables: dict[str, dict[int, Pose]] = {"FRAME": {}, "TOOL": {}}
+    records = _RECORD.findall(text.replace("\r\n", "\n").replace("\n    [", "\n     ["))
+    for kind, body in records:
+        for number, entry in _ENTRY.findall(body):
+            values = {axis: float(v) for axis, v in _COORDINATE.findall(entry)}
+            if set(values) == set("XYZWPR"):
+                tables[kind][int(number)] = _transform([values[a] for a in "XYZWPR"])
+    if not records:
+        raise InputError(f"{path}: no $MNUFRAME or $MNUTOOL in it; give SYSFRAME.VA of a backup")
+    return Frames(tables["FRAME"], tables["TOOL"])
+
+
+def _transform(values: list[float]) -> Pose:
+    w, p, r = (np.array([v * DEG]) for v in values[3:])
+    return np.array(values[:3]) * MM, from_wpr(w, p, r)[0]

@@ -1,0 +1,1 @@
+"""Anyone's program: text to records and back, without loss."""

@@ -1,0 +1,128 @@
+r"""Any .LS file, without loss: the bytes as they are, and where in them motions and positions stand.
+
+Text is kept whole; a record is a place in it. So reading and writing unchanged gives the same bytes, and an edit
+replaces the bytes of one number and nothing else. What is neither motion nor position is opaque: it is never looked
+into and never changed. Tables are columns (numpy), so that a million positions are a few arrays.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from compgen.core.arrays import IntArray
+from compgen.core.exceptions import InputError
+from compgen.fanuc.listing.lines import line_of
+from compgen.fanuc.listing.motions import Motions, read_motions
+from compgen.fanuc.listing.positions import Positions, read_positions
+
+_BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
+_TRANSLATED = re.compile(
+    _BEGIN + rb"/?(?:EIGN\.|KOMMENTAR|PROPRIETAIRE|COMENTARIO|PROPIETARIO|ZEILEN)[ \t]*(?=[=\r\n])", re.IGNORECASE
+)
+_SECTION = re.compile(rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
+_NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)", re.IGNORECASE)
+_ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LsProgram:
+    """A program file: its bytes, and what stands where."""
+
+    data: bytes
+    name: str
+    subtype: str
+    attributes: tuple[tuple[str, str], ...]
+    remarks: tuple[str, ...]
+    statements: IntArray  # (S,) physical line at which each statement of /MN begins
+    motions: Motions
+    positions: Positions
+    place: IntArray  # (S,) byte at which each of those lines begins
+
+    def text(self, span: Iterable[int]) -> str:
+        """The text at a place."""
+        start, end = span
+        return self.data[start:end].decode("latin-1")
+
+
+def loads(data: bytes) -> LsProgram:
+    """Read a program file.
+
+    Args:
+        data: The file's bytes, any line ends, any single-byte code page.
+
+    Returns:
+        The program; ``dumps`` gives the same bytes back.
+
+    Raises:
+        InputError: Not a program, truncated, in another language, or a position that cannot be read; names the line.
+    """
+    sections = _sections(data)
+    head = data[: sections["MN"][0]]
+    named = _NAME.search(head)
+    attributes = tuple(
+        (k.decode("latin-1"), v.decode("latin-1").strip().removesuffix(";").rstrip())
+        for k, v in _ATTRIBUTE.findall(head)
+    )
+    motions, statements, place, remarks = read_motions(data, *sections["MN"])
+    positions = read_positions(data, *sections["POS"])
+    return LsProgram(
+        data=data,
+        name=named.group(1).decode("latin-1") if named else "",
+        subtype=named.group(2).decode("latin-1").strip() if named else "",
+        attributes=attributes,
+        remarks=remarks,
+        statements=statements,
+        motions=motions,
+        positions=positions,
+        place=place,
+    )
+
+
+def dumps(program: LsProgram) -> bytes:
+    """The program's bytes."""
+    return program.data
+
+
+def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram:
+    """The program with the bytes at some places replaced, read anew.
+
+    Raises:
+        InputError: Two places overlap, or the result is no program.
+    """
+    parts, at = [], 0
+    for (start, end), text in sorted(edits.items()):
+        if start < at or end < start:
+            raise InputError(f"program {program.name}: two edits overlap, or one runs backwards, at byte {start}")
+        parts += [program.data[at:start], text]
+        at = end
+    return loads(b"".join([*parts, program.data[at:]]))
+
+
+def _sections(data: bytes) -> dict[str, tuple[int, int]]:
+    """Bytes of /MN and /POS, after their tags."""
+    start = data.lstrip()[:5]
+    if start[:5].upper() != b"/PROG":
+        if b"\0" in data[:4096]:
+            raise InputError("program: this is a binary file; convert the .TP to .LS on the controller first")
+        raise InputError("program: line 1: it does not begin with /PROG; give a program listing (.LS)")
+    found = _tags(data)
+    tags = [tag for tag, _, _ in found]
+    if _TRANSLATED.search(data, 0, found[tags.index("MN")][1] if "MN" in tags else len(data)):
+        raise InputError("program: its keywords are in another language; export it from a controller set to English")
+    if "MN" not in tags:
+        raise InputError("program: /MN is missing; is this a complete .LS file?")
+    mn = tags.index("MN")
+    after = [t for t in found[mn + 1 :] if t[0] in ("POS", "END")]
+    if not any(t[0] == "END" for t in after):
+        raise InputError(f"program: line {line_of(data, len(data))}: /END is missing; the file is cut off")
+    end = next(t for t in after if t[0] == "END")
+    pos = next((t for t in after if t[0] == "POS" and t[1] < end[1]), None)
+    stop = pos[1] if pos else end[1]
+    return {"MN": (found[mn][2], stop), "POS": (pos[2], end[1]) if pos else (end[1], end[1])}
+
+
+def _tags(data: bytes) -> list[tuple[str, int, int]]:
+    """Section tags at the beginning of a line, and where each stands."""
+    begins = [0, *(m.start() + 1 for mark in (rb"\n/", rb"\r/") for m in re.finditer(mark, data))]
+    found = (_SECTION.match(data, at) for at in sorted(begins))
+    return [(m[1].decode().upper(), m.start(), m.end()) for m in found if m]

@@ -1,0 +1,1 @@
+"""Programs longer than the controller holds, parted into pages."""

@@ -1,0 +1,1 @@
+"""Error sources from measurements."""

@@ -1,0 +1,160 @@
+r"""Error sources with symbols for parameters: where the flange is, and how that changes with each parameter.
+
+    P(theta, state, p), R(theta, state, p)      dP/dp (3, K)   dR/dp (9, K)
+
+A parameter p_k has a Gaussian prior N(0, sigma_k^2): how far from nominal such robots are before any measurement.
+Those of one kind form a group; their common scale may be learnt from the data (``fit``), never the sign or a single
+value. Without temperatures the rise of a node during a warm-up is a first-order state, A_k (1 - exp(-t / tau)),
+A_k a typical rise times 1 + x.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.error_model.sources import Source, State
+from compgen.identification.measurements import Measurements
+from compgen.robot.kinematics import evaluate, nominal_chain
+from compgen.robot.robot import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """One parameter that measurements may move."""
+
+    source: str  # its table in the robot file
+    field: str
+    index: tuple[int, ...]
+    key: str  # in the robot file, with its unit
+    unit: float  # SI of one unit of the key
+    prior: float  # [SI]
+    group: str  # those with one common scale
+    joint: int | None = None  # from 0, where it belongs to one
+
+    @property
+    def name(self) -> str:
+        """As a person reads it: table.key[index from 1]."""
+        return f"{self.source}.{self.key}[{','.join(str(i + 1) for i in self.index)}]"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Model:
+    """CasADi functions of (theta 6, rise K, direction 6, time since warm-up 1, p)."""
+
+    terms: tuple[Term, ...]
+    flange: Any  # -> P (3), R (9)
+    graph: tuple[Any, ...]  # SX: the inputs as a list, P, R (9), d(P, R)/dp (12, K)
+
+    def pose(self, data: Measurements, p: Array) -> tuple[Array, Array]:
+        """The flange at each pose, (M, 3) [m] and (M, 3, 3)."""
+        position, rotation = evaluate(self.flange, *_rows(data, p))
+        return position, np.swapaxes(rotation.reshape(-1, 3, 3), 1, 2)
+
+    def slopes(self, active: BoolArray) -> Any:
+        """What ``derivatives`` runs, for some parameters only; -> P, R, dP (3 K'), dR (9 K')."""
+        return _slopes(self, active.tobytes())
+
+    def derivatives(self, slopes: Any, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
+        """The flange and its derivatives, (M, 3), (M, 3, 3), (M, 3, K'), (M, 3, 3, K')."""
+        position, rotation, dP, dR = evaluate(slopes, *_rows(data, p))
+        M, K = len(position), dP.shape[1] // 3
+        turned = np.swapaxes(rotation.reshape(M, 3, 3), 1, 2)
+        dP = np.swapaxes(dP.reshape(M, K, 3), 1, 2)
+        return position, turned, dP, dR.reshape(M, K, 3, 3).transpose(0, 3, 2, 1)
+
+    @property
+    def prior(self) -> Array:
+        """Standard deviations before any measurement, (K,) [SI]."""
+        return np.array([t.prior for t in self.terms])
+
+    def groups(self) -> tuple[tuple[str, ...], IntArray]:
+        """Names of the groups, and the group of each parameter, (K,)."""
+        names = tuple(dict.fromkeys(t.group for t in self.terms))
+        return names, np.array([names.index(t.group) for t in self.terms], dtype=int)
+
+
+@lru_cache(maxsize=8)
+def _slopes(model: Model, active: bytes) -> Any:
+    """Built once: robust and learnt fits ask again and again."""
+    ins, position, flat, slope = model.graph
+    columns = slope[:, np.flatnonzero(np.frombuffer(active, dtype=bool)).tolist()]
+    return ca.Function("slopes", ins, ca.cse([position, flat, columns[:3, :], columns[3:, :]]))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Part:
+    """A source with symbols in the fields that shall be fitted."""
+
+    source: Source  # with symbols
+    before: Source  # as the robot file has it
+    symbols: Any  # SX column of the parameters in it
+    terms: tuple[Term, ...]
+    numbers: Mapping[str, Array]  # values before, by field
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WarmState:
+    """A node whose rise during the warm-up is unknown: A (1 + y) (1 - exp(-t / tau)), tau = typical exp(x).
+
+    It begins at the typical rise and not at none, where a bend of unknown rate would show no slope.
+    """
+
+    node: int
+    amplitude: float  # [K] A, typical; y has a prior of 1
+    tau: float  # [s] typical
+    clock: str  # nodes with the same word share one tau
+
+
+def build_model(robot: Robot, parts: Sequence[Part], nodes: int, states: Sequence[WarmState] = ()) -> Model:
+    """Fold the parts over the nominal chain, and differentiate."""
+    theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1))
+    direction, warm = ca.SX.sym("direction", 6), ca.SX.sym("warm")
+    extra, extra_terms, real_rise = _warm(states, rise, warm)
+    chain = nominal_chain(robot, theta)
+    state = State(chain, real_rise, direction, ca.SX.zeros(3))
+    for part in parts:
+        chain = part.source.distort(chain, state)
+    p = ca.vertcat(*(part.symbols for part in parts), *extra) if parts or extra else ca.SX.sym("none", 0)
+    position, rotation = chain.pose_expr()
+    position, rotation = ca.densify(position), ca.densify(rotation)
+    flat = ca.reshape(rotation, 9, 1)
+    both = ca.vertcat(position, flat)
+    slope = ca.densify(ca.jacobian(both, p)) if p.numel() else ca.SX.zeros(12, 0)
+    ins = [theta, rise, direction, warm, p]
+    return Model(
+        tuple(t for part in parts for t in part.terms) + tuple(extra_terms),
+        ca.Function("flange", ins, ca.cse([position, flat])),
+        (ins, position, flat, slope),
+    )
+
+
+def _warm(states: Sequence[WarmState], rise: Any, warm: Any) -> tuple[list[Any], list[Term], Any]:
+    """Symbols, terms and rises of the unknown states."""
+    symbols, terms, rises = [], [], [rise[k] for k in range(rise.numel())]
+    clocks: dict[str, Any] = {}
+    for s in states:
+        if s.clock not in clocks:
+            x = ca.SX.sym(f"log_tau_{s.clock}")
+            clocks[s.clock] = x
+            symbols.append(x)
+            terms.append(Term("warm_up", "log_tau", (len(clocks) - 1,), "log_tau", 1.0, 1.0, "warm_up.tau"))
+        A = ca.SX.sym(f"rise_{s.node}")
+        symbols.append(A)
+        terms.append(Term("warm_up", "rise", (s.node,), "rise_over_typical", 1.0, 1.0, "warm_up.rise"))
+        rises[s.node] = rises[s.node] + s.amplitude * (1 + A) * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
+    return symbols, terms, ca.vertcat(*rises)
+
+
+def _rows(data: Measurements, p: Array) -> tuple[Array, ...]:
+    rise = data.rise if data.rise.shape[1] else np.zeros((len(data.theta), 1))
+    return data.theta, rise, data.direction, data.warm[:, None], p[None, :]
+
+
+def chosen(model: Model, groups: Sequence[str]) -> BoolArray:
+    """Which parameters belong to some groups, (K,)."""
+    return np.array([t.group in groups for t in model.terms], dtype=bool)

@@ -1,0 +1,203 @@
+"""Pose files: where the joints stood and where an instrument saw the reflectors."""
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.core.csv_table import Table, read_table
+from compgen.core.exceptions import InputError
+from compgen.core.rotations import matrix_of
+from compgen.core.units import DEG, MM
+from compgen.identification.measurements import Measurements
+from compgen.robot.robot import Robot
+
+JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
+PLACE = ("x_mm", "y_mm", "z_mm")
+TURN = ("rx_deg", "ry_deg", "rz_deg")
+KNOWN = ("time_s", "order", "target", "instrument", *JOINTS, *PLACE, *TURN, "sigma_um")
+SAME = 1e-9  # rad: joints nearer than this are the same pose
+STILL = 0.05 * DEG  # a joint that moves less than this does not move
+LIMIT = 0.01 * DEG  # how far beyond its limit a joint may be printed
+TRAVEL = 1e-5  # rad: a joint that turned less than this keeps the direction it had
+
+
+def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Measurements:
+    """One file of poses, all by one instrument.
+
+    Columns: ``time_s`` or ``order`` (else the rows' own order), ``target`` (the reflector; else one), ``j1_deg`` to
+    ``j6_deg`` as the pendant shows them, ``x_mm y_mm z_mm`` in the instrument's frame, and where measured
+    ``rx_deg ry_deg rz_deg`` (rotation vector) and ``sigma_um``. Rows with the same time, or the same joints one after
+    the other, are one pose.
+
+    Args:
+        source: A CSV file.
+        robot: Whose pendant convention and limits the joints follow.
+        nodes: How many nodes its heat model has.
+        force: Go on with a joint that never moves.
+
+    Raises:
+        InputError: Anything wrong, naming file, line and column.
+    """
+    table = read_table(source, (*JOINTS, *PLACE), KNOWN)
+    pendant = np.column_stack([table.numbers(c) for c in JOINTS])
+    position = np.column_stack([table.numbers(c) for c in PLACE])
+    _one_instrument(table)
+    names = table.words("target") if table.has("target") else ["tcp"] * len(pendant)
+    reflectors = tuple(dict.fromkeys(names))
+    reflector = np.array([reflectors.index(n) for n in names])
+    time = _time(table)
+    rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
+    first, pose = _poses(table, pendant, time, rows)
+    _no_duplicates(table, pendant, pose, reflector, names)
+    _seen_twice(table, reflectors, reflector)
+    theta = robot.to_theta(pendant[first] * DEG)
+    _inside(table, robot, theta, pendant, first)
+    _moving(table, pendant, force)
+    clock = time[first] if time is not None else np.arange(len(first), dtype=float)
+    N = len(pendant)
+    return Measurements(
+        theta=theta,
+        rise=np.zeros((len(theta), nodes)),
+        direction=directions(theta, clock if table.has("order") and not table.has("time_s") else None),
+        time=clock,
+        warm=np.zeros(len(theta)),
+        pose=pose,
+        instrument=np.zeros(N, dtype=int),
+        reflector=reflector,
+        position=position * MM,
+        rotation=_rotation(table, N),
+        sigma=_sigma(table, N),
+        label=tuple(table.where(i) for i in range(N)),
+        reflectors=reflectors,
+        instruments=(source,),
+        aligned=np.array([False]),
+    )
+
+
+def directions(theta: Array, order: Array | None = None) -> Array:
+    """The direction each joint came with, from the pose before, (M, 6) of -1, 0, 1.
+
+    A joint that stood still keeps the direction it had; before the first pose, and where ``order`` (M,) leaves out
+    poses in between, nothing is known.
+    """
+    found = np.zeros_like(theta)
+    for m in range(1, len(theta)):
+        if order is not None and order[m] - order[m - 1] > 1:
+            continue
+        step = theta[m] - theta[m - 1]
+        found[m] = np.where(np.abs(step) > TRAVEL, np.sign(step), found[m - 1])
+    return found
+
+
+def _time(table: Table) -> Array | None:
+    for column in ("time_s", "order"):
+        if table.has(column):
+            return table.numbers(column)
+    return None
+
+
+def _one_instrument(table: Table) -> None:
+    if not table.has("instrument"):
+        return
+    names = table.words("instrument")
+    other = next((i for i, n in enumerate(names) if n != names[0]), None)
+    if other is not None:
+        raise InputError(
+            f"{table.where(other, 'instrument')}: '{names[other]}' after '{names[0]}': mixed instruments have frames "
+            "of their own; give each its own file, with --poses once for each"
+        )
+
+
+def _poses(table: Table, pendant: Array, time: Array | None, rows: IntArray) -> tuple[IntArray, IntArray]:
+    """The first row of each pose in time, and the pose of each row."""
+    first: list[int] = []
+    pose = np.empty(len(pendant), dtype=int)
+    for before, i in zip([-1, *rows.tolist()[:-1]], rows.tolist()):
+        same_joints = before >= 0 and bool(np.abs(pendant[i] - pendant[before]).max() * DEG <= SAME)
+        same_time = before >= 0 and (time is None or time[i] == time[before])
+        if time is not None and same_time and not same_joints:
+            column = JOINTS[int(np.argmax(np.abs(pendant[i] - pendant[before])))]
+            raise InputError(
+                f"{table.where(i, column)}: other joints at the time of line {table.line[before]}; "
+                "give each pose its own time"
+            )
+        if not (same_joints and same_time):
+            first.append(i)
+        pose[i] = len(first) - 1
+    return np.array(first), pose
+
+
+def _no_duplicates(table: Table, pendant: Array, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
+    seen: dict[tuple[int, int], int] = {}
+    for i, key in enumerate(zip(pose.tolist(), reflector.tolist())):
+        if key in seen:
+            raise InputError(
+                f"{table.where(i)}: duplicate of line {table.line[seen[key]]}: the same pose and target '{names[i]}'; "
+                "remove one, or give times if it was measured again"
+            )
+        seen[key] = i
+
+
+def _seen_twice(table: Table, reflectors: tuple[str, ...], reflector: IntArray) -> None:
+    counts = np.bincount(reflector, minlength=len(reflectors))
+    once = next((r for r, n in enumerate(counts.tolist()) if n < 2), None)
+    if once is not None:
+        i = int(np.flatnonzero(reflector == once)[0])
+        raise InputError(
+            f"{table.where(i, 'target')}: reflector '{reflectors[once]}' is seen once, which only fixes where it sits; "
+            "measure it at two poses or more, or remove the row"
+        )
+
+
+def _inside(table: Table, robot: Robot, theta: Array, pendant: Array, first: IntArray) -> None:
+    for k in range(6):
+        beyond = np.flatnonzero((theta[:, k] < robot.lower[k] - LIMIT) | (theta[:, k] > robot.upper[k] + LIMIT))
+        if len(beyond):
+            m = int(beyond[0])
+            zero = robot.pendant_zero[k]
+            value, low, high = ((v - zero) / DEG for v in (theta[m, k], robot.lower[k], robot.upper[k]))
+            raise InputError(
+                f"{table.where(int(first[m]), JOINTS[k])}: {robot.joint_names[k]} at {value:.3f} deg is outside its "
+                f"limits {low:g} to {high:g} deg; the joints are those of the pendant: mend the row, or the robot file"
+            )
+
+
+def _moving(table: Table, pendant: Array, force: bool) -> None:
+    if force:
+        return
+    for k, span in enumerate(np.ptp(pendant, axis=0) * DEG):
+        if span < STILL:
+            raise InputError(
+                f"{table.name}: column {JOINTS[k]}: constant at {pendant[0, k]:g} deg in all {len(pendant)} rows, so "
+                f"nothing of joint {k + 1} can be identified; measure poses that move it, or --force holds its "
+                "parameters at nominal"
+            )
+
+
+def _rotation(table: Table, count: int) -> Array:
+    """Measured orientations, (N, 3, 3); NaN where not measured."""
+    if not any(table.has(c) for c in TURN):
+        return np.full((count, 3, 3), np.nan)
+    missing = [c for c in TURN if not table.has(c)]
+    if missing:
+        raise InputError(f"{table.name}: column {missing[0]}: missing; an orientation needs {', '.join(TURN)}")
+    vector = np.column_stack([table.numbers(c, may_be_empty=True) for c in TURN])
+    some = np.isnan(vector).any(axis=1) & ~np.isnan(vector).all(axis=1)
+    if some.any():
+        i = int(np.flatnonzero(some)[0])
+        raise InputError(f"{table.where(i, TURN[int(np.argmax(np.isnan(vector[i])))])}: empty; give all three or none")
+    found = matrix_of(np.nan_to_num(vector) * DEG)
+    found[np.isnan(vector[:, 0])] = np.nan
+    return found
+
+
+def _sigma(table: Table, count: int) -> Array:
+    """How uncertain each row is beside the others, (N,), median 1."""
+    if not table.has("sigma_um"):
+        return np.ones(count)
+    sigma = table.numbers("sigma_um")
+    bad = np.flatnonzero(sigma <= 0)
+    if len(bad):
+        raise InputError(
+            f"{table.where(int(bad[0]), 'sigma_um')}: {sigma[bad[0]]:g} must be above zero; give one standard deviation"
+        )
+    return np.asarray(sigma / np.median(sigma))

@@ -1,0 +1,97 @@
+"""The proof of a correction: what the twin does with the written text, against the planned poses."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, dot
+from compgen.core.rotations import vector_of
+from compgen.fanuc.analysis.poses import Poses
+from compgen.fanuc.analysis.stations import commanded, on_the_way, samples
+from compgen.fanuc.analysis.traversal import Drive
+from compgen.pipelines.correct.station_corrections import legs
+from compgen.pipelines.job import Cell
+from compgen.thermal import Duty, opening
+from compgen.thermal.network import powered
+from compgen.verification.twin import Twin
+from compgen.verification.twin_of import flaws_of
+
+INSIDE = 4  # parts of each straight line that are looked at
+FINE = 32  # the same for an arm whose errors depend on where it comes from
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Flight:
+    """Where the real tool is, at M samples: each station that can be told, and three places on each straight line."""
+
+    station: IntArray  # (M,) the one ahead, or reached
+    fraction: Array  # (M,) of the way to it; 1 is the station itself
+    time: Array  # (M,) [s]
+    rise: Array  # (M, K) [K]
+    position: Array  # (M, 3) [m] actual TCP
+    rotation: Array  # (M, 3, 3)
+
+
+def fly(
+    cell: Cell,
+    poses: Poses,
+    drive: Drive,
+    before: Sequence[Duty],
+    progress: Callable[[float], None] = lambda share: None,
+) -> Flight:
+    """Ride a program as read from its text on the twin.
+
+    The twin steps its own heat through the program's times, commands the joints that CONFIG or the joint form name,
+    and confirms each with pinocchio's nominal arm.
+
+    Raises:
+        TwinError: The controller's inverse and pinocchio disagree.
+    """
+    flaws = flaws_of(cell.sources)
+    parts = INSIDE if flaws is None else FINE
+    station, fraction = samples(poses, drive, np.arange(1, parts) / parts)
+    time, rise = _warmth(cell, poses, drive, before, station, fraction)
+    position, rotation = on_the_way(poses, drive, station, fraction)
+    pose = drive.pose[station]
+    theta, flange = commanded(cell.robot, poses, drive, station, fraction, position, rotation)
+    twin = Twin(cell.robot, cell.heat, cell.profiles, np.zeros(3), np.eye(3), flaws)
+    twin.confirm(theta, *flange, poses.number[pose] - 1, lambda share: progress(share / 2))
+    tcp = np.array([*(t[0] for t in poses.tools), np.zeros(3)])[poses.tool[pose]]
+    turn = np.array([*(t[1] for t in poses.tools), np.eye(3)])[poses.tool[pose]]
+    tool = None if flaws is None else (turn, tcp)
+    real = twin.reach(theta, rise, lambda share: progress(0.5 + share / 2), tool)
+    if tool is None:
+        real = real[0] + np.einsum("nij,nj->ni", real[1], tcp), real[1] @ turn
+    return Flight(station, fraction, time, rise, *real)
+
+
+def off(flight: Flight, position: Array, rotation: Array) -> tuple[Array, Array]:
+    """Size of the position error (M,) [m] and angle between actual and meant tool (M,) [rad]."""
+    error = flight.position - position
+    turn = vector_of(np.swapaxes(rotation, 1, 2) @ flight.rotation)
+    return np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn))
+
+
+def _warmth(
+    cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty], station: IntArray, fraction: Array
+) -> tuple[Array, Array]:
+    """Time and rise of samples, stepping each mode through every pause and way."""
+    rate, motion = cell.heat.rate, legs(poses, drive)
+    every = cell.heat.goals(motion)
+    still, goals = every[0::2], every[1::2]
+    now, state = 0.0, opening(cell.heat)
+    for duty in powered(cell.heat, before, motion):
+        goal = cell.heat.goal(duty)
+        state = goal - (goal - state) * np.exp(-duty.duration * rate)
+    begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
+    for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist())):
+        if pause:
+            state = still[s] + (state - still[s]) * np.exp(-pause * rate)
+        begin[s], start[s] = now + pause, state
+        state = goals[s] + (state - goals[s]) * np.exp(-way * rate)
+        now += pause + way
+    spent = fraction * drive.duration[station]
+    fade = np.exp(-spent[:, None] * rate)
+    states = goals[station] + (start[station] - goals[station]) * fade
+    return begin[station] + spent, states @ cell.heat.outputs.T

@@ -1,0 +1,95 @@
+"""What the user must know of a run beside its bounds: limits that bind, speeds below feed, clocks that differ."""
+
+import numpy as np
+
+from compgen import fanuc
+from compgen.compensation.optimise import Solution, Status
+from compgen.core.arrays import sizes, steps
+from compgen.core.findings import Finding, Level
+from compgen.core.units import MM, UM
+from compgen.fanuc import Program
+from compgen.pipelines.job import Job
+from compgen.planning.retiming import Trajectory
+from compgen.planning.toolpath import ToolPath
+from compgen.verification.twin import Leg
+
+CLOCK_ERROR = 0.2  # difference of plan's and twin's duration, above which it is a finding
+FEED_ERROR = 0.01  # of a written speed, above which it is a finding
+
+
+def limited(solution: Solution) -> list[Finding]:
+    """Limits that hold waypoints off their targets."""
+    if solution.status is not Status.LIMITED:
+        return []
+    kinds: dict[str, list[int]] = {}
+    for waypoint, limit in solution.active:
+        kinds.setdefault(limit, []).append(waypoint)
+    off = sizes(solution.residual[:, :3])
+    worst = int(np.argmax(off))
+    text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
+    farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
+    message = f"{text}; {farthest}" if text else farthest
+    return [Finding(Level.WARNING, "compensation.limited", message)]
+
+
+def failed(solution: Solution) -> str:
+    """Why there is no correction, and what to try."""
+    if solution.active:
+        n, limit = solution.active[0]
+        return f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it"
+    n = int(np.argmax(sizes(solution.residual[:, :3])))
+    return (
+        f"waypoint {n + 1}: {Status.FAILED.value}: it does not settle; waypoints stand too close for its smoothness, "
+        "raise process.chord_um or lower compensation.curvature_period_mm"
+    )
+
+
+def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
+    """Joint limits passed, and speeds that are not the wanted one."""
+    found = []
+    if trajectory.use.max() > 1:
+        kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
+        found.append(
+            Finding(
+                Level.OUTSIDE,
+                "timing.limit",
+                f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
+                f"{100 * trajectory.use.max():.0f} % of its limit; lower process.feed_mm_s",
+            )
+        )
+    gaps = np.diff(path.arc)
+    slow = float(gaps[trajectory.speed < feed * (1 - 1e-9)].sum() / path.arc[-1])
+    if slow > 0.001:
+        period = job.robot.controller.period
+        short = bool(np.any(gaps < feed * period))
+        why = (
+            "segments there are shorter than feed x the interpolation period, or joint limits bind"
+            if short
+            else ("joint limits bind there")
+        )
+        message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
+        found.append(Finding(Level.NOTE, "timing.below_feed", message))
+    if abs(feed - job.feed) > 1e-3 * job.feed:
+        told = (
+            f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
+        )
+        found.append(Finding(Level.NOTE, "timing.feed", told))
+    error, late = fanuc.feed_errors(trajectory.speed, program.speed, steps(program.position))
+    if error > FEED_ERROR:
+        told = (
+            f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
+            f"stretch by {late * 1000:.0f} ms at most"
+        )
+        found.append(Finding(Level.NOTE, "timing.feed_error", told))
+    return found
+
+
+def clocks_apart(trajectory: Trajectory, leg: Leg) -> list[Finding]:
+    """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
+    planned, ridden = float(trajectory.time[-1]), float(leg.time[-1])
+    if abs(ridden / planned - 1) <= CLOCK_ERROR:
+        return []
+    told = (
+        f"the twin takes {ridden:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
+    )
+    return [Finding(Level.NOTE, "timing.clock", told)]

@@ -1,0 +1,351 @@
+"""The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen import __version__, fanuc
+from compgen.compensation import limits, optimise, refinement, simplify
+from compgen.compensation.mid_spatial import mid_spatial
+from compgen.compensation.optimise import Solution, Status
+from compgen.compensation.problem import Problem
+from compgen.core.arrays import Array, IntArray, frozen, steps
+from compgen.core.evaluation import beside
+from compgen.core.exceptions import ImpossibleError, InputError
+from compgen.core.findings import Finding, Level, Progress
+from compgen.core.units import UM
+from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.error_model.sources import Motion, memory_of, motion_of
+from compgen.error_model.validity import outside_joints, outside_map, unknown_start
+from compgen.fanuc import Program
+from compgen.fanuc.paging.stops import PageStops, place_page_stops
+from compgen.fanuc.program import turn_digits
+from compgen.pipelines import delivery, findings
+from compgen.pipelines.delivery import Delivery, Start
+from compgen.pipelines.job import Job
+from compgen.pipelines.start_window import Course, windows
+from compgen.planning import retiming, toolpath
+from compgen.planning.retiming import Trajectory
+from compgen.planning.toolpath import ToolPath
+from compgen.robot import inverse_kinematics
+from compgen.thermal import Ambient, Duty, during, states_at
+from compgen.thermal import Motion as Driven
+from compgen.verification.deviation import Deviation, deviations, judge
+from compgen.verification.twin import Ride, Twin
+from compgen.verification.twin_of import flaws_of
+
+DATE = "26-01-01"
+MAX_RIPPLE = 0.05 * UM
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Planned:
+    """The job before any correction."""
+
+    job: Job
+    feed: float  # [m/s] the wanted one as a program can say it
+    path: ToolPath  # with the stops that its pages need
+    page_stops: PageStops | None  # None when one file holds it, or none but one is wanted
+    model: ErrorModel
+    theta: Array  # (N, 6) [rad]
+    motion: Motion  # where joints and TCP come from, at each waypoint
+    trajectory: Trajectory
+    rise: Array  # (N, K) [K]
+    ridden: Callable[[], Deviation]  # what the twin did with the uncorrected text, once it has
+    findings: tuple[Finding, ...]
+    rows: IntArray  # which of the waypoints that were planned these are
+
+    @property
+    def deviation(self) -> Deviation:
+        """Of the uncorrected text."""
+        return self.ridden()
+
+    def error_at(self, rows: slice) -> Array:
+        """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
+        path, moment = self.path, (self.theta[rows], self.rise[rows])
+        return self.model.error(*moment, path.position[rows], path.rotation[rows], self.motion.window(rows))
+
+    @property
+    def error(self) -> Array:
+        """The same of all, (N, 6)."""
+        return self.error_at(slice(None))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Corrected:
+    """The job with its correction, its text and the proof."""
+
+    solution: Solution
+    trajectory: Trajectory
+    program: Program
+    delivery: Delivery
+    twin: Twin
+    before: tuple[Duty, ...]
+    air: Ambient
+    samples: IntArray  # (N,) which sample of ``deviation`` is at each position
+    deviation: Deviation
+    start_window: float  # [s] how late the program may start
+    mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
+    findings: tuple[Finding, ...]
+
+    @property
+    def ride(self) -> Ride:
+        """What the twin does with the text at every sample, driven anew."""
+        return self.twin.ride(self.program, self.before, air=self.air)
+
+    @property
+    def text(self) -> bytes:
+        """The file that the operator starts: the program, or the main program of its pages."""
+        return self.delivery.text
+
+    @property
+    def inside(self) -> bool:
+        """Whether every bound is kept."""
+        return not any(f.level is Level.OUTSIDE for f in self.findings)
+
+
+def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> Planned:
+    """What would go wrong if the planned program ran as it is.
+
+    Args:
+        job: The planned program.
+        progress: Called with the stage and the share done.
+        date: In the program's header.
+        pages: Whether a program that is more than the controller holds in one file gets the stops of its pages.
+
+    Raises:
+        ImpossibleError: The robot cannot drive the path.
+        TwinError: The twin cannot drive it.
+    """
+    planned = _foreseen(job, progress, date, pages)
+    progress("twin before", 0.0)
+    planned.ridden()
+    return planned
+
+
+def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
+    """The same while the twin is still driving."""
+    progress("path", 0.0)
+    try:
+        path = toolpath.build(
+            job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing
+        )
+    except InputError as failure:
+        raise InputError(f"{job.source}: {failure}") from failure
+    feed = fanuc.writable_speed(job.feed)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    path, theta = refinement.refine(
+        job.robot, job.posture, job.tool_position, job.tool_rotation, job.sources, model, path, feed, job.start_rise(),
+        job.chord,
+    )  # fmt: skip
+    progress(f"path: {len(theta)} waypoints", 1.0)
+    motion = motion_of(memory_of(job.sources), theta, path.position)
+    page_stops = place_page_stops(job.robot, path, theta, len(job.heat.names), job.stop_on_the_part) if pages else None
+    if page_stops is not None:
+        path = replace(path, stop=page_stops.stop)
+    progress("timing", 0.0)
+    trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
+    driven = Driven(trajectory.time, theta, trajectory.driven)
+    rise, _ = during(job.heat, job.state(), driven, job.air, job.clock)
+
+    def ride() -> Deviation:
+        program = planned_program(job, path, theta, trajectory, date)
+        leg = _twin(job).ready(program, job.before, job.air)
+        return deviations(path, leg.samples, leg.rides())
+
+    progress("twin before", 0.0)
+    ridden = beside(ride, len(theta))
+    found = [
+        Finding(Level.WARNING, "thermal.box", text)
+        for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
+    ]
+    found += outside_map(job.sources, path.position)
+    found += outside_joints(job.robot, job.joint_box, theta)
+    found += unknown_start(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
+    if not job.before:
+        found.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
+    if job.robot.controller.compensation == "signature":
+        text = "the controller corrects its own geometry: only sources it does not know may be active"
+        found.append(Finding(Level.NOTE, "controller.signature", text))
+    rows = np.arange(len(theta))
+    return Planned(job, feed, path, page_stops, model, theta, motion, trajectory, rise, ridden, tuple(found), rows)
+
+
+def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
+    """The corrected program, proven from the text that is delivered.
+
+    Args:
+        job: The planned program.
+        progress: Called with the stage and the share done.
+        date: In the program's header.
+        pages: Whether a program that is more than the controller holds in one file is written as pages.
+
+    Raises:
+        ImpossibleError: The robot cannot drive the path, or no legal correction exists.
+        JoinError: Pages, read back, are not the program.
+        TwinError: The twin cannot drive the program, uncorrected or corrected.
+    """
+    planned = _foreseen(job, progress, date, pages)
+    path = planned.path
+    # a stop for a page's sake is no corner of the path: the correction stays smooth across it
+    corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
+    problem = Problem(
+        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
+        path.position, path.rotation, planned.theta, planned.rise, path.arc, corners, planned.motion,
+    )  # fmt: skip
+    problem = limits.with_room(problem, fanuc.steps(job.robot.controller.decimals))
+    solution = optimise.optimise(problem, job.settings, lambda share: progress("correction", share))
+    if solution.status is Status.FAILED:
+        raise ImpossibleError(findings.failed(solution))
+    limited = findings.limited(solution)
+    if job.thin is not None:
+        progress("thinning", 0.0)
+        planned, solution = _thinned(planned, solution, job.thin)
+        path = planned.path
+        problem = problem.window(planned.rows)
+    position, rotation = problem.commanded(solution.correction)
+    poses = (frozen(position), frozen(rotation))
+    trajectory = retiming.retime(
+        job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
+    )
+    progress("text", 0.0)
+    window = start_window(planned, solution)
+    program, _ = _program(job, poses, solution.theta, trajectory, path, date, job.start_rise(), window)
+    delivered = _delivered(planned, solution, program)
+    del program, poses, position, rotation
+    planned.ridden()
+    written = delivered.program
+    leg = _twin(job).ready(written, job.before, job.air)
+    deviation = deviations(path, leg.samples, leg.rides(lambda share: progress("twin after", share)))
+    found = [
+        *judge(deviation, job.bounds),
+        *limited,
+        *findings.below_feed(job, planned.feed, path, trajectory, written),
+        *delivery.findings(job, delivered, planned.page_stops),
+        *findings.clocks_apart(trajectory, leg),
+        *planned.findings,
+    ]
+    ripple = mid_spatial(path, solution.correction)
+    if ripple > MAX_RIPPLE:
+        told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
+        found.append(
+            Finding(Level.WARNING, "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm")
+        )
+    return planned, Corrected(
+        solution, trajectory, written, delivered, leg.twin, job.before, job.air, leg.first_samples(), deviation,
+        window, ripple, tuple(found),
+    )  # fmt: skip
+
+
+def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
+    """The same with the waypoints that the controller needs."""
+    path, job = planned.path, planned.job
+    rows = simplify.kept(path, solution.correction[:, :3], tolerance, planned.feed * job.robot.controller.period)
+    N = len(path.arc)
+    told = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
+    motion, stops = planned.trajectory, planned.page_stops
+    fewer = replace(
+        planned,
+        path=path.only(rows),
+        page_stops=stops and replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
+        theta=planned.theta[rows],
+        motion=planned.motion.at(rows),
+        trajectory=replace(
+            motion, time=motion.time[rows], speed=motion.speed[rows[1:] - 1], driven=motion.driven[rows[1:] - 1]
+        ),
+        rise=planned.rise[rows],
+        findings=(*planned.findings, Finding(Level.NOTE, "path.thinned", told)),
+        rows=rows,
+    )
+    return fewer, replace(
+        solution,
+        correction=solution.correction[rows],
+        theta=solution.theta[rows],
+        residual=solution.residual[rows],
+    )
+
+
+def start_window(planned: Planned, solution: Solution) -> float:
+    """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s]."""
+    return float(start_windows(planned, solution, np.zeros(1, dtype=np.int64))[0])
+
+
+def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Array:
+    """The same where the robot waits at a waypoint on its way, (P,) numbers from 0, rising, to (P,) [s]."""
+    job, trajectory = planned.job, planned.trajectory
+    driven = Driven(trajectory.time, planned.theta, trajectory.driven)
+    state = states_at(job.heat, job.state(), driven, first, job.air, job.clock)
+    course = Course(trajectory.time, solution.theta, planned.rise, planned.motion)
+    return windows(job, planned.model, course, first, state)
+
+
+def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
+    """The program's files: pages when they are needed and possible."""
+    if planned.page_stops is None or planned.page_stops.why_not:
+        return delivery.one_file(program)
+
+    def starts_at(first: IntArray) -> list[Start]:
+        windows = start_windows(planned, solution, first)
+        time, rise = planned.trajectory.time[first], planned.rise[first]
+        return [Start(*now) for now in zip(time.tolist(), rise, windows.tolist())]
+
+    return delivery.in_pages(planned.job, program, starts_at)
+
+
+def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
+    """The uncorrected program as its text would be read."""
+    poses = (path.position, path.rotation)
+    program, said = _program(job, poses, theta, trajectory, path, date, job.start_rise(), None)
+    return fanuc.as_written(program, said)
+
+
+def _twin(job: Job) -> Twin:
+    """The real arm of a job."""
+    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, flaws_of(job.sources))
+
+
+def _program(
+    job: Job,
+    poses: tuple[Array, Array],
+    theta: Array,
+    trajectory: Trajectory,
+    path: ToolPath,
+    date: str,
+    start: Array,
+    window: float | None,
+) -> tuple[Program, tuple[Array, Array]]:
+    """The program of poses (N, 3) [m] and (N, 3, 3), and the poses as it says them."""
+    decimals = job.robot.controller.decimals
+    position, rotation = poses
+    said = fanuc.printed(position, rotation, decimals)
+    # the digits of CONFIG belong to the pose as printed
+    joints, _ = inverse_kinematics.solve_tool(job.robot, *said, job.tool_position, job.tool_rotation, job.posture)
+    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
+    remarks = [f"compgen {__version__} {job.robot.name}"[:32], f"inputs {job.inputs_hash[:24]}"]
+    if window is None:
+        remarks.append("planned, not corrected")
+    else:
+        remarks += [f"rise K {' '.join(pair)}"[:32] for pair in (state[i : i + 2] for i in range(0, len(state), 2))]
+        remarks.append(f"start within {window:.0f} s of that")
+    program = Program(
+        name=program_name_of(job),
+        comment=f"compgen {job.inputs_hash[:8]}",
+        date=date,
+        remarks=tuple(remarks),
+        uframe=0,
+        utool=job.tool_number,
+        position=position,
+        rotation=rotation,
+        posture=job.posture,
+        turns=frozen(turn_digits(job.robot, inverse_kinematics.nearest_turns(joints, theta))),
+        speed=frozen(fanuc.written_feeds(trajectory.speed, steps(position))),
+        fine=path.stop,
+        decimals=decimals,
+    )
+    return program, said
+
+
+def program_name_of(job: Job) -> str:
+    """The name of the job's program on the controller."""
+    return fanuc.program_name(job.name, job.robot.controller.name_length)

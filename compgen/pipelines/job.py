@@ -1,0 +1,89 @@
+"""What one run needs, in SI, with nothing left to look up: a job plans a program, a cell takes one that exists."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from compgen.compensation.problem import Settings
+from compgen.core.arrays import Array, own
+from compgen.error_model.sources import Known, Source
+from compgen.planning.boundaries import Boundary
+from compgen.planning.curves import Pieces
+from compgen.planning.surfaces import Quadric
+from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.robot import Robot
+from compgen.thermal import Ambient, Duty, NodeModel, Profile
+from compgen.thermal import after as run_through
+from compgen.thermal.network import Network
+from compgen.verification.deviation import Bounds
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cell:
+    """A robot, how it warms, and what makes it err: all that a program which exists already needs."""
+
+    robot: Robot
+    heat: NodeModel | Network
+    profiles: tuple[Profile, ...]
+    known: tuple[Known, ...]  # the sources with how well each parameter is known
+    sources: tuple[Source, ...]
+    joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
+    overrides: tuple[str, ...]
+    inputs_hash: str  # of the robot file and the overrides
+    sensors: Mapping[str, str] = field(default_factory=dict)  # part_<n> of a thermocouple log to the name of a rise
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Job:
+    """A planned program, the robot that shall run it, and what went before."""
+
+    name: str
+    source: str  # the path file, for messages
+    title: str
+    pattern: Pieces
+    surface: Quadric
+    boundary: Boundary
+    chord: float  # [m] largest distance of the path from the line between two waypoints
+    spacing: float  # [m] largest distance of two waypoints
+    thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
+    lift: float  # [m] approach and retract
+    feed: float  # [m/s]
+    stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
+    spin: float  # [rad] the tool's x axis against base x
+    tool_number: int
+    tool_position: Array  # (3,) [m] TCP in the flange
+    tool_rotation: Array  # (3, 3)
+    posture: Posture
+    settings: Settings
+    start_drift: float  # [m] how much a late start may add
+    before: tuple[Duty, ...]
+    cycle: tuple[Duty, ...]  # the program's own runs and what is between them; empty: one run
+    after: tuple[Duty, ...]
+    runs: tuple[float, ...]  # [s] when each run of the program begins, counted from the first
+    standing: Duty  # one second of servo on before the program
+    air: Ambient  # from the first duty of ``before`` on
+    bounds: Bounds
+    robot: Robot
+    heat: NodeModel | Network
+    profiles: tuple[Profile, ...]
+    sources: tuple[Source, ...]
+    joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
+    overrides: tuple[str, ...]
+    inputs_hash: str
+
+    def __post_init__(self) -> None:
+        own(self, tool_position=(3,), tool_rotation=(3, 3))
+
+    @property
+    def clock(self) -> float:
+        """When the program starts, counted from the first duty of ``before`` [s]."""
+        return sum(d.duration for d in self.before)
+
+    def state(self) -> Array:
+        """Thermal state when the program starts, (S,)."""
+        return run_through(self.heat, self.before, air=self.air)
+
+    def start_rise(self) -> Array:
+        """Rises when the program starts, (K,) [K]."""
+        return np.asarray(self.heat.outputs @ self.state())

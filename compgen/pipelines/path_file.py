@@ -1,0 +1,157 @@
+"""Path files to jobs: TOML with overrides, checked against ``schema``, turned into SI."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from compgen import __version__
+from compgen.compensation.tables import settings_of
+from compgen.core.exceptions import InputError
+from compgen.core.rotations import from_wpr
+from compgen.core.toml import override, read_toml, shipped
+from compgen.core.units import DEG, HOUR, MM, UM
+from compgen.pipelines.job import Job
+from compgen.pipelines.motion_plan import rehearse
+from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
+from compgen.pipelines.schedule import plan
+from compgen.pipelines.schema import PathFile, path_model
+from compgen.planning.tables import boundary_of, pattern_of, surface_of
+from compgen.robot.inverse_kinematics import Posture
+from compgen.thermal import Ambient, Duty, tables
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.log_fit import explain
+from compgen.thermal.network import Network
+from compgen.verification.tables import bounds_of
+
+HISTORY = ("before", "cycle", "after", "shift", "ambient", "log")
+
+
+def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
+    """Read a path file, its robot's file, and the overrides on both.
+
+    Args:
+        path_file: A TOML file.
+        robot: Name or file of a robot; default what the path file says.
+        overrides: ``key=value``, dotted; ``robot.`` leads into the robot file.
+
+    Returns:
+        The job in SI.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    return _read(path_file, robot, overrides, alone=False)
+
+
+def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bool) -> Job:
+    """``load_job``; a program that only warms the robot stands alone, without a history of its own."""
+    source = Path(path_file)
+    if robot == "":
+        raise InputError("--robot: an empty name; give a robot's name or file")
+    refuse_unprintable(overrides)
+    path_data = read_toml(source, "paths")
+    for_robot = [o for o in overrides if o.startswith("robot.")]
+    for item in overrides:
+        if item not in for_robot:
+            override(path_data, item, item)
+    if alone:
+        path_data = {k: v for k, v in path_data.items() if k not in HISTORY}
+    path = path_model(path_data, str(source))
+    robot_source = find_robot(robot or path.robot, source)
+    robot_data = read_toml(robot_source, "robots")
+    for item in for_robot:
+        override(robot_data, item.removeprefix("robot."), item)
+    cell = cell_of(robot_data, str(robot_source), for_robot)
+    air = tables.ambient(path.ambient, str(source))
+    read = None
+    if path.log is not None:
+        read = tables.log(path.log, cell.sensors, path.ambient.reference_degC, str(source))
+        if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
+            air = Ambient(np.zeros(1), read.air[-1:])  # nothing said of the air: as the log left it
+    others = files_read(path, str(source))
+    inputs = json.dumps([__version__, source.stem, path_data, robot_data, *others], sort_keys=True, default=str)
+    tool = path.tool
+    angles = (np.array([a * DEG]) for a in (tool.w_deg, tool.p_deg, tool.r_deg))
+    offset = any((tool.x_mm, tool.y_mm, tool.z_mm, tool.w_deg, tool.p_deg, tool.r_deg))
+    if offset and tool.number == 0:
+        raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
+    if not source.stem.isprintable():
+        raise InputError(f"{source.stem!r}: a path file's name must be printable text; rename it")
+    boundary = boundary_of(path.boundary, str(source))
+    pattern, edge = pattern_of(path.path, boundary, str(source))
+    job = Job(
+        air=air,
+        cycle=(),
+        after=(),
+        runs=(0.0,),
+        standing=Duty("idle", 0.0, 1.0),
+        name=source.stem,
+        source=str(source),
+        title=path.title,
+        pattern=pattern,
+        surface=surface_of(path.surface, path.path, str(source)),
+        boundary=edge,
+        chord=path.process.chord_um * UM,
+        spacing=path.process.spacing_mm * MM,
+        thin=None if path.process.thin_um is None else path.process.thin_um * UM,
+        lift=path.process.lift_mm * MM,
+        feed=path.process.feed_mm_s * MM,
+        stop_on_the_part=path.process.page_stops == "anywhere",
+        spin=tool.spin_deg * DEG,
+        tool_number=tool.number if tool.number is not None else int(offset),
+        tool_position=np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM,
+        tool_rotation=from_wpr(*angles)[0],
+        posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
+        settings=settings_of(path.compensation, path.tool.axisymmetric),
+        start_drift=path.compensation.start_drift_um * UM,
+        before=(),
+        bounds=bounds_of(path.bounds),
+        robot=cell.robot,
+        heat=cell.heat,
+        profiles=cell.profiles,
+        sources=cell.sources,
+        joint_box=cell.joint_box,
+        overrides=tuple(overrides),
+        inputs_hash=sha256(inputs.encode()).hexdigest(),
+    )
+    parts = [
+        tables.steps(rows, name, str(source), job.feed)
+        for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
+    ]
+
+    def load(name: str) -> Job:
+        return _read(find_program(name, str(source)), str(robot_source), for_robot, alone=True)
+
+    job = plan(job, parts, tables.shifts(path.shift, str(source)), path.ambient.clock_h * HOUR, load)
+    if read is None:
+        return job
+    loss: tuple[float, ...] = ()
+    if isinstance(job.heat, Network):
+        loss, _ = mean_losses(job.robot, job.heat.drives, rehearse(job, job.feed)[1])
+    return replace(job, heat=explain(read, job.heat, loss).heat)
+
+
+def find_program(name: str, path_file: str) -> str:
+    """A path file by name: as given, beside the path file, in paths/, or shipped.
+
+    Raises:
+        InputError: It is nowhere.
+    """
+    file = name if name.endswith(".toml") else f"{name}.toml"
+    for place in (Path(path_file).parent, Path("."), Path("paths"), shipped() / "paths"):
+        if (place / file).is_file():
+            return str(place / file)
+    raise InputError(f"{path_file}: program '{name}' is unknown: no {file} beside this file; give a path file")
+
+
+def files_read(path: PathFile, where: str) -> list[str]:
+    """Hashes of the other files that a path file reads: they are inputs as well."""
+    names = [n for n in (path.ambient.file, path.log.file if path.log else None) if n]
+    sources = [Path(where).parent / n for n in names]
+    rows = (*path.before, *path.cycle, *path.after)
+    sources += [Path(find_program(row.program, where)) for row in rows if row.program]
+    return [sha256(s.read_bytes()).hexdigest() for s in sources]

@@ -1,0 +1,184 @@
+"""Robot files to cells: TOML with overrides, checked against ``schema``, turned into SI."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__
+from compgen.core.exceptions import InputError
+from compgen.core.toml import check, override, read_toml, shipped, suggest
+from compgen.error_model.sources import Known, ThermalGrowth
+from compgen.error_model.tables import read_box, read_sources
+from compgen.identification.tables import IdentifiedTable
+from compgen.pipelines.job import Cell
+from compgen.pipelines.schema import RobotFile
+from compgen.robot.inverse_kinematics import check_arm_class
+from compgen.robot.robot import Robot
+from compgen.robot.tables import robot_of
+from compgen.thermal import NodeModel, Profile, tables
+from compgen.thermal.network import Network
+
+
+def load_robot(name: str) -> Robot:
+    """A robot's nominal facts, by name or file.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    robot = load_any_robot(name)
+    check_arm_class(robot)
+    return robot
+
+
+def load_any_robot(name: str) -> Robot:
+    """A robot's nominal facts, also of an arm that has no closed-form inverse kinematics here.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    source = find_robot(name, Path("."))
+    return _nominal(check(RobotFile, read_toml(source, "robots"), str(source)), str(source))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Arm:
+    """A robot file of any serial arm, as far as measuring needs it."""
+
+    source: str
+    text: str
+    robot: Robot
+    nodes: tuple[str, ...]  # of the heat model; none without one
+    known: tuple[Known, ...]
+    identified: IdentifiedTable | None
+
+
+def load_arm(name: str) -> Arm:
+    """A robot of any arm class, with its error sources.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    source = find_robot(name, Path("."))
+    facts = check(RobotFile, read_toml(source, "robots"), str(source))
+    where = str(source)
+    robot = _nominal(facts, where)
+    nodes: tuple[str, ...] = ()
+    growth = ThermalGrowth(np.zeros((6, 1)), np.zeros((6, 1)))
+    if facts.thermal is not None:
+        heat, _, growth = _warmth(facts, robot, where)
+        nodes = heat.names
+    known = read_sources(facts.sources, growth, robot, nodes, where)
+    return Arm(where, source.read_text(encoding="utf-8"), robot, nodes, known, facts.identified)
+
+
+def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
+    """A robot with its warmth and its errors, by name or file.
+
+    Args:
+        name: Name or file of a robot.
+        overrides: ``key=value``, dotted, into the robot file; a leading ``robot.`` may stand before the key.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    if name == "":
+        raise InputError("--robot: an empty name; give a robot's name or file")
+    refuse_unprintable(overrides)
+    source = find_robot(name, Path("."))
+    data = read_toml(source, "robots")
+    for item in overrides:
+        override(data, item.removeprefix("robot."), item)
+    return cell_of(data, str(source), overrides)
+
+
+def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> Cell:
+    """The cell that a robot file's tables describe.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    facts = check(RobotFile, data, where)
+    _refuse_double(facts, where)
+    robot = _nominal(facts, where)
+    check_arm_class(robot)
+    heat, profiles, growth = _warmth(facts, robot, where)
+    known = read_sources(facts.sources, growth, robot, heat.names, where)
+    inputs = json.dumps([__version__, data], sort_keys=True, default=str)
+    return Cell(
+        robot=robot,
+        heat=heat,
+        profiles=profiles,
+        known=known,
+        sources=tuple(k.source for k in known),
+        joint_box=read_box(facts.sources, where),
+        sensors=facts.thermal.sensors if facts.thermal else {},
+        overrides=tuple(overrides),
+        inputs_hash=sha256(inputs.encode()).hexdigest(),
+    )
+
+
+def find_robot(name: str, path_file: Path) -> Path:
+    """The file of a robot: as named, or from robots/ here, beside the path file's folder, or shipped."""
+    if name.endswith(".toml"):
+        return Path(name)
+    folders = [Path("robots"), path_file.parent.parent / "robots", shipped() / "robots"]
+    for folder in folders:
+        if (folder / f"{name}.toml").is_file():
+            return folder / f"{name}.toml"
+    known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
+    raise InputError(
+        f"{path_file}: robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known, listed=True)}"
+    )
+
+
+def refuse_unprintable(overrides: Sequence[str]) -> None:
+    """Raises InputError for an override that would garble a message."""
+    for item in overrides:
+        if not item.isprintable():
+            raise InputError(f"--set {item!r}: it holds what is not printable text; mend it")
+
+
+def _nominal(facts: RobotFile, where: str) -> Robot:
+    return robot_of(facts.name, facts.dh, facts.pendant, facts.limits, facts.singularity, facts.controller, where)
+
+
+def _refuse_double(facts: RobotFile, where: str) -> None:
+    """Raises InputError when the controller may correct what the file's parameters correct as well."""
+    controller = facts.controller
+    if controller.compensation == "unknown":
+        raise InputError(
+            f"{where}: controller.compensation: 'unknown' is refused, a correction could be applied twice; "
+            "find out whether the controller corrects its own geometry and set 'none' or 'signature'"
+        )
+    active = controller.signature if controller.compensation == "signature" else ""
+    if controller.compensation == "signature" and not active:
+        raise InputError(
+            f"{where}: controller.signature: missing; compensation = 'signature' needs the name of the calibration "
+            "that is active on the controller"
+        )
+    if active != controller.identified_with:
+        have = f"'{controller.identified_with}'" if controller.identified_with else "no calibration"
+        now = f"'{active}'" if active else "none"
+        raise InputError(
+            f"{where}: controller.identified_with: the errors of this file were identified with {have} active, now "
+            f"{now} is: corrections would be applied twice or wrongly; identify again, or mend the entry"
+        )
+
+
+def _warmth(
+    facts: RobotFile, robot: Robot, where: str
+) -> tuple[NodeModel | Network, tuple[Profile, ...], ThermalGrowth]:
+    """The heat model, the profiles along its links, and how they grow."""
+    if facts.thermal is None:
+        raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
+    profiles = tables.profiles(facts.thermal, robot, where)
+    nodes = tables.node_model(facts.thermal, profiles, where)
+    heat: NodeModel | Network = nodes
+    if facts.thermal.model == "network":
+        heat, profiles = tables.network(facts.thermal, robot, nodes, where)
+    return heat, profiles, ThermalGrowth(*tables.growth(robot, heat.names, heat.reference_rise, profiles))

@@ -1,0 +1,115 @@
+"""What a job's cell does over its day: steps of the path file to stretches of duty, with their heat."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.core.exceptions import InputError
+from compgen.pipelines.job import Job
+from compgen.pipelines.motion_plan import rehearse
+from compgen.thermal import Duty, Motion
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.network import Network
+from compgen.thermal.schedule import Shift, Step, expand
+
+MOST_RUNS = 20_000
+
+
+class Programs:
+    """Motions of the programs that steps name, each planned once."""
+
+    def __init__(self, job: Job, load: Callable[[str], Job]) -> None:
+        """``load`` reads another path file by name; heat of its own is not asked for."""
+        self._load = load
+        self._jobs: dict[str, Job] = {"": job}
+        self._motions: dict[tuple[str, float], Motion] = {}
+
+    def job(self, name: str) -> Job:
+        """The job of a program; "" is the own one."""
+        if name not in self._jobs:
+            self._jobs[name] = self._load(name)
+        return self._jobs[name]
+
+    def motion(self, name: str, feed: float) -> Motion:
+        """A program driven at a feed."""
+        if (name, feed) not in self._motions:
+            self._motions[name, feed] = rehearse(self.job(name), feed)[1]
+        return self._motions[name, feed]
+
+
+def plan(
+    job: Job, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float, load: Callable[[str], Job]
+) -> Job:
+    """The job with its ``before``, ``cycle`` and ``after``.
+
+    Args:
+        job: Without them.
+        parts: The steps of the three.
+        shifts: Of a day.
+        clock: When ``before`` begins, [s] of the day.
+        load: Reads another path file by name.
+
+    Raises:
+        InputError: A program that is not there, or too many stretches.
+        ImpossibleError: A program that the robot cannot drive.
+    """
+    programs = Programs(job, load)
+    told = [_with_programs_feed(steps, programs) for steps in parts]
+    if any(s.shifts for steps in told for s in steps) and not shifts:
+        step = next(s for steps in told for s in steps if s.shifts)
+        raise InputError(f"{step.key}.shifts: there is no [[shift]]; add one, or remove shifts")
+
+    def run_time(step: Step) -> float:
+        return float(programs.motion(step.program, step.feed).time[-1])
+
+    heat = job.heat
+    losses: dict[tuple[str, float], tuple[tuple[float, ...], tuple[float, ...]]] = {}
+
+    def loss(name: str, feed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        if not isinstance(heat, Network):
+            return (), ()
+        if (name, feed) not in losses:
+            losses[name, feed] = mean_losses(job.robot, heat.drives, programs.motion(name, feed))
+        return losses[name, feed]
+
+    def warmed(step: Step, duty: Duty) -> Duty:
+        moving, held = loss(step.program, step.feed or job.feed)
+        if duty.state == "off" or not moving:
+            return duty
+        share = duty.share if duty.state == "moving" else 0.0
+        return replace(duty, loss=tuple((share * np.array(moving) + (1 - share) * np.array(held)).tolist()))
+
+    spread = []
+    for steps in told:
+        pieces = expand(steps, shifts, clock, run_time)
+        clock += sum(d.duration for _, d in pieces)
+        spread.append([(step, warmed(step, duty)) for step, duty in pieces])
+    before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
+    standing = replace(Duty("idle", 0.0, 1.0), loss=loss("", job.feed)[1])
+    runs = _runs(spread[1], run_time) if cycle else (0.0,)
+    return replace(job, before=before, cycle=cycle, after=after, runs=runs, standing=standing)
+
+
+def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:
+    """Steps that name a program and no feed run it at its own."""
+    out = []
+    for step in steps:
+        if step.program:
+            other = programs.job(step.program)
+            step = replace(step, feed=step.feed if step.feed > 0 else other.feed)
+        out.append(step)
+    return out
+
+
+def _runs(pieces: Sequence[tuple[Step, Duty]], run_time: Callable[[Step], float]) -> tuple[float, ...]:
+    """When each run of the own program begins: all that fit into its moving stretches."""
+    found, now = [], 0.0
+    for step, duty in pieces:
+        if duty.state == "moving" and not step.program:
+            one = run_time(step)
+            found += [now + k * one for k in range(max(1, int(duty.duration * duty.share / one + 1e-6)))]
+            if len(found) > MOST_RUNS:
+                raise InputError(f"{step.key}: over {MOST_RUNS} runs of the program; make the cycle shorter")
+        now += duty.duration
+    return tuple(found) or (0.0,)

@@ -1,0 +1,157 @@
+"""One scenario to one row: what is shared between scenarios is done once.
+
+Path, joints, timing and the controller's ride depend on the geometry keys only; heat, growth and the error are then a
+few array operations on the ride's samples. A scenario that only changes temperatures costs those.
+"""
+
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, distinct
+from compgen.core.exceptions import CompgenError
+from compgen.core.findings import Level
+from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.pipelines import generate
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study.scenarios import Scenario, Study
+from compgen.planning.toolpath import ToolPath
+from compgen.thermal import Motion
+from compgen.verification.deviation import deviation, statistics
+from compgen.verification.twin import Leg, Ride, Twin
+from compgen.verification.twin_of import flaws_of
+
+Row = dict[str, Any]
+KEPT = 4  # geometries at a time
+#: tables whose keys leave path, joints and timing alone
+WARM = ("before", "cycle", "after", "shift", "ambient", "log", "bounds", "compensation", "title", "robot.thermal")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Geometry:
+    """What scenarios share that differ in temperatures only: the uncorrected text, and its ride at M samples."""
+
+    job: Job
+    path: ToolPath
+    leg: Leg
+    segment: IntArray  # (M,)
+    fraction: Array  # (M,)
+    now: Array  # (M,) [s]
+    theta: Array  # (M, 6) [rad] as the controller commands
+
+    @property
+    def motion(self) -> Motion:
+        """The program at its positions."""
+        return Motion(self.leg.time, self.leg.theta, self.leg.driven)
+
+    def thinned(self, count: int) -> "Geometry":
+        """At some of the samples only, both ends among them."""
+        some = distinct(np.linspace(0, len(self.now) - 1, count).astype(int))
+        few = {n: getattr(self, n)[some] for n in ("segment", "fraction", "now", "theta")}
+        return replace(self, **few)
+
+    def rises(self, job: Job) -> Array:
+        """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
+        leg = self.leg.rewarmed(twin_of(job), job.before, job.air)
+        return leg.warmth(self.segment, self.fraction, self.now)[0]
+
+
+class Shared:
+    """Geometries by their keys; the last few are kept."""
+
+    def __init__(self, study: Study) -> None:
+        """For one study."""
+        self._study = study
+        self._kept: OrderedDict[tuple[tuple[str, str], ...], Geometry | CompgenError] = OrderedDict()
+
+    def of(self, scenario: Scenario, job: Job) -> Geometry:
+        """The geometry of a scenario.
+
+        Raises:
+            CompgenError: The robot cannot drive it.
+        """
+        key = geometry_key(scenario)
+        if key not in self._kept:
+            try:
+                self._kept[key] = lay_out(job)
+            except CompgenError as failure:
+                self._kept[key] = failure
+            if len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        found = self._kept[key]
+        if isinstance(found, CompgenError):
+            raise found
+        return found
+
+
+def geometry_key(scenario: Scenario) -> tuple[tuple[str, str], ...]:
+    """The values that path, joints and timing depend on."""
+    return tuple((k, v) for k, v in scenario.values if not any(k == w or k.startswith(f"{w}.") for w in WARM))
+
+
+def lay_out(job: Job) -> Geometry:
+    """Plan a job and ride its uncorrected text once, pinocchio confirming."""
+    planned = generate.predict(job, lambda stage, share: None)
+    program = generate.planned_program(job, planned.path, planned.theta, planned.trajectory)
+    leg = twin_of(job).ready(program, job.before, job.air)
+    ride = leg.ride()
+    return Geometry(job, planned.path, leg, ride.segment, ride.fraction, ride.time, ride.theta)
+
+
+def twin_of(job: Job) -> Twin:
+    """The real arm of a job."""
+    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, flaws_of(job.sources))
+
+
+def ridden(job: Job, geometry: Geometry) -> Ride:
+    """The uncorrected text ridden with another job's warmth: the twin's clock, heat and arm."""
+    rise, theta = geometry.rises(job), geometry.theta
+    position, rotation = twin_of(job).reach(theta, rise, lambda share: None)
+    return Ride(geometry.segment, geometry.fraction, geometry.now, rise, theta, position, rotation)
+
+
+def model_of(job: Job) -> ErrorModel:
+    """The job's error model."""
+    return build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+
+
+def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
+    """A scenario's row: its values, what was found, or why it failed."""
+    row: Row = {"index": scenario.index, **{key: value.strip('"') for key, value in scenario.values}}
+    try:
+        job = load_job(study.path, study.robot, [*study.base, *scenario.overrides()])
+        geometry = shared.of(scenario, job)
+        ride = ridden(job, geometry)
+        row |= {"state": "done"} | _numbers("before", deviation(geometry.path, ride))
+        row |= {
+            "duration_s": _round(float(ride.time[-1])),
+            "waypoints": len(geometry.path.arc),
+        } | {f"start_{n}_K": _round(float(r)) for n, r in zip(job.heat.names, ride.rise[0])}
+        if study.correct:
+            _, corrected = generate.generate(job, lambda stage, share: None)
+            row |= _numbers("after", corrected.deviation)
+            row |= {"inside": corrected.inside, "start_window_s": _round(corrected.start_window)}
+            if not corrected.inside:
+                row["reason"] = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
+    except CompgenError as failure:
+        row |= {"state": "failed", "reason": " ".join(str(failure).split())}
+    return row
+
+
+def _numbers(side: str, found: Any) -> Row:
+    table = statistics(found)
+    out = {f"{side}_{k}": _round(v) for k, v in table["total"].items()}
+    return out | {f"{side}_normal_max_um": _round(table["normal"]["max_um"])}
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def displacement(job: Job, geometry: Geometry, rise: Array) -> Array:
+    """Error vectors at the samples for given rises (K,) or (M, K) [K], (M, 3) [m]: actual minus nominal."""
+    model, theta = model_of(job), geometry.theta
+    return np.asarray(model.actual_pose(theta, np.atleast_2d(rise))[0] - model.nominal_pose(theta)[0])

@@ -1,0 +1,254 @@
+"""The questions people ask of a path's warmth: each answered by one sentence, a curve and its numbers.
+
+All of them look at the uncorrected text ridden by the controller (its joints and clock) and ask what other rises would
+do to the tool: a file that is right for one state is off, in another, by the difference of their displacements.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.units import HOUR, MINUTE, MM, UM
+from compgen.error_model.sources import Source
+from compgen.pipelines.job import Job
+from compgen.pipelines.start_window import late_rise
+from compgen.pipelines.study.evaluate import displacement, lay_out, ridden
+from compgen.thermal import Ambient, Duty, after, during, history
+
+LONGEST = 48.0 * HOUR
+MOST_PASSES = 6
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Answer:
+    """A sentence, and the table behind it: one column of x, others of y."""
+
+    key: str
+    sentence: str
+    columns: tuple[str, ...]  # names with units; the first is the abscissa
+    table: Array  # (R, C)
+    labels: tuple[str, ...] = ()  # of rows, where they are no numbers
+
+
+def warmup(job: Job, limit: float) -> Answer:
+    """How long to warm up until the drift within one program stays below a limit [m].
+
+    The drift is how far the error at a sample moves between the program's start and its end, as a file made for the
+    state at the start would see it.
+    """
+    geometry, moving = lay_out(job), _moving(job)
+    start = tuple(d for d in job.before if d is not moving) if moving in job.before else ()
+
+    def drift(duration: float) -> float:
+        duties = (*start, replace(moving, duration=duration))
+        rises, _ = during(job.heat, after(job.heat, duties, air=job.air), geometry.motion, job.air, _clock(duties))
+        return _largest(displacement(job, geometry, rises[-1]) - displacement(job, geometry, rises[0]))
+
+    hours = np.concatenate([np.linspace(0, 4, 17), np.arange(5.0, 49.0)])
+    table = np.array([[h, drift(h * HOUR) / UM] for h in hours])
+    needed = _first_below(lambda h: drift(h * HOUR), hours, table[:, 1] * UM, limit)
+    feed = f" at {moving.feed / MM:g} mm/s"
+    if needed is None:
+        told = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
+    else:
+        told = f"warm up {needed:.2f} h{feed}: drift within one program then stays below {limit / UM:g} um"
+    return Answer("warmup", told, ("warmup_h", "drift_um"), table)
+
+
+def validity(job: Job, limit: float) -> Answer:
+    """How long one corrected file is valid: residual that a late start or another ambient adds."""
+    thin = lay_out(job).thinned(400)
+    rise = thin.rises(job)
+    base = displacement(job, thin, rise)
+
+    def late(delay: float) -> float:
+        return _largest(displacement(job, thin, rise + late_rise(job, delay, thin.now, job.state(), job.clock)) - base)
+
+    def warmer(kelvin: float) -> float:
+        air = Ambient(job.air.time, job.air.rise + kelvin, job.air.amplitude, job.air.period, job.air.peak)
+        return _largest(displacement(job, thin, thin.rises(replace(job, air=air))) - base)
+
+    minutes = np.concatenate([np.arange(0.0, 60.0, 5.0), np.arange(60.0, 961.0, 20.0)])
+    delays = np.array([late(m * MINUTE) for m in minutes])
+    valid = _first_above(lambda m: late(m * MINUTE), minutes, delays, limit)
+    kelvins = np.linspace(-5, 5, 21)
+    offs = np.array([warmer(k) for k in kelvins])
+    above = warmer(1.0)
+    span = limit / above if above > 0 else np.inf  # the models are linear in the air, the error nearly so
+    when = f"up to {valid:.0f} min late" if valid is not None else f"even {minutes[-1] / 60:g} h late"
+    told = (
+        f"one corrected file stays within {limit / UM:g} um for a start {when}, or an ambient within "
+        f"+-{span:.2f} K of the planned; regenerate beyond"
+    )
+    rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays)]
+    rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs)]
+    return Answer("validity", told, ("delay_min", "late_um", "ambient_K", "ambient_um"), np.array(rows))
+
+
+def contributions(job: Job, limit: float) -> Answer:
+    """Which node, and which length, contributes how much to the largest error."""
+    geometry = lay_out(job)
+    ride = ridden(job, geometry)
+    whole = displacement(job, geometry, ride.rise)
+    worst = int(np.argmax(np.linalg.norm(whole, axis=1)))
+    toward = whole[worst] / max(float(np.linalg.norm(whole[worst])), 1e-30)
+    labels, rows = [], []
+    for k, name in enumerate(job.heat.names):
+        alone = np.zeros_like(ride.rise)
+        alone[:, k] = ride.rise[:, k]
+        moved = displacement(job, geometry, alone)
+        labels.append(f"node {name}")
+        rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
+    for profile in job.profiles:
+        still = replace(job, sources=tuple(_without(job, profile.length)))
+        moved = whole - displacement(still, geometry, ride.rise)
+        labels.append(f"length {profile.length}")
+        rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
+    table = np.array([[float(n), *row] for n, row in enumerate(rows)])
+    total = float(np.linalg.norm(whole[worst])) / UM
+    order = [k for k in np.argsort(-np.abs(table[:, 1]), kind="stable") if abs(table[k, 1]) >= 0.005 * total]
+    nodes = [f"{labels[k][5:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("node")]
+    lengths = [f"{labels[k][7:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("length")]
+    told = f"the largest error, {total:.1f} um, comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um"
+    return Answer(
+        "contributions", told, ("row", "of_largest_um", "own_largest_um"), table, tuple(labels)
+    )  # fmt: skip
+
+
+def steady(job: Job, limit: float) -> Answer:
+    """When a steady duty's error stops changing: within a limit [m] of its end, and 95 % of it."""
+    geometry, moving = lay_out(job), _moving(job)
+    thin = geometry.thinned(200)
+    hours = np.concatenate([np.linspace(0, 12, 49), np.linspace(13, 96, 84)])
+    rises = history(job.heat, [replace(moving, duration=1e9)], np.append(hours, 2000.0) * HOUR)
+    final = displacement(job, thin, rises[-1])
+    errors = np.array([_largest(displacement(job, thin, r)) for r in rises[:-1]])
+    gaps = np.array([_largest(displacement(job, thin, r) - final) for r in rises[:-1]])
+    end = _largest(final)
+    near, most = (hours[np.argmax(gaps <= g)] if (gaps <= g).any() else np.inf for g in (limit, 0.05 * end))
+    told = (
+        f"steady after {most:.1f} h at {moving.feed / MM:g} mm/s (95 %); within {limit / UM:g} um of the final "
+        f"{end / UM:.1f} um after {near:.1f} h"
+    )
+    return Answer("steady", told, ("hours", "error_um", "to_go_um"), np.column_stack([hours, errors / UM, gaps / UM]))
+
+
+def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job], limit: float) -> Answer:
+    """The best order and feed of passes: the quickest whose error stays within a limit [m], else the smallest error.
+
+    Args:
+        jobs: One for each pass; the first one's ``before`` comes before all.
+        feeds: To choose from, one for all passes [m/s].
+        plan: A pass at a feed.
+        limit: Of the uncorrected error.
+    """
+    if len(jobs) > MOST_PASSES:
+        raise InputError(f"--pass: {len(jobs)} passes have too many orders; give at most {MOST_PASSES}")
+    found = []
+    for feed in feeds:
+        paced = [plan(job, feed) for job in jobs]
+        laid = [lay_out(job) for job in paced]
+        some = [g.thinned(150) for g in laid]
+        for order in sorted(set(permutations(range(len(jobs)))), key=lambda o: o):
+            state, clock, worst, spent = (
+                after(paced[0].heat, paced[0].before, air=paced[0].air),
+                paced[0].clock,
+                0.0,
+                0.0,
+            )
+            for n in order:
+                motion = laid[n].motion
+                rises, end = during(paced[0].heat, state, motion, paced[0].air, clock + spent)
+                at = np.array([np.interp(some[n].now, motion.time, c) for c in rises.T]).T
+                worst = max(worst, _largest(displacement(paced[n], some[n], at)))
+                state, spent = end, spent + float(motion.time[-1])
+            found.append((feed, order, worst, spent))
+    inside = [f for f in found if f[2] <= limit]
+    best = min(inside, key=lambda f: (f[3], f[2])) if inside else min(found, key=lambda f: (f[2], f[3]))
+    names = " then ".join(jobs[n].name for n in best[1])
+    kept = "stays within" if inside else "no order and feed keeps"
+    told = f"{names} at {best[0] / MM:g} mm/s: {best[3] / MINUTE:.1f} min, largest error {best[2] / UM:.1f} um " + (
+        f"({kept} {limit / UM:g} um)" if inside else f"is the least ({kept} {limit / UM:g} um)"
+    )
+    labels = tuple(" > ".join(jobs[n].name for n in f[1]) for f in found)
+    table = np.array([[f[0] / MM, f[3] / MINUTE, f[2] / UM] for f in found])
+    return Answer("passes", told, ("feed_mm_s", "minutes", "error_um"), table, labels)
+
+
+ASKS: dict[str, Callable[[Job, float], Answer]] = {
+    "warmup": warmup,
+    "validity": validity,
+    "contributions": contributions,
+    "steady": steady,
+}
+
+
+def ask(key: str, job: Job, limit: float) -> Answer:
+    """One of ``ASKS``."""
+    return ASKS[key](job, limit)
+
+
+def _moving(job: Job) -> Duty:
+    """The last stretch of motion before the program; without one the program itself, at its own feed."""
+    moving = [d for d in job.before if d.state == "moving"]
+    if moving:
+        return moving[-1]
+    if job.standing.loss:
+        raise InputError(f"{job.source}: before: no motion to ask about; give a [[before]] with state = 'moving'")
+    return Duty("moving", job.feed, HOUR)
+
+
+def _clock(duties: tuple[Duty, ...]) -> float:
+    return sum(d.duration for d in duties)
+
+
+def _without(job: Job, length: str) -> list[Source]:
+    """The job's sources with one length not growing."""
+    kind, row = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}[length]
+    out: list[Source] = []
+    for source in job.sources:
+        table = getattr(source, kind, None)
+        if isinstance(table, np.ndarray) and table.ndim == 2:
+            still = table.copy()
+            still[row] = 0.0
+            source = replace(source, **{kind: still})  # type: ignore[type-var]
+        out.append(source)
+    return out
+
+
+def _largest(vectors: Array) -> float:
+    return float(np.linalg.norm(vectors, axis=1).max())
+
+
+def _first_below(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
+    """Where a curve falls below a limit and stays there, by bisection."""
+    over = np.flatnonzero(y > limit)
+    if not len(over):
+        return float(x[0])
+    k = int(over[-1])
+    if k == len(x) - 1:
+        return None
+    low, high = float(x[k]), float(x[k + 1])
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if f(middle) > limit else (low, middle)
+    return high
+
+
+def _first_above(f: Callable[[float], float], x: Array, y: Array, limit: float) -> float | None:
+    """Where a curve that begins below a limit first crosses it."""
+    over = np.flatnonzero(y > limit)
+    if not len(over):
+        return None
+    k = int(over[0])
+    if k == 0:
+        return float(x[0])
+    low, high = float(x[k - 1]), float(x[k])
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (low, middle) if f(middle) > limit else (middle, high)
+    return low

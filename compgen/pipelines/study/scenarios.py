@@ -1,0 +1,177 @@
+"""Scenarios: the grid or list of keys that a study varies, checked before any of them runs."""
+
+import csv
+import io
+import itertools
+import json
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from compgen import __version__
+from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.toml import suggest
+from compgen.pipelines.path_file import load_job
+
+MOST = 100_000
+#: short names of keys that studies vary most
+SHORT = {
+    "feed": "process.feed_mm_s",
+    "duty": "before.0.duty",
+    "warmup_h": "before.0.duration_h",
+    "warmup_feed": "before.0.feed_mm_s",
+    "ambient": "ambient.value_degC",
+    "stepover": "path.stepover_mm",
+    "chord": "process.chord_um",
+    "cte": "robot.thermal.cte_um_m_K",
+    "payload": "robot.thermal.network.payload_kg",
+    "model": "robot.thermal.model",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One combination of values."""
+
+    index: int  # from 0, in the order of the grid
+    values: tuple[tuple[str, str], ...]  # full key and value as TOML
+
+    def overrides(self) -> list[str]:
+        """As ``--set`` takes them."""
+        return [f"{key}={value}" for key, value in self.values]
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """All scenarios of a path."""
+
+    path: str
+    robot: str | None
+    base: tuple[str, ...]  # overrides that all share
+    keys: tuple[str, ...]
+    scenarios: tuple[Scenario, ...]
+    correct: bool
+    identity: str  # hash of everything that the results depend on
+
+
+def build(
+    path: str, robot: str | None, base: Sequence[str], vary: Sequence[str], listed: str | None, correct: bool
+) -> Study:
+    """Read what shall vary.
+
+    Args:
+        path: A path file.
+        robot: Name or file; default what the path file says.
+        base: Overrides that hold for all.
+        vary: ``KEY=V1,V2`` or ``KEY=FROM:TO:COUNT``, multiplied with each other.
+        listed: A CSV file with keys as header and a scenario in each row, multiplied with the grid.
+        correct: Whether each scenario is corrected and proven as well.
+
+    Raises:
+        InputError: Nothing to vary, an unknown key, no values, too many scenarios.
+    """
+    axes = [_axis(item) for item in vary]
+    rows = [dict(zip(keys, row)) for keys, table in [_listed(listed)] for row in table] if listed else [{}]
+    if not axes and not listed:
+        raise InputError("--vary: nothing to vary; give KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200, or --list")
+    count = len(rows)
+    for _, values in axes:
+        count *= len(values)
+    if count > MOST:
+        raise InputError(f"--vary: {count} scenarios are over {MOST}; give fewer values")
+    keys = [key for key, _ in axes]
+    every = [*rows[0], *keys]
+    if twice := next((k for k in every if every.count(k) > 1), None):
+        raise InputError(f"--vary {twice}: it is varied twice; give its values together")
+    grid = [dict(zip(keys, point)) for point in itertools.product(*(values for _, values in axes))]
+    scenarios = tuple(
+        Scenario(n, tuple({**row, **point}.items())) for n, (row, point) in enumerate(itertools.product(rows, grid))
+    )
+    _check_keys(path, robot, base, scenarios)
+    told = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
+    identity = sha256(json.dumps(told).encode()).hexdigest()
+    return Study(path, robot, tuple(base), tuple(every), scenarios, correct, identity)
+
+
+def _inputs(path: str, robot: str | None, base: Sequence[str]) -> str:
+    try:
+        return load_job(path, robot, base).inputs_hash
+    except CompgenError as failure:  # the base need not run: its scenarios may
+        data = Path(path).read_bytes() if Path(path).is_file() else b""
+        return sha256(data + str(failure).encode() + str(robot).encode()).hexdigest()
+
+
+def _axis(item: str) -> tuple[str, list[str]]:
+    key, equals, text = item.partition("=")
+    key = SHORT.get(key.strip(), key.strip())
+    if not equals or not key or not item.isprintable():
+        raise InputError(f"--vary {item}: expected KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200")
+    values = _values(text.strip())
+    if not values:
+        raise InputError(f"--vary {item}: no values: the grid is empty; give {key}=V1,V2")
+    return key, values
+
+
+def _values(text: str) -> list[str]:
+    parts = text.split(":")
+    if len(parts) == 3:
+        try:
+            first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
+        except ValueError:
+            pass
+        else:
+            if 1 <= count <= MOST:
+                step = (last - first) / max(count - 1, 1)
+                return [repr(round(first + n * step, 12)) for n in range(count)]
+            return []
+    try:
+        table: list[Any] = tomllib.loads(f"x = [{text}]")["x"]
+    except (ValueError, RecursionError):
+        return [json.dumps(word.strip()) for word in text.split(",") if word.strip()]
+    return [_toml(value) for value in table]
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML in one line."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(k)} = {_toml(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_toml(v) for v in value) + "]"
+    return json.dumps(value) if isinstance(value, str) else repr(value)
+
+
+def _listed(file: str) -> tuple[list[str], list[list[str]]]:
+    try:
+        text = Path(file).read_bytes().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as failure:
+        raise InputError(f"{file}: cannot be read: {failure}; give a CSV file with keys as header") from None
+    rows = [[c.strip() for c in r] for r in csv.reader(io.StringIO(text)) if any(c.strip() for c in r)]
+    if len(rows) < 2:
+        raise InputError(f"{file}: the list is empty; give keys as header and a scenario in each row")
+    keys = [SHORT.get(k, k) for k in rows[0]]
+    for n, row in enumerate(rows[1:], 2):
+        if len(row) != len(keys) or "" in row:
+            raise InputError(f"{file}: row {n}: {len([c for c in row if c])} values for {len(keys)} keys; mend it")
+    return keys, [[_values(cell)[0] for cell in row] for row in rows[1:]]
+
+
+def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:
+    """Raises InputError for a key that no file knows; a bad value of a known one is its scenario's own failure."""
+    seen: set[str] = set()
+    for scenario in scenarios[:1]:
+        for key, value in scenario.values:
+            if key in seen:
+                continue
+            seen.add(key)
+            try:
+                load_job(path, robot, [*base, f"{key}={value}"])
+            except CompgenError as failure:
+                told = str(failure)
+                if "unknown key" in told or "there is no" in told or "no such file" in told:
+                    hint = suggest(key, list(SHORT)) if "." not in key else ""
+                    raise InputError(f"--vary {key}: {told}{hint}") from None

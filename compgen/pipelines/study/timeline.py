@@ -1,0 +1,55 @@
+"""The whole day of a job: rises over before, cycle and after, and what one corrected file is worth in each run."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, distinct, own
+from compgen.pipelines.job import Job
+from compgen.pipelines.study.evaluate import displacement, lay_out
+from compgen.thermal import history
+
+POINTS = 2000
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Timeline:
+    """A day at M moments, and R runs of the program in it."""
+
+    time: Array  # (M,) [s] from the first duty of ``before``
+    rise: Array  # (M, K) [K]
+    air: Array  # (M,) [K]
+    start: float  # [s] when the program first starts
+    run: Array  # (R,) [s] when each run starts
+    run_rise: Array  # (R, K) [K] then
+    error: Array  # (R,) [m] largest error in each run without correction
+    residual: Array  # (R,) [m] what a file that is right for the first run leaves in each
+
+    def __post_init__(self) -> None:
+        own(
+            self, time=("M",), rise=("M", "K"), air=("M",), run=("R",), run_rise=("R", "K"), error=("R",),
+            residual=("R",),
+        )  # fmt: skip
+
+
+def timeline(job: Job) -> Timeline:
+    """Follow a job's day.
+
+    A run warms the robot by what its duty says; within one run the rises are taken as those at its start, which is what
+    differs from run to run.
+    """
+    geometry = lay_out(job)
+    cycle = job.cycle
+    duties = [*job.before, *cycle, *job.after]
+    end = max(sum(d.duration for d in duties), job.clock + float(geometry.leg.time[-1]))
+    edges = np.cumsum([0.0, *(d.duration for d in duties)])
+    even = np.linspace(0.0, end, POINTS)
+    time = distinct(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))
+    starts = job.clock + np.array(job.runs)
+    rise = history(job.heat, duties, time, air=job.air)
+    run_rise = history(job.heat, duties, starts, air=job.air)
+    thin = geometry.thinned(200)
+    shifts = [displacement(job, thin, r) for r in run_rise]
+    largest = [float(np.linalg.norm(s, axis=1).max()) for s in shifts]
+    left = [float(np.linalg.norm(s - shifts[0], axis=1).max()) for s in shifts]
+    return Timeline(time, rise, job.air.at(time), job.clock, starts, run_rise, np.array(largest), np.array(left))

@@ -1,0 +1,1 @@
+"""Where the tool shall be, and when."""

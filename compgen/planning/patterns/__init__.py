@@ -1,0 +1,12 @@
+"""Patterns: each a function from its sizes to a table of pieces in the local plane [m].
+
+Adding one: a file with the function, a line here, a model in ``config``, a test.
+"""
+
+from compgen.planning.patterns.circle import circle
+from compgen.planning.patterns.iso9283 import iso9283
+from compgen.planning.patterns.line import line
+from compgen.planning.patterns.raster import raster
+from compgen.planning.patterns.spiral import spiral
+
+__all__ = ["circle", "iso9283", "line", "raster", "spiral"]

@@ -1,0 +1,42 @@
+"""Test path after ISO 9283: a square, a large and a small circle, and sharp corners in one square plane."""
+
+from itertools import pairwise
+from math import pi
+
+from compgen.planning import curves
+from compgen.planning.curves import Pieces
+
+
+def iso9283(size: float) -> Pieces:
+    """Inside a square of side ``size`` [m], lengths in the standard's proportions.
+
+    The square (four corners), a circle of 0.8 sides about its centre, a circle of 0.1 sides beside the centre, and
+    a meander with right-angled and acute corners back to the start. Each corner is a stop.
+    """
+    h = size / 2
+    big, small = 0.4 * size, 0.05 * size
+    square = [(-h, -h), (h, -h), (h, h), (-h, h), (-h, -h)]
+    to_circle = [(-h, -h), (0.0, -h), (0.0, -big)]
+    to_small = [(0.0, -big), (0.0, -small)]
+    meander = [
+        (0.0, -small),
+        (-0.2 * size, -small),
+        (-0.2 * size, 0.1 * size),
+        (-0.3 * size, 0.1 * size),
+        (-0.3 * size, -0.1 * size),
+        (-0.4 * size, 0.0),
+        (-0.4 * size, -h),
+        (-h, -h),
+    ]
+    return curves.join(
+        _chain(square),
+        _chain(to_circle),
+        curves.spiral((0.0, 0.0), (big, big), (-pi / 2, 1.5 * pi), stop=True),
+        _chain(to_small),
+        curves.spiral((0.0, 0.0), (small, small), (-pi / 2, 1.5 * pi), stop=True),
+        _chain(meander),
+    )
+
+
+def _chain(points: list[tuple[float, float]]) -> Pieces:
+    return curves.join(*(curves.line(a, b, stop=True) for a, b in pairwise(points)))

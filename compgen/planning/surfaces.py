@@ -1,0 +1,155 @@
+r"""Surfaces that a tool path lies on: plane, sphere and conic asphere are one thing, a quadric.
+
+In the local frame (origin on the surface, z along the normal there) a point p = (x, y, z) is on the surface when
+
+    F(p) = p^T A p + b^T p = 0,        normal n = g / |g|,   g = 2 A p + b.
+
+Given x and y, z is the root near zero of a2 z^2 + a1 z + a0 = 0, written so that nothing cancels.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.core.evaluation import evaluate
+from compgen.core.exceptions import InputError
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Quadric:
+    """A surface placed in the base frame with its local axes parallel to the base axes."""
+
+    origin: Array  # (3,) [m] where the local origin stands in the base frame
+    A: Array  # (3, 3) [1/m]
+    b: Array  # (3,) [-]
+
+    def __post_init__(self) -> None:
+        own(self, origin=(3,), A=(3, 3), b=(3,))
+
+    def table(self) -> Array:
+        """What the expressions below take of the surface, (1, 15): origin, A row by row, b."""
+        return np.concatenate([self.origin, self.A.ravel(), self.b])[None]
+
+    def height(self, xy: Array) -> Array:
+        """z over local (x, y), (M, 2) to (M,) [m].
+
+        Raises:
+            InputError: The surface does not extend to a point.
+        """
+        return self._lifted(xy, np.zeros(len(xy)))[2][:, 0]
+
+    def lift(self, xy: Array, height: Array) -> tuple[Array, Array]:
+        """Base position at a height above the surface, and the normal there, (M, 3) [m] and (M, 3)."""
+        position, normal, _ = self._lifted(xy, height)
+        return position, normal
+
+    def along(self, xy: tuple[Array, Array, Array], height: tuple[Array, Array]) -> tuple[Array, Array]:
+        """First and second derivative of the lifted point along a plane curve; see ``along_expr``.
+
+        Args:
+            xy: Plane curve and its first two derivatives, (M, 2) each [m].
+            height: h and h', (M,) each [m].
+
+        Returns:
+            P' and P'', (M, 3) each [m].
+        """
+        first, second, there = evaluate(_along(), self.table(), *xy, *(h[:, None] for h in height))
+        refuse_ended(there)
+        return first, second
+
+    def _lifted(self, xy: Array, height: Array) -> tuple[Array, Array, Array]:
+        position, normal, z, there = evaluate(_lift(), self.table(), xy, height[:, None])
+        refuse_ended(there)
+        return position, normal, z
+
+
+def refuse_ended(there: Array) -> None:
+    """Raises InputError unless the surface extends to all points, by what ``lift_expr`` says of them."""
+    if not np.all(there > 0):
+        raise InputError("surface: it ends inside the path; raise radius_of_curvature_m or make the path smaller")
+
+
+def lift_expr(surface: Any, xy: Any, height: Any) -> tuple[Any, Any, Any, Any]:
+    """Base position (3, 1), normal (3, 1), local z, and a number above zero where the surface extends to the point."""
+    A, b = ca.reshape(surface[3:12], 3, 3), surface[12:15]
+    x, y = xy[0], xy[1]
+    a0 = A[0, 0] * x * x + A[1, 1] * y * y + 2 * A[0, 1] * x * y + b[0] * x + b[1] * y
+    a1 = b[2] + 2 * (A[0, 2] * x + A[1, 2] * y)
+    under_root = a1 * a1 - 4 * A[2, 2] * a0
+    z = -2 * a0 / (a1 + ca.sqrt(under_root))
+    p = ca.vertcat(xy, z)
+    g = 2 * (A @ p) + b
+    n = g / ca.norm_2(g)
+    there = ca.if_else(under_root >= 0, a1, -1.0)
+    return surface[:3] + p + height * n, n, z, there
+
+
+def along_expr(surface: Any, xy: tuple[Any, Any, Any], height: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+    r"""First and second derivative of the lifted point along a plane curve, (3, 1) each, and as ``lift_expr`` says.
+
+    With g . p' = 0 and g . p'' + 2 p'^T A p' = 0 on the surface, and n' = (g' - n (n . g')) / |g|, g' = 2 A p':
+
+        P' = p' + h' n + h n',        P'' = p'' (at height zero, or where the plane curve stands still)
+    """
+    A, b = ca.reshape(surface[3:12], 3, 3), surface[12:15]
+    _, n, z, there = lift_expr(surface, xy[0], height[0])
+    g = 2 * (A @ ca.vertcat(xy[0], z)) + b
+    p1 = ca.vertcat(xy[1], -ca.dot(g[:2], xy[1]) / g[2])
+    bend = 2 * ca.dot(p1, A @ p1)
+    p2 = ca.vertcat(xy[2], -(ca.dot(g[:2], xy[2]) + bend) / g[2])
+    g1 = 2 * (A @ p1)
+    n1 = (g1 - n * ca.dot(n, g1)) / ca.norm_2(g)
+    return p1 + height[1] * n + height[0] * n1, p2, there
+
+
+@lru_cache(maxsize=1)
+def _lift() -> Any:
+    surface, xy, height = ca.SX.sym("surface", 15), ca.SX.sym("xy", 2), ca.SX.sym("h")
+    return ca.Function("lift", [surface, xy, height], [*lift_expr(surface, xy, height)])
+
+
+@lru_cache(maxsize=1)
+def _along() -> Any:
+    surface, h0, h1 = ca.SX.sym("surface", 15), ca.SX.sym("h0"), ca.SX.sym("h1")
+    xy = [ca.SX.sym(f"xy{k}", 2) for k in range(3)]
+    return ca.Function("along", [surface, *xy, h0, h1], [*along_expr(surface, (xy[0], xy[1], xy[2]), (h0, h1))])
+
+
+def plane(origin: Array) -> Quadric:
+    """The plane z = const through the origin."""
+    return Quadric(origin, np.zeros((3, 3)), np.array([0.0, 0.0, 1.0]))
+
+
+def conic(origin: Array, radius_of_curvature: float, conic_constant: float, off_axis: float) -> Quadric:
+    r"""A segment of a concave conic asphere, standing on the point at the off-axis distance.
+
+    The parent, vertex at zero, opening upwards, with radius of curvature R and conic constant k:
+
+        z - (x^2 + y^2 + (1 + k) z^2) / (2 R) = 0
+
+    The segment's local frame stands at (rho, 0, z(rho)) of the parent with z along the normal there and x in the
+    meridian plane, away from the parent's axis. k = 0 is a sphere, k = -1 a paraboloid.
+
+    Args:
+        origin: Where the segment's centre stands in the base frame, (3,) [m].
+        radius_of_curvature: R [m], > 0.
+        conic_constant: k [-].
+        off_axis: rho [m], >= 0.
+
+    Raises:
+        InputError: The parent does not reach the off-axis distance.
+    """
+    R, k, rho = radius_of_curvature, conic_constant, off_axis
+    root = 1 - (1 + k) * (rho / R) ** 2
+    if root <= 0:
+        raise InputError(f"surface.off_axis_m: {rho} lies beyond the parent surface; make it smaller")
+    p0 = np.array([rho, 0.0, rho**2 / (R * (1 + np.sqrt(root)))])
+    parent_A = -np.diag([1.0, 1.0, 1.0 + k]) / (2 * R)
+    g0 = 2 * parent_A @ p0 + np.array([0.0, 0.0, 1.0])
+    n = g0 / np.linalg.norm(g0)
+    local = np.column_stack([np.cross([0.0, 1.0, 0.0], n), [0.0, 1.0, 0.0], n])
+    return Quadric(origin, local.T @ parent_A @ local, local.T @ g0)

@@ -1,0 +1,216 @@
+r"""The planned path: pieces laid onto a surface, cut into waypoints, each with the pose the tool shall have.
+
+Waypoints follow curvature: on a curve of curvature K a chord of length ds leaves it by K ds^2 / 8, so the spacing is
+ds = sqrt(8 chord / K), never above ``MAX_SPACING``. Between waypoints the true path stays available: ``at`` gives the
+exact pose at any fraction of any segment's arc length.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
+from compgen.core.exceptions import InputError
+from compgen.planning import curves as pc
+from compgen.planning.boundaries import Boundary
+from compgen.planning.curves import Pieces
+from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, Geometry
+from compgen.planning.surfaces import Quadric
+
+MIN_SEGMENTS = 3  # a piece, so that its joint motion is a curve and not a chord
+CELLS = 48  # a piece, for its curvature
+SAFETY = 0.98  # of the spacing, for what the cells do not see
+REFINEMENTS = 8  # rounds of adding segments where a piece's curvature changes faster than its cells see
+MIN_LENGTH = 1e-6  # m, of a pattern
+MAX_WAYPOINTS = 2e7
+CHUNK = 512  # pieces at a time
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ToolPath:
+    """N waypoints with N - 1 segments between them."""
+
+    geometry: Geometry
+    position: Array  # (N, 3) [m] base frame
+    rotation: Array  # (N, 3, 3) tool axes as columns
+    arc: Array  # (N,) [m] arc length from the first waypoint
+    contact: BoolArray  # (N,) on the part
+    stop: BoolArray  # (N,) the robot stops here
+    piece: IntArray  # (N - 1,) which piece a segment lies on
+    span: Array  # (N - 1, 2) its parameters there
+    slope: Array  # (N - 1, 2) as ``Geometry.measured`` says
+
+    def __post_init__(self) -> None:
+        own(
+            self,
+            position=("N", 3),
+            rotation=("N", 3, 3),
+            arc=("N",),
+            contact=("N",),
+            stop=("N",),
+            piece=("S",),
+            span=("S", 2),
+            slope=("S", 2),
+        )
+
+    def at(self, segment: IntArray, fraction: Array) -> tuple[Array, Array, Array]:
+        """True position, rotation and direction of travel at a fraction of a segment's arc length.
+
+        Returns:
+            (M, 3) [m], (M, 3, 3), (M, 3) unit vectors.
+        """
+        first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1
+        whole = np.diff(self.arc[first : last + 1])[segment - first]
+        return self.geometry.at(self.piece[segment], self.span[segment], whole, self.slope[segment], fraction)
+
+    def only(self, rows: IntArray) -> "ToolPath":
+        """The path with fewer waypoints: rising rows, both ends of every piece among them."""
+        span = np.column_stack([self.span[rows[:-1], 0], self.span[rows[1:] - 1, 1]])
+        piece = self.piece[rows[:-1]]
+        return replace(
+            self,
+            position=self.position[rows],
+            rotation=self.rotation[rows],
+            arc=self.arc[rows],
+            contact=self.contact[rows],
+            stop=self.stop[rows],
+            piece=piece,
+            span=span,
+            slope=self.geometry.measured(piece, span)[1],
+        )
+
+
+def build(
+    pattern: Pieces,
+    surface: Quadric,
+    boundary: Boundary,
+    *,
+    spin: float,
+    chord: float,
+    lift: float,
+    spacing: float = MAX_SPACING,
+) -> ToolPath:
+    """Waypoints of a pattern on a surface, with an approach and a retract along the tool axis.
+
+    Args:
+        pattern: The way in the local plane.
+        surface: What it lies on.
+        boundary: The part's edge; waypoints outside are not in contact.
+        spin: The tool's x axis against base x [rad].
+        chord: Largest distance between the path and the straight line between two waypoints [m].
+        lift: Length of approach and retract [m]; 0 leaves them out.
+        spacing: Largest distance of two waypoints [m].
+
+    Raises:
+        InputError: The path has no length.
+    """
+    everything = np.arange(len(pattern.poly))
+    zeros = np.zeros(len(everything))
+    bare = Geometry(pattern, surface, boundary, spin)
+    if bare.length(everything, zeros, zeros + 1).sum() < MIN_LENGTH:
+        raise InputError("path: it has zero length; give it a size")
+    if lift > 0:
+        (x0, y0), (x1, y1) = pattern.start(), pattern.end()
+        top = float(pattern.height(np.array([len(pattern.poly) - 1]), np.array([1.0]))[0][0])
+        down = pc.line((x0, y0, lift), (x0, y0, 0.0), stop=True, working=False)
+        up = pc.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
+        pattern = pc.join(down, pattern, up)
+    geometry = Geometry(pattern, surface, boundary, spin)
+    done, where, wanted = _running_work(geometry, chord, spacing)
+    keep = wanted > 1e-6
+    if wanted.sum() > MAX_WAYPOINTS:
+        raise InputError(
+            f"path: it needs {wanted.sum():.2g} waypoints, more than {MAX_WAYPOINTS:.0e}; "
+            "raise process.chord_um or spacing_mm, or make it smaller"
+        )
+    # a piece that is dust hands its stop to the one before
+    stops = pattern.stop.copy()
+    before = np.maximum.accumulate(np.where(keep, np.arange(len(keep)), -1))[~keep & stops]
+    stops[before[before >= 0]] = True
+    segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), MIN_SEGMENTS), 0).astype(np.int64)
+    some = np.flatnonzero(segments)
+    for _ in range(REFINEMENTS):
+        piece, span = _spans(some, segments[some], done, where)
+        over = geometry.chord(piece, span) / (SAFETY * chord)
+        worst = np.maximum.reduceat(over, np.cumsum(segments[some]) - segments[some])
+        some, worst = some[worst > 1], worst[worst > 1]
+        if not len(some):
+            break
+        segments[some] = np.ceil(segments[some] * np.sqrt(worst) + 0.5)
+    everything = np.flatnonzero(segments)
+    if len(piece) < segments.sum():
+        piece, span = _spans(everything, segments[everything], done, where)
+    stop = np.zeros(len(piece) + 1, dtype=bool)
+    stop[np.cumsum(segments[everything])] = stops[everything]
+    stop[[0, -1]] = True
+    return _path(geometry, piece, span, stop)
+
+
+def refined(path: ToolPath, parts: IntArray) -> ToolPath:
+    """The same way with each segment cut into so many parts of equal parameter, (N - 1,); stops stay where they are."""
+    owner = np.repeat(np.arange(len(parts)), parts)
+    step = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    start, size = path.span[owner, 0], np.diff(path.span[owner], axis=1)[:, 0]
+    last = step == parts[owner] - 1
+    end = np.where(last, path.span[owner, 1], start + size * (step + 1) / parts[owner])
+    span = np.column_stack([start + size * step / parts[owner], end])
+    stop = np.concatenate([path.stop[:1], last & path.stop[1:][owner]])
+    return _path(path.geometry, path.piece[owner], span, stop)
+
+
+def _path(geometry: Geometry, piece: IntArray, span: Array, stop: BoolArray) -> ToolPath:
+    """The path whose segments run over these parameters of their pieces."""
+    point_piece = np.concatenate([[piece[0]], piece])
+    point_t = np.concatenate([[0.0], span[:, 1]])
+    position, rotation, there = geometry.pose(point_piece, point_t)
+    length, slope = geometry.measured(piece, span)
+    arc = np.concatenate([[0.0], np.cumsum(length)])
+    working = geometry.pieces.working[point_piece]
+    working[:-1] |= geometry.pieces.working[piece]  # a work piece's first point is in contact
+    return ToolPath(
+        geometry=geometry,
+        position=frozen(position),
+        rotation=frozen(rotation),
+        arc=frozen(arc),
+        contact=frozen(working & there),
+        stop=frozen(stop),
+        piece=frozen(piece),
+        span=frozen(span),
+        slope=frozen(slope),
+    )
+
+
+def _running_work(geometry: Geometry, chord: float, widest: float) -> tuple[Array, Array, Array]:
+    """How many segments each piece wants, (K,), and how they run along it.
+
+    Piece k occupies [k, k + 1] on both axes of the running curve: share of its segments done, over parameter.
+    """
+    K = len(geometry.pieces.poly)
+    edges = np.linspace(0, 1, CELLS + 1)
+    half = 0.5 / CELLS
+    places = ((edges[:-1] + half)[:, None] + half * NODES).ravel()
+    cells = np.empty((K, CELLS))
+    for begin in range(0, K, CHUNK):
+        some = np.arange(begin, min(begin + CHUNK, K))
+        at = np.repeat(some, len(places)), np.tile(places, len(some))
+        speed, spacing = geometry.spacing(*at, SAFETY**2 * chord, widest)
+        share = np.tile(WEIGHTS * half, len(some) * CELLS) * speed / spacing
+        cells[some] = share.reshape(len(some), CELLS, len(NODES)).sum(axis=2)
+    wanted: Array = np.asarray(cells.sum(axis=1))
+    share = np.cumsum(cells, axis=1) / np.where(wanted > 0, wanted, 1.0)[:, None]
+    start = np.arange(K, dtype=float)[:, None]
+    return (start + np.column_stack([np.zeros(K), share])).ravel(), (start + edges).ravel(), wanted
+
+
+def _spans(pieces: IntArray, segments: IntArray, done: Array, where: Array) -> tuple[IntArray, Array]:
+    """Each segment's piece and its parameters, (S,) and (S, 2), of pieces cut into so many segments, (K,) each."""
+    piece = np.repeat(pieces, segments)
+    last = np.cumsum(segments) - 1
+    first = last + 1 - segments
+    step = np.arange(1, len(piece) + 1) - np.repeat(first, segments)
+    span = np.empty((len(piece), 2))
+    span[:, 1] = np.interp(piece + step / np.repeat(segments, segments), done, where) - piece
+    span[last, 1] = 1.0
+    span[1:, 0] = span[:-1, 1]
+    span[first, 0] = 0.0
+    return piece, span

@@ -1,0 +1,74 @@
+"""The warmth of a job's day as one page, a CSV table and sentences."""
+
+import numpy as np
+
+from compgen.core.units import HOUR, UM
+from compgen.pipelines.job import Job
+from compgen.pipelines.study import Timeline
+from compgen.report.figure import Figure, axis, div, figure, trace, upright
+from compgen.report.page import GREY, LINES, WARM, page
+
+
+def heat_csv(job: Job, day: Timeline) -> bytes:
+    """Rises over time."""
+    head = ",".join(["time_s", "ambient_rise_K", *(f"rise_{n}_K" for n in job.heat.names)])
+    rows = np.column_stack([day.time, day.air, day.rise])
+    return "\n".join([head, *(",".join(f"{v:.6g}" for v in row) for row in rows), ""]).encode()
+
+
+def runs_csv(job: Job, day: Timeline) -> bytes:
+    """Each run of the program."""
+    head = ",".join(["run", "start_s", "error_um", "residual_um", *(f"rise_{n}_K" for n in job.heat.names)])
+    rows = np.column_stack([day.run, day.error / UM, day.residual / UM, day.run_rise])
+    lines = [",".join([str(n), *(f"{v:.6g}" for v in row)]) for n, row in enumerate(rows, 1)]
+    return "\n".join([head, *lines, ""]).encode()
+
+
+def heat_sentences(job: Job, day: Timeline) -> list[str]:
+    """What the day comes to."""
+    rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.run_rise[0]))
+    told = [f"the program starts after {day.start / HOUR:.2f} h at rises [K]: {rises}"]
+    if len(day.run) > 1:
+        worst = int(np.argmax(day.residual))
+        told.append(
+            f"{len(day.run)} runs: error {day.error.min() / UM:.1f} to {day.error.max() / UM:.1f} um uncorrected; "
+            f"a file made for the first run is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
+        )
+    rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.rise[-1]))
+    told.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
+    return told
+
+
+def heat_html(job: Job, day: Timeline) -> bytes:
+    """One self-contained page."""
+    body = "".join(f'<p class="big predicted">{s}</p>' for s in heat_sentences(job, day))
+    body += f"<h2>Temperature over the day</h2>{div(_rises(job, day), 'rises')}"
+    if len(day.run) > 1:
+        body += f"<h2>Each run of the program</h2>{div(_runs(day), 'runs')}"
+    return page(f"Heat: {job.title or job.name}", body)
+
+
+def _rises(job: Job, day: Timeline) -> Figure:
+    hours = np.round(day.time / HOUR, 5)
+    traces = []
+    for i, name in enumerate(job.heat.names):
+        line = {"color": LINES[i % len(LINES)], "width": 1.5, "dash": "solid" if i < len(LINES) else "dot"}
+        traces.append(trace("scatter", hours, np.round(day.rise[:, i], 4), name=name, line=line))
+    if day.air.any():
+        line = {"color": GREY, "dash": "dash", "width": 1}
+        traces.append(trace("scatter", hours, np.round(day.air, 4), name="air", line=line))
+    return figure(
+        traces, 420, shapes=[upright(day.start / HOUR, WARM)],
+        xaxis=axis("time [h]; dashed: the program starts"), yaxis=axis("rise [K]"),
+    )  # fmt: skip
+
+
+def _runs(day: Timeline) -> Figure:
+    runs = np.arange(1, len(day.run) + 1)
+    traces = [
+        trace("scatter", runs, np.round(values / UM, 3), name=name, mode="lines+markers", line={"color": tint})
+        for name, values, tint in (
+            ("uncorrected", day.error, WARM), ("with the first run's file", day.residual, LINES[3])
+        )
+    ]  # fmt: skip
+    return figure(traces, 380, xaxis=axis("run"), yaxis=axis("largest error [µm]", rangemode="tozero"))

@@ -1,0 +1,177 @@
+"""A study as one page, a CSV table and JSON: curves of the error against what was varied, and answers."""
+
+import csv
+import io
+import json
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from compgen.pipelines.study import Answer, Row, Study
+from compgen.report.figure import Figure, axis, div, figure, spans, trace
+from compgen.report.page import COOL, GREY, LINES, WARM, page
+
+TITLES = {
+    "warmup": "Drift within one program after a warm-up",
+    "validity": "What a late start, or another ambient, adds to one corrected file",
+    "contributions": "Where the error comes from",
+    "steady": "The way to the steady state",
+    "passes": "Orders and feeds of the passes",
+}
+MOST_ROWS = 500  # of the table on the page; the CSV file has all
+
+
+def study_csv(study: Study, rows: list[Row]) -> bytes:
+    """A row for each scenario, in the order of the study."""
+    return _csv(_columns(study, rows), rows)
+
+
+def answer_csv(answer: Answer) -> bytes:
+    """The numbers behind an answer."""
+    names = [*answer.columns, *(["what"] if answer.labels else [])]
+    rows = [
+        {
+            **{n: "" if np.isnan(v) else float(f"{v:.6g}") for n, v in zip(answer.columns, line)},
+            **({"what": answer.labels[i]} if answer.labels else {}),
+        }
+        for i, line in enumerate(answer.table)
+    ]
+    return _csv(names, rows)
+
+
+def _csv(names: list[str], rows: list[Row]) -> bytes:
+    out = io.StringIO()
+    writer = csv.DictWriter(out, names, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue().encode()
+
+
+def _columns(study: Study, rows: list[Row]) -> list[str]:
+    names = ["index", *study.keys, "state"]
+    for row in rows:
+        names += [n for n in row if n not in names and n != "reason"]
+    return [*names, "reason"]
+
+
+def study_json(study: Study, rows: list[Row], sentences: list[str]) -> bytes:
+    """The same for machines."""
+    data = {
+        "schema": 1,
+        "path": study.path,
+        "study_sha256": study.identity,
+        "keys": list(study.keys),
+        "overrides": list(study.base),
+        "answers": sentences,
+        "scenarios": rows,
+    }
+    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+
+
+def headline(study: Study, rows: list[Row]) -> str:
+    """What a grid shows, in one sentence."""
+    good = [r for r in rows if r["state"] == "done"]
+    failed = len(rows) - len(good)
+    told = f"{len(rows)} scenarios" + (f", {failed} failed" if failed else "")
+    if not good:
+        return told
+    low, high = (f(good, key=lambda r: (r["before_max_um"], r["index"])) for f in (min, max))
+
+    def at(row: Row) -> str:
+        return ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in study.keys)
+
+    told += f": error {low['before_max_um']:.1f} um ({at(low)}) to {high['before_max_um']:.1f} um ({at(high)})"
+    if any("after_max_um" in r for r in good):
+        worst = max((r for r in good if "after_max_um" in r), key=lambda r: r["after_max_um"])
+        outside = sum(not r.get("inside", True) for r in good)
+        told += f"; corrected at most {worst['after_max_um']:.2f} um, {outside} outside bounds"
+    return told
+
+
+def study_html(title: str, study: Study | None, rows: list[Row], answers: list[Answer]) -> bytes:
+    """One self-contained page."""
+    body = "".join(f'<p class="big predicted">{escape(a.sentence)}</p>' for a in answers)
+    if study is not None and study.scenarios:
+        body = f'<p class="big predicted">{escape(headline(study, rows))}</p>{body}'
+        body += "".join(
+            f"<h2>Error against {escape(key)}</h2>{div(_against(study, rows, key), f'vary{n}')}"
+            for n, key in enumerate(study.keys)
+        )
+    for answer in answers:
+        body += f"<h2>{TITLES[answer.key]}</h2>{div(_curve(answer), answer.key)}"
+    if study is not None and study.scenarios:
+        body += _table(study, rows)
+    return page(title, body)
+
+
+def _against(study: Study, rows: list[Row], key: str) -> Figure:
+    traces = []
+    good = [r for r in rows if r["state"] == "done"]
+    numbers = [_number(r[key]) for r in good]
+    plain = all(n is not None for n in numbers)
+    others = [k for k in study.keys if k != key]
+    groups: dict[str, list[tuple[Any, Row]]] = {}
+    for number, row in zip(numbers, good):
+        name = ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in others)
+        groups.setdefault(name, []).append((number if plain else str(row[key]), row))
+    for n, (name, points) in enumerate(groups.items()):
+        points.sort(key=lambda p: p[0])
+        tint = LINES[n % len(LINES)]
+        for side, dash, colour in (("before", "solid", WARM if not others else tint), ("after", "dot", COOL)):
+            shown = [(x, r[f"{side}_max_um"]) for x, r in points if f"{side}_max_um" in r]
+            if shown:
+                look = {"name": f"{side} {name}".strip(), "line": {"color": colour, "dash": dash, "width": 1.5}}
+                mode = "lines+markers" if len(shown) < 60 else "lines"
+                xy = ([p[k] for p in shown] for k in range(2))
+                traces.append(trace("scatter", *xy, mode=mode, showlegend=n < 12, **look))
+    return figure(traces, 380, xaxis=axis(key), yaxis=axis("largest error [µm]", rangemode="tozero"))
+
+
+def _number(value: Any) -> float | None:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return None
+
+
+def _curve(answer: Answer) -> Figure:
+    if answer.key == "contributions":
+        bars = (("of the largest error", WARM), ("its own largest", GREY))
+        traces = [
+            trace("bar", list(answer.labels), np.round(answer.table[:, k], 3), marker={"color": colour}, name=name)
+            for k, (name, colour) in enumerate(bars, 1)
+        ]
+        return figure(traces, 380, yaxis=axis("µm"))
+    if answer.key == "passes":
+        text = [f"{w}, {f:g} mm/s" for w, f in zip(answer.labels, answer.table[:, 0])]
+        xy = (np.round(answer.table[:, k], 4) for k in (1, 2))
+        points = trace("scatter", *xy, mode="markers", text=text, marker={"color": WARM})
+        return figure([points], 380, xaxis=axis("minutes"), yaxis=axis("error_um"))
+    apart = answer.key == "validity"  # two plots beside each other
+    pairs = [(0, 1), (2, 3)] if apart else [(0, k) for k in range(1, len(answer.columns))]
+    traces, axes = [], {"yaxis": axis("µm", rangemode="tozero", anchor="x", domain=[0.0, 1.0])}
+    for n, (x, y) in enumerate(pairs):
+        seen = ~np.isnan(answer.table[:, x])
+        which = "2" if apart and n else ""
+        xy = (np.round(answer.table[seen, k], 4) for k in (x, y))
+        look = {"name": answer.columns[y], "line": {"color": LINES[n], "width": 1.5}}
+        traces.append(trace("scatter", *xy, xaxis=f"x{which}", yaxis=f"y{which}", **look))
+        span = spans(2, 0.05)[n] if apart else [0.0, 1.0]
+        axes[f"xaxis{which}"] = axis(answer.columns[x], anchor=f"y{which}", domain=span)
+    if apart:
+        axes["yaxis2"] = {"anchor": "x2", "domain": [0.0, 1.0], "matches": "y", "showticklabels": False}
+    return figure(traces, 380, **axes)
+
+
+def _table(study: Study, rows: list[Row]) -> str:
+    names = [n for n in _columns(study, rows) if not n.startswith("start_") or n == "start_window_s"]
+    head = "".join(f"<th>{escape(n)}</th>" for n in names)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(str(row.get(n, '')))}</td>" for n in names) + "</tr>" for row in rows[:MOST_ROWS]
+    )
+    more = f"<p class=lead>{len(rows) - MOST_ROWS} more in the CSV file</p>" if len(rows) > MOST_ROWS else ""
+    return (
+        f'<h2>Scenarios</h2><div style="overflow-x:auto"><table><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>{more}"
+    )

@@ -1,0 +1,143 @@
+"""The report as data; its schema is documented in docs/report.md and changes only with ``schema``."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__, fanuc
+from compgen.core.arrays import extremes, sizes, steps
+from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.pipelines.generate import Corrected, Planned
+from compgen.verification.deviation import statistics
+
+SCHEMA = 1
+
+
+def report_data(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
+    """Everything a run found, in plain types."""
+    job, path = planned.job, planned.path
+    trajectory = corrected.trajectory if corrected else planned.trajectory
+    before = statistics(planned.deviation)
+    after = statistics(corrected.deviation) if corrected else None
+    findings = corrected.findings if corrected else planned.findings
+    names = job.heat.names
+    report: dict[str, Any] = {
+        "schema": SCHEMA,
+        "name": job.name,
+        "title": job.title,
+        "verdict": "predicted" if corrected is None else "inside" if corrected.inside else "outside",
+        "before": before,
+        "after": after,
+        "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
+        "bounds": {
+            key: value
+            for key, value in {
+                "max_um": _in(job.bounds.max, UM),
+                "p99_um": _in(job.bounds.p99, UM),
+                "rms_um": _in(job.bounds.rms, UM),
+                "feed_um": _in(job.bounds.feed, UM),
+                "cross_um": _in(job.bounds.cross, UM),
+                "normal_um": _in(job.bounds.normal, UM),
+                "axis_mdeg": _in(job.bounds.axis, MDEG),
+            }.items()
+            if value is not None
+        },
+        "findings": [f.record() for f in findings],
+        "path": {
+            "waypoints": len(path.arc),
+            "left_out": int(planned.rows[-1]) + 1 - len(path.arc),
+            "length_m": float(path.arc[-1]),
+            "contact_m": float(np.diff(path.arc)[path.contact[1:] & path.contact[:-1]].sum()),
+            "stops": int(path.stop.sum()),
+        },
+        "timing": {
+            "duration_s": float(trajectory.time[-1]),
+            "at_feed": trajectory.at_feed,
+            "joint_use": {
+                kind: dict(zip(job.robot.joint_names, row.tolist()))
+                for kind, row in zip(("speed", "acceleration", "jerk"), trajectory.use)
+            },
+        },
+        "thermal": {
+            "start_K": dict(zip(names, planned.rise[0].tolist())),
+            "end_K": dict(zip(names, planned.rise[-1].tolist())),
+        },
+    }
+    if corrected:
+        solution = corrected.solution
+        report["thermal"]["start_window_s"] = corrected.start_window
+        report["compensation"] = {
+            "status": solution.status.name.lower(),
+            "meaning": solution.status.value,
+            "iterations": solution.iterations,
+            "last_step_m": solution.step,
+            "active_limits": len(solution.active),
+            "largest_um": float(sizes(solution.correction[:, :3]).max() / UM),
+            "largest_mdeg": float(sizes(solution.correction[:, 3:]).max() / MDEG),
+            "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
+            "predicted_residual_um": float(sizes(solution.residual[:, :3]).max() / UM),
+        }
+        report["program"] = _program(corrected)
+    report["provenance"] = {
+        "compgen": __version__,
+        "inputs_sha256": job.inputs_hash,
+        "robot": job.robot.name,
+        "sources": [source.NAME for source in job.sources],
+        "overrides": list(job.overrides),
+        "tool": {
+            "number": job.tool_number,
+            "position_mm": (job.tool_position / MM).tolist(),
+            "rotation": job.tool_rotation.tolist(),
+        },
+        "before": [{"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / 3600} for d in job.before],
+        "joint_range_deg": _joint_range(planned, corrected),
+    }
+    return report
+
+
+def _program(corrected: Corrected) -> dict[str, Any]:
+    """The files for the controller."""
+    program, delivered = corrected.program, corrected.delivery
+    feed, late = fanuc.feed_errors(corrected.trajectory.speed, program.speed, steps(program.position))
+    told = {
+        "file": delivered.files[-1][0],
+        "positions": len(program.position),
+        "bytes": sum(len(content) for name, content in delivered.files if name.endswith(".LS")),
+        "memory_kB": fanuc.estimated_memory(program) / 1000,
+        "largest_feed_error": feed,
+        "largest_time_error_s": late,
+        "rounding_um": float(np.sqrt(3) / 2 * 10.0 ** (3 - program.decimals)),
+        "pages": [],
+    }
+    if delivered.paged is not None:
+        told["memory_kB"] = sum(page.size.memory for page in delivered.paged.pages) / 1000
+        told["pages"] = [
+            {
+                "file": f"{page.name}.LS",
+                "load": page.load,
+                "lines": page.size.lines,
+                "positions": page.size.positions,
+                "memory_kB": page.size.memory / 1000,
+                "start_s": start.time,
+                "start_window_s": start.window,
+            }
+            for page, start in zip(delivered.paged.pages, delivered.starts)
+        ]
+    return told
+
+
+def report_json(planned: Planned, corrected: Corrected | None) -> bytes:
+    """The summary as text, the same bytes for the same inputs."""
+    return (json.dumps(report_data(planned, corrected), indent=2, allow_nan=False) + "\n").encode()
+
+
+def _in(value: float | None, factor: float) -> float | None:
+    return None if value is None else round(value / factor, 9)
+
+
+def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, list[float]]:
+    robot = planned.job.robot
+    low, high = extremes(corrected.solution.theta if corrected else planned.theta)
+    ends = np.column_stack([low, high]) - robot.pendant_zero[:, None]
+    return dict(zip(robot.joint_names, (ends / DEG).tolist()))

@@ -1,0 +1,122 @@
+r"""The symbolic chain, and the one bridge from CasADi to numpy.
+
+A chain is six DH rows with symbols in them, the tool behind them, and what errors put between them; an error source
+takes a chain and gives a chain. The pose of its TCP in World is
+
+    F_0  prod_i [ Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i)  F_i ]  tool,    then moved by ``shift``
+
+F_i is a frame that errors insert behind row i (F_0: before the first), beta the Hayati angle that a small misalignment
+of parallel axes needs; both are none and zero in a nominal chain. What is exactly zero adds nothing to the graph.
+
+Numbers cross by ``evaluate`` of ``compgen.evaluation``: rows in, rows out.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from compgen.core.evaluation import BLOCK, evaluate
+from compgen.robot.robot import Robot
+
+__all__ = ["BLOCK", "Chain", "Frame", "evaluate", "is_zero", "nominal_chain"]
+
+Frame = tuple[Any, Any]  # position (3, 1) [m] and rotation (3, 3), numbers or SX
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Chain:
+    """DH rows as CasADi expressions; ``theta`` holds the joint variables."""
+
+    theta: tuple[Any, ...]  # 6 [rad]
+    d: tuple[Any, ...]  # 6 [m]
+    a: tuple[Any, ...]  # 6 [m]
+    alpha: tuple[Any, ...]  # 6 [rad]
+    beta: tuple[Any, ...] = 6 * (0.0,)  # 6 [rad] about y, behind alpha
+    frames: tuple[Frame | None, ...] = 7 * (None,)  # F_0 ... F_6
+    tool: Frame | None = None  # TCP in the flange
+    shift: Any = None  # (3, 1) [m] in World
+
+    def inserted(self, row: int, position: Any, rotation: Any) -> "Chain":
+        """The chain with a frame more behind row ``row`` (0: before the first), after those that are there."""
+        frame, before = (_matrix(position), _matrix(rotation)), self.frames[row]
+        if before is not None:
+            frame = _behind(before, frame)
+        return replace(self, frames=(*self.frames[:row], frame, *self.frames[row + 1 :]))
+
+    def moved(self, shift: Any) -> "Chain":
+        """The chain with its TCP moved further, (3, 1) [m] in World."""
+        return replace(self, shift=shift if self.shift is None else self.shift + shift)
+
+    def joint_frames(self) -> list[Frame]:
+        """Position and rotation in World of the frame behind each row, F_i with it; the first is the World's own F_0.
+
+        The axis of joint i + 1 is the z of frame i; frame 6 is the flange.
+        """
+        position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
+        position, rotation = _behind((position, rotation), self.frames[0])
+        found = [(position, rotation)]
+        rows = zip(self.theta, self.d, self.a, self.alpha, self.beta, self.frames[1:])
+        for theta, d, a, alpha, beta, frame in rows:
+            c, s, ca_, sa = ca.cos(theta), ca.sin(theta), _cos(alpha), _sin(alpha)
+            position = position + rotation @ ca.vertcat(a * c, a * s, d)
+            rotation = rotation @ ca.vertcat(
+                ca.horzcat(c, -s * ca_, s * sa), ca.horzcat(s, c * ca_, -c * sa), ca.horzcat(0, sa, ca_)
+            )
+            if not is_zero(beta):
+                cb, sb = _cos(beta), _sin(beta)
+                rotation = rotation @ ca.vertcat(ca.horzcat(cb, 0, sb), ca.horzcat(0, 1, 0), ca.horzcat(-sb, 0, cb))
+            position, rotation = _behind((position, rotation), frame)
+            found.append((position, rotation))
+        return found
+
+    def pose_expr(self) -> Frame:
+        """Flange position (3, 1) and rotation (3, 3), without tool and shift."""
+        return self.joint_frames()[-1]
+
+    def tcp_expr(self) -> Frame:
+        """TCP position (3, 1) and rotation (3, 3)."""
+        position, rotation = _behind(self.pose_expr(), self.tool)
+        return (position if self.shift is None else position + self.shift), rotation
+
+
+def nominal_chain(robot: Robot, theta: Any, tool: Frame | None = None) -> Chain:
+    """The chain the controller believes in; ``tool`` is the TCP in the flange."""
+    six = range(6)
+    return Chain(
+        tuple(theta[i] for i in six),
+        tuple(float(robot.d[i]) for i in six),
+        tuple(float(robot.a[i]) for i in six),
+        tuple(float(robot.alpha[i]) for i in six),
+        tool=tool,
+    )
+
+
+def _behind(pose: Frame, frame: Frame | None) -> Frame:
+    """A pose with a frame behind it."""
+    if frame is None:
+        return pose
+    return pose[0] + pose[1] @ _matrix(frame[0]), pose[1] @ _matrix(frame[1])
+
+
+def _matrix(value: Any) -> Any:
+    return value if isinstance(value, ca.SX) else ca.DM(value)
+
+
+def is_zero(value: Any) -> bool:
+    """Whether a number or expression is exactly zero, so that it may be left out of the graph."""
+    return bool(value.is_zero()) if isinstance(value, (ca.SX, ca.DM)) else not np.any(value)
+
+
+def _cos(angle: Any) -> Any:
+    return _exact(np.cos(angle)) if isinstance(angle, float) else ca.cos(angle)
+
+
+def _sin(angle: Any) -> Any:
+    return _exact(np.sin(angle)) if isinstance(angle, float) else ca.sin(angle)
+
+
+def _exact(value: float) -> float:
+    """Right angles give 0 and 1 exactly, so their products vanish from the graph."""
+    return float(round(value)) if abs(value - round(value)) < 1e-15 else float(value)

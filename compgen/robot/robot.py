@@ -1,0 +1,65 @@
+r"""A robot's nominal facts: what its maker publishes and its controller believes.
+
+Joint angles here and everywhere inside are DH angles theta [rad]; the pendant shows other numbers, related by
+
+    theta = M pendant + theta_0
+
+with M one matrix per robot (FANUC counts J3 against the horizontal: theta_3 = J2 + J3). Limits hold on theta, so a
+limit on the coupled angle J2 + J3 is a plain limit on theta_3.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from compgen.core.arrays import Array, own
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Controller:
+    """What the controller does with a program, and what it can hold."""
+
+    compensation: Literal["none", "signature"]  # does it correct geometry of its own?
+    signature: str  # the calibration that is active on it
+    period: float  # [s] interpolation
+    max_lines: int
+    max_positions: int
+    memory: float  # [bytes] for programs
+    name_length: int
+    decimals: int  # of the numbers in a position
+    turn_joints: tuple[int, int, int]  # which joints (from 1) the three digits of CONFIG count
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Robot:
+    """A six-axis arm with a spherical wrist, standard DH: T = prod Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+
+    name: str
+    d: Array  # (6,) [m]
+    a: Array  # (6,) [m]
+    alpha: Array  # (6,) [rad]
+    pendant_map: Array  # (6, 6) M
+    pendant_zero: Array  # (6,) [rad] theta_0
+    lower: Array  # (6,) [rad] on theta
+    upper: Array  # (6,) [rad] on theta
+    joint_names: tuple[str, ...]  # of theta, as limits are quoted: J1 J2 J2+J3 J4 J5 J6
+    speed: Array  # (6,) [rad/s]
+    acceleration: Array  # (6,) [rad/s2]
+    jerk: Array  # (6,) [rad/s3]
+    shoulder_margin: float  # [m] the wrist centre keeps this distance from the J1 axis
+    elbow_margin: float  # [m] the arm keeps this distance from being stretched or folded
+    wrist_margin: float  # [rad] J5 keeps this distance from zero
+    controller: Controller
+
+    def __post_init__(self) -> None:
+        six = ("d", "a", "alpha", "pendant_zero", "lower", "upper", "speed", "acceleration", "jerk")
+        own(self, pendant_map=(6, 6), **{name: (6,) for name in six})
+
+    def to_pendant(self, theta: Array) -> Array:
+        """Pendant angles of DH angles, (N, 6) [rad]."""
+        return np.asarray((theta - self.pendant_zero) @ np.linalg.inv(self.pendant_map).T)
+
+    def to_theta(self, pendant: Array) -> Array:
+        """DH angles of pendant angles, (N, 6) [rad]."""
+        return np.asarray(pendant @ self.pendant_map.T + self.pendant_zero)

@@ -1,0 +1,118 @@
+r"""Heat that each joint's drive gives off, from the motion itself.
+
+The torque at a joint comes from inverse dynamics of the loaded arm (pinocchio, links and payload as point masses), and
+the drive's loss, with P its rated power, q_m its rated speed and T = P / q_m the torque that belongs to them, is
+
+    loss = P [ holding (tau / T)^2 + coulomb |qd| / q_m + viscous (qd / q_m)^2 ]
+
+copper loss of the torque, Coulomb and viscous friction of motor and gearbox. Three numbers for all joints: what the
+tables of one robot can tell apart. With the servo on and standing the copper loss stays; off, nothing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from compgen.core.arrays import Array, distinct, own
+from compgen.robot.robot import Robot
+from compgen.thermal.duty import Motion
+
+SAMPLES = 2000  # of a motion: heat answers to its mean over minutes
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Drives:
+    """Six drives and the masses that they carry."""
+
+    rated_power: Array  # (6,) [W]
+    rated_speed: Array  # (6,) [rad/s]
+    holding: float
+    coulomb: float
+    viscous: float
+    link_mass: Array  # (6,) [kg]
+    link_centre: Array  # (6, 3) [m] in the frame at each joint with all pendant angles zero, axes as World
+    payload_mass: float  # [kg]
+    payload_centre: Array  # (3,) [m] in the flange
+
+    def __post_init__(self) -> None:
+        own(self, rated_power=(6,), rated_speed=(6,), link_mass=(6,), link_centre=(6, 3), payload_centre=(3,))
+
+
+def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:
+    """The nominal arm with its masses, joint by joint, for inverse dynamics."""
+    a1, a2, a3 = robot.a[:3]
+    d4, d6 = -robot.d[3], -robot.d[5]
+    joints = [
+        ((0, 0, 1), (0, 0, 0)),
+        ((0, 1, 0), (a1, 0, 0)),
+        ((0, -1, 0), (0, 0, a2)),
+        ((-1, 0, 0), (0, 0, a3)),
+        ((0, -1, 0), (d4, 0, 0)),
+        ((-1, 0, 0), (d6, 0, 0)),
+    ]
+    model, parent = pin.Model(), 0
+    for i, (axis, place) in enumerate(joints):
+        kind = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))
+        parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), np.array(place, dtype=float)), f"j{i + 1}")
+        mass = pin.Inertia(float(drives.link_mass[i]), drives.link_centre[i], np.zeros((3, 3)))
+        model.appendBodyToJoint(parent, mass, pin.SE3.Identity())
+    flange = pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(robot.alpha[5]))
+    load = pin.Inertia(drives.payload_mass, flange @ drives.payload_centre, np.zeros((3, 3)))
+    model.appendBodyToJoint(parent, load, pin.SE3.Identity())
+    return model
+
+
+def torques(robot: Robot, drives: Drives, theta: Array, speed: Array, acceleration: Array) -> Array:
+    """Joint torques, (M, 6) [rad], [rad/s], [rad/s2] to (M, 6) [N m]."""
+    model = loaded_arm(robot, drives)
+    data = model.createData()
+    q = theta - robot.pendant_zero
+    return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration)]).reshape(-1, 6)
+
+
+def losses(robot: Robot, drives: Drives, motion: Motion) -> tuple[Array, Array]:
+    """Heat of each drive over a motion, and over standing still in its poses.
+
+    Args:
+        robot: For the arm.
+        drives: Losses and masses.
+        motion: N waypoints.
+
+    Returns:
+        (N - 1, 6) [W] on each segment, with speeds from the waypoints' own times; and the same with the motion held.
+    """
+    step = np.diff(motion.time)[:, None]
+    speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
+    middle = (motion.theta[1:] + motion.theta[:-1]) / 2
+    time = (motion.time[1:] + motion.time[:-1]) / 2
+    some = distinct(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
+    rate = np.zeros_like(speed)
+    if len(time) > 1:
+        between = np.diff(time)[:, None]
+        change = np.divide(np.diff(speed, axis=0), between, out=np.zeros((len(between), 6)), where=between > 0)
+        rate[:-1] += change / 2
+        rate[1:] += change / 2
+    # a stop's ramp lies between two waypoints: its mean is what counts, not the jump of the chord's speed
+    limit = robot.acceleration
+    moved = torques(robot, drives, middle[some], speed[some], np.clip(rate[some], -limit, limit))
+    held = torques(robot, drives, middle[some], np.zeros((len(some), 6)), np.zeros((len(some), 6)))
+    power = drives.rated_power
+    whole = np.array([np.interp(time, time[some], column) for column in (_copper(drives, moved)).T]).T
+    still = np.array([np.interp(time, time[some], column) for column in (_copper(drives, held)).T]).T
+    share = np.abs(speed) / drives.rated_speed
+    return whole + power * (drives.coulomb * share + drives.viscous * share**2), still
+
+
+def mean_losses(robot: Robot, drives: Drives, motion: Motion) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Means over the motion's time, moving and held, six each [W]."""
+    moving, held = losses(robot, drives, motion)
+    step = np.diff(motion.time) + 1e-12
+    return tuple(np.average(moving, axis=0, weights=step).tolist()), tuple(
+        np.average(held, axis=0, weights=step).tolist()
+    )
+
+
+def _copper(drives: Drives, torque: Array) -> Array:
+    rated = drives.rated_power / drives.rated_speed
+    return np.asarray(drives.rated_power * drives.holding * (torque / rated) ** 2)

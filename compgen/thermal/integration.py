@@ -1,0 +1,181 @@
+r"""Time integration of any thermal model: exact, by modes, at any number of output times.
+
+Between changes of duty each mode is one exponential, z(t) = goal + (z_0 - goal) exp(-rate (t - t_0)), to which the air
+adds its own response. No step size, no tolerance: 12 h of a hundred volumes at every second is a few array operations.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, distinct
+from compgen.thermal.ambient import Ambient, still
+from compgen.thermal.duty import Duty, Motion
+from compgen.thermal.model import Heat
+
+LONG = 300.0  # time constants that one block of a sum may span
+ROWS = 1024  # output times at a time
+GONE = 45.0  # time constants after which nothing of a mode is left, exp(-45) = 3e-20
+
+
+def opening(heat: Heat, air: Ambient | None = None) -> Array:
+    """State before any duty: what a log ends with, else cold and in balance with the air so far, (S,)."""
+    if heat.start is not None:
+        return heat.start
+    return np.asarray(heat.ambient * (air or still()).settled(heat.rate))
+
+
+def after(
+    heat: Heat, duties: Sequence[Duty], state: Array | None = None, air: Ambient | None = None, clock: float = 0.0
+) -> Array:
+    """State after duties in turn.
+
+    Args:
+        heat: The model.
+        duties: In order.
+        state: Where they begin, (S,); default ``opening``.
+        air: Over time; default still at the reference.
+        clock: When the first duty begins [s].
+
+    Returns:
+        (S,).
+    """
+    z = opening(heat, air) if state is None else np.asarray(state)
+    total = sum(d.duration for d in duties)
+    goals = {duty: heat.goal(duty) for duty in set(duties)}
+    for duty in duties:
+        goal = goals[duty]
+        z = goal + (z - goal) * np.exp(-duty.duration * heat.rate)
+    return np.asarray(z + heat.ambient * (air or still()).response(heat.rate, clock, np.array([clock + total]))[0])
+
+
+def during(
+    heat: Heat, start: Array, motion: Motion, air: Ambient | None = None, clock: float = 0.0
+) -> tuple[Array, Array]:
+    r"""Rises while a program runs.
+
+        z_n = exp(-rate t_n) (z_0 + sum_k goal_k (exp(rate t_{k+1}) - exp(rate t_k)))
+
+    summed in blocks short enough not to overflow.
+
+    Args:
+        heat: The model.
+        start: State when the program starts, (S,).
+        motion: Times from 0, N waypoints.
+        air: Over time.
+        clock: When the program starts [s].
+
+    Returns:
+        Rise at each waypoint (N, K) [K], and the state at the end (S,).
+    """
+    goals, rate, time = heat.goals(motion), heat.rate, motion.time
+    rises = np.empty((len(time), len(heat.outputs)))
+    rises[0], z, first = heat.outputs @ start, np.asarray(start), 0
+    while first < len(time) - 1:
+        reach = np.searchsorted(time, time[first] + LONG / rate.max(), side="right") - 1
+        last = int(min(max(reach, first + 1), first + ROWS, len(time) - 1))
+        x = np.minimum((time[first : last + 1] - time[first])[:, None] * rate, 2 * LONG)
+        gain = goals[first:last] * np.exp(x[:-1]) * np.expm1(np.diff(x, axis=0))
+        path = np.exp(-x[1:]) * (z + np.cumsum(gain, axis=0))
+        rises[first + 1 : last + 1], z, first = path @ heat.outputs.T, path[-1], last
+    if air is not None:
+        for k in range(0, len(time), ROWS):
+            share = heat.ambient * air.response(rate, clock, clock + time[k : k + ROWS])
+            rises[k : k + ROWS] += share @ heat.outputs.T
+        z = z + heat.ambient * air.response(rate, clock, clock + time[-1:])[0]
+    return rises, np.asarray(z)
+
+
+def states_at(
+    heat: Heat, start: Array, motion: Motion, which: IntArray, air: Ambient | None = None, clock: float = 0.0
+) -> Array:
+    """States at some waypoints of a program that runs.
+
+    Args:
+        heat: The model.
+        start: State when the program starts, (S,).
+        motion: Times from 0, N waypoints.
+        which: Their numbers from 0, rising, (P,).
+        air: Over time.
+        clock: When the program starts [s].
+
+    Returns:
+        (P, S).
+    """
+    time, rate, last = motion.time, heat.rate, int(which[-1])
+    goals = heat.goals(motion) if last else np.zeros((0, len(rate)))
+    states = {0: np.asarray(start)}
+    edges = distinct(np.append(which, np.arange(0, last + 1, ROWS)))
+    for a, b in zip(edges.tolist(), edges[1:].tolist()):  # seen from the end of a stretch what was before has faded
+        faded = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
+        states[b] = states[a] * faded[0] + (
+            goals[a:b] * -np.expm1(-np.diff(time[a : b + 1])[:, None] * rate) * faded[1:]
+        ).sum(axis=0)
+    found = np.array([states[n] for n in which.tolist()])
+    if air is not None:
+        found += heat.ambient * air.response(rate, clock, clock + time[which])
+    return found
+
+
+def history(
+    heat: Heat,
+    duties: Sequence[Duty],
+    time: Array,
+    state: Array | None = None,
+    air: Ambient | None = None,
+    clock: float = 0.0,
+) -> Array:
+    """Rises at any times from the beginning of the first duty on; after the last one it goes on.
+
+    Args:
+        heat: The model.
+        duties: In order.
+        time: Rising, (M,) [s] from the beginning of the first duty.
+        state: Where they begin, (S,).
+        air: Over time.
+        clock: When they begin [s].
+
+    Returns:
+        (M, K) [K].
+    """
+    z = opening(heat, air) if state is None else np.asarray(state)
+    duties = duties or [Duty("off", 0.0, 0.0)]
+    outputs, rate = heat.outputs, heat.rate
+    out = np.empty((len(time), len(outputs)))
+    goals = {duty: heat.goal(duty) for duty in set(duties)}
+    levels = {duty: outputs @ goal for duty, goal in goals.items()}
+    step = (time[-1] - time[0]) / max(len(time) - 1, 1) if len(time) else 0.0
+    even = len(time) > 1 and bool(np.abs(np.diff(time) - step).max() <= 1e-12 * time[-1])
+    begins = np.concatenate([[0.0], np.cumsum([duty.duration for duty in duties])])
+    rows = np.append(np.searchsorted(time, begins[:-1]), len(time))
+    longest = min(ROWS, int(np.diff(rows).max()))
+    table = np.exp(-np.arange(longest)[:, None] * step * rate) if even else None
+    few = _few(table) if table is not None and len(time) > 64 * longest else None
+    for duty, begin, low, high in zip(duties, begins, rows, rows[1:]):
+        goal = goals[duty]
+        for k in range(int(low), int(high), ROWS):
+            past = time[k : min(k + ROWS, int(high))] - begin
+            alive = rate * past[0] < GONE  # fast modes have gone after minutes
+            fade = np.exp(-(past - past[0])[:, None] * rate) if table is None else table[: len(past)]
+            swing = outputs * ((z - goal) * np.exp(-past[0] * rate))
+            part = swing.T
+            if not alive.all():
+                fade, part = fade[:, alive], part[alive]
+            elif few is not None:
+                fade, part = few[0][: len(past)], few[1] @ part
+            block = out[k : k + len(past)]
+            np.matmul(fade, part, out=block)
+            block += levels[duty]
+        z = goal + (z - goal) * np.exp(-duty.duration * rate)
+    if air is not None:
+        for k in range(0, len(time), ROWS):
+            share = heat.ambient * air.response(heat.rate, clock, clock + time[k : k + ROWS])
+            out[k : k + ROWS] += share @ heat.outputs.T
+    return out
+
+
+def _few(table: Array) -> tuple[Array, Array]:
+    """The same as a product through as few columns as it takes: many exponentials in time are nearly dependent."""
+    left, size, right = np.linalg.svd(table, full_matrices=False)
+    count = int((size > 1e-15 * size[0]).sum())
+    return left[:, :count].copy(), size[:count, None] * right[:count]

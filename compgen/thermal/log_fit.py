@@ -1,0 +1,136 @@
+r"""Third thermal model: the real state, from a thermocouple log.
+
+Sensors see some rises, with noise and gaps. The log is explained by the heat that would have caused it: sources a_m
+(the drives' housings of the network, the goals of the nodes) constant within each of B blocks of time; two of them lie
+before the log, one for ever and one of the last hours,
+
+    y(t) = outputs [ sum_b sum_m a_bm phi_bm(t) + air(t) ]
+
+with phi the exact response of the modes. The amplitudes are one least-squares problem: the readings (an outlier counts
+less the farther it lies, Huber), their change from block to block, and, for what no sensor sees, the proportions of a
+working robot. What it ends with is the state of all modes: the profile through the sensors, smooth as conduction makes
+it, from which the nodes or the network go on.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.core.exceptions import InputError
+from compgen.core.units import HOUR
+from compgen.thermal.ambient import Ambient
+from compgen.thermal.model import Heat
+from compgen.thermal.network import Network
+from compgen.thermal.node_model import NodeModel
+
+BLOCKS = 24  # within the log
+PAST = 4 * HOUR  # of the block just before it
+SAMPLES = 2000  # readings of a sensor that are used, means of what lies between
+SENSOR = 0.3  # [K] scatter up to which a reading counts in full
+SMOOTH = 0.1  # weight of the change from block to block
+PATTERN = 0.1  # weight of a working robot's proportions
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Log:
+    """Readings as rises above the reference; nan where there is none."""
+
+    time: Array  # (M,) [s] rising
+    air: Array  # (M,) [K]
+    readings: Mapping[str, Array]  # name of a rise to (M,) [K]
+
+    def __post_init__(self) -> None:
+        own(self, time=("M",), air=("M",))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Explained:
+    """What the log means to a model."""
+
+    heat: NodeModel | Network  # which begins with the state at the log's end
+    time: Array  # (T,) [s] of the samples used
+    rise: Array  # (T, K) [K] all named rises over the log
+    off: Mapping[str, float]  # [K] rms of each sensor's readings against it
+
+
+def explain(log: Log, heat: NodeModel | Network, loss: tuple[float, ...] = ()) -> Explained:
+    """The model with the state at the log's end.
+
+    Args:
+        log: At least two readings.
+        heat: The model that goes on from there.
+        loss: Of each drive while the robot works [W]: the proportions for what no sensor sees; network only.
+
+    Raises:
+        InputError: Too few readings.
+    """
+    for name in log.readings:
+        if name not in heat.names:
+            raise InputError(f"log: sensor of '{name}': this thermal model has no such rise; mend thermal.sensors")
+    time = log.time - log.time[0]
+    if time[-1] <= 0 or not log.readings:
+        raise InputError("log: it needs two readings of one sensor at least")
+    grid = np.linspace(0.0, time[-1], min(SAMPLES, len(time)))
+    goals, pattern = _sources(heat, loss)
+    count = max(1, min(BLOCKS, len(grid) // 8))
+    edges = np.concatenate([[-np.inf, -PAST], np.linspace(0.0, time[-1], count + 1)])
+    count += 2
+    states = _responses(heat.rate, goals, edges, grid)  # (T, S, B, m)
+    air = Ambient(time, log.air)
+    first = heat.ambient * log.air[0] * np.exp(-grid[:, None] * heat.rate)
+    breath = first + heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
+    rows, values, owner = [], [], []
+    for k, (name, readings) in enumerate(log.readings.items()):
+        seen = ~np.isnan(readings)
+        row = heat.outputs[heat.names.index(name)]
+        bins = np.clip(np.searchsorted(grid, time[seen]), 0, len(grid) - 1)
+        hits = np.bincount(bins, minlength=len(grid))
+        mean = np.bincount(bins, weights=readings[seen], minlength=len(grid))[hits > 0] / hits[hits > 0]
+        rows.append(np.einsum("s,tsbm->tbm", row, states[hits > 0]).reshape(len(mean), -1))
+        values.append(mean - breath[hits > 0] @ row)
+        owner.append(np.full(len(mean), k))
+    A, y, which = np.vstack(rows), np.concatenate(values), np.concatenate(owner)
+    extra = _wishes(count, goals, heat, pattern) * np.sqrt(len(y) / (count * len(pattern)))
+    weight = np.ones(len(y))
+    for _ in range(20):
+        big = np.vstack([A * weight[:, None], extra])
+        found = np.linalg.lstsq(big, np.concatenate([y * weight, np.zeros(len(extra))]), rcond=None)[0]
+        off = y - A @ found
+        weight = np.sqrt(np.minimum(1.0, SENSOR / np.maximum(np.abs(off), 1e-9)))
+    amplitude = found.reshape(count, len(pattern))
+    path = np.einsum("tsbm,bm->ts", states, amplitude) + breath
+    rms = {name: float(np.sqrt(np.mean(off[which == k] ** 2))) for k, name in enumerate(log.readings)}
+    return Explained(replace(heat, start=path[-1]), log.time[0] + grid, path @ heat.outputs.T, rms)
+
+
+def _sources(heat: NodeModel | Network, loss: tuple[float, ...]) -> tuple[Array, Array]:
+    """Goals of one unit of each source (m, S), and a working robot's proportions (m,)."""
+    if isinstance(heat, Network):
+        kinds = np.unique(heat.volumes.power, axis=0)
+        kinds = kinds[kinds.any(axis=1)]  # one row per heated housing
+        working = kinds @ (np.array(loss) if loss else heat.drives.rated_power)
+        goals = np.array([heat.goal_of(100.0 * k / k.sum()) for k in kinds])  # of 100 W in a housing
+        return goals, working / np.linalg.norm(working)
+    return np.eye(len(heat.tau)), heat.reference_rise / np.linalg.norm(heat.reference_rise)
+
+
+def _responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:
+    """What one unit of each source in each block does to the modes, (T, S, B, m)."""
+    out = np.empty((len(grid), len(rate), len(edges) - 1, len(goals)))
+    for b, (begin, end) in enumerate(zip(edges[:-1], edges[1:])):
+        since, until = np.maximum(grid - begin, 0.0), np.maximum(grid - end, 0.0)
+        share = np.exp(-until[:, None] * rate) - np.exp(-since[:, None] * rate)
+        out[:, :, b, :] = share[:, :, None] * goals.T[None]
+    return out
+
+
+def _wishes(count: int, goals: Array, heat: Heat, pattern: Array) -> Array:
+    """Rows that ask for little change from block to block and for a working robot's proportions."""
+    m = len(pattern)
+    size = np.diag(np.abs(heat.outputs @ goals.T).max(axis=0))  # [K] of one unit
+    change = np.kron(np.diff(np.eye(count), axis=0), size) * SMOOTH * SENSOR
+    change[: 2 * m] *= 0.1  # nothing is known of how the log's beginning came to be
+    across = size @ (np.eye(m) - np.outer(pattern, pattern))
+    return np.vstack([change, np.kron(np.eye(count), across) * PATTERN * SENSOR])

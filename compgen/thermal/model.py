@@ -1,0 +1,64 @@
+r"""What every thermal model is: first-order modes, and how their states become rises along the links.
+
+    dz/dt = rate (goal + ambient u(t) - z)        rise = outputs z
+
+with u the rise of the air. A state z (S,) says all of the robot's warmth; between changes of duty the goal is constant
+and the solution exact (``solve``). Three models fill it: ``nodes`` (the study's), ``network`` (conduction) and
+``measured`` (a thermocouple log).
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from compgen.core.arrays import Array
+from compgen.thermal.duty import Duty, Motion
+
+
+class Heat(Protocol):
+    """A thermal model with S modes and K named rises."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the K rises."""
+        ...
+
+    @property
+    def rate(self) -> Array:
+        """Of each mode, (S,) [1/s]."""
+        ...
+
+    @property
+    def outputs(self) -> Array:
+        """Rises of a state, (K, S)."""
+        ...
+
+    @property
+    def ambient(self) -> Array:
+        """State that a robot reaches in air one kelvin above the reference, (S,)."""
+        ...
+
+    @property
+    def reference_rise(self) -> Array:
+        """Rises after the reference duty, (K,) [K]: they fix the shapes of profiles."""
+        ...
+
+    @property
+    def start(self) -> Array | None:
+        """State that a log ends with, (S,); None: the robot is cold, in balance with the air."""
+        ...
+
+    def goal(self, duty: Duty) -> Array:
+        """State that a duty would reach in the end in air at the reference, (S,)."""
+        ...
+
+    def goals(self, motion: Motion) -> Array:
+        """The same for each segment of a program, (N - 1, S)."""
+        ...
+
+    def along(self, length: str, state: Array, x: Array) -> Array:
+        """Rise along a link ("a2", "d4", ...) at distances x (M,) [m] from its base end, (M,) [K]."""
+        ...
+
+    def strays(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
+        """In words, where a job leaves the box in which the parameters were measured."""
+        ...

@@ -1,0 +1,120 @@
+r"""First thermal model: each node answers to feed with a first-order lag.
+
+    tau d(rise)/dt = A - rise
+
+    A = 0                                              servo off
+    A = A_ref i                                        idle, servo on, i the idle fraction
+    A = A_ref (i + (1 - i) s (feed / feed_ref)^p)      moving for the share s of the time
+
+A_ref makes the reference duty (feed_ref for h_ref from cold) end exactly at the measured rise:
+A_ref = rise_ref / (1 - exp(-h_ref / tau)). Source: the reference study, sections 5.3 and 4.4, with
+its errata. Valid inside ``box``; outside, ``strays`` says by how much.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, distinct, own
+from compgen.core.units import HOUR, MM
+from compgen.thermal.duty import Duty, Motion
+from compgen.thermal.integration import after, opening
+from compgen.thermal.profiles import Profile, rise_along
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class NodeModel:
+    """K nodes."""
+
+    names: tuple[str, ...]
+    reference_rise: Array  # (K,) [K] after the reference duty
+    exponent: Array  # (K,) p
+    tau: Array  # (K,) [s]
+    idle: float  # i
+    reference_feed: float  # [m/s]
+    reference_time: float  # [s]
+    box_feed: Array  # (2,) [m/s] where the parameters hold
+    box_time: float  # [s]
+    box_rise: float  # [K]
+    profiles: tuple[Profile, ...] = ()
+    start: Array | None = None  # (K,) [K] what a log ends with; None: cold
+
+    def __post_init__(self) -> None:
+        own(self, reference_rise=("K",), exponent=("K",), tau=("K",), box_feed=(2,))
+
+    @property
+    def rate(self) -> Array:
+        """Of each node, (K,) [1/s]."""
+        return np.asarray(1 / self.tau)
+
+    @property
+    def outputs(self) -> Array:
+        """A node's state is its rise, (K, K)."""
+        return np.eye(len(self.tau))
+
+    @property
+    def ambient(self) -> Array:
+        """Every node follows the air with its own lag, (K,)."""
+        return np.ones(len(self.tau))
+
+    def steady(self, state: str, feed: Array, share: float = 1.0) -> Array:
+        """A, the rise that a duty would reach in the end, (M,) feeds [m/s] to (M, K) [K]."""
+        full = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
+        if state == "off":
+            return np.zeros((len(feed), len(full)))
+        some = distinct(np.asarray(feed))  # a power for each speed, not for each segment
+        motion = (some[:, None] / self.reference_feed) ** self.exponent
+        moving = share * motion if state == "moving" else np.zeros_like(motion)
+        rises = full * (self.idle + (1 - self.idle) * moving)
+        return np.asarray(rises.take(np.searchsorted(some, feed), axis=0))
+
+    def goal(self, duty: Duty) -> Array:
+        """A of one duty, (K,) [K]."""
+        return np.asarray(self.steady(duty.state, np.array([duty.feed]), duty.share)[0])
+
+    def goals(self, motion: Motion) -> Array:
+        """A of each segment of a program, (N - 1, K) [K]."""
+        return self.steady("moving", motion.driven)
+
+    def after(self, duties: Sequence[Duty], start: Array | None = None) -> Array:
+        """Rise after duties in turn in still air, (K,) [K]."""
+        return after(self, duties, start)
+
+    def along(self, length: str, state: Array, x: Array) -> Array:
+        """Rise along a link by its profile, (M,) [m] to (M,) [K]; zero where the link has none."""
+        found = np.zeros(len(x))
+        reference = dict(zip(self.names, self.reference_rise.tolist()))
+        for profile in self.profiles:
+            if profile.length == length:
+                found = rise_along(profile, reference, dict(zip(self.names, np.asarray(state).tolist())), x)
+        return found
+
+    def strays(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
+        """In words, where a job leaves the box in which the parameters were measured."""
+        found = []
+        low, high = self.box_feed
+        feeds = [("process", feed), *((f"before.{i}", d.feed) for i, d in enumerate(duties) if d.state == "moving")]
+        told: set[float] = set()
+        for where, value in feeds:
+            if value in told:
+                continue
+            told.add(value)
+            if not low <= value <= high:
+                found.append(
+                    f"{where} feed {value / MM:g} mm/s lies outside {low / MM:g} to {high / MM:g} mm/s, "
+                    "where the thermal parameters were measured"
+                )
+        hours = sum(d.duration * d.share for d in duties if d.state == "moving") + duration
+        if hours > self.box_time:
+            found.append(
+                f"{hours / HOUR:.2f} h of motion by the program's end exceed the {self.box_time / HOUR:g} h "
+                "the thermal parameters were measured over"
+            )
+        peak, state = max(rise.max(), 0.0), opening(self)
+        for duty in duties:
+            state = after(self, [duty], state)
+            peak = max(peak, state.max())
+        if peak > self.box_rise:
+            found.append(f"a rise of {peak:.1f} K is above the {self.box_rise:g} K measured")
+        return found

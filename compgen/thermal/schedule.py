@@ -1,0 +1,124 @@
+"""From what a user says of the cell's day to stretches of duty: repeats, dwells, shifts and breaks."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from compgen.core.exceptions import InputError
+from compgen.core.units import HOUR
+from compgen.thermal.ambient import DAY
+from compgen.thermal.duty import Duty
+
+MOST = 200_000  # stretches
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One entry of [[before]], [[cycle]] or [[after]]."""
+
+    key: str  # where it stands, for messages
+    state: Literal["moving", "idle", "off"]
+    feed: float  # [m/s], 0 unless moving
+    program: str = ""  # a path file that moves; "" is the job's own
+    duration: float | None = None  # [s]
+    repeat: int | None = None  # runs of the program instead of a duration
+    dwell: float = 0.0  # [s] after each run
+    rest: Literal["idle", "off"] = "idle"  # during the dwell
+    share: float = 1.0  # duty ratio while moving
+    shifts: bool = False  # only inside the shifts
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """Working hours, the same every day; a night shift ends after 24 h."""
+
+    start: float  # [s] of the day
+    end: float  # [s]
+    breaks: tuple[tuple[float, float], ...] = ()  # [s] of the day
+
+
+def expand(
+    steps: Sequence[Step], shifts: Sequence[Shift], clock: float, run_time: Callable[[Step], float]
+) -> list[tuple[Step, Duty]]:
+    """Stretches of constant duty, in order, each with the step it comes from.
+
+    Args:
+        steps: In order.
+        shifts: Of a day; may be empty.
+        clock: When the first step begins, [s] of the day.
+        run_time: How long one run of a step's program takes [s]; asked only where a step repeats.
+
+    Returns:
+        Their durations add up to the steps'. A step inside shifts is idle in the breaks and off between the shifts.
+
+    Raises:
+        InputError: Too many stretches.
+    """
+    out: list[tuple[Step, Duty]] = []
+    for step in steps:
+        if step.repeat is not None:
+            run = Duty("moving", step.feed, run_time(step), step.share)
+            pair = [run] if step.dwell == 0 else [run, Duty(step.rest, 0.0, step.dwell)]
+            if len(pair) == 1:
+                mine = [replace(run, duration=run.duration * step.repeat)]
+            else:
+                mine = pair * min(step.repeat, MOST)
+        else:
+            mine = [Duty(step.state, step.feed, step.duration or 0.0, step.share)]
+        if step.shifts:
+            mine = [piece for duty in mine for piece in _in_shifts(duty, shifts, clock)]
+        clock += sum(d.duration for d in mine)
+        out += [(step, d) for d in mine]
+        if len(out) > MOST:
+            raise InputError(f"{step.key}: over {MOST} stretches of duty; say it as a duration_h with a duty ratio")
+    return out
+
+
+def _in_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> list[Duty]:
+    """A stretch of wall-clock time cut at the edges of shifts and breaks."""
+    day = clock // DAY
+    marks: list[tuple[float, float, bool]] = []  # begin, end, is it a break
+    for n in range(-1, int(duration_days(duty)) + 2):
+        base = (day + n) * DAY
+        for s in shifts:
+            marks.append((base + s.start, base + s.end, False))
+            marks += [(base + a, base + b, True) for a, b in s.breaks]
+    end = clock + duty.duration
+    edges = sorted({clock, end, *(t for a, b, _ in marks for t in (a, b) if clock < t < end)})
+    out = []
+    for a, b in zip(edges[:-1], edges[1:]):
+        middle = (a + b) / 2
+        at = [pause for begin, stop, pause in marks if begin <= middle < stop]
+        if not at:
+            out.append(Duty("off", 0.0, b - a))
+        elif any(at):
+            out.append(Duty("idle", 0.0, b - a))
+        else:
+            out.append(replace(duty, duration=b - a))
+    return out
+
+
+def duration_days(duty: Duty) -> float:
+    """Duration in days."""
+    return duty.duration / DAY
+
+
+def check_shifts(shifts: Sequence[Shift], where: str) -> None:
+    """Raises InputError where shifts or breaks overlap, or a break lies outside its shift."""
+    for i, s in enumerate(shifts):
+        for j, (a, b) in enumerate(s.breaks):
+            if not s.start <= a < b <= s.end:
+                raise InputError(
+                    f"{where}: shift.{i}.breaks_h.{j}: {[a / HOUR, b / HOUR]} must rise and lie within the shift, "
+                    f"{s.start / HOUR:g} to {s.end / HOUR:g} h"
+                )
+        order = sorted(s.breaks)
+        if any(x[1] > y[0] for x, y in zip(order[:-1], order[1:])):
+            raise InputError(f"{where}: shift.{i}.breaks_h: the breaks overlap; part them")
+        for k, other in enumerate(shifts[:i]):
+            for turn in (-DAY, 0.0, DAY):
+                if s.start < other.end + turn and other.start + turn < s.end:
+                    raise InputError(
+                        f"{where}: shift.{i}: {s.start / HOUR:g} to {s.end / HOUR:g} h overlaps shift.{k}, "
+                        f"{other.start / HOUR:g} to {other.end / HOUR:g} h; part them"
+                    )

@@ -1,0 +1,159 @@
+"""The air and the thermocouple log: checked, as rises."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.toml import suggest
+from compgen.core.units import HOUR, MINUTE
+from compgen.thermal import Ambient, still
+from compgen.thermal.log_fit import Log
+from compgen.thermal.tables import schema as sh
+
+COLDEST, HOTTEST = -20.0, 60.0  # degC that a robot's air may have
+HOTTEST_PART = 120.0  # degC
+
+
+def ambient(table: sh.AmbientTable, where: str) -> Ambient:
+    """The air over time, from the first [[before]] on.
+
+    Raises:
+        InputError: Keys that miss or do not belong to its kind, or a bad CSV file.
+    """
+    needs = {
+        "constant": (),
+        "ramp": ("from_degC", "to_degC", "over_h"),
+        "wave": ("amplitude_K",),
+        "csv": ("file",),
+    }
+    may = {"constant": ("value_degC",), "ramp": (), "wave": ("value_degC", "period_h", "peak_h"), "csv": ()}
+    kind, zero = table.kind, table.reference_degC
+    for key in needs[kind]:
+        if getattr(table, key) is None:
+            raise InputError(f"{where}: ambient.{key}: missing; kind = '{kind}' needs it")
+    for key in ("value_degC", "from_degC", "to_degC", "over_h", "amplitude_K", "period_h", "peak_h", "file"):
+        if getattr(table, key) is not None and key not in needs[kind] + may[kind]:
+            raise InputError(f"{where}: ambient.{key}: kind = '{kind}' has none; remove it or change ambient.kind")
+    level = (table.value_degC if table.value_degC is not None else zero) - zero
+    if kind == "ramp":
+        ends = np.array([table.from_degC, table.to_degC], dtype=float) - zero
+        return Ambient(np.array([0.0, (table.over_h or 0.0) * HOUR]), ends)
+    if kind == "wave":
+        peak = (table.peak_h if table.peak_h is not None else 15.0) - table.clock_h
+        return Ambient(
+            np.zeros(1), np.array([level]), table.amplitude_K or 0.0, (table.period_h or 24.0) * HOUR, peak * HOUR
+        )
+    if kind == "csv":
+        source = Path(where).parent / str(table.file)
+        rows = columns(source, ("time_s", "ambient_degC"))
+        return Ambient(rows["time_s"], rows["ambient_degC"] - zero)
+    return Ambient(np.zeros(1), np.array([level])) if level else still()
+
+
+def columns(source: Path, wanted: Sequence[str]) -> dict[str, Array]:
+    """Columns of a CSV file of numbers; empty cells and 'nan' are gaps.
+
+    Raises:
+        InputError: Not readable, a column missing, a cell that is no number, time running backwards, air of no cell.
+    """
+    try:
+        text = source.read_bytes().decode("utf-8-sig")
+    except OSError as failure:
+        raise InputError(f"{source}: cannot be read: {failure.strerror}; give a CSV file") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: cannot be read: it is not UTF-8 text; give a CSV file") from None
+    rows = [r for r in csv.reader(io.StringIO(text)) if any(c.strip() for c in r)]
+    if len(rows) < 2:
+        raise InputError(f"{source}: it has no rows; give a header {','.join(wanted)} and numbers below it")
+    head = [c.strip() for c in rows[0]]
+    for name in wanted:
+        if name not in head:
+            raise InputError(f"{source}: line 1: column '{name}' is missing{suggest(name, head)}")
+    if twice := next((h for h in head if head.count(h) > 1), None):
+        raise InputError(f"{source}: line 1: column '{twice}' stands twice; remove one")
+    table = np.full((len(rows) - 1, len(head)), np.nan)
+    for n, row in enumerate(rows[1:], 2):
+        if len(row) != len(head):
+            raise InputError(f"{source}: row {n}: {len(row)} cells, the header has {len(head)}; mend it")
+        for k, cell in enumerate(row):
+            if cell.strip().lower() not in ("", "nan"):
+                try:
+                    table[n - 2, k] = float(cell)
+                except ValueError:
+                    raise InputError(f"{source}: row {n}: {head[k]} = '{cell.strip()}' is not a number") from None
+    found = {name: table[:, k] for k, name in enumerate(head)}
+    time = found["time_s"]
+    if not np.isfinite(time).all():
+        raise InputError(f"{source}: row {int(np.argmin(np.isfinite(time))) + 2}: time_s is missing; each row needs it")
+    if time[0] < 0:
+        raise InputError(f"{source}: row 2: time_s = {time[0]:g} is negative; begin at 0")
+    if len(time) > 1 and np.diff(time).min() <= 0:
+        n = int(np.argmin(np.diff(time) > 0)) + 3
+        raise InputError(
+            f"{source}: row {n}: time_s = {time[n - 2]:g} after {time[n - 3]:g}: time must rise; sort the log"
+        )
+    air = found["ambient_degC"]
+    if np.isinf(air).any() or np.nanmax(air, initial=0) > HOTTEST or np.nanmin(air, initial=0) < COLDEST:
+        n = int(np.argmax(np.where(np.isnan(air), 0, np.abs(air - 20)))) + 2
+        raise InputError(
+            f"{source}: row {n}: ambient_degC = {air[n - 2]:g} lies outside {COLDEST:g} to {HOTTEST:g}; mend the sensor"
+        )
+    for name, values in found.items():
+        if np.isnan(values).all():
+            raise InputError(f"{source}: column '{name}' has no number at all; remove the column or mend the sensor")
+    gaps = np.isnan(air)
+    found["ambient_degC"] = np.interp(time, time[~gaps], air[~gaps])
+    return found
+
+
+def log(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: str) -> Log:
+    """A thermocouple log as rises.
+
+    Args:
+        table: Its file, beside the path file, and what its rises count from.
+        sensors: part_<n> to the name of a rise.
+        zero: Reference temperature [degC] unless the table says otherwise.
+        where: The path file.
+
+    Raises:
+        InputError: A bad file, an unknown sensor, readings that no robot has.
+    """
+    source = Path(where).parent / table.file
+    found = columns(source, ("time_s", "ambient_degC"))
+    known = [f"{part}_degC" for part in sensors]
+    readings: dict[str, Array] = {}
+    reference = table.reference if table.reference is not None else zero
+    time, air = found["time_s"], found["ambient_degC"]
+    early = time <= time[0] + table.window_min * MINUTE
+    for name, values in found.items():
+        if name in ("time_s", "ambient_degC"):
+            continue
+        if name not in known:
+            raise InputError(
+                f"{source}: line 1: sensor '{name}' is unknown; the robot file's thermal.sensors knows "
+                f"{', '.join(known)}{suggest(name, known, listed=True)}"
+            )
+        if np.nanmax(values) > HOTTEST_PART or np.nanmin(values) < COLDEST or np.isinf(values).any():
+            n = int(np.nanargmax(np.abs(values - 20)))
+            raise InputError(
+                f"{source}: row {n + 2}: {name} = {values[n]:g} lies outside {COLDEST:g} to {HOTTEST_PART:g}; "
+                "mend the sensor, or leave the cell empty"
+            )
+        if reference == "start":
+            if np.isnan(values[early]).all():
+                raise InputError(f"{source}: '{name}' has no reading in its first {table.window_min:g} min")
+            base: Array | float = float(np.nanmedian(values[early]))
+        else:
+            base = air if reference == "ambient" else float(reference)
+        readings[sensors[name.removesuffix("_degC")]] = values - base
+    if not readings:
+        raise InputError(f"{source}: line 1: no sensor; known: {', '.join(known)}")
+    if len(time) < 2:
+        raise InputError(f"{source}: one row only; a log needs two at least")
+    level = {"start": float(np.median(air[early])), "ambient": None}.get(str(reference), reference)
+    return Log(time, np.zeros(len(air)) if level is None else air - float(str(level)), readings)

@@ -1,0 +1,198 @@
+"""The thermal models of a robot file: nodes with their profiles, the network, and what they make grow."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.toml import suggest
+from compgen.core.units import HOUR, MM, UM
+from compgen.robot.robot import Robot
+from compgen.thermal import NodeModel, Profile, Section, growth_weights
+from compgen.thermal.drive_losses import Drives
+from compgen.thermal.network import Body, Housing, Network, assemble, modes
+from compgen.thermal.tables import schema as sc
+
+LENGTHS = {"d1": ("d", 0), "a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
+
+
+def node_model(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: str) -> NodeModel:
+    """The study's model.
+
+    Raises:
+        InputError: Nodes or box that contradict themselves.
+    """
+    names = [n.name for n in table.node]
+    if twice := next((n for n in names if names.count(n) > 1), None):
+        raise InputError(f"{where}: thermal.node: the name '{twice}' stands twice; give each node its own")
+    if table.box.feed_mm_s[0] >= table.box.feed_mm_s[1]:
+        raise InputError(f"{where}: thermal.box.feed_mm_s: {table.box.feed_mm_s} must rise; give the lower feed first")
+    return NodeModel(
+        names=tuple(n.name for n in table.node),
+        reference_rise=np.array([n.rise_K for n in table.node]),
+        exponent=np.array([n.exponent for n in table.node]),
+        tau=np.array([n.tau_h for n in table.node]) * HOUR,
+        idle=table.idle_fraction,
+        reference_feed=table.reference_feed_mm_s * MM,
+        reference_time=table.reference_h * HOUR,
+        box_feed=np.array(table.box.feed_mm_s) * MM,
+        box_time=table.box.hours * HOUR,
+        box_rise=table.box.rise_K,
+        profiles=profiles,
+    )
+
+
+def profiles(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Profile, ...]:
+    """Profiles along the heated lengths.
+
+    Raises:
+        InputError: Unknown nodes, sections that do not fit the length.
+    """
+    rises = {n.name: n.rise_K for n in thermal.node}
+    found = []
+    for i, profile in enumerate(thermal.profile):
+        key = f"{where}: thermal.profile.{i}"
+        start, sections = 0.0, []
+        for s in profile.sections:
+            for node in (s.from_, s.to):
+                if node not in rises:
+                    raise InputError(f"{key}: node '{node}' is unknown{suggest(node, list(rises))}")
+            if s.to_mm * MM <= start:
+                raise InputError(f"{key}: to_mm {s.to_mm:g} must be above the section before it")
+            if s.shape == "exponential" and not (rises[s.from_] > 0 and rises[s.to] > 0):
+                raise InputError(f"{key}: an exponential shape needs rises above zero at '{s.from_}' and '{s.to}'")
+            sections.append(Section(start, s.to_mm * MM, s.from_, s.to, s.shape))
+            start = s.to_mm * MM
+        kind, axis = LENGTHS[profile.length]
+        length = abs(float(getattr(robot, kind)[axis])) or start  # World's origin may stand on top of the column
+        if abs(start - length) > 1e-9:
+            raise InputError(f"{key}: sections end at {start / MM:g} mm, {profile.length} is {length / MM:g} mm long")
+        found.append(Profile(profile.length, _cte(thermal, profile.length, where) * UM, tuple(sections)))
+    return tuple(found)
+
+
+def _cte(thermal: sc.ThermalTable, length: str, where: str) -> float:
+    cte = thermal.cte_um_m_K
+    if not isinstance(cte, dict):
+        return cte
+    if unknown := sorted(set(cte) - {p.length for p in thermal.profile}):
+        raise InputError(f"{where}: thermal.cte_um_m_K.{unknown[0]}: no profile has this length")
+    if length not in cte:
+        raise InputError(f"{where}: thermal.cte_um_m_K.{length}: missing; add it")
+    return cte[length]
+
+
+def network(
+    thermal: sc.ThermalTable, robot: Robot, nodes: NodeModel, where: str
+) -> tuple[Network, tuple[Profile, ...]]:
+    """The conduction network, and profiles that take each heated length's mean from it.
+
+    Raises:
+        InputError: The file has none, or its parts contradict each other.
+    """
+    table = thermal.network
+    key = f"{where}: thermal.network"
+    if table is None:
+        raise InputError(f"{key}: missing; add it, or set thermal.model = 'nodes'")
+    if len(table.body) != len(table.housing) + 1:
+        raise InputError(
+            f"{key}.body: {len(table.body)} bodies, {len(table.housing)} housings; a housing stands between two bodies"
+        )
+    bodies = tuple(
+        Body(
+            b.name,
+            b.length_mm * MM,
+            b.volumes,
+            b.mass_kg * b.heat_capacity_J_kgK,
+            b.conductance_W_mm_K * MM,
+            b.film_W_K,
+        )
+        for b in table.body
+    )
+    housings = tuple(
+        Housing(
+            h.name,
+            h.mass_kg * h.heat_capacity_J_kgK,
+            h.film_W_K,
+            h.inward_W_K,
+            h.outward_W_K,
+            tuple(d - 1 for d in h.drives),
+        )
+        for h in table.housing
+    )
+    driven = sorted(d for h in housings for d in h.drives)
+    if driven != list(range(6)):
+        raise InputError(f"{key}.housing: drives {[d + 1 for d in driven]}; each of 1 to 6 must stand in one housing")
+    volumes = assemble(bodies, housings, table.floor_W_K)
+    heated = [p.length for p in thermal.profile]
+    rows = {b.name: 2 * k for k, b in enumerate(bodies)} | {h.name: 2 * k + 1 for k, h in enumerate(housings)}
+    if len(rows) != len(bodies) + len(housings):
+        raise InputError(f"{key}: a name stands twice among bodies and housings; give each its own")
+    for length in heated:
+        if length not in rows:
+            raise InputError(f"{key}.body: no body is named '{length}', which has a profile; add it")
+    probes, names = [], []
+    for i, probe in enumerate(table.probe):
+        if probe.part not in rows:
+            raise InputError(f"{key}.probe.{i}.part: '{probe.part}' is unknown{suggest(probe.part, list(rows))}")
+        mine = np.flatnonzero(volumes.part == rows[probe.part])
+        weight = np.zeros(len(volumes.part))
+        weight[mine[int(np.argmin(np.abs(volumes.place[mine] - (probe.at_mm or 0.0) * MM)))]] = 1.0
+        probes.append(weight)
+        names.append(probe.name)
+    for body in bodies:
+        if body.name in heated or body.name == "base":
+            mine = volumes.part == rows[body.name]
+            probes.append(mine / mine.sum())
+            names.append(body.name)
+    if len(set(names)) < len(names):
+        raise InputError(f"{key}.probe: two rises have one name among {', '.join(names)}; rename a probe")
+    rate, shapes = modes(volumes)
+    model = Network(
+        names=tuple(names),
+        robot=robot,
+        drives=Drives(
+            np.array(table.rated_W),
+            robot.speed,
+            table.loss.holding,
+            table.loss.coulomb,
+            table.loss.viscous,
+            np.array(table.link_kg),
+            np.array(table.link_centre_mm) * MM,
+            table.payload_kg,
+            np.array(table.payload_centre_mm) * MM,
+        ),
+        bodies=bodies,
+        housings=housings,
+        floor=table.floor_W_K,
+        volumes=volumes,
+        probe=np.array(probes),
+        reference_rise=np.ones(len(names)),
+        box_feed=nodes.box_feed,
+        box_time=nodes.box_time,
+        box_rise=nodes.box_rise,
+        rate=rate,
+        to_volumes=shapes,
+    )
+    size = {p.length: abs(float(getattr(robot, LENGTHS[p.length][0])[LENGTHS[p.length][1]])) for p in nodes.profiles}
+    for body in bodies:
+        if body.name in size and abs(size[body.name] - body.length) > 1e-9:
+            raise InputError(
+                f"{key}.body: '{body.name}' is {body.length / MM:g} mm, the arm's is {size[body.name] / MM:g} mm"
+            )
+    means = tuple(
+        Profile(p.length, p.cte, (Section(0.0, size[p.length], p.length, p.length, "linear"),)) for p in nodes.profiles
+    )
+    return model, means
+
+
+def growth(robot: Robot, names: Sequence[str], reference: Array, parts: Sequence[Profile]) -> tuple[Array, Array]:
+    """Growth of each DH length per kelvin of each named rise, a and d, (6, K) [m/K]; away from zero."""
+    rises = dict(zip(names, reference.tolist()))
+    grown = {"a": np.zeros((6, len(names))), "d": np.zeros((6, len(names)))}
+    for profile in parts:
+        kind, row = LENGTHS[profile.length]
+        sign = -1.0 if getattr(robot, kind)[row] < 0 else 1.0
+        grown[kind][row] += sign * growth_weights(profile, rises, list(names))
+    return grown["a"], grown["d"]

@@ -1,0 +1,324 @@
+"""The command line as a user meets it: exit codes, one-line messages, whole outputs."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from command_line import ENVIRONMENT, refused, run
+from shipped import ROOT
+
+OURS = {"LINE_Y.LS", "report.json", "report.html", "waypoints.csv"}
+
+
+def test_generate_writes_the_whole_set(tmp_path):
+    result = run("generate", "paths/line_y.toml", "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert {p.name for p in (tmp_path / "out").iterdir()} == OURS
+    data = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert data["verdict"] == "inside"
+    assert data["after"]["total"]["max_um"] <= 2.5
+    text = (tmp_path / "out" / "LINE_Y.LS").read_bytes()
+    assert f"inputs {data['provenance']['inputs_sha256'][:24]}".encode() in text
+    assert b"start within" in text
+    assert "times smaller" in result.stdout
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_quiet_says_nothing(tmp_path):
+    result = run("generate", "paths/line_y.toml", "-q", "-o", tmp_path / "out")
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+
+
+def test_predict_writes_no_program_and_takes_an_old_one_away(tmp_path):
+    assert run("generate", "paths/line_y.toml", "-q", "-o", tmp_path).returncode == 0
+    (tmp_path / "notes.txt").write_text("mine")
+    assert run("predict", "paths/line_y.toml", "-q", "-o", tmp_path).returncode == 0
+    assert {p.name for p in tmp_path.iterdir()} == {"report.json", "report.html", "waypoints.csv", "notes.txt"}
+    assert json.loads((tmp_path / "report.json").read_text())["verdict"] == "predicted"
+
+
+def test_outside_bounds_writes_the_report_but_no_program(tmp_path):
+    result = run("generate", "paths/line_y.toml", "-q", "-o", tmp_path / "out", "--set", "bounds.max_um=0.2")
+    refused(result, 1, "bounds.max_um = 0.2", "--force")
+    assert {p.name for p in (tmp_path / "out").iterdir()} == OURS - {"LINE_Y.LS"}
+    assert json.loads((tmp_path / "out" / "report.json").read_text())["verdict"] == "outside"
+    forced = run("generate", "paths/line_y.toml", "-q", "-o", tmp_path / "out", "--set", "bounds.max_um=0.2", "--force")
+    assert forced.returncode == 1
+    assert {p.name for p in (tmp_path / "out").iterdir()} == OURS
+
+
+def test_check_speaks_json_and_junit(tmp_path):
+    good = run("check", "paths/line_y.toml", "--json", "--junit", tmp_path / "j.xml")
+    assert good.returncode == 0
+    assert json.loads(good.stdout)["verdict"] == "inside"
+    suite = ElementTree.parse(tmp_path / "j.xml").getroot()
+    assert (suite.get("tests"), suite.get("failures")) == ("2", "0")
+    bad = run("check", "paths/line_y.toml", "--json", "--junit", tmp_path / "j.xml", "--set", "bounds.max_um=0.2")
+    assert bad.returncode == 1
+    assert json.loads(bad.stdout)["verdict"] == "outside"
+    suite = ElementTree.parse(tmp_path / "j.xml").getroot()
+    assert suite.get("failures") == "1"
+    assert suite.find("testcase/failure") is not None
+    assert not (ROOT / "LINE_Y.LS").exists()
+
+
+def test_set_reaches_path_and_robot():
+    base = json.loads(run("check", "paths/line_y.toml", "--json").stdout)
+    twice = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "robot.thermal.cte_um_m_K=22.5").stdout)
+    assert twice["before"]["total"]["max_um"] == pytest.approx(2 * base["before"]["total"]["max_um"], rel=0.01)
+    short = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "before.0.duration_h=3").stdout)
+    assert short["thermal"]["start_K"]["j3"] == pytest.approx(
+        13 * (1 - 2.718281828 ** (-3 / 6.48)) / (1 - 2.718281828 ** (-6 / 6.48)), abs=1e-3
+    )
+    assert short["provenance"]["overrides"] == ["before.0.duration_h=3"]
+
+
+def test_a_cold_robot_has_nothing_to_correct():
+    data = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "robot.thermal.cte_um_m_K=0").stdout)
+    assert data["before"]["total"]["max_um"] < 2.5
+    assert data["compensation"]["largest_um"] < 1e-6
+
+
+PATH_ERRORS = [
+    ("process.feed_mm_s=-1", ("process.feed_mm_s", "greater than or equal to 0.05")),
+    ("process.feed_m_s=1", ("process.feed_m_s", "unknown key", "did you mean 'feed_mm_s'")),
+    ("path.diameter_mm=1300", ("path.diameter_mm", "unknown key")),
+    ("path.length_mm=0", ("path.length_mm", "greater than 0")),
+    ("path.length_mm=-5", ("path.length_mm", "greater than 0")),
+    ("path.length_mm=nan", ("path.length_mm", "finite")),
+    ("path.x_mm=inf", ("path.x_mm", "finite")),
+    ("path.x_mm='a'", ("path.x_mm", "number")),
+    ("path.pattern=zigzag", ("path.pattern", "zigzag", "spiral")),
+    ("path.axis=q", ("path.axis", "'x', 'y' or 'z'")),
+    ("robot=kuka", ("robot 'kuka' is unknown", "m710ic50")),
+    ("bounds.max_um=-2", ("bounds.max_um", "greater than 0")),
+    ("tool.z=100", ("tool.z", "unknown key", "z_mm")),
+    ("before.0.state=dancing", ("before.0.state", "'moving', 'idle' or 'off'")),
+    ("before.0.duration_h=-1", ("before.0.duration_h", "greater than or equal to 0")),
+    ("before.3.duration_h=1", ("before.3.duration_h", "no")),
+    ('before=[{state="moving", duration_h=1}]', ("before.0.feed_mm_s", "missing")),
+    ("surface.conic_constant=-1", ("surface.conic_constant", "plane")),
+    ("surface.kind=conic", ("surface.radius_of_curvature_m", "missing")),
+    ("boundary={shape='circle', corner_to_corner_mm=3}", ("boundary.corner_to_corner_mm", "conflicts")),
+    ("boundary={shape='hexagon'}", ("boundary.corner_to_corner_mm", "missing")),
+    ("robot.controller.compensation=unknown", ("controller.compensation", "'none'")),
+    ("robot.thermal.nodes=1", ("thermal.nodes", "unknown key", "node")),
+    ("robot.limits.j1_deg=[10,-10]", ("limits.j1_deg", "rise")),
+    ("robot.dh.a_mm=[150,900,170,0,0,0]", ("thermal.profile.0", "900")),
+    ("robot.dh.d_mm=[0,10,0,-1016,0,-175]", ("closed-form",)),
+    ("novalue", ("key=value",)),
+]
+
+
+@pytest.mark.parametrize(("override", "words"), PATH_ERRORS, ids=[o for o, _ in PATH_ERRORS])
+def test_bad_input_is_one_line_and_exit_2(tmp_path, override, words):
+    result = run("generate", "paths/line_y.toml", "-q", "-o", tmp_path / "out", "--set", override)
+    refused(result, 2, *words)
+    assert not (tmp_path / "out").exists()
+
+
+IMPOSSIBLE = [
+    ("circle_1300", ["path.diameter_mm=2400"], ("waypoint", "out of reach", "joint 3", "mm")),
+    ("line_x", ["path.x_mm=0", "path.y_mm=0", "path.z_mm=1000"], ("waypoint", "shoulder singularity", "J1", "mm")),
+    ("line_y", ["robot.limits.j1_deg=[-20, 20]"], ("waypoint", "J1", "limits -20.000 deg to 20.000 deg")),
+    ("line_z", ["robot.limits.j2_plus_j3_deg=[-160, 10]"], ("waypoint", "J2+J3", "beyond")),
+    ("line_x", ["path.length_mm=1323", "process.lift_mm=0"], ("waypoint", "elbow singularity", "J3")),
+]
+
+
+@pytest.mark.parametrize(("name", "overrides", "words"), IMPOSSIBLE, ids=[i[0] + i[1][0] for i in IMPOSSIBLE])
+def test_what_the_robot_cannot_do_is_exit_3(tmp_path, name, overrides, words):
+    sets = [a for o in overrides for a in ("--set", o)]
+    result = run("generate", f"paths/{name}.toml", "-q", "-o", tmp_path / "out", *sets)
+    refused(result, 3, *words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_files_that_are_no_path_are_refused(tmp_path):
+    (tmp_path / "a.toml").write_text("[path\n")
+    (tmp_path / "b.toml").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "c.toml").write_text("")
+    for name, words in (("a", "not TOML"), ("b", "text"), ("c", "path"), ("d", "no such file")):
+        refused(run("generate", tmp_path / f"{name}.toml", "-q", "-o", tmp_path / "out"), 2, f"{name}.toml", words)
+    refused(run("generate", tmp_path, "-q", "-o", tmp_path / "out"), 2, "cannot be read")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("key", ["process", "bounds", "path"])
+def test_missing_tables_are_named(tmp_path, key):
+    text = (ROOT / "paths" / "line_y.toml").read_text()
+    (tmp_path / "p.toml").write_text(re.sub(rf"^\[{key}\]\n(?:(?!\[).*\n)*", "", text, flags=re.MULTILINE))
+    refused(run("generate", tmp_path / "p.toml", "-q", "-o", tmp_path / "out"), 2, "p.toml", key, "missing")
+
+
+def test_an_output_folder_that_cannot_be_written_is_refused(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    for place in (tmp_path / "file", tmp_path / "file" / "deeper", "/proc/nowhere/out"):
+        refused(run("generate", "paths/line_y.toml", "-q", "-o", place), 2, "output folder", "-o")
+    assert (tmp_path / "file").read_text() == "in the way"
+
+
+def test_two_runs_write_identical_bytes(tmp_path):
+    for name, seed in (("a", "1"), ("b", "77")):
+        environment = {**ENVIRONMENT, "PYTHONHASHSEED": seed, "TZ": "Asia/Tokyo" if seed == "1" else "UTC"}
+        command = [sys.executable, "-m", "compgen", "generate", "paths/line_y.toml", "-q", "-o", str(tmp_path / name)]
+        subprocess.run(command, cwd=ROOT, env=environment, check=True, timeout=120)
+    for file in OURS:
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
+
+
+def test_date_is_an_argument(tmp_path):
+    assert run("generate", "paths/line_y.toml", "-q", "-o", tmp_path, "--date", "26-11-21").returncode == 0
+    assert b"DATE 26-11-21" in (tmp_path / "LINE_Y.LS").read_bytes()
+    refused(run("generate", "paths/line_y.toml", "-q", "-o", tmp_path, "--date", "2026-11-21"), 2, "YY-MM-DD")
+
+
+@pytest.mark.parametrize("delay", [0.3, 0.7, 1.0, 1.2, 1.35, 1.5, 1.7])
+def test_a_killed_run_leaves_the_old_set_whole(tmp_path, delay):
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "mine.txt").write_text("mine")
+    (target / "folder").mkdir()
+    (target / "folder" / "deep.txt").write_text("deep")
+    command = [sys.executable, "-m", "compgen", "generate", "paths/line_y.toml", "-q", "-o", str(target)]
+    process = subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT)
+    time.sleep(delay)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    found = {p.name for p in target.iterdir()} & OURS
+    assert found in (set(), OURS)
+    assert (target / "mine.txt").read_text() == "mine"
+    assert run("generate", "paths/line_y.toml", "-q", "-o", target).returncode == 0
+    assert {p.name for p in target.iterdir()} == OURS | {"mine.txt", "folder"}
+    assert (target / "folder" / "deep.txt").read_text() == "deep"
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_init_lays_down_what_is_missing(tmp_path):
+    assert run("init", tmp_path).returncode == 0
+    ours = {p.name for p in (tmp_path / "paths").iterdir()}
+    assert "spiral_1300.toml" in ours
+    (tmp_path / "paths" / "line_y.toml").write_text("mine")
+    assert run("init", tmp_path).returncode == 0
+    assert (tmp_path / "paths" / "line_y.toml").read_text() == "mine"
+    assert run("generate", "paths/line_x.toml", "-q", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "outputs" / "line_x" / "LINE_X.LS").exists()
+
+
+def test_a_limit_that_binds_only_the_correction_is_a_finding(tmp_path):
+    """The plan is legal, the full correction is not: the best legal one is written about, and named."""
+    plan = json.loads(run("check", "paths/line_x.toml", "--json").stdout)["provenance"]["joint_range_deg"]
+    planned = run("predict", "paths/line_x.toml", "-q", "-o", tmp_path / "p")
+    assert planned.returncode == 0
+    nominal = json.loads((tmp_path / "p" / "report.json").read_text())["provenance"]["joint_range_deg"]["J2+J3"]
+    low = (2 * nominal[0] + plan["J2+J3"][0]) / 3
+    assert plan["J2+J3"][0] < low < nominal[0]
+    result = run("check", "paths/line_x.toml", "--json", "--set", f"robot.limits.j2_plus_j3_deg=[{low}, 280]")
+    data = json.loads(result.stdout)
+    assert result.returncode == 1
+    assert data["compensation"]["status"] == "limited"
+    told = next(f["message"] for f in data["findings"] if f["code"] == "compensation.limited")
+    assert "joint J2+J3 limit at waypoints" in told
+    assert "waypoint" in told
+    assert data["after"]["total"]["max_um"] < data["before"]["total"]["max_um"]
+
+
+MORE_ERRORS = [
+    ("line_x", ["path.length_mm=1e-6"], 2, ("line_x.toml", "zero length")),
+    ("line_x", ["path.length_mm=1e9"], 2, ("path.length_mm", "less than or equal")),
+    ("line_x", ["bounds=3"], 2, ("bounds", "must be a table")),
+    ("line_x", ["before.-1.duration_h=2"], 2, ("before.-1",)),
+    (
+        "line_x",
+        ["robot.thermal.node.4.name=wrist", "robot.thermal.profile.2.sections.0.to=wrist"],
+        2,
+        ("'wrist'", "twice"),
+    ),
+    ("line_x", ["robot.controller.turn_joints=[1,1,6]"], 2, ("turn_joints", "twice")),
+    ("line_x", ["robot.thermal.box.feed_mm_s=[200,20]"], 2, ("box.feed_mm_s", "rise")),
+    ("line_x", ["robot.name=ROBOT ü"], 2, ("m710ic50.toml", "name")),
+    ("line_x", ["process.feed_mm_s=0.01"], 2, ("process.feed_mm_s",)),
+    ("circle_1300", ["path.diameter_mm=1300", "boundary={shape='circle'}"], 2, ("boundary.diameter_mm", "missing")),
+    ("spiral_1300", ["path.stepover_mm=20"], 2, ("path.turns", "one of them")),
+    ("spiral_1300", ["boundary={shape='hexagon', corner_to_corner_mm=1450}"], 2, ("path.diameter_mm", "conflicts")),
+    ("raster_1300", ["boundary={shape='circle', diameter_mm=900}"], 2, ("path.diameter_mm", "conflicts")),
+    ("raster_1300", ["path.stepover_mm=1e-4"], 2, ("path.stepover_mm", "sweeps")),
+    ("spiral_1300", ["path.turns=9999", "process.chord_um=0.01"], 2, ("spiral_1300.toml", "waypoints", "chord_um")),
+    ("optic_raster", ["surface.radius_of_curvature_m=0.5"], 2, ("optic_raster.toml", "surface.off_axis_m")),
+    (
+        "optic_spiral",
+        ["surface.radius_of_curvature_m=1", "surface.off_axis_m=0", "surface.conic_constant=5"],
+        2,
+        ("optic_spiral", "surface"),
+    ),
+    (
+        "line_x",
+        ["robot.limits.speed_deg_s=[0.001,0.001,0.001,0.001,0.001,0.001]"],
+        3,
+        ("waypoint", "joint", "cannot follow"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "overrides", "code", "words"), MORE_ERRORS, ids=[m[1][0] for m in MORE_ERRORS])
+def test_more_that_is_refused(tmp_path, name, overrides, code, words):
+    sets = [a for o in overrides for a in ("--set", o)]
+    refused(run("generate", f"paths/{name}.toml", "-q", "-o", tmp_path / "out", *sets), code, *words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments", [["nonsense"], ["generate"], ["generate", "--bogus"], ["check", "x.toml", "--junit", ""]]
+)
+def test_wrong_use_is_one_line_and_exit_2(arguments):
+    refused(run(*arguments), 2)
+
+
+def test_no_arguments_show_the_help():
+    result = run()
+    assert result.returncode == 0
+    assert "generate" in result.stdout
+
+
+def test_a_title_is_text_and_not_markup(tmp_path):
+    result = run("generate", "paths/line_y.toml", "-o", tmp_path, "--set", 'title="[/bold] x"')
+    assert result.returncode == 0, result.stderr
+    assert "[/bold] x" in result.stdout
+
+
+def test_limits_that_bind_are_named():
+    for override, word in (
+        ("compensation.clamp_mm=0.1", "position clamp"),
+        ("compensation.rate_um_mm=0.05", "rate limit"),
+    ):
+        data = json.loads(run("check", "paths/line_x.toml", "--json", "--set", override).stdout)
+        told = next(f["message"] for f in data["findings"] if f["code"] == "compensation.limited")
+        assert told.startswith(word), told
+        assert data["compensation"]["active_limits"] > 10
+
+
+def test_a_feed_that_cannot_be_written_is_taken_as_it_is_said():
+    data = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "process.feed_mm_s=0.1").stdout)
+    assert data["verdict"] == "inside"
+    assert any(f["code"] == "timing.feed" and "0.08467" in f["message"] for f in data["findings"])
+
+
+def test_readme_runs_the_command_by_path_since_bash_has_a_builtin_of_its_name():
+    commands = [
+        line for line in (Path(ROOT) / "README.md").read_text().splitlines() if line.startswith("python3 -m venv")
+    ]
+    assert len(commands) == 2
+    assert "&& .venv/bin/compgen generate paths/spiral_1300.toml" in commands[0]
+
+
+def test_wheel_carries_robots_and_paths():
+    """The build's own table says so; the slow proof is a fresh install."""
+    text = (Path(ROOT) / "pyproject.toml").read_text()
+    assert '"robots" = "compgen/data/robots"' in text
+    assert '"paths" = "compgen/data/paths"' in text

@@ -1,0 +1,120 @@
+"""Long programs at the command line: whole sets of files, and nothing that is not ours touched."""
+
+import json
+from hashlib import sha256
+
+import pytest
+from command_line import refused, run
+from long_program import move, text
+
+from compgen.cli.job_table import listed
+
+BASE = {"report.json", "report.html", "waypoints.csv", "LINE_Y.LS"}
+PAGES = {"LINE_Y.pages.json", "LINE_Y_01.LS", "LINE_Y_02.LS", "LINE_Y_03.LS"}
+SMALL = ("--set", "robot.controller.max_lines=60", "--set", "process.page_stops=anywhere")
+
+
+def names(folder):
+    return {p.name for p in folder.iterdir()}
+
+
+def test_generate_writes_pages_and_the_next_run_takes_them_away(tmp_path):
+    out = tmp_path / "out"
+    result = run("generate", "paths/line_y.toml", *SMALL, "-o", out)
+    assert result.returncode == 0, result.stderr
+    assert names(out) == BASE | PAGES
+    told = json.loads((out / "LINE_Y.pages.json").read_bytes())
+    for entry in [told["main"], *told["pages"]]:
+        assert sha256((out / entry["file"]).read_bytes()).hexdigest() == entry["sha256"]
+    report = json.loads((out / "report.json").read_text())["program"]
+    assert report["file"] == "LINE_Y.LS"
+    assert [p["file"] for p in report["pages"]] == [p["file"] for p in told["pages"]]
+    assert report["bytes"] == sum((out / e["file"]).stat().st_size for e in [told["main"], *told["pages"]])
+    assert "written as 3 pages" in " ".join(result.stdout.split())
+    # what a user changed or put there is not ours any more
+    (out / "LINE_Y_02.LS").write_text("mine")
+    (out / "LINE_Y_04.LS").write_text("mine as well")
+    assert run("generate", "paths/line_y.toml", "-q", "-o", out).returncode == 0
+    assert names(out) == BASE | {"LINE_Y_02.LS", "LINE_Y_04.LS"}
+    assert (out / "LINE_Y_04.LS").read_text() == "mine as well"
+
+
+def test_the_same_inputs_give_the_same_pages(tmp_path):
+    for name in "ab":
+        assert run("generate", "paths/line_y.toml", *SMALL, "-q", "-o", tmp_path / name).returncode == 0
+    for file in sorted(names(tmp_path / "a") - {"report.html"}):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
+
+
+def test_outside_its_bounds_no_page_is_written(tmp_path):
+    result = run("generate", "paths/line_y.toml", *SMALL, "--set", "bounds.max_um=0.01", "-q", "-o", tmp_path)
+    assert result.returncode == 1
+    assert names(tmp_path) == BASE - {"LINE_Y.LS"}
+
+
+def test_without_pages_it_is_one_file_and_a_warning(tmp_path):
+    result = run("generate", "paths/line_y.toml", *SMALL, "--no-pages", "-o", tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert names(tmp_path) == BASE
+    assert "warning" in result.stdout
+    assert "--no-pages" in result.stdout
+
+
+def test_pages_of_a_program_that_exists(tmp_path):
+    body = ["  UFRAME_NUM=1 ", *[move(n % 9 + 1) for n in range(60)]]
+    (tmp_path / "LONG.LS").write_bytes(text(body))
+    few = ("--set", "controller.max_lines=20")
+    result = run("pages", tmp_path / "LONG.LS", *few, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    told = json.loads((tmp_path / "out" / "LONG.pages.json").read_bytes())
+    assert names(tmp_path / "out") == {"LONG.pages.json", "LONG.LS", *(p["file"] for p in told["pages"])}
+    assert told["planned_sha256"] == sha256((tmp_path / "LONG.LS").read_bytes()).hexdigest()
+    assert "61 lines, 9 positions" in result.stdout
+    # fewer pages the next time: the old ones go
+    assert (
+        run("pages", tmp_path / "LONG.LS", "--set", "controller.max_lines=40", "-o", tmp_path / "out").returncode == 0
+    )
+    again = json.loads((tmp_path / "out" / "LONG.pages.json").read_bytes())
+    assert len(again["pages"]) < len(told["pages"])
+    assert names(tmp_path / "out") == {"LONG.pages.json", "LONG.LS", *(p["file"] for p in again["pages"])}
+    refused(run("pages", tmp_path / "LONG.LS", *few, "-o", tmp_path), 2, "would replace it", "-o")
+    fits = run("pages", tmp_path / "LONG.LS", "-o", tmp_path / "none")
+    assert fits.returncode == 0
+    assert "one file" in fits.stdout
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "words"),
+    [
+        (text([move(n % 9 + 1, False) for n in range(60)]), 3, ("line 9 to line 28", "FINE")),
+        (text(["  R[1]=AR[1] ", *[move(n % 9 + 1) for n in range(60)]]), 3, ("line 9", "AR[]")),
+        (text([move(1)] * 60)[:-40], 2, ("cut off",)),
+        (b"\x00\x01", 2, ("LONG.LS", "binary")),
+    ],
+)
+def test_what_cannot_be_parted_is_one_line(tmp_path, content, code, words):
+    (tmp_path / "LONG.LS").write_bytes(content)
+    few = ("--set", "controller.max_lines=20")
+    refused(run("pages", tmp_path / "LONG.LS", *few, "-o", tmp_path / "out"), code, *words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_limits_no_page_can_keep_are_refused(tmp_path):
+    (tmp_path / "LONG.LS").write_bytes(text([move(n % 9 + 1) for n in range(60)]))
+    for few in ("max_lines=1", "max_positions=1", "memory_kB=0.1"):
+        result = run("pages", tmp_path / "LONG.LS", "--set", f"controller.{few}", "-o", tmp_path / "out")
+        refused(result, 3, "alone is more than a page holds", "controller.max_lines")
+    small = run(
+        "generate", "paths/line_y.toml", *SMALL, "--set", "robot.controller.memory_kB=0.1", "-o", tmp_path / "o"
+    )
+    assert small.returncode == 0
+    assert "no room for a page" in " ".join(small.stdout.split())
+    refused(run("pages", tmp_path / "NONE.LS"), 2, "cannot be read")
+    refused(run("generate", "paths/line_y.toml", "--set", "process.page_stops=never"), 2, "page_stops")
+
+
+def test_many_pages_are_told_by_their_ends():
+    names = ["A.LS", "A.pages.json", *(f"A_{k:03d}.LS" for k in range(1, 107)), "report.html"]
+    assert listed(names) == "A.LS, A.pages.json, A_001.LS to A_106.LS, report.html"
+    assert listed(names[:4]) == "A.LS, A.pages.json, A_001.LS, A_002.LS"

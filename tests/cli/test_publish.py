@@ -1,0 +1,142 @@
+"""Whole outputs, and nothing of anybody else's touched."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from shipped import ROOT
+
+from compgen.cli import publish
+from compgen.core.exceptions import InputError
+
+OURS = {"A.LS", "report.json"}
+FILES = {"report.json": b"new report", "A.LS": b"new program"}
+
+
+def content(folder):
+    return {str(p.relative_to(folder)): p.read_bytes() for p in Path(folder).rglob("*") if p.is_file()}
+
+
+def test_a_new_folder_appears_whole(tmp_path):
+    publish.publish(tmp_path / "deep" / "out", FILES, OURS)
+    assert content(tmp_path) == {f"deep/out/{n}": c for n, c in FILES.items()}
+
+
+def test_an_earlier_run_is_replaced_as_a_whole(tmp_path):
+    publish.publish(tmp_path / "out", {"report.json": b"old", "A.LS": b"old"}, OURS)
+    publish.publish(tmp_path / "out", {"report.json": b"new"}, OURS)
+    assert content(tmp_path) == {"out/report.json": b"new"}
+
+
+def test_foreign_files_and_folders_stay_where_they_are(tmp_path):
+    out = tmp_path / "out"
+    (out / "data" / "deep").mkdir(parents=True)
+    (out / "data" / "deep" / "x").write_text("x")
+    (out / "B.LS").write_text("another program")
+    (out / "data").chmod(0o555)
+    inode, deep = out.stat().st_ino, (out / "data").stat().st_ino
+    publish.publish(out, FILES, OURS)
+    assert (out.stat().st_ino, (out / "data").stat().st_ino) == (inode, deep)
+    assert content(out) == {**FILES, "B.LS": b"another program", "data/deep/x": b"x"}
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    (out / "data").chmod(0o755)
+
+
+def test_the_folder_one_stands_in_is_not_moved(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    inode = tmp_path.stat().st_ino
+    publish.publish(Path("."), FILES, OURS)
+    publish.publish(Path("."), FILES, OURS)
+    assert tmp_path.stat().st_ino == inode
+    assert content(tmp_path) == FILES
+
+
+def test_a_folder_named_like_a_file_of_ours_is_refused(tmp_path):
+    (tmp_path / "A.LS" / "keep").mkdir(parents=True)
+    with pytest.raises(InputError, match="is a folder"):
+        publish.publish(tmp_path, FILES, OURS)
+    assert [p.name for p in tmp_path.iterdir()] == ["A.LS"]
+
+
+def test_left_overs_of_killed_runs_are_removed_and_never_brought_back(tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    out = tmp_path / "o[1]"
+    for process in (dead.pid, os.getpid()):
+        left = tmp_path / f".o[1].compgen-{process}-abc"
+        left.mkdir()
+        (left / "B.LS").write_text("never published")
+    alive = tmp_path / ".o[1].compgen-1-abc"
+    alive.mkdir()
+    publish.publish(out, FILES, OURS)
+    publish.publish(out, FILES, OURS)
+    assert content(out) == FILES
+    assert {p.name for p in tmp_path.iterdir()} == {"o[1]", alive.name}
+
+
+def test_a_hidden_folder_with_a_folder_in_it_is_left_alone(tmp_path):
+    left = tmp_path / f".out.compgen-{os.getpid()}-abc"
+    (left / "data").mkdir(parents=True)
+    publish.publish(tmp_path / "out", FILES, OURS)
+    assert (left / "data").is_dir()
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+sys.path.insert(0, {root!r})
+from compgen.cli import publish
+count = 0
+def count_down(event, args):
+    global count
+    if event in ("open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "os.fsync", "ctypes.dlsym"):
+        count += 1
+        if count == {step}:
+            os.kill(os.getpid(), signal.SIGKILL)
+import ctypes
+sys.addaudithook(count_down)
+publish.publish(Path({out!r}), {files!r}, {ours!r})
+"""
+
+
+@pytest.mark.parametrize("foreign", [False, True])
+def test_killed_at_every_step_no_program_stands_beside_a_report_of_another(tmp_path, foreign):
+    old = {"report.json": b"old report", "A.LS": b"old program"}
+    steps = 0
+    for step in range(1, 60):
+        out = tmp_path / f"{foreign}{step}"
+        publish.publish(out, old, OURS)
+        if foreign:
+            (out / "mine").write_text("mine")
+        code = KILLED.format(root=str(ROOT), step=step, out=str(out), files=FILES, ours=OURS)
+        killed = subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
+        found = {n: c for n, c in content(out).items() if n in OURS}
+        if foreign:
+            assert (out / "mine").read_text() == "mine"
+            if "A.LS" in found:
+                assert found["A.LS"].split()[0] == found["report.json"].split()[0]
+        else:
+            assert found in (old, FILES)
+        publish.publish(out, FILES, OURS)
+        assert {n: c for n, c in content(out).items() if n in OURS} == FILES
+        assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]
+        if not killed:
+            break
+        steps += 1
+    assert steps > 5
+    assert not killed
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a/b\0c"])
+def test_names_no_file_system_takes_are_refused(tmp_path, name):
+    with pytest.raises(InputError, match="cannot be written"):
+        publish.check_writable(tmp_path / name)
+
+
+def test_a_broken_link_is_refused(tmp_path):
+    (tmp_path / "out").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(InputError, match="broken link"):
+        publish.check_writable(tmp_path / "out")

@@ -1,0 +1,36 @@
+"""The command line as a user meets it, in this process: starting Python is what takes time."""
+
+import io
+import os
+import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from types import SimpleNamespace
+
+import pytest
+from shipped import ROOT
+
+from compgen.cli import main
+from compgen.core import evaluation
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
+
+
+def run(*arguments, cwd=ROOT):
+    """The command line in this process, from its arguments to its exit code: starting Python is what takes time."""
+    out, err, before = io.StringIO(), io.StringIO(), sys.argv
+    sys.argv = ["compgen", *map(str, arguments)]
+    try:
+        with chdir(cwd), redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as left_with:
+            main.main()
+    finally:
+        sys.argv = before
+        evaluation.use(None)  # as every other test finds it
+    return SimpleNamespace(returncode=left_with.value.code, stdout=out.getvalue(), stderr=err.getvalue())
+
+
+def refused(result, code, *words):
+    assert result.returncode == code, result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert "Traceback" not in result.stderr
+    for word in words:
+        assert word in result.stderr, result.stderr

@@ -1,0 +1,150 @@
+"""Where limits bind: only there, as far as their influence goes, window by window, and the optimum of the whole."""
+
+import resource
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shipped import path_file, quiet
+
+from compgen.compensation import interior_point, limits, optimise
+from compgen.compensation.problem import Problem, Settings
+from compgen.core.units import UM
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+
+ATOL_M = 1e-9
+
+
+@pytest.fixture(scope="module")
+def circle():
+    job = load_job(path_file("circle_1300"))
+    run = generate.predict(job, quiet)
+    path = run.path
+    wave = 5 * np.sin(2 * np.pi * path.arc / 0.5)  # K: so that the free correction meets a limit at a slope
+    return Problem(
+        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation,
+        path.position, path.rotation, run.theta, run.rise + wave[:, None], path.arc, path.stop,
+    )  # fmt: skip
+
+
+def size(correction):
+    return np.linalg.norm(correction[:, :3], axis=1)
+
+
+def clamp_of(problem, share):
+    """A clamp that this share of the waypoints keeps without being asked to."""
+    return float(np.quantile(size(optimise.optimise(problem, Settings()).correction), share))
+
+
+def slope_of(problem, share):
+    c = optimise.optimise(problem, Settings()).correction
+    return float(np.quantile(np.linalg.norm(np.diff(c[:, :3], axis=0), axis=1) / np.diff(problem.arc), share))
+
+
+def whole(problem, settings):
+    """The optimum with every waypoint in one system."""
+    N = len(problem.arc)
+    found, converged = interior_point.solve(problem, settings, np.zeros((N, 6)), np.ones(N, dtype=bool))
+    assert converged
+    return found
+
+
+def dense(problem, start, count, factor):
+    """The same stretch of path in shorter steps: waypoints between, their arc and warmth with them."""
+    part = problem.window(slice(start, start + count))
+    at = np.linspace(0, count - 1, factor * (count - 1) + 1)
+
+    def fill(rows):
+        flat = rows.reshape(count, -1)
+        filled = np.column_stack([np.interp(at, np.arange(count), column) for column in flat.T])
+        return filled.reshape(len(at), *rows.shape[1:])
+
+    turn = np.repeat(part.rotation[:1], len(at), axis=0)
+    fields = {name: fill(getattr(part, name)) for name in ("position", "theta", "rise", "arc")}
+    return replace(part, rotation=turn, stop=np.zeros(len(at), dtype=bool), **fields)
+
+
+@pytest.mark.parametrize("factor", [1, 20])
+def test_the_stretch_around_a_limit_is_as_long_as_its_influence_whatever_the_spacing(circle, factor):
+    """Counted in waypoints it would be too short on a dense path."""
+    part = dense(circle, 400, 1000 if factor == 1 else 300, factor)
+    settings = Settings(clamp_position=clamp_of(part, 0.9))
+    found = optimise.optimise(part, settings)
+    assert found.status is optimise.Status.LIMITED
+    held = np.array([n for n, _ in found.active])
+    assert 0.02 < len(set(held)) / len(part.arc) < 0.2
+    if factor == 1:  # elsewhere nothing was touched at all
+        far = np.abs(part.arc[:, None] - part.arc[held - 1]).min(axis=1) > 2 * limits.reach_of(settings)
+        assert far.any()
+        assert np.array_equal(found.correction[far], optimise.optimise(part, Settings()).correction[far])
+    assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
+
+
+def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
+    part = circle.window(slice(3, 1003))
+    settings = Settings(clamp_position=clamp_of(part, 0.5))
+    one = optimise.optimise(part, settings)
+    monkeypatch.setattr(limits, "WINDOW", 40)
+    monkeypatch.setattr(limits, "LARGEST", 40)
+    lengths, solve = [], interior_point.solve
+    monkeypatch.setattr(interior_point, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
+    many = optimise.optimise(part, settings)
+    assert len(lengths) > 4
+    assert max(lengths) < 100
+    assert np.abs(many.correction - one.correction)[:, :3].max() < ATOL_M
+    assert many.active == one.active
+
+
+def test_windows_end_where_nothing_is_solved(circle, monkeypatch):
+    """A rate that binds for long without a break carries influence along: it is not cut there."""
+    part = circle.window(slice(3, 1003))
+    settings = Settings(rate=slope_of(part, 0.5))
+    monkeypatch.setattr(limits, "WINDOW", 100)
+    monkeypatch.setattr(limits, "LARGEST", 1000)
+    found = optimise.optimise(part, settings)
+    assert found.status is optimise.Status.LIMITED
+    assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
+
+
+def test_a_rate_that_needs_a_longer_way_gets_it(circle):
+    """The correction cannot come back to the free one within the first stretch: it is widened until it can."""
+    part = circle.window(slice(3, 1003))
+    settings = Settings(rate=slope_of(part, 0.8))
+    found = optimise.optimise(part, settings)
+    assert found.status is optimise.Status.LIMITED
+    step = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1)
+    assert np.all(step <= settings.rate * np.diff(part.arc) * (1 + 1e-6))
+    assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
+
+
+def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
+    """1e5 waypoints: legal everywhere, the free solution elsewhere, and memory for a window only."""
+    job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=20.65", "process.chord_um=0.2"])
+    run = generate.predict(job, quiet)
+    path = run.path
+    problem = Problem(
+        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation,
+        path.position, path.rotation, run.theta, run.rise, path.arc, path.stop,
+    )  # fmt: skip
+    N = len(path.arc)
+    assert N > 100_000
+    free = optimise.optimise(problem, Settings())
+    settings = Settings(clamp_position=float(np.quantile(size(free.correction), 0.95)))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    found = optimise.optimise(problem, settings)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 150e3  # kB
+    assert found.status is optimise.Status.LIMITED
+    assert size(found.correction).max() <= settings.clamp_position * (1 + 1e-6)
+    held = np.unique([n for n, _ in found.active]) - 1
+    assert 0.045 < len(held) / N < 0.055
+    away = np.ones(N, dtype=bool)
+    reach = 2 * limits.reach_of(settings)
+    for first, last in zip(path.arc[held] - reach, path.arc[held] + reach):
+        away[np.searchsorted(path.arc, first) : np.searchsorted(path.arc, last, "right")] = False
+    assert away.mean() > 0.8
+    assert np.array_equal(found.correction[away], free.correction[away])
+    few = slice(max(0, held[0] - 300), held[0] + 300)
+    alone = optimise.optimise(problem.window(few), settings).correction
+    assert np.abs(alone - found.correction[few])[100:-100, :3].max() < ATOL_M
+    assert np.abs(found.correction - free.correction)[:, :3].max() > 0.1 * UM  # the limit bites

@@ -1,0 +1,272 @@
+"""The correction: what it reaches, what it keeps, and the general program as its oracle."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import path_file, quiet
+
+from compgen.compensation import limits, optimise
+from compgen.compensation.optimise import Status
+from compgen.compensation.problem import Problem, Settings
+from compgen.core.rotations import matrix_of
+from compgen.core.units import DEG, UM
+from compgen.error_model.sources import ThermalGrowth
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+
+
+def problem_of(name, *overrides, rows=slice(None)):
+    job = load_job(path_file(name), None, overrides)
+    run = generate.predict(job, quiet)
+    whole = Problem(
+        job.robot,
+        run.model,
+        job.posture,
+        job.tool_position,
+        job.tool_rotation,
+        run.path.position,
+        run.path.rotation,
+        run.theta,
+        run.rise,
+        run.path.arc,
+        run.path.stop,
+    )
+    return whole.window(rows)
+
+
+@pytest.fixture(scope="module")
+def circle():
+    return problem_of("circle_1300")
+
+
+def stretch(problem, start=400, count=60):
+    """Waypoints of the circle only: regular, no stop."""
+    return problem.window(slice(start, start + count))
+
+
+def test_the_error_cancels_and_the_correction_is_its_opposite(circle):
+    found = optimise.optimise(circle, Settings())
+    assert found.status is Status.CONVERGED
+    assert np.linalg.norm(found.residual[:, :3], axis=1).max() < 0.02 * UM
+    before = circle.error(np.zeros_like(found.correction))
+    assert_allclose(found.correction[:, :3], -before[:, :3], atol=0.2 * UM)
+    assert np.abs(before[:, :3]).max() > 100 * UM
+
+
+def test_each_step_shrinks_about_a_thousandfold(circle):
+    assert optimise.optimise(circle, Settings()).iterations <= 5
+
+
+def test_what_a_further_step_would_change_is_known_without_it(circle, monkeypatch):
+    rise = circle.rise + np.random.default_rng(7).normal(size=circle.rise.shape)  # K, for smoothing to bite
+    rough, settings = replace(circle, rise=rise), Settings(curvature_period=50e-3)
+    lever = np.array([1, 1, 1, *3 * [settings.lever]])
+    found = optimise.optimise(rough, settings)
+    assert found.iterations == 2
+    assert optimise.optimise(circle, Settings()).iterations == 1
+    monkeypatch.setattr(optimise, "STEP_TOLERANCE", found.step / 2)
+    further = optimise.optimise(rough, settings)
+    assert further.iterations == 3
+    moved = np.abs((further.correction - found.correction) * lever).max()
+    assert 1e-15 < moved <= 1.5 * found.step <= 1.5e-11  # m
+
+
+def test_no_error_gives_exactly_no_correction(circle):
+    cold = replace(circle, rise=np.zeros_like(circle.rise))
+    assert np.abs(optimise.optimise(cold, Settings()).correction).max() < 1e-12
+
+
+def test_waypoints_move_together(circle):
+    """A kink in the wanted correction is rounded over the curvature period, not followed."""
+    bumped = circle.rise.copy()
+    bumped[700] += 5.0  # one waypoint alone 5 K warmer
+    rough = replace(circle, rise=bumped)
+    wanted = circle.error(np.zeros((len(bumped), 6))) - rough.error(np.zeros((len(bumped), 6)))
+    got = optimise.optimise(rough, Settings()).correction - optimise.optimise(circle, Settings()).correction
+    assert np.linalg.norm(wanted[700, :3]) > 20 * UM
+    assert np.linalg.norm(got[700, :3]) < 0.75 * np.linalg.norm(wanted[700, :3])
+    assert np.linalg.norm(got[699, :3]) > 0.1 * np.linalg.norm(wanted[700, :3])
+
+
+@pytest.mark.parametrize(("period", "kept"), [(5e-3, 0.06), (10e-3, 0.5), (40e-3, 0.99)])
+def test_smoothing_halves_its_own_period_and_leaves_longer_ones(period, kept):
+    arc = np.arange(0, 2, 0.2e-3)
+    settings = Settings(rate_period=0.0, curvature_period=10e-3)
+    wave = np.cos(2 * np.pi * arc / period)
+    from scipy.linalg import solveh_banded
+
+    stop = np.zeros(len(arc), dtype=bool)
+    out = solveh_banded(optimise.bands(arc, stop, settings), optimise.measure(arc) * wave)
+    middle = slice(len(arc) // 3, 2 * len(arc) // 3)
+    assert np.ptp(out[middle]) / np.ptp(wave[middle]) == pytest.approx(kept, abs=0.02)
+
+
+def test_bands_are_the_gradient_of_the_stated_cost():
+    rng = np.random.default_rng(0)
+    arc = np.cumsum(rng.uniform(0.5e-3, 3e-3, 40))
+    stop = rng.random(40) < 0.2
+    settings = Settings(rate_period=3e-3, curvature_period=8e-3)
+    c = rng.normal(size=40)
+
+    def cost(c):
+        h = np.diff(arc)
+        first = np.diff(c) / h
+        between = (h[:-1] + h[1:]) / 2
+        second = np.diff(first) / between
+        return (
+            np.sum(optimise.measure(arc) * c**2)
+            + (3e-3 / 2 / np.pi) ** 2 * np.sum(h * first**2)
+            + (8e-3 / 2 / np.pi) ** 4 * np.sum(between * ~stop[1:-1] * second**2)
+        ) / 2
+
+    second, first, diagonal = optimise.bands(arc, stop, settings)
+    full = np.diag(diagonal) + np.diag(first[1:], 1) + np.diag(first[1:], -1)
+    full += np.diag(second[2:], 2) + np.diag(second[2:], -2)
+    gradient = [(cost(c + e) - cost(c - e)) / 2e-6 for e in 1e-6 * np.eye(40)]
+    assert_allclose(full @ c, gradient, rtol=1e-5, atol=1e-9)
+
+
+def test_fast_solution_is_the_general_programs_optimum(circle):
+    part = stretch(circle)
+    part = replace(
+        part, rise=part.rise + np.random.default_rng(6).normal(size=part.rise.shape)
+    )  # K, for smoothing to bite
+    settings = Settings(rate_period=5e-3, curvature_period=30e-3)
+    fast = optimise.optimise(part, settings).correction
+    slow, _ = limits.solve_stretch(part, settings, np.zeros_like(fast), np.ones(len(fast), dtype=bool))
+    assert np.abs((fast - slow)[:, :3]).max() < 1e-9  # m
+    assert np.abs((fast - slow)[:, 3:]).max() < 4e-9  # rad
+    pointwise = -part.error(np.zeros_like(fast))
+    assert np.abs(fast - pointwise)[:, :3].max() > 1e-6  # smoothing did something
+
+
+def test_general_program_keeps_a_tool_tilt_small(circle):
+    """A tilting source: the oracle and the fast solution agree in rotation as well."""
+    growth = circle.rise.shape[1]
+
+    class Tilt:
+        def distort(self, chain, state):
+            theta = list(chain.theta)
+            theta[4] = theta[4] + 1e-5 * state.rise[0]
+            return replace(chain, theta=tuple(theta))
+
+    from compgen.error_model.model import build_error_model
+
+    model = build_error_model(circle.robot, [Tilt()], growth, np.zeros(3), np.eye(3))
+    part = replace(stretch(circle), model=model)
+    fast = optimise.optimise(part, Settings()).correction
+    slow, _ = limits.solve_stretch(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool))
+    assert np.abs(fast[:, 3:]).max() > 5e-5
+    assert np.abs(fast - slow).max() < 1e-9
+
+
+def test_free_spin_leaves_the_turn_about_the_tool_alone(circle):
+    class Spin:
+        def distort(self, chain, state):
+            theta = list(chain.theta)
+            theta[5] = theta[5] + 1e-4 * state.rise[0]
+            return replace(chain, theta=tuple(theta))
+
+    from compgen.error_model.model import build_error_model
+
+    model = build_error_model(circle.robot, [Spin()], 5, np.zeros(3), np.eye(3))
+    part = replace(stretch(circle), model=model)
+    tied = optimise.optimise(part, Settings()).correction
+    free = optimise.optimise(part, Settings(free_spin=True))
+    assert np.abs(tied[:, 5]).min() > 1e-3  # rad: 11 K x 1e-4
+    assert np.abs(free.residual[:, :5]).max() < 1e-9
+    assert free.status is Status.CONVERGED
+
+
+def just_inside(problem, joint, fraction=0.3):
+    """The robot with a lower limit that the plan keeps and the full correction breaks."""
+    free = optimise.optimise(problem, Settings())
+    plan, full = problem.theta[:, joint].min(), free.theta[:, joint].min()
+    assert full < plan - 1e-7
+    lower = problem.robot.lower.copy()
+    lower[joint] = plan + fraction * (full - plan)
+    return replace(problem, robot=replace(problem.robot, lower=lower)), free
+
+
+def test_a_joint_limit_is_kept_and_named(circle):
+    # to shorten the reach the elbow folds: theta_3 falls
+    part = circle.window(slice(3, 200))
+    tight, free = just_inside(part, 2)
+    found = optimise.optimise(tight, Settings())
+    assert found.status is Status.LIMITED
+    assert np.all(found.theta >= tight.robot.lower - 1e-12)
+    held = [n for n, limit in found.active if limit == "joint J2+J3 limit"]
+    assert held
+    off = np.linalg.norm(found.residual[:, :3], axis=1)
+    assert off[np.array(held) - 1].max() > 1 * UM
+    assert off[np.array(held) - 1].max() < np.linalg.norm(free.correction[:, :3], axis=1).max()
+    far = np.ones(len(off), dtype=bool)
+    far[max(0, min(held) - 80) : max(held) + 80] = False
+    if far.any():
+        assert off[far].max() < 0.05 * UM
+
+
+def test_windowed_limits_are_the_whole_programs_optimum(circle):
+    part = circle.window(slice(3, 150))
+    tight, _ = just_inside(part, 2, 0.7)
+    windowed = optimise.optimise(tight, Settings())
+    assert windowed.status is Status.LIMITED
+    whole, _ = limits.solve_stretch(tight, Settings(), np.zeros_like(windowed.correction), np.ones(147, dtype=bool))
+    assert np.abs(windowed.correction - whole)[:, :3].max() < 2e-9  # m
+
+
+def test_best_legal_correction_is_no_worse_than_stopping_at_the_limit(circle):
+    """Against a naive answer: full correction with the joint clipped."""
+    part = circle.window(slice(3, 120))
+    tight, free = just_inside(part, 2)
+    found = optimise.optimise(tight, Settings())
+    clipped = np.maximum(free.theta, tight.robot.lower)
+    naive = tight.model.error(clipped, tight.rise, tight.position, tight.rotation)
+    weight = np.array([1, 1, 1, 0.25, 0.25, 0.25])
+    assert np.sum((found.residual * weight) ** 2) < np.sum((naive * weight) ** 2)
+
+
+def test_the_clamp_holds_and_is_named(circle):
+    part = stretch(circle, 3, 100)
+    found = optimise.optimise(part, Settings(clamp_position=100 * UM))
+    size = np.linalg.norm(found.correction[:, :3], axis=1)
+    assert found.status is Status.LIMITED
+    assert size.max() <= 100.001 * UM
+    assert {limit for _, limit in found.active} == {"position clamp"}
+    assert np.linalg.norm(found.residual[:, :3], axis=1).max() == pytest.approx(22 * UM, abs=2 * UM)
+
+
+def test_the_rate_limit_holds_and_is_named(circle):
+    part = stretch(circle, 300, 50)
+    free = optimise.optimise(part, Settings())
+    slope = np.linalg.norm(np.diff(free.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
+    found = optimise.optimise(part, Settings(rate=0.6 * float(slope.max())))
+    steepest = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
+    assert found.status is Status.LIMITED
+    assert steepest.max() <= 0.6001 * slope.max()
+    assert any(limit == "rate limit" for _, limit in found.active)
+
+
+def test_pose_functions_agree_with_the_numeric_error(circle):
+    part = stretch(circle, 10, 5)
+    function = limits.pose_functions(part)
+    rng = np.random.default_rng(5)
+    correction = np.hstack([rng.normal(scale=1e-4, size=(5, 3)), rng.normal(scale=1e-3, size=(5, 3))])
+    theta, _ = part.joints(correction)
+    for n in range(5):
+        c, e = function(theta[n], part.rise[n], np.zeros(6), np.zeros(3), part.position[n], part.rotation[n].T.ravel())
+        assert_allclose(np.asarray(c).ravel(), correction[n], atol=1e-12)
+        assert_allclose(np.asarray(e).ravel(), part.error(correction)[n], atol=1e-12)
+
+
+def test_commanded_pose_applies_rotation_in_tool_axes(circle):
+    part = stretch(circle, 10, 1)
+    turned = part.commanded(np.array([[0, 0, 0, 0, 0, 0.01]]))[1][0]
+    assert_allclose(turned, part.rotation[0] @ matrix_of(np.array([0, 0, 0.01])), atol=1e-15)
+
+
+def test_growth_source_is_the_only_one_shipped(job):
+    assert [type(s) for s in job.sources] == [ThermalGrowth]
+    assert job.settings.clamp_rotation == pytest.approx(0.5 * DEG)

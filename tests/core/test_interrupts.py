@@ -1,0 +1,137 @@
+"""Ctrl-C, SIGTERM and SIGKILL at moments that hurt: one line, the older output whole, nothing left lying about."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from shipped import ROOT
+
+AT = """
+import os, signal, sys
+sys.path.insert(0, {root!r})
+left = {nth}
+def watch(event, args):
+    global left
+    if event == {event!r} and {word!r} in str(args[:1]):
+        left -= 1
+        if left == 0:
+            os.kill(os.getpid(), {number})
+sys.addaudithook(watch)
+sys.argv = ["compgen", *{arguments!r}]
+from compgen.__main__ import main
+main()
+"""
+GENERATE = ["generate", str(ROOT / "paths" / "optic_spiral.toml"), "-q"]
+LONG = ["--set", "path.stepover_mm=20.65", "--set", "process.chord_um=0.2", "--workers", "2"]  # 1e5 waypoints
+
+
+def run(folder, *arguments, at=None, number=signal.SIGINT, cache=None):
+    """A run that sends itself a signal when something happens: an audit event of Python's and a word in it."""
+    event, word, nth = at or ("never", "", 1)
+    arguments = [*GENERATE, "-o", str(folder / "out"), *arguments]
+    code = AT.format(root=str(ROOT), event=event, word=word, nth=nth, number=int(number), arguments=arguments)
+    surroundings = {**os.environ, "XDG_CACHE_HOME": str(cache or folder / "cache")}
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60, env=surroundings
+    )
+
+
+def content(folder):
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def strays(folder):
+    """What lies about beside whole results and whole libraries."""
+    known = {"out", "cache", "cache/compgen", "cold", "cold/compgen"}
+    names = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.parent != folder / "out"}
+    return {n for n in names if n not in known and not n.endswith(".so")}
+
+
+@pytest.fixture(scope="module")
+def older(tmp_path_factory):
+    """A folder with an earlier result, and a cache with what the long program needs."""
+    folder = tmp_path_factory.mktemp("stopped")
+    assert run(folder, *LONG).returncode == 0
+    assert run(folder, "--set", "path.stepover_mm=700").returncode == 0
+    return folder, content(folder / "out")
+
+
+MOMENTS = {
+    "loading": ("import", "casadi", 1),
+    "reading": ("open", "m710ic50.toml", 1),
+    "compiling": ("subprocess.Popen", "c", 3),
+    "early": ("ctypes.dlopen", ".so", 2),
+    "beside": ("ctypes.dlopen", ".so", 9),
+    "writing": ("open", "waypoints.csv", 1),
+}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_stopped_run_says_one_line_and_leaves_everything_as_it_was(older, moment, number):
+    folder, before = older
+    cache = folder / "cold" if moment == "compiling" else None
+    done = run(folder, *LONG, at=MOMENTS[moment], number=number, cache=cache)
+    word = "interrupted" if number == signal.SIGINT else "terminated"
+    assert (done.returncode, done.stderr) == (128 + number, f"compgen: {word}; nothing was written\n")
+    assert done.stdout == ""
+    assert content(folder / "out") == before
+    assert not strays(folder)
+
+
+def test_once_the_files_are_put_in_place_a_wish_comes_too_late(tmp_path, older):
+    done = run(tmp_path, *LONG, at=("os.rename", "compgen-", 1), cache=older[0] / "cache")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "report.json" in content(tmp_path / "out")
+    assert not strays(tmp_path)
+
+
+def test_what_a_killed_run_leaves_is_cleared_away_by_the_next(tmp_path):
+    few = ("--set", "path.stepover_mm=200")
+    for moment in ("compiling", "writing"):
+        done = run(tmp_path, *few, at=MOMENTS[moment], number=signal.SIGKILL)
+        assert done.returncode == -signal.SIGKILL
+        assert any(word in name for name in strays(tmp_path) for word in ("rows.c", "out.compgen-"))
+        assert not (tmp_path / "out").exists()
+    assert run(tmp_path, *few).returncode == 0
+    assert not strays(tmp_path)
+
+
+def test_folders_made_for_nothing_go_again(tmp_path, older):
+    deep, cache = str(tmp_path / "deep" / "er" / "out"), older[0] / "cache"
+    done = run(tmp_path, "--set", "path.stepover_mm=700", "-o", deep, at=MOMENTS["writing"], cache=cache)
+    assert done.returncode == 130
+    assert not (tmp_path / "deep").exists()
+
+
+def test_who_ignores_a_signal_is_not_stopped_by_it(tmp_path):
+    """As nohup and a shell's background do."""
+    code = (
+        "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_IGN); os.execv(sys.executable, sys.argv[1:])"
+    )
+    inner = AT.format(
+        root=str(ROOT), event="import", word="casadi", nth=1, number=2,
+        arguments=["generate", str(ROOT / "paths" / "line_y.toml"), "-q", "-o", str(tmp_path / "out")],
+    )  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", code, sys.executable, "-c", inner], capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert (tmp_path / "out" / "report.json").exists()
+
+
+def test_a_study_on_several_processes_stops_at_once_and_keeps_what_is_done(tmp_path):
+    """A terminal sends Ctrl-C to all of them."""
+    command = [sys.executable, "-m", "compgen", "whatif", "paths/circle_1300.toml", "--workers", "2", "-q"]
+    command += ["--vary", "process.feed_mm_s=20:200:400", "-o", str(tmp_path / "out")]
+    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    book = tmp_path / "out" / "scenarios.jsonl"
+    until = time.monotonic() + 60
+    while not book.exists() and time.monotonic() < until:
+        time.sleep(0.02)
+    begin = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert time.monotonic() - begin < 3
+    assert (process.returncode, told) == (130, "compgen: interrupted; finished scenarios are kept\n")

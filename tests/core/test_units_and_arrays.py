@@ -1,0 +1,126 @@
+"""Conversion factors by hand, and arrays that own their data."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core import units
+from compgen.core.arrays import Array, BoolArray, IntArray, distinct, dot, extremes, frozen, own, sizes, steps, unit
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Owner:
+    p: Array  # (N, 3)
+    flag: BoolArray  # (N,)
+    index: IntArray  # (S,)
+
+    def __post_init__(self) -> None:
+        own(self, p=("N", 3), flag=("N",), index=("S",))
+
+
+def owner(p=((1, 2, 3), (4, 5, 6)), flag=(True, False), index=(7,)):
+    return Owner(np.array(p, dtype=float), np.array(flag), np.array(index))
+
+
+@pytest.mark.parametrize(
+    ("value", "want"),
+    [
+        (1450 * units.MM, 1.45),  # m
+        (122 * units.UM, 122e-6),  # m
+        (180 * units.DEG, np.pi),  # rad
+        (2000 * units.MDEG, 2 * np.pi / 180),  # rad
+        (6.5 * units.HOUR, 23400),  # s
+        (2 * units.MINUTE, 120),  # s
+        (8 * units.MS, 0.008),  # s
+        (20 * units.INCH, 0.508),  # m
+        (1000 * units.KB, 1e6),  # bytes
+    ],
+)
+def test_units_by_hand(value, want):
+    assert_allclose(value, want, rtol=1e-15)
+
+
+def test_owned_arrays_are_copies():
+    p, flag, index = np.zeros((2, 3)), np.array([True, False]), np.array([1])
+    one = Owner(p, flag, index)
+    p[0, 0], flag[0], index[0] = 99, False, 99  # the caller's stay writeable, and alter nothing
+    assert (one.p[0, 0], one.flag[0], one.index[0]) == (0, True, 1)
+
+
+def test_owned_arrays_are_read_only():
+    one = owner()
+    for array in (one.p, one.flag, one.index):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+def test_what_is_handed_over_is_kept_also_in_another_shape_and_a_part_of_something_is_copied():
+    flat = np.arange(6.0)
+    one = Owner(frozen(flat.reshape(2, 3)), np.array([True, False]), np.array([1]))
+    assert np.shares_memory(one.p, flat)
+    with pytest.raises(ValueError, match="read-only"):
+        flat[0] = 9
+    whole = np.arange(12.0).reshape(4, 3)
+    part = whole[:2]
+    part.flags.writeable = False
+    two = Owner(part, np.array([True, False]), np.array([1]))
+    three = frozen(whole[:2])
+    whole[0, 0] = 9
+    assert (two.p[0, 0], three[0, 0]) == (0, 0)
+
+
+def test_truth_and_counts_keep_their_kind_and_the_rest_becomes_float():
+    one = Owner(np.zeros((2, 3), dtype=np.float32), np.array([True, False]), np.array([1]))
+    assert one.p.dtype == np.float64
+    assert one.flag.dtype == np.bool_
+    assert one.index.dtype.kind == "i"
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"p": np.zeros((2, 4))}, "p"),  # a number must be met
+        ({"p": np.zeros(3)}, "p"),  # and the number of axes
+        ({"p": np.zeros((2, 3, 1))}, "p"),
+        ({"flag": [True, False, True]}, "flag"),  # a letter is one length wherever it stands
+    ],
+)
+def test_wrong_shape_is_refused_with_owner_and_field(change, field):
+    with pytest.raises(ValueError, match=rf"Owner\.{field}: shape .* expected"):
+        owner(**change)
+
+
+def test_different_letters_may_differ():
+    assert len(owner(index=range(9)).index) == 9
+
+
+def test_empty_arrays_are_arrays():
+    assert owner(p=np.zeros((0, 3)), flag=np.zeros(0, dtype=bool)).p.shape == (0, 3)
+
+
+def test_dot_is_the_inner_product_of_each_row():
+    assert_allclose(dot(np.array([[1.0, 2, 3], [0, 1, 0]]), np.array([[4.0, 5, 6], [9, -2, 9]])), [32, -2], atol=0)
+
+
+def test_unit_keeps_the_direction_and_takes_the_length():
+    a = np.random.default_rng(1).normal(size=(50, 3))
+    assert_allclose(np.linalg.norm(unit(a), axis=1), 1, rtol=1e-15)
+    assert_allclose(unit(a) * np.linalg.norm(a, axis=1)[:, None], a, rtol=1e-14)
+    assert_allclose(unit(np.array([[3.0, 0, 4]])), [[0.6, 0, 0.8]], rtol=1e-15)
+
+
+@pytest.mark.parametrize(("count", "width"), [(1, 3), (7, 6), (8, 1), (20, 3), (21, 3)])
+def test_rows_in_blocks_are_measured_as_all_at_once(count, width):
+    rows = np.random.default_rng(4).normal(size=(count, width + 1))[:, 1:]
+    assert np.array_equal(sizes(rows, 4), np.linalg.norm(rows, axis=1))
+    assert np.array_equal(steps(rows, 4), np.linalg.norm(np.diff(rows, axis=0), axis=1))
+    assert np.array_equal(extremes(rows, 4), (rows.min(axis=0), rows.max(axis=0)))
+
+
+def test_distinct_values_are_numpys():
+    rng = np.random.default_rng(4)
+    for values in (rng.integers(0, 9, 400), rng.normal(size=7), np.zeros(3), np.zeros(0), np.array([2.5])):
+        assert np.array_equal(distinct(values), np.unique(values))
+        assert distinct(values).dtype == values.dtype

@@ -1,0 +1,46 @@
+"""Programs corrected as ``correct`` does it, and how far the second arm then misses the planned places."""
+
+import naive_arm as arm
+import naive_ls
+import numpy as np
+from shipped import ROOT, quiet
+
+from compgen.fanuc.frames import Frames, known_without_a_table
+from compgen.pipelines.correct import Options, correct
+from compgen.pipelines.history_words import load_before
+
+SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
+REAL = sorted(p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls")
+GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.LS"))
+STILL = (np.zeros(3), np.eye(3))
+MANY = Frames({n: STILL for n in range(21)}, {n: STILL for n in range(21)})
+WARM = "moving 200mm/s 6h"
+ROUNDED_UM = 1.0  # three decimals in X, Y, Z: 0.87 um at most; the model itself adds less than 0.1
+HOME = (10.0, 20.0, -15.0, 30.0, -60.0, 45.0)
+
+
+def corrected(data, cell, frames=None, before=(WARM,), **options):
+    return correct(data, cell, frames or known_without_a_table(), load_before(before), Options(**options), quiet)
+
+
+def pose(here, uf=None):
+    """A Cartesian position of the second reader as a matrix in World."""
+    a = here.groups[1].axes
+    return (np.eye(4) if uf is None else uf) @ arm.frame(*(a[k] for k in "XYZWPR"))
+
+
+def joints(here):
+    return [here.groups[1].axes[f"J{i}"] for i in range(1, 7)]
+
+
+def left(planned, text, n, guess, uf=None, ut=None, lengths=None, other=None):
+    """um by which the arm misses the planned place of P[n] when it drives the text, by the second reader and arm."""
+    before, after = naive_ls.read(planned)[0][n], naive_ls.read(text)[0][other or n]
+    tool = np.eye(4) if ut is None else ut
+    if "J1" in before.groups[1].axes:
+        meant, q = arm.flange(joints(before)) @ tool, joints(after)
+    else:
+        meant = pose(before, uf)
+        q = arm.joints_at(pose(after, uf) @ np.linalg.inv(tool), guess)
+    real = arm.flange(q, lengths or arm.warm_lengths()) @ tool
+    return 1e3 * float(np.linalg.norm(real[:3, 3] - meant[:3, 3]))

@@ -1,0 +1,70 @@
+"""Twist of links, growth of tool and spindle, drift of the fixture: hand formulas, and the twin's own arm."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.exceptions import InputError
+from compgen.core.units import UM
+from compgen.error_model.model import build_error_model
+from compgen.error_model.sources import ThermalBend, ThermalShift
+from compgen.pipelines.robot_file import load_cell
+from compgen.verification.twin import Twin
+from compgen.verification.twin_of import flaws_of
+
+SHIFT = 'sources.thermal_shift={of=["tool", "fixture x"], node=["face", "wrist"], rate_um_K=[2, -1.5]}'
+TWIST = (
+    'sources.thermal_bend={link=["a2", "d4", "column"], plane=["twist", "twist", "twist"], '
+    'node=["link1", "j3", "j2"], rate_arcsec_K=[1.5, -0.7, 0.4]}'
+)
+RISE = np.array([[10.0, 4.0, 12.0, 3.0, 2.0]])
+TOOL = (np.array([0.02, -0.01, 0.15]), np.eye(3))
+ARCSEC = np.pi / 180 / 3600
+
+
+def poses(*overrides, kind):
+    cell = load_cell("m710ic50", overrides)
+    mine = tuple(s for s in cell.sources if isinstance(s, kind))
+    assert len(mine) == 1
+    model = build_error_model(cell.robot, mine, 5, *TOOL)
+    theta = np.random.default_rng(2).uniform(-1.2, 1.2, (40, 6)) + cell.robot.pendant_zero
+    twin = Twin(cell.robot, cell.heat, (), *TOOL, flaws_of(mine))
+    rise = np.repeat(RISE, 40, axis=0)
+    return model.nominal_pose(theta), model.actual_pose(theta, rise), twin.reach(theta, rise, lambda share: None)
+
+
+@pytest.mark.parametrize(("override", "kind"), [(SHIFT, ThermalShift), (TWIST, ThermalBend)])
+def test_the_twins_own_arm_agrees(override, kind):
+    nominal, actual, twin = poses(override, kind=kind)
+    assert_allclose(actual[0], twin[0], atol=1e-10)  # m
+    assert_allclose(actual[1], twin[1], atol=1e-10)
+    assert np.linalg.norm(actual[0] - nominal[0], axis=1).min() > 1 * UM
+
+
+def test_a_tool_grows_along_its_axis_and_a_fixture_drifts_away_from_it():
+    nominal, actual, _ = poses(SHIFT, kind=ThermalShift)
+    expected = 2 * UM * 2.0 * nominal[1][:, :, 2] + np.array([1.5 * UM * 3.0, 0, 0])
+    assert_allclose(actual[0] - nominal[0], expected, atol=1e-12)
+    assert_allclose(actual[1], nominal[1], atol=1e-14)
+
+
+def test_a_twisted_column_turns_the_arm_about_the_vertical():
+    alone = 'sources.thermal_bend={link=["column"], plane=["twist"], node=["j2"], rate_arcsec_K=[0.4]}'
+    nominal, actual, _ = poses(alone, kind=ThermalBend)
+    turn = np.cross([0, 0, 10 * 0.4 * ARCSEC], nominal[0])
+    assert_allclose(actual[0] - nominal[0], turn, atol=1e-9)
+    assert_allclose((actual[0] - nominal[0])[:, 2], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ('sources.thermal_shift={of=["tool"], node=["nose"], rate_um_K=[2]}', ("node.0", "nose")),
+        ('sources.thermal_shift={of=["tool"], node=["face"], rate_um_K=[2, 3]}', ("rate_um_K", "2 entries for 1")),
+        ('sources.thermal_shift={of=["table"], node=["face"], rate_um_K=[2]}', ("of.0", "fixture x")),
+    ],
+)
+def test_what_is_wrong_is_said(override, words):
+    with pytest.raises(InputError) as told:
+        load_cell("m710ic50", [override])
+    assert all(w in str(told.value) for w in words), told.value

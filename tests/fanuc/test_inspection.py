@@ -1,0 +1,214 @@
+"""What ``inspect`` says of a program, and the frames it needs."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import refused, run
+from numpy.testing import assert_allclose
+from shipped import ROOT
+
+from compgen import fanuc
+from compgen.core.exceptions import InputError
+from compgen.core.units import DEG
+from compgen.fanuc.analysis import inspection
+from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.safety import unsafe_statements
+from compgen.fanuc.frames import known_without_a_table, load_frames
+from compgen.pipelines.robot_file import load_robot
+
+SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
+
+HEAD = """/PROG  DEMO
+/ATTR
+COMMENT\t\t= "a demo";
+DEFAULT_GROUP\t= 1,*,*,*,*;
+/MN
+"""
+PLACE = """P[{n}]{{
+   GP1:
+\tUF : {uf}, UT : {ut},\t\tCONFIG : '{config}',
+\tX = {x:9.3f}  mm,\tY = {y:9.3f}  mm,\tZ =   203.000  mm,
+\tW =   180.000 deg,\tP =     0.000 deg,\tR =     0.000 deg
+}};
+"""
+
+
+def program(moves, *places):
+    lines = "".join(f"{i:4d}:{m}\n" for i, m in enumerate(moves, 1))
+    body = ""
+    for n, place in enumerate(places, 1):
+        full = {"n": n, "uf": 0, "ut": 0, "config": "N U T, 0, 0, 0", "x": 1300.0, "y": 0.0, **place}
+        body += PLACE.format(**full)
+    return fanuc.loads(f"{HEAD}{lines}/POS\n{body}/END\n".encode())
+
+
+def inspected(moves, *places):
+    return inspection.inspect(program(moves, *places), load_robot("m710ic50"), known_without_a_table())
+
+
+def test_lengths_and_times_of_a_small_program():
+    found = inspected(
+        ["J P[1] 10% FINE    ;", "L P[2] 100mm/sec CNT50    ;", "L P[3] 60cm/min FINE    ;", "  WAIT   1.00(sec) ;",
+         "//L P[1] 5mm/sec FINE    ;"],
+        {}, {"x": 1400.0}, {"x": 1400.0, "y": 20.0}, {"y": 30.0},
+    )  # fmt: skip
+    assert found["motions"] == {"J": 1, "L": 2}
+    assert found["disabled_motions"] == 1
+    assert found["path_length_mm"] == pytest.approx(120)
+    assert found["duration_s"] == pytest.approx(1.0 + 2.0)
+    assert found["positions"]["unused"] == [4]
+    assert found["postures"] == {"N U T": 4}
+    assert found["limits"]["J1"]["room_deg"] == pytest.approx(180 - np.degrees(np.arctan2(30, 1300)), abs=1e-6)
+    assert found["limits"]["J1"]["position"] == 4
+    assert found["unsafe"] == []
+
+
+def test_a_circle_motion_is_as_long_as_its_arc():
+    found = inspected(
+        ["J P[1] 10% FINE    ;", "C P[2]    \n    :  P[3] 100mm/sec FINE    ;"],
+        {"x": 1300.0, "y": 100.0}, {"x": 1400.0, "y": 0.0}, {"x": 1300.0, "y": -100.0},
+    )  # fmt: skip
+    assert found["path_length_mm"] == pytest.approx(100 * np.pi)
+
+
+def test_a_shared_and_an_undefined_position_are_named():
+    found = inspected(["J P[1] 10% FINE    ;", "L P[1] 5mm/sec FINE    ;", "L P[7] 5mm/sec FINE    ;"], {})
+    assert found["positions"]["shared"] == [1]
+    assert found["positions"]["undefined"] == [7]
+    assert [(u["line"], u["reason"]) for u in found["unsafe"]] == [(8, "P[7] is used but not defined")]
+
+
+@pytest.mark.parametrize(
+    ("move", "word"),
+    [
+        ("L PR[4:home] 5mm/sec FINE    ;", "PR[4:home]: its value is not in the file"),
+        ("L P[R[2]] 5mm/sec FINE    ;", "P[R[2]]: its value is not in the file"),
+        ("L P[1] 5mm/sec FINE INC    ;", "INC"),
+        ("L P[1] 5mm/sec FINE Offset,PR[3]    ;", "Offset is added"),
+        ("L P[1] 5mm/sec FINE Tool_Offset,PR[3]    ;", "Tool_Offset is added"),
+        ("L P[1] 5mm/sec FINE COORD PTH    ;", "COORD"),
+        ("L P[1] 5mm/sec FINE Skip,LBL[3]    ;", "Skip"),
+        ("  UFRAME[1]=PR[3] ;", "UFRAME[] is written"),
+        ("  OFFSET CONDITION PR[3] ;", "OFFSET CONDITION"),
+        ("  P[1]=PR[3] ;", "a position is written"),
+    ],
+)
+def test_unsafe_statements_are_told_with_their_line(move, word):
+    found = unsafe_statements(program(["J P[1] 10% FINE    ;", move], {}))
+    assert [(u.line, word in u.reason) for u in found] == [(7, True)], found
+
+
+@pytest.mark.parametrize(
+    "move",
+    ["L P[1] 5mm/sec CNT100 ACC50 PTH    ;", "  !UFRAME[1]=PR[3] ;", "  PR[1]=P[1] ;", "//L PR[4] 5mm/sec FINE    ;",
+     "L P[1:INC Offset] 5mm/sec FINE    ;", "  UFRAME_NUM=1 ;"],
+)  # fmt: skip
+def test_safe_statements_are_not_told(move):
+    assert unsafe_statements(program(["J P[1] 10% FINE    ;", move], {})) == ()
+
+
+def test_untaught_open_and_empty_positions_are_told():
+    text = program(["J P[1] 10% FINE    ;"], {}, {"config": ""}, {"uf": "F", "ut": "F"}).data
+    text = text.replace(b"X =  1300.000", b"X = ********", 1)
+    reasons = [u.reason for u in unsafe_statements(fanuc.loads(text))]
+    assert any("not taught" in r for r in reasons)
+    assert any("does not name a posture" in r for r in reasons)
+    assert any("active at run time" in r for r in reasons)
+
+
+def test_a_mask_without_a_group_is_told():
+    text = program(["J P[1] 10% FINE    ;"], {}).data.replace(b"= 1,*,*", b"= *,*,*")
+    assert [u.reason for u in unsafe_statements(fanuc.loads(text))] == ["no motion group"]
+
+
+def test_frames_of_a_table_move_positions_into_world(tmp_path):
+    (tmp_path / "f.toml").write_text(
+        "[uframe.2]\nx_mm=1000\ny_mm=0\nz_mm=0\nw_deg=0\np_deg=0\nr_deg=90\n"
+        "[utool.3]\nx_mm=0\ny_mm=0\nz_mm=150\nw_deg=0\np_deg=0\nr_deg=0\n"
+    )
+    frames = load_frames(str(tmp_path / "f.toml"))
+    robot = load_robot("m710ic50")
+    places = read_poses(program(["J P[1] 10% FINE    ;"], {"uf": 2, "ut": 3, "x": 50.0, "y": -300.0}), robot, frames)
+    assert_allclose(places.position[0], [1.3, 0.05, 0.203], atol=1e-12)
+    from compgen.robot.inverse_kinematics import forward
+
+    flange, rotation = forward(robot, places.theta)
+    assert_allclose(flange[0] + rotation[0] @ [0, 0, 0.15], [1.3, 0.05, 0.203], atol=1e-9)
+
+
+def test_joint_form_positions_are_taken_as_they_are():
+    text = program(["J P[1] 10% FINE    ;"], {}).data.decode()
+    start = text.index("\tX =")
+    end = text.index("\n};")
+    joints = ",".join(f"\n\tJ{i}= {v:9.3f} deg" for i, v in enumerate((10, 20, -15, 30, -60, 45), 1))
+    found = fanuc.loads((text[:start] + joints + text[end:]).encode())
+    robot = load_robot("m710ic50")
+    places = read_poses(found, robot, known_without_a_table())
+    assert_allclose(robot.to_pendant(places.theta)[0] / DEG, [10, 20, -15, 30, -60, 45], atol=1e-12)
+
+
+BACKUP = """[*SYSTEM*]$MNUFRAME  Storage: SHADOW  Access: RW  : ARRAY[1,9] OF POSITION
+    [1,1] =
+  Group: 1   Config: N D B, 0, 0, 0
+  X:  1200.000   Y:   -30.000   Z:      .500
+  W:     0.000   P:     0.000   R:    90.000
+    [1,2] = 'part' Uninitialized
+[*SYSTEM*]$MNUFRAMENUM  Storage: SHADOW  Access: RW  : ARRAY[1] OF BYTE
+    [1] = 1
+[*SYSTEM*]$MNUTOOL  Storage: SHADOW  Access: RW  : ARRAY[1,10] OF POSITION
+    [1,3] =  'spindle' Group: 1   Config: N D B, 0, 0, 0
+  X:     0.000   Y:     0.000   Z:   250.000
+  W:     0.000   P:    90.000   R:     0.000
+"""
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_frames_of_a_controllers_backup(tmp_path, ends):
+    (tmp_path / "SYSFRAME.VA").write_bytes(BACKUP.replace("\n", ends).encode())
+    frames = load_frames(str(tmp_path / "SYSFRAME.VA"))
+    assert set(frames.uframe) == {0, 1}
+    assert set(frames.utool) == {0, 3}
+    assert_allclose(frames.uframe[1][0], [1.2, -0.03, 0.0005])
+    assert_allclose(frames.uframe[1][1], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+    assert_allclose(frames.utool[3][1] @ [0, 0, 1], [1, 0, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [("[uframe.0]\n", "uframe.0"), ("[uframe.1]\nx_mm=1\n", "uframe.1.y_mm: missing"),
+     ("[frame.1]\n", "frame: unknown key"),
+     ("[utool.1]\nx=1\n", "utool.1.x: unknown key"), ("[utool.1]\nx_mm='a'\n", "utool.1.x_mm"), ("x", "not TOML")],
+)  # fmt: skip
+def test_wrong_frames_tables_are_refused(tmp_path, text, word):
+    (tmp_path / "f.toml").write_text(text)
+    with pytest.raises(InputError, match=r"f\.toml") as caught:
+        load_frames(str(tmp_path / "f.toml"))
+    assert word in str(caught.value)
+
+
+def test_inspect_on_the_command_line(tmp_path):
+    demo = tmp_path / "DEMO.LS"
+    demo.write_bytes(program(["J P[1] 10% FINE    ;", "L PR[2] 5mm/sec FINE    ;"], {}, {"x": 2500.0}).data)
+    shown = run("inspect", demo)
+    assert shown.returncode == 0
+    assert "line 7" in shown.stdout
+    data = json.loads(run("inspect", demo, "--json").stdout)
+    assert data["out_of_reach"] == [2]
+    assert data["unsafe"][0]["line"] == 7
+    (tmp_path / "x.LS").write_bytes(b"\0\1\2")
+    refused(run("inspect", tmp_path / "x.LS"), 2, "x.LS", "binary")
+    refused(run("inspect", tmp_path / "none.LS"), 2, "none.LS", "cannot be read")
+
+
+def test_every_sample_is_inspected():
+    if not SAMPLES.is_dir():
+        pytest.skip("the sample programs are not here")
+    robot, frames = load_robot("m710ic50"), known_without_a_table()
+    files = [p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls"]
+    assert len(files) == 88
+    for file in files:
+        found = inspection.inspect(fanuc.loads(Path(file).read_bytes()), robot, frames)
+        json.dumps(found, allow_nan=False)
+        assert found["positions"]["undefined"] == [], file

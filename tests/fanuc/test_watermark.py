@@ -1,0 +1,205 @@
+"""Never correct twice: the mark in the numbers, the provenance beside the program, and the way back."""
+
+import base64
+import json
+import re
+import zlib
+
+import numpy as np
+import pytest
+from corrected import HOME, MANY, REAL, corrected
+from ls_text import at, joint_form, program
+from shipped import ROOT, quiet
+
+from compgen.core.exceptions import CompgenError, InputError
+from compgen.fanuc import compose
+from compgen.fanuc.editing import watermark
+from compgen.fanuc.frames import Frames
+from compgen.pipelines import generate
+from compgen.pipelines.correct import Options, correct
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.robot_file import load_cell
+from compgen.report.correction_page import planned_of, provenance_json
+
+
+@pytest.fixture(scope="module")
+def hot():
+    return load_cell(str(ROOT / "robots" / "m710ic50.toml"))
+
+
+def many(count=12, form="{:.3f}", joint=False):
+    rng = np.random.default_rng(3)
+    q = np.array(HOME) + rng.uniform(-15, 15, (count, 6))
+    points = [joint_form(n, row) if joint else at(n, row, form=form) for n, row in enumerate(q, 1)]
+    return program([f"J P[{n}] 10% FINE" for n in range(1, count + 1)], points)
+
+
+REFUSED = "carries compgen's mark.*--restore.*--again"
+
+
+@pytest.mark.parametrize("how", [{}, {"form": "{:.6f}"}, {"form": "{:.2f}"}, {"joint": True, "count": 24}])
+def test_a_corrected_program_is_refused_and_again_takes_it(how, hot):
+    once = corrected(many(**how), hot)
+    assert once.marked
+    assert not any(f.code == "correction.mark" for f in once.findings)
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(once.text, hot)
+    assert corrected(once.text, hot, again=True).text != once.text
+
+
+def renumbered(text):
+    """Every P[n] is another: 10 n + 5, in statements and positions."""
+    return re.sub(rb"P\[(\d+)", lambda m: b"P[%d5" % int(m[1]), text)
+
+
+EDITS = {
+    "renamed": lambda t: t.replace(b"/PROG  T", b"/PROG  OTHER"),
+    "header": lambda t: t.replace(b"/ATTR\n", b'/ATTR\nOWNER = MNEDITOR;\nCOMMENT = "new";\n'),
+    "line ends": lambda t: t.replace(b"\n", b"\r\n"),
+    "renumbered": renumbered,
+    "remarks": lambda t: t.replace(b"   1:J", b"   1:  !a remark ;\n   2:J"),
+    "speeds": lambda t: t.replace(b"10%", b"35%"),
+    "leading zeros": lambda t: re.sub(rb" (-?)0\.", rb" \1.", t),
+    "blanks": lambda t: t.replace(b"= ", b"=     "),
+    "one touched up": lambda t: re.sub(rb"(P\[4\]\{(?:\n.*){2}\n\tX = )[-\d.]+", rb"\g<1>1400.123", t),
+    "one less": lambda t: re.sub(rb"P\[4\]\{\n(?:.*\n)*?\};\n", b"", t).replace(b"J P[4]", b"!J P[4]"),
+    "one disabled": lambda t: t.replace(b":J P[3]", b":  //J P[3]"),
+    "other order": lambda t: (
+        t.replace(b"P[1] 10%", b"P[99] 10%").replace(b"P[9] 10%", b"P[1] 10%").replace(b"P[99]", b"P[9]")
+    ),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_the_mark_survives_what_people_do_to_programs(edit, hot):
+    text = EDITS[edit](corrected(many(), hot).text)
+    assert text != corrected(many(), hot).text
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(text, hot)
+
+
+def test_the_mark_costs_one_unit_of_tilt_and_no_place(hot, monkeypatch):
+    """With the mark and without it: X, Y and Z are the same, W P R differ by one in the last place at most."""
+    marked = corrected(many(), hot).text
+    monkeypatch.setattr(watermark, "nudges", lambda units: np.zeros((len(units), 3), dtype=np.int64))
+    bare = corrected(many(), hot).text
+    assert marked != bare
+    numbers = re.compile(rb"([XYZWPR]) = ([-\d.]+)")
+    for a, b in zip(numbers.findall(marked), numbers.findall(bare)):
+        assert abs(float(a[1]) - float(b[1])) <= (0.0010001 if a[0] in b"WPR" else 0)
+
+
+def test_few_positions_cannot_carry_it_and_say_so(hot):
+    few = corrected(many(3), hot)
+    assert not few.marked
+    assert any(f.code == "correction.mark" for f in few.findings)
+    assert corrected(few.text, hot).changed
+
+
+def test_random_programs_are_not_taken_for_marked():
+    """20,000 programs of 5 to 40 positions nobody has corrected: none carries the mark by chance."""
+    rng = np.random.default_rng(11)
+    taken = 0
+    for _ in range(20_000):
+        n = int(rng.integers(5, 40))
+        units = rng.integers(-180_000, 180_000, (n, 6))
+        taken += watermark.carries(units, rng.random(n) < rng.choice([0.0, 0.5, 1.0]))
+    assert taken == 0
+
+
+def test_programs_on_a_grid_are_not_taken_for_marked():
+    """Round numbers, as people type them: lattices and rows with one posture, in thousandths."""
+    for pitch in (1000, 5000, 10_000, 50_000, 100_000):
+        for tilt in ((0, 0, 0), (180_000, 0, 0), (-180_000, 0, 90_000), (0, 90_000, 0)):
+            grid = np.array([(x * pitch, y * pitch, 500_000, *tilt) for x in range(8) for y in range(8)])
+            assert not watermark.carries(grid, np.zeros(len(grid), dtype=bool)), (pitch, tilt)
+    still = np.tile([1_000_000, 0, 500_000, 180_000, 0, 0], (50, 1))
+    assert not watermark.carries(still, np.zeros(50, dtype=bool))
+
+
+@pytest.mark.skipif(not REAL, reason="no programs of other people here")
+def test_no_real_program_is_taken_for_marked(hot):
+    refused = []
+    for path in REAL:
+        try:
+            corrected(path.read_bytes(), hot, MANY)
+        except CompgenError as failure:
+            refused.append((path.name, str(failure)))
+    assert refused == []
+
+
+def test_what_generate_writes_is_refused_and_its_planned_program_is_not():
+    job = load_job(str(ROOT / "paths" / "line_y.toml"))
+    planned, done = generate.generate(job, quiet)
+    still = (np.zeros(3), np.eye(3))
+    frames = Frames({0: still}, {0: still, 1: (job.tool_position, job.tool_rotation)})
+    cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
+    with pytest.raises(InputError, match=r"its remark says 'compgen .*--again"):
+        correct(done.text, cell, frames, job.before, Options(), quiet)
+    assert correct(done.text, cell, frames, job.before, Options(again=True), quiet).changed
+    text = compose(generate.planned_program(job, planned.path, planned.theta, planned.trajectory))
+    assert correct(text, cell, frames, job.before, Options(), quiet).changed
+
+
+# The way back ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", [{}, {"split": True, "insert": 1e-6}])
+def test_the_planned_program_comes_back_to_the_byte(options, hot):
+    for data in (many(), many(2), many().replace(b"\n", b"\r"), many() + b"notes \xff\x00 behind\n"):
+        result = corrected(data, hot, **options)
+        assert result.text != data
+        assert planned_of(provenance_json(result), result.text, "p") == data
+
+
+def test_damaged_missing_or_foreign_provenance_is_refused(hot):
+    result, other = corrected(many(), hot), corrected(many(5), hot)
+    good = provenance_json(result)
+    packed = json.loads(good)["planned_zlib_b85"]
+    wrong = base64.b85encode(zlib.compress(b"/PROG  OTHER")).decode()
+    bad = {
+        b"": "not what compgen wrote",
+        b"{}": "not what compgen wrote",
+        b"[1]": "not what compgen wrote",
+        b"[" * 100_000: "not what compgen wrote",
+        b"\xff\xfe": "not what compgen wrote",
+        good[: len(good) // 2]: "not what compgen wrote",
+        good.replace(b"compgen correction", b"another tool"): "not what compgen wrote",
+        good.replace(packed.encode(), packed[:50].encode()): "damaged",
+        good.replace(packed.encode(), b"\xc3\xa9"): "damaged",
+        good.replace(b'"' + packed.encode() + b'"', b"17"): "damaged|not what",
+        good.replace(packed.encode(), wrong.encode()): "damaged",
+        provenance_json(other): "another program",
+    }
+    for provenance, message in bad.items():
+        with pytest.raises(InputError, match=message):
+            planned_of(provenance, result.text, "beside")
+    with pytest.raises(InputError, match="edited since"):
+        planned_of(good, result.text + b" ", "beside")
+
+
+def test_the_provenance_says_what_is_needed_to_do_it_again(hot):
+    made = json.loads(provenance_json(corrected(many(), hot, split=True, insert=5e-6)))
+    assert made["robot_sha256"] == hot.inputs_hash
+    assert made["options"] == {"split": True, "insert_um": 5.0}
+    assert made["before"] == [{"state": "moving", "feed_mm_s": 200.0, "duration_h": 6.0}]
+    assert "/work" not in json.dumps(made)
+
+
+def test_joint_and_cartesian_positions_together_carry_one_mark(hot):
+    rng = np.random.default_rng(5)
+    q = np.array(HOME) + rng.uniform(-10, 10, (10, 6))
+    points = [at(n, row) if n % 2 else joint_form(n, row) for n, row in enumerate(q, 1)]
+    data = program([f"J P[{n}] 10% FINE" for n in range(1, 11)], points)
+    once = corrected(data, hot)
+    assert once.marked
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(once.text, hot)
+
+
+def test_a_corrected_program_in_other_frames_is_still_refused(hot):
+    """Copied with its positions, but told of another tool: the numbers carry the mark, not their meaning."""
+    once = corrected(many(), hot).text.replace(b"UT : 0", b"UT : 2")
+    still = np.zeros(3), np.eye(3)
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(once, hot, Frames({0: still}, {0: still, 2: (np.array([0, 0, 0.1]), np.eye(3))}))

@@ -1,0 +1,234 @@
+"""What goes wrong in long programs: limits that bind far and wide, places too close, texts that round over a limit."""
+
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ls_text import cartesian, program
+from shipped import ROOT, path_file, quiet
+
+from compgen.compensation import interior_point, optimise
+from compgen.compensation.optimise import Status
+from compgen.compensation.problem import Problem
+from compgen.core.exceptions import InputError
+from compgen.pipelines import findings
+from compgen.pipelines.generate import generate, predict
+from compgen.pipelines.path_file import load_job
+from compgen.robot.inverse_kinematics import flange_of, solve
+
+SAME = 1e-9  # m, of two optima
+
+
+@pytest.fixture(scope="module")
+def spiral():
+    """A spiral of some 4000 waypoints and its free solution."""
+    job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=200"])
+    run = predict(job, quiet, pages=False)
+    problem = Problem(
+        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation, run.path.position, run.path.rotation,
+        run.theta, run.rise, run.path.arc, run.path.stop, run.motion,
+    )  # fmt: skip
+    return problem, job.settings, optimise.optimise(problem, job.settings).correction
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.95])
+def test_a_rate_that_binds_far_along_the_path_is_kept_as_the_whole_program_would(spiral, share):
+    """A stretch whose neighbours leave it no room takes in more of them, in the end all."""
+    problem, settings, free = spiral
+    step = np.linalg.norm(np.diff(free[:, :3], axis=0), axis=1) / np.diff(problem.arc)
+    tight = replace(settings, rate=float(np.quantile(step, share)))
+    found = optimise.optimise(problem, tight)
+    assert found.status is Status.LIMITED
+    assert len(found.active) > 0.9 * (1 - share) * len(step)
+    slope = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(problem.arc)
+    assert slope.max() <= tight.rate * (1 + 1e-6)
+    whole, done = interior_point.solve(problem, tight, free, np.ones(len(free), dtype=bool))
+    assert done
+    assert np.abs(found.correction - whole)[:, :3].max() < SAME
+
+
+def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
+    """Rounding moves a joint by some ten microradians: the limit is kept by what the controller reads."""
+    job = load_job(
+        path_file("optic_spiral"),
+        None,
+        [
+            "path.stepover_mm=100",
+            "robot.sources.joint_zeros.offset_mdeg=[0,0,0,0,-150,0]",
+            "robot.limits.j5_deg=[-125,-52.06]",
+        ],
+    )
+    planned, done = generate(job, quiet)
+    assert done.solution.status is Status.LIMITED
+    held = {n for n, limit in done.solution.active if limit == "joint J5 limit"}
+    assert 0.02 < len(held) / len(planned.theta) < 0.5
+    told = next(f.message for f in done.findings if f.code == "compensation.limited")
+    assert "joint J5 limit at waypoints" in told
+    assert len(told) < 300
+    flange = flange_of(done.program.position, done.program.rotation, job.tool_position, job.tool_rotation)
+    theta, _ = solve(job.robot, *flange, job.posture)
+    assert theta[:, 4].max() <= job.robot.upper[4]
+    assert theta[:, 4].max() > job.robot.upper[4] - 1e-4  # rad: no farther inside than rounding asks for
+
+
+def test_limits_that_no_joint_comes_near_are_left_alone(spiral):
+    from compgen.compensation.limits import with_room
+
+    assert with_room(spiral[0], (1e-6, 1e-5)) is spiral[0]
+
+
+@pytest.mark.parametrize(
+    ("path", "override", "told"),
+    [
+        # a lift of a tenth of a micrometre: three lines of 33 nm, too slow for any text
+        ("circle_1300", "process.lift_mm=1e-4", r"waypoint 2: a speed of .* on 3.33e-05 mm"),
+        # 10^5 turns: refused before any waypoint is computed
+        ("optic_spiral", "path.stepover_mm=0.005", r"path.stepover_mm: over 10000 turns"),
+    ],
+)
+def test_what_is_too_small_is_refused_in_one_line_that_says_where(path, override, told):
+    with pytest.raises(InputError, match=told):
+        generate(load_job(path_file(path), None, [override]), quiet)
+
+
+@pytest.mark.parametrize("lift", [0.0, 1e-6, 1e-5])
+def test_a_lift_of_nanometres_is_no_lift(lift):
+    job = load_job(path_file("circle_1300"), None, [f"process.lift_mm={lift}", "path.diameter_mm=100"])
+    planned, done = generate(job, quiet)
+    assert done.inside
+    assert np.diff(planned.path.arc).min() > 1e-4
+
+
+def test_places_that_the_text_rounds_to_one_are_driven():
+    """Waypoints a tenth of a micrometre apart, a micrometre between what a text can say; warnings are errors here."""
+    small = ["path.diameter_mm=0.005", "process.chord_um=0.01", "process.spacing_mm=0.001", "process.lift_mm=0.5"]
+    job = load_job(path_file("circle_1300"), None, [*small, "process.feed_mm_s=0.5"])
+    _, done = generate(job, quiet)
+    assert np.linalg.norm(np.diff(done.program.position, axis=0), axis=1).min() == 0
+    assert done.inside
+
+
+def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
+    none = np.zeros((3, 6))
+    stuck = optimise.Solution(none, none, np.eye(3, 6, 1) * [[1e-9], [3e-9], [2e-9]], Status.FAILED, 20, 1e-9, ())
+    told = findings.failed(stuck)
+    assert told.startswith("waypoint 2: ")
+    assert "raise process.chord_um" in told
+
+
+@pytest.mark.parametrize("apart", [1e-6, 1e-7, 1e-9, 1e-11])
+def test_waypoints_next_to_each_other_change_nothing_elsewhere(spiral, apart):
+    """Stiffness grows with the inverse cube of a segment's length: a nanometre would drown all others by 8 um."""
+    problem, settings, free = spiral
+    rows = np.sort(np.concatenate([np.arange(len(free)), np.repeat([0, 700, 2500, len(free) - 1], 3)]))
+    again = np.concatenate([[0], np.cumsum(np.diff(rows) == 0)]) * apart
+    close = replace(problem.window(rows), arc=problem.arc[rows] + again)
+    found = optimise.optimise(close, settings)
+    assert found.status is Status.CONVERGED
+    assert np.abs(found.correction - free[rows])[:, :3].max() < SAME
+
+
+def no_room():
+    """What a full disk says: a file may not grow."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "generate paths/optic_spiral.toml -q -o {out} --set path.stepover_mm=100 --set robot.controller.max_lines=1000",
+        "predict paths/line_x.toml -q -o {out}",
+        "correct {folder}/PART.LS -q -o {out}",
+        "pages {folder}/PART.LS -q -o {out} --set robot.controller.max_lines=60",
+        "heat paths/line_x.toml -q -o {out}",
+        "whatif paths/line_x.toml -q --vary process.feed_mm_s=20:200:50 --workers 1 -o {out}",
+        "check paths/line_x.toml -q --junit {out}",
+    ],
+)
+@pytest.mark.parametrize("older", [False, True])
+def test_a_full_disk_is_told_in_one_line_and_nothing_is_left_or_lost(tmp_path, command, older):
+    points = [cartesian(n, (1300 + n, 20, 200, 180, 0, 0)) for n in range(1, 100)]
+    (tmp_path / "PART.LS").write_bytes(
+        program([f"L P[{n}] 100mm/sec FINE" for n in range(1, 100)], points, name="PART")
+    )
+    out = tmp_path / "deep" / "out"
+    if older:
+        out.parent.mkdir()
+        if "junit" in command:
+            out.write_text("mine")
+        else:
+            out.mkdir()
+            (out / "mine.txt").write_text("mine")
+    before = {p: p.is_dir() or p.read_bytes() for p in tmp_path.rglob("*")}
+    if "junit" in command and not older:
+        out.parent.mkdir()
+        before[out.parent] = True
+    call = [sys.executable, "-m", "compgen", *command.format(out=out, folder=tmp_path).split()]
+    surroundings = {**os.environ, "CC": "no-compiler"}
+    done = subprocess.run(
+        call, cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=no_room, env=surroundings
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    told = [line for line in done.stderr.splitlines() if "note: no C compiler" not in line]
+    assert len(told) == 1
+    assert "cannot be written: File too large; give another" in told[0]
+    assert {p: p.is_dir() or p.read_bytes() for p in tmp_path.rglob("*")} == before
+
+
+LONG = ("--set", "path.stepover_mm=20.65", "--set", "process.chord_um=0.2")  # 1e5 waypoints
+MILLION = ("--set", "path.stepover_mm=2.065", "--set", "process.chord_um=0.2")
+
+
+def generate_in_shell(out, *more, **surroundings):
+    call = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-q", "-o", str(out), *more]
+    return subprocess.run(
+        call, cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, **surroundings}
+    )
+
+
+@pytest.mark.parametrize(
+    ("override", "told"),
+    [
+        (
+            "path.x_mm=1400",
+            r"compgen: waypoint 786\d\d\d at X .* is out of reach: .*; move the path or make it smaller",
+        ),
+        ("robot.limits.j1_deg=[-20,180]", r"compgen: waypoint 388\d\d\d: joint J1 needs .* beyond its limits .*; move"),
+    ],
+)
+def test_a_million_waypoints_that_leave_the_robot_half_way_are_refused_within_seconds(tmp_path, override, told):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    done = generate_in_shell(tmp_path / "out", *MILLION, "--set", override)
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 10
+    assert done.returncode == 3
+    assert re.fullmatch(told + ".*\n", done.stderr)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_long_run_is_the_same_to_the_byte_for_any_workers_and_any_hash_seed(tmp_path):
+    for workers in (1, 3):
+        done = generate_in_shell(tmp_path / str(workers), *LONG, "--workers", str(workers), PYTHONHASHSEED=str(workers))
+        assert (done.returncode, done.stderr) == (0, "")
+    one, other = ({p.name: p.read_bytes() for p in (tmp_path / str(w)).iterdir()} for w in (1, 3))
+    assert len(one) > 10
+    assert one == other
+
+
+def test_a_long_run_without_a_compiler_says_so_once_and_writes_the_same_program(tmp_path):
+    assert generate_in_shell(tmp_path / "with", *LONG).returncode == 0
+    for compiler, told in (("/bin/false", "the C compiler failed"), ("no-such-compiler", "no C compiler")):
+        done = generate_in_shell(tmp_path / "without", *LONG, CC=compiler, XDG_CACHE_HOME=str(tmp_path / "cache"))
+        assert done.returncode == 0
+        assert re.fullmatch(f"compgen: note: {told}: numpy evaluates instead, .*\n", done.stderr)
+        for written in (tmp_path / "with").glob("*.LS"):
+            one, other = written.read_bytes(), (tmp_path / "without" / written.name).read_bytes()
+            differ = sum(a != b for a, b in zip(one.split(), other.split()))
+            assert differ <= 3, written.name  # a last printed digit
+        assert not list((tmp_path / "cache").rglob("*-*"))

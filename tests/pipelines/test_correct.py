@@ -1,0 +1,448 @@
+"""A corrected program: nothing but numbers has changed, and the real arm is where the planned program says."""
+
+import math
+
+import naive_arm as arm
+import naive_ls
+import numpy as np
+import pytest
+from corrected import GOLDEN, HOME, MANY, REAL, ROUNDED_UM, STILL, corrected, left, pose
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ls_text import at, cartesian, joint_form, program
+from shipped import ROOT, quiet
+
+from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.findings import Level
+from compgen.fanuc import compose
+from compgen.fanuc.editing.numbers import like
+from compgen.fanuc.frames import Frames, load_frames
+from compgen.pipelines import generate
+from compgen.pipelines.correct import Options, correct
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.robot_file import load_cell
+
+
+@pytest.fixture(scope="module")
+def hot():
+    return load_cell(str(ROOT / "robots" / "m710ic50.toml"))
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return load_cell(str(ROOT / "robots" / "m710ic50.toml"), ["thermal.cte_um_m_K=0"])
+
+
+def masked(data, free):
+    """The text with every number and turn digit of the free positions' first group blanked, line by line."""
+    out, here, group = [], None, 1
+    for line in naive_ls.lines_of(data.decode("latin-1").replace("\r\n", "\r\n ")):
+        text = line.strip(" \t\r")
+        if text[:2].upper() == "P[" and "{" in text:
+            here, group = int(text[2:].split("]")[0].split(":")[0]), 1
+        if text[:2].upper() == "GP":
+            group = int(text[2])
+        if here in free and group == 1 and ("=" in text or "CONFIG" in text.upper()):
+            line = "".join("#" if c in "+-.0123456789" else c for c in line)
+            while "##" in line:
+                line = line.replace("##", "#")
+            line = line.replace(" #", "#").replace(" #", "#")
+        out.append(line)
+    return "\n".join(out)
+
+
+# Nothing but numbers -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", [*GOLDEN, *REAL], ids=lambda p: p.name)
+def test_a_robot_without_error_changes_no_byte(path, rigid):
+    data = path.read_bytes()
+    for options in ({}, {"split": True, "insert": 5e-6}):
+        try:
+            result = corrected(data, rigid, MANY, **options)
+        except InputError:  # what each refusal says is tested beside its cause
+            continue
+        assert result.text == data
+        assert (result.changed, result.added) == (0, 0)
+
+
+@pytest.mark.skipif(not REAL, reason="no programs of other people here")
+def test_only_five_kinds_of_refusal_meet_real_programs(hot):
+    """Each of the 88 is corrected, passed through, or refused because a frame is not known."""
+    without, told = 0, []
+    for path in REAL:
+        try:
+            corrected(path.read_bytes(), hot, MANY)
+        except CompgenError as refused:
+            told.append(str(refused))
+        try:
+            corrected(path.read_bytes(), hot)
+        except InputError as refused:
+            without += "give [uframe." in str(refused) or "give [utool." in str(refused)
+    assert told == []
+    assert without > 40
+
+
+@pytest.mark.parametrize("path", [*GOLDEN, *REAL], ids=lambda p: p.name)
+def test_a_warm_robot_changes_only_numbers_of_intended_positions(path, hot):
+    data = path.read_bytes()
+    result = corrected(data, hot, MANY)
+    free = set(result.plan.poses.number[result.shared.changed].tolist())
+    assert masked(result.text, free) == masked(data, free)
+    before, after = naive_ls.read(data), naive_ls.read(result.text)
+    assert [(m.letter, m.targets, m.speed, m.termination, m.rest, m.disabled) for m in before[1]] == [
+        (m.letter, m.targets, m.speed, m.termination, m.rest, m.disabled) for m in after[1]
+    ]
+    moved = 0
+    for n, was in before[0].items():
+        now = after[0][n]
+        assert now.name == was.name
+        same = all(now.groups[g].axes == was.groups[g].axes for g in was.groups)
+        assert same or n in free, n
+        moved += not same
+        for g, group in was.groups.items():
+            assert (now.groups[g].uf, now.groups[g].ut) == (group.uf, group.ut)
+            assert set(now.groups[g].axes) == set(group.axes)
+            assert g == 1 or now.groups[g].axes == group.axes
+            assert (now.groups[g].config or "").split(",")[0] == (group.config or "").split(",")[0]
+            assert all(now.groups[g].axes[e] == group.axes[e] for e in ("E1", "E2", "E3") if e in group.axes)
+    assert moved == result.changed
+
+
+def test_the_mask_sees_what_it_must_not_hide():
+    a = program(["J P[1] 10% FINE"], [at(1, HOME)])
+    for wound in ((b"10%", b"11%"), (b"UF : 0", b"UF : 1"), (b"N U T", b"F U T"), (b"deg,", b"deg;")):
+        assert masked(a.replace(*wound), {1}) != masked(a, {1}) or wound[0] == b"UF : 0"
+    assert masked(a.replace(b"45", b"46"), {1}) == masked(a, {1})
+    assert masked(a.replace(b"X =", b"x ="), {1}) != masked(a, {1})
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_line_ends_stay(end, hot):
+    data = program(["J P[1] 10% FINE"], [at(1, HOME)], end=end)
+    result = corrected(data, hot)
+    assert result.changed == 1
+    other = {"\n": b"\r", "\r": b"\n"}.get(end)
+    assert other not in result.text if other else result.text.count(b"\r\n") == result.text.count(b"\n")
+    assert masked(result.text, {1}) == masked(data, {1})
+
+
+@pytest.mark.parametrize("decimals", [0, 1, 2, 3, 4, 6])
+def test_decimals_stay_and_more_of_them_are_nearer(decimals, hot):
+    data = program(["J P[1] 10% FINE"], [at(1, HOME, form=f"{{:.{decimals}f}}")])
+    result = corrected(data, hot)
+    numbers = [t for line in result.text.decode().split("\n") if "=" in line for t in line.split() if "." in t]
+    assert all(len(t.split(".")[1]) == decimals for t in numbers)
+    assert len(numbers) == (6 if decimals else 0)
+    if decimals > 1:
+        assert left(data, result.text, 1, HOME) < max(0.87 * 10.0 ** (3 - decimals), 0.005) + 0.03
+    assert any(f.code == "text.decimals" for f in result.findings) == (decimals < 3)
+
+
+def test_a_missing_zero_before_the_point_stays_missing(hot):
+    """Exports print .044 and -.242; exact zero is 0.000."""
+    base = np.linalg.inv(arm.flange(HOME))
+    near = arm.frame(0.02, -0.01, 0.03, 0.01, -0.02, 0.5)
+    frame = np.linalg.inv(base) @ np.linalg.inv(near)
+    frames = Frames({0: STILL, 1: (frame[:3, 3] / 1e3, frame[:3, :3])}, {0: STILL})
+    values = [f"{v:.3f}".replace("0.", ".", 1) for v in arm.numbers(near)]
+    data = program(["J P[1] 10% FINE"], [cartesian(1, values, uf=1, letters=arm.config(HOME))])
+    assert b" .020" in data
+    result = corrected(data, hot, frames)
+    texts = [t for line in result.text.decode().split("\n") if "X =" in line or "W =" in line for t in line.split()]
+    numbers = [t for t in texts if "." in t]
+    assert result.changed == 1
+    assert all(t.lstrip("-")[0] == "." for t in numbers if abs(float(t)) > 0)
+    assert all(t == "0.000" for t in numbers if float(t) == 0)
+
+
+def test_plus_signs_and_old_zeros_are_kept(hot):
+    """A number that the correction does not change keeps its odd text."""
+    w = arm.numbers(arm.flange(HOME))
+    values = [f"+{w[0]:.3f}", f"+{w[1]:.3f}", *(f"{v:.3f}" for v in w[2:])]
+    data = program(["J P[1] 10% FINE"], [cartesian(1, values, letters=arm.config(HOME))])
+    text = corrected(data, hot).text
+    assert text.count(b" = +") == 2
+    flat = (0.0, 0.0, 0.0, 0.0, -90.0, 0.0)  # Y exactly zero, and stays there
+    values = [f"{v:.3f}" for v in arm.numbers(arm.flange(flat))]
+    values[1] = "-.000"
+    data = program(["J P[1] 10% FINE"], [cartesian(1, values, letters=arm.config(flat))])
+    result = corrected(data, hot)
+    assert result.changed == 1
+    assert b"Y = -.000  mm" in result.text
+
+
+def test_no_new_number_is_a_negative_zero(hot):
+    """P = 0.0004 deg corrected to nearly zero prints 0.000, never -0.000."""
+    seen = 0
+    for z in np.linspace(-0.08, 0.08, 41):
+        frame = arm.flange(HOME) @ arm.frame(z, 0, 0, 0, 0, 0)
+        frames = Frames({0: STILL, 1: (frame[:3, 3] / 1e3, frame[:3, :3])}, {0: STILL})
+        data = program(["J P[1] 10% FINE"], [cartesian(1, [-z, 0, 0, 0, 0, 0], uf=1, letters=arm.config(HOME))])
+        text = corrected(data, hot, frames).text
+        assert b"-0.000" not in text.replace(b"W = -0.000", b"") or b"-0.000" in data
+        seen += 1
+    assert seen == 41
+
+
+def test_the_same_program_gives_the_same_bytes(hot):
+    data = program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE"], [at(1, HOME), at(2, (12, 22, -14, 28, -58, 40))])
+    assert corrected(data, hot).text == corrected(data, hot).text
+
+
+# Where the arm is ----------------------------------------------------------------------------------------------------
+
+
+angles = st.tuples(
+    st.floats(-170, 170), st.floats(-30, 70), st.floats(-60, 60), st.floats(-350, 350), st.floats(-120, 120),
+    st.floats(-350, 350),
+)  # fmt: skip
+
+
+@settings(max_examples=60, deadline=None)
+@given(q=angles, back=st.booleans(), seed=st.integers(0, 10_000))
+def test_the_arm_is_where_the_program_says(q, back, seed):
+    """All postures and turns, any frame and tool: the residual that a second reader and a second arm see."""
+    hot = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
+    if abs(q[4]) < 3 or not -150 < q[1] + q[2] < 270:
+        return
+    if back:
+        q = (q[0], -85.0, 130 + q[2] / 3, *q[3:])
+    rng = np.random.default_rng(seed)
+    uf = arm.frame(*rng.uniform(-1000, 1000, 3), *rng.uniform(-180, 180, 3))
+    ut = arm.frame(*rng.uniform(-300, 300, 3), *rng.uniform(-180, 180, 3))
+    frames = Frames({0: STILL, 3: (uf[:3, 3] / 1e3, uf[:3, :3])}, {0: STILL, 7: (ut[:3, 3] / 1e3, ut[:3, :3])})
+    data = program(["J P[1] 10% FINE"], [at(1, q, uf, ut, (3, 7))])
+    result = corrected(data, hot, frames)
+    for u in result.plan.scope.unsafe:
+        assert "from zero" in u.reason or "full stretch" in u.reason
+    if not result.plan.scope.unsafe and not result.plan.solved.held:
+        assert left(data, data, 1, q, uf, ut) > 3
+        assert left(data, result.text, 1, q, uf, ut) < ROUNDED_UM
+        letters = naive_ls.read(result.text)[0][1].groups[1].config
+        new = arm.joints_at(pose(naive_ls.read(result.text)[0][1], uf) @ np.linalg.inv(ut), q)
+        assert letters == arm.config(new)
+
+
+def test_the_check_itself_sees_a_wrong_frame(hot):
+    """A tool left out, or a frame taken for another, is far outside what the test above allows."""
+    uf, ut = arm.frame(100, 200, 300, 10, 20, 30), arm.frame(0, 0, 250, 0, 45, 0)
+    place = {0: STILL, 1: (uf[:3, 3] / 1e3, uf[:3, :3])}, {0: STILL, 1: (ut[:3, 3] / 1e3, ut[:3, :3])}
+    data = program(["J P[1] 10% FINE"], [at(1, HOME, uf, ut, (1, 1))])
+    right = corrected(data, hot, Frames(*place)).text
+    assert left(data, right, 1, HOME, uf, ut) < ROUNDED_UM
+    assert left(data, right, 1, HOME, uf, ut, lengths=arm.NOMINAL) > 50
+
+
+def test_frames_of_a_table_and_of_a_backup_give_the_same_program(hot, tmp_path):
+    uf, ut = (812.5, -40.25, 130.0, 5.0, -170.0, 33.0), (12.0, -7.5, 240.125, 90.0, 0.0, -45.0)
+    keys = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+    table = tmp_path / "frames.toml"
+    table.write_text(
+        "\n".join(
+            f"[{kind}.2]\n" + "\n".join(f"{k} = {v}" for k, v in zip(keys, values))
+            for kind, values in (("uframe", uf), ("utool", ut))
+        )
+    )
+    body = "[*SYSTEM*]$MNU{kind}  Storage: CMOS  Access: RW  : ARRAY[1,9] OF POSITION\n" + "".join(
+        "    [1,{n}] = \n      Group: 1   Config: N D B, 0, 0, 0\n"
+        "      X:  {v[0]:.3f}   Y:  {v[1]:.3f}   Z:  {v[2]:.3f}\n"
+        "      W:  {v[3]:.3f}   P:  {v[4]:.3f}   R:  {v[5]:.3f}\n".replace("{n}", str(n)).replace(
+            "{v[", "{v" + str(n) + "["
+        )
+        for n in (1, 2)
+    )
+    backup = tmp_path / "SYSFRAME.VA"
+    backup.write_text(body.format(kind="FRAME", v1=[0] * 6, v2=uf) + "\n" + body.format(kind="TOOL", v1=[1] * 6, v2=ut))
+    data = program(["J P[1] 10% FINE"], [at(1, HOME, arm.frame(*uf), arm.frame(*ut), (2, 2))])
+    texts = {corrected(data, hot, load_frames(str(p))).text for p in (table, backup)}
+    assert len(texts) == 1
+    assert left(data, texts.pop(), 1, HOME, arm.frame(*uf), arm.frame(*ut)) < ROUNDED_UM
+
+
+@pytest.mark.parametrize("flat", [89.99, 90.0, -90.0, -89.9995])
+def test_near_p_90_the_tool_stays_right(flat, hot):
+    """W and R are not fixed one by one there: the numbers may not jump, the turn must be right."""
+    ut = np.linalg.inv(arm.flange(HOME)) @ arm.frame(*arm.flange(HOME)[:3, 3], 20, flat, 35)
+    frames = Frames({0: STILL}, {0: STILL, 1: (ut[:3, 3] / 1e3, ut[:3, :3])})
+    where = [*arm.flange(HOME)[:3, 3], 20, flat, 35]
+    data = program(["J P[1] 10% FINE"], [cartesian(1, where, ut=1, letters=arm.config(HOME), form="{:.4f}")])
+    text = corrected(data, hot, frames).text
+    now = naive_ls.read(text)[0][1].groups[1].axes
+    assert left(data, text, 1, HOME, None, ut) < ROUNDED_UM
+    assert max(abs(now[k] - v) for k, v in zip("WPR", where[3:])) < 0.05
+    real = arm.flange(arm.joints_at(pose(naive_ls.read(text)[0][1]) @ np.linalg.inv(ut), HOME), arm.warm_lengths())
+    away = arm.difference(real @ ut, arm.frame(*where))[3:]
+    assert np.linalg.norm(away) < 0.02  # mm at 1 m
+
+
+@pytest.mark.parametrize("w", [179.9995, -179.9995, 180.0, -180.0])
+def test_w_at_180_does_not_grow_by_a_turn(w, hot):
+    """A tool pointing down: W goes over the edge as the program writes it, and nothing jumps by 360."""
+    down = (0.0, 10.0, -20.0, 5.0, -70.0, 3.0)
+    ut = np.linalg.inv(arm.flange(down)) @ arm.frame(*arm.flange(down)[:3, 3], w, 0.0003, 179.9996)
+    frames = Frames({0: STILL}, {0: STILL, 1: (ut[:3, 3] / 1e3, ut[:3, :3])})
+    data = program(["J P[1] 10% FINE"], [at(1, down, None, ut, (0, 1))])
+    text = corrected(data, hot, frames).text
+    now = naive_ls.read(text)[0][1].groups[1].axes
+    assert all(abs(now[k]) <= 180 for k in "WPR")
+    assert left(data, text, 1, down, None, ut) < ROUNDED_UM
+
+
+@pytest.mark.parametrize("edge", [180.0, -180.0])
+def test_turn_digits_follow_the_joint_over_180(edge, hot):
+    """Near +-180 deg the corrected J6 may lie on the other side: the digit says so, and the joint is continuous."""
+    seen, joint = set(), 5
+    for more in np.linspace(-0.002, 0.002, 21):
+        q = list(HOME)
+        q[joint] = edge + more
+        data = program(["J P[1] 10% FINE"], [at(1, q, form="{:.6f}")])
+        text = corrected(data, hot).text
+        new = arm.joints_at(pose(naive_ls.read(text)[0][1]), q)
+        config = naive_ls.read(text)[0][1].groups[1].config
+        assert abs(new[joint] - q[joint]) < 0.1
+        if abs(abs(new[joint]) - 180) > 1e-5 and abs(abs(q[joint]) - 180) > 1e-5:
+            assert config == arm.config(new)
+            seen.add(config == arm.config(q))
+    assert seen == {True, False}
+
+
+def test_joint_form_stays_joint_form_and_is_right(hot):
+    """0.001 deg on each joint alone would leave 33 um."""
+    worst = 0.0
+    for q in (HOME, (10, 20, -15, 30, -60, 180), (-50, 40, 10, -80, 70, 20), (80, -20, 30, 10, -100, -300)):
+        data = program(["J P[1] 10% FINE", "L P[1] 100mm/sec FINE"], [joint_form(1, q)])
+        result = corrected(data, hot)
+        assert b"J1=" in result.text
+        assert b"X =" not in result.text
+        assert left(data, data, 1, None) > 20
+        worst = max(worst, left(data, result.text, 1, None))
+        assert any(f.code == "text.joint_form" for f in result.findings)
+    assert worst < 6.0
+
+
+# Time runs --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("moves", "duties"),
+    [
+        (["J P[1] 10% FINE", "WAIT 86400.00(sec)", "J P[2] 1sec FINE"], [("idle", 0, 24.0)]),
+        (["J P[1] 10% FINE", "WAIT   .50(sec)", "L P[2] 3600.0sec FINE"], [("moving", "v", 1.0)]),
+        (["J P[1] 10% FINE", "L P[2] 3600000msec FINE"], [("moving", "v", 1.0)]),
+        (["J P[1] 10% FINE", "!WAIT 3600.00(sec)", "//WAIT 3600.00(sec)", "J P[2] 1sec FINE"], []),
+        (["J P[1] 10% FINE", "//L P[2] 3600.0sec FINE", "J P[2] 1sec FINE"], []),
+    ],
+)  # fmt: skip
+def test_the_arm_warms_while_the_program_runs(moves, duties, hot):
+    """From cold: the second position is corrected for the warmth of its own moment."""
+    q = (-20.0, 30.0, -25.0, 40.0, -70.0, 10.0)
+    data = program(moves, [at(1, HOME), at(2, q)])
+    result = corrected(data, hot, before=())
+    feed = float(np.linalg.norm(arm.flange(HOME)[:3, 3] - arm.flange(q)[:3, 3])) / 3600
+    rise = arm.rises([(s, feed if f == "v" else f, h) for s, f, h in duties])
+    lengths = arm.warm_lengths(rise)
+    if duties:
+        assert left(data, data, 2, q, lengths=lengths) > 1.9
+    assert left(data, result.text, 2, q, lengths=lengths) < ROUNDED_UM
+
+
+@pytest.mark.parametrize(
+    ("speed", "seconds"),
+    [("50mm/sec", 10.0), ("300cm/min", 10.0), ("118.1inch/min", 10.002), ("5sec", 5.0), ("5000msec", 5.0),
+     ("R[1]mm/sec", 5.0)],
+)  # fmt: skip
+def test_a_line_takes_its_length_over_its_speed(speed, seconds, hot):
+    """500 mm between stops; ramps add some tenths."""
+    q = arm.joints_at(arm.frame(0, -500, 0, 0, 0, 0) @ arm.flange(HOME), HOME)
+    data = program(["J P[1] 10% FINE", f"L P[2] {speed} FINE", f"L P[1] {speed} CNT100"], [at(1, HOME), at(2, q)])
+    result = corrected(data, hot)
+    out, back = result.plan.solved.time[1:] - result.plan.solved.time[:-1]
+    assert seconds - 1e-3 <= out < seconds + 1.5
+    assert back <= out
+    assert any(f.code == "timing.assumed" for f in result.findings) == ("R[" in speed)
+
+
+def test_turning_on_the_spot_takes_seconds(hot):
+    """A line of some micrometres at 250 mm/s with a turn of the wrist: joints, not length, take the time."""
+    q = (*HOME[:5], HOME[5] + 120)
+    data = program(["J P[1] 10% FINE", "L P[2] 250mm/sec FINE", "L P[1] 30deg/sec FINE"], [at(1, HOME), at(2, q)])
+    time = corrected(data, hot).plan.solved.time
+    assert 120 / 355 < time[1] - time[0] < 120 / 355 + 1.5
+    assert 4 - 1e-3 < time[2] - time[1] < 5.5
+
+
+def test_a_joint_motion_takes_the_slowest_joint_at_its_percent(hot):
+    q = (HOME[0] + 87.5, *HOME[1:])
+    data = program(["J P[1] 10% FINE", "J P[2] 25% FINE"], [joint_form(1, HOME), joint_form(2, q)])
+    time = corrected(data, hot).plan.solved.time
+    assert 2.0 <= time[1] - time[0] < 3.5  # 87.5 deg at a quarter of 175 deg/s
+
+
+def test_times_do_not_depend_on_what_is_not_driven(hot):
+    a = program(["J P[1] 10% FINE", "J P[2] 10% FINE"], [at(1, HOME), at(2, (0, 0, 0, 0, -60, 0))])
+    b = program(
+        ["J P[1] 10% FINE", "//J P[3] 1% FINE", "!L P[3] 1mm/sec FINE", "J P[2] 10% FINE"],
+        [at(1, HOME), at(2, (0, 0, 0, 0, -60, 0)), at(3, (90, 0, 0, 0, -60, 0))],
+    )
+    assert np.array_equal(corrected(a, hot).plan.solved.time, corrected(b, hot).plan.solved.time)
+    assert corrected(b, hot).changed == 2
+
+
+# The proof ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_twin_says_what_the_second_arm_says(hot):
+    data = program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE"], [at(1, HOME), at(2, (15, 25, -20, 25, -55, 40))])
+    result = corrected(data, hot)
+    ends = result.flight.fraction == 1
+    for k, n, guess in zip(np.flatnonzero(ends), (1, 2), (HOME, (15, 25, -20, 25, -55, 40))):
+        assert result.error[0][k] * 1e6 == pytest.approx(left(data, data, n, guess), abs=0.1)
+        assert result.residual[0][k] * 1e6 == pytest.approx(left(data, result.text, n, guess), abs=0.1)
+    assert result.judged.all()
+
+
+def test_a_bound_that_is_not_kept_is_outside(hot):
+    data = program(["J P[1] 10% FINE"], [at(1, HOME, form="{:.1f}")])
+    assert corrected(data, hot, bound=1e-3).inside
+    result = corrected(data, hot, bound=5e-6)
+    assert not result.inside
+    assert "--max-um" in next(f.message for f in result.findings if f.level is Level.OUTSIDE)
+
+
+def test_a_planned_program_agrees_with_generate():
+    """generate's planned program, corrected in place, is generate's corrected program."""
+    for name in ("circle_1300", "line_x"):
+        job = load_job(str(ROOT / "paths" / f"{name}.toml"))
+        before, done = generate.generate(job, quiet)
+        planned = compose(generate.planned_program(job, before.path, before.theta, before.trajectory))
+        tool = job.tool_position, job.tool_rotation
+        cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
+        result = correct(planned, cell, Frames({0: STILL}, {0: STILL, 1: tool}), job.before, Options(), quiet)
+        ours, theirs = (naive_ls.read(t)[0] for t in (result.text, done.text))
+        assert set(ours) == set(theirs)
+        away = [math.dist(*([p[n].groups[1].axes[a] for a in "XYZ"] for p in (ours, theirs))) for n in ours]
+        assert max(away) < 2e-3  # mm: both round to 0.001
+        assert result.changed == len(ours)
+        assert all(ours[n].groups[1].config == theirs[n].groups[1].config for n in ours)
+        assert result.residual[0][result.judged].max() < 3e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "value", "more", "new"),
+    [
+        (b"180.000", 180.0012, 0, b"-179.999"),
+        (b"-180.000", -180.0012, 0, b"179.999"),
+        (b"180.000", 180.0, 1, b"-179.999"),
+        (b"-179.9999", -180.00015, 0, b"179.9998"),
+        (b"200.000", 200.5, 0, b"200.500"),  # written beyond 180 by whoever wrote it
+        (b"180.000", -180.0, 0, b"180.000"),  # the same turn: its text stays
+        (b"+.500", 0.25, 0, b"+.250"),
+        (b"-.500", 0.0001, 0, b"0.000"),
+        (b"7.", 8.4, 0, b"8."),
+        (b"7", -0.4, 0, b"0"),
+        (b"-.000", -0.0004, 0, b"-.000"),
+    ],
+)
+def test_a_number_is_written_as_the_program_writes_its_own(old, value, more, new):
+    assert like(old, value, bare=old.lstrip(b"+-")[:1] == b".", angle=abs(value) > 100, more=more) == new

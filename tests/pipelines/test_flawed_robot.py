@@ -1,0 +1,266 @@
+"""A robot with every error source: planned, corrected, written, and proven on a twin that has them by its own code."""
+
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flawed import SOURCES, flawed_file
+from numpy.testing import assert_allclose
+from shipped import path_file, quiet
+
+from compgen import fanuc
+from compgen.compensation import limits, optimise, refinement
+from compgen.compensation.optimise import Status
+from compgen.compensation.problem import Problem
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Level
+from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.error_model import validity
+from compgen.error_model.sources import STILL, AxisMap, Hysteresis, LinkOffsets, ThermalGrowth, table_of
+from compgen.fanuc.frames import known_without_a_table
+from compgen.pipelines import correct, generate
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.robot_file import load_cell
+from compgen.planning import toolpath
+from compgen.report import report_data
+
+# by a robot whose hysteresis is of the study's size
+RASTER = (
+    "path.diameter_mm=400",
+    "path.stepover_mm=80",
+    "robot.sources.hysteresis.backlash_mdeg=[2, 1.6, 2, 4, 4, 4]",
+)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    return flawed_file(tmp_path_factory.mktemp("robot"))
+
+
+@pytest.fixture(scope="module")
+def raster(robot):
+    job = load_job(path_file("raster_1300"), robot, RASTER)
+    return job, *generate.generate(job, quiet)
+
+
+def problem_of(planned):
+    job, path = planned.job, planned.path
+    return Problem(
+        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation, path.position, path.rotation,
+        planned.theta, planned.rise, path.arc, path.stop, planned.motion,
+    )  # fmt: skip
+
+
+def codes(findings):
+    return {f.code for f in findings}
+
+
+def test_a_millimetre_of_error_goes_down_to_rounding_and_chord(raster):
+    job, planned, corrected = raster
+    assert planned.deviation.total().max() > 900 * UM
+    assert corrected.inside
+    assert corrected.solution.status is Status.CONVERGED
+    assert corrected.deviation.total().max() < 1.5 * UM  # straight sweeps in both directions
+    assert corrected.deviation.extents["axis_angle"].max < 3 * MDEG
+    assert job.bounds.max < 3 * UM
+
+
+def test_both_directions_of_sweeps_are_cancelled_by_knowing_them(raster):
+    """The same job planned without a direction keeps what hysteresis does, on the same twin."""
+    job, planned, corrected = raster
+    blind = optimise.optimise(replace(problem_of(planned), motion=STILL), job.settings)
+    seeing = problem_of(planned)
+    left = np.linalg.norm(seeing.error(blind.correction)[planned.path.contact, :3], axis=1)
+    assert left.max() > 50 * UM
+    assert np.linalg.norm(corrected.solution.residual[planned.path.contact, :3], axis=1).max() < 1 * UM
+
+
+def test_the_report_names_the_sources(raster):
+    _, planned, corrected = raster
+    named = report_data(planned, corrected)["provenance"]["sources"]
+    assert named[:2] == ["thermal_growth", "link_offsets"]
+    assert len(named) == 15
+
+
+def test_the_correction_stays_within_its_rate_through_reversals(raster):
+    job, planned, corrected = raster
+    step = np.linalg.norm(np.diff(corrected.solution.correction[:, :3], axis=0), axis=1)
+    assert (step <= job.settings.rate * np.diff(planned.path.arc) * (1 + 1e-6)).all()
+    assert np.abs(np.diff(np.sign(planned.motion.direction), axis=0)).max() == 2  # there are reversals
+
+
+def test_a_reversal_too_sharp_for_the_rate_is_told_and_lags_at_the_stops(robot):
+    """A tenth of a degree of blend asks for 60 um/mm: the best legal correction lags there and catches up."""
+    width = "robot.sources.hysteresis.width_mdeg=[100, 100, 100, 100, 100, 100]"
+    job = load_job(path_file("raster_1300"), robot, [*RASTER, width])
+    planned, corrected = generate.generate(job, quiet)
+    assert corrected.solution.status is Status.LIMITED
+    (told,) = [f for f in corrected.findings if f.code == "compensation.limited"]
+    assert "rate limit at waypoints" in told.message
+    contact, segment = planned.path.contact, corrected.ride.segment
+    on = contact[segment] & contact[segment + 1]
+    total = corrected.deviation.total()
+    assert np.percentile(total[on], 99) < 2 * UM
+    assert 10 * UM < total.max() < 30 * UM
+
+
+def test_the_general_program_agrees_with_every_source_on(raster):
+    job, planned, _ = raster
+    whole = problem_of(planned)
+    n = int(np.argmax(planned.path.contact)) + 40
+    part = whole.window(slice(n, n + 40))
+    fast = optimise.optimise(part, job.settings).correction
+    slow, found = limits.solve_stretch(part, job.settings, np.zeros_like(fast), np.ones(40, dtype=bool))
+    assert found
+    assert np.abs(fast - slow).max() < 2e-9  # m, rad
+    assert np.abs(fast[:, :3]).max() > 100 * UM
+
+
+def test_waypoints_come_closer_where_the_error_bends(raster):
+    job, planned, _ = raster
+    plain = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    assert len(planned.path.arc) > len(plain.arc) + 20
+    new = planned.path.arc[~np.isclose(planned.path.arc[:, None], plain.arc).any(axis=1)]
+    stops = planned.path.arc[planned.path.stop]
+    near = np.abs(new[:, None] - stops).min(axis=1)
+    assert np.median(near) < 20 * MM  # where joints reverse
+    growth = [s for s in job.sources if isinstance(s, ThermalGrowth)]
+    arm = (job.robot, job.posture, job.tool_position, job.tool_rotation, growth, planned.model)
+    assert refinement.refine(*arm, plain, job.feed, planned.rise[0], job.chord)[0] is plain
+    room = np.diff(planned.path.arc) / (job.feed * job.robot.controller.period)
+    assert room.min() >= 0.9  # never below what the controller can follow
+
+
+def test_a_path_cut_finer_is_the_same_path(job):
+    path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    parts = 1 + np.arange(len(path.arc) - 1) % 3
+    finer = toolpath.refined(path, parts)
+    old = np.concatenate([[0], np.cumsum(parts)])
+    assert_allclose(finer.position[old], path.position, atol=1e-15)
+    assert_allclose(finer.arc[old], path.arc, atol=1e-12)
+    assert np.array_equal(finer.stop[old], path.stop)
+    assert finer.stop.sum() == path.stop.sum()
+    assert np.array_equal(finer.contact[old], path.contact)
+
+
+def test_leaving_the_map_or_the_joints_is_told(robot):
+    job = load_job(path_file("line_z"), robot)
+    planned = generate.predict(job, quiet)
+    (told,) = [f for f in planned.findings if f.code == "sources.map"]
+    assert told.level is Level.WARNING
+    assert "z by up to 220.0 mm (203 to 1003 measured)" in told.message
+    assert "sources.box" not in codes(planned.findings)
+    narrow = replace(job, joint_box=np.array([[-90, 90], [-60, 20], *4 * [[-200, 200]]]) * DEG)
+    (box,) = validity.outside_joints(narrow.robot, narrow.joint_box, planned.theta)
+    assert "J2 by up to" in box.message
+    assert "(-60 to 20)" in box.message
+
+
+def test_an_unknown_start_is_told_until_it_has_faded(robot):
+    job = load_job(path_file("line_y"), robot)
+    planned = generate.predict(job, quiet)
+    (told,) = [f for f in planned.findings if f.code == "sources.start"]
+    # nothing but the approach is driven before: most of J1's 0.5 mdeg and windup, 1.5 m away
+    n = int(np.argmax(planned.path.contact))
+    (lash,) = [s for s in job.sources if isinstance(s, Hysteresis)]
+    first = float(told.message.split("J1 ")[1].split(" um")[0]) * UM
+    assert first > lash.backlash[0] * np.linalg.norm(planned.path.position[n, :2])
+    swing = np.array([0, 0.2, 0.0])[:, None] * np.ones(6) + planned.theta[n]
+    far = np.array([0, 0.5, 0.0])[:, None] * np.ones(3)
+    start = (planned.model, swing, far, planned.rise[:3], planned.motion.window(slice(3)))
+    assert not validity.unknown_start(job.robot, job.sources, *start, np.array([False, False, True]))
+    assert validity.unknown_start(job.robot, job.sources, *start, np.array([True, True, True]))
+
+
+def test_the_shipped_robot_has_growth_and_nothing_to_tell(job):
+    assert [type(s) for s in job.sources] == [ThermalGrowth]
+    planned = generate.predict(job, quiet)
+    assert not [f for f in planned.findings if f.code.startswith("sources.")]
+
+
+@pytest.mark.parametrize("split", [False, True])
+def test_an_existing_program_is_corrected_with_the_direction_it_comes_from(raster, robot, split):
+    """The planned, uncorrected text as somebody's program."""
+    _, planned, corrected = raster
+    job, path = planned.job, planned.path
+    poses = (path.position, path.rotation)
+    program, _ = generate._program(
+        job, poses, planned.theta, planned.trajectory, path, generate.DATE, planned.rise[0], None
+    )
+    text = fanuc.compose(program)
+    cell = load_cell(robot)
+    result = correct.correct(
+        text, cell, known_without_a_table(), planned.job.before, correct.Options(split=split), quiet
+    )
+    assert result.error[0][result.judged].max() > 900 * UM
+    assert result.residual[0][result.judged].max() < 3 * UM
+    assert {"sources.start"} <= codes(result.findings)
+    assert corrected.inside
+
+
+def test_sigma_prior_and_provenance_are_read_and_written(robot):
+    cell = load_cell(robot)
+    known = next(k for k in cell.known if isinstance(k.source, LinkOffsets))
+    assert known.provenance == "made up"
+    assert_allclose(known.sigma["d"], 20 * UM)
+    assert_allclose(known.sigma["a"], np.array([10, 10, 12, 15, 15, 20]) * UM)
+    assert_allclose(known.prior["d"], np.array([400, 0, 400, 400, 400, 400]) * UM)
+    assert_allclose(known.prior["alpha"], 50 * MDEG)
+    table = tomllib.loads(SOURCES.read_text())["sources"]["link_offsets"]
+    written = table_of(known)
+    assert written["d_um"] == table["d_um"]
+    assert written["beta_mdeg"] == table["beta_mdeg"]
+    assert written["sigma"]["a_um"] == table["sigma"]["a_um"]
+    assert written["prior"] == table["prior"]
+    assert json.dumps(written)
+
+
+def test_the_file_says_the_map_in_metres(robot):
+    line = next(s for s in load_cell(robot).sources if isinstance(s, AxisMap))
+    assert line.axis == 0
+    assert_allclose(line.station[[0, -1]], [0.7, 2.0])
+    assert_allclose(line.forward[1], np.array([-12, 20, 12]) * UM)
+    assert_allclose(line.place, np.array([0, -30, 203]) * MM)
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("sources.link_ofsets.d_um=1", "sources.link_ofsets: unknown key; did you mean 'link_offsets'?"),
+        ("sources.link_offsets.d_mm=[1,1,1,1,1,1]", "d_mm: unknown key; did you mean 'd_um'?"),
+        ("sources.link_offsets.d_um=[1,1]", "sources.link_offsets.d_um: [1, 1]"),
+        ("sources.link_offsets.a_um=[0,1e6,0,0,0,0]", "a_um.1: 1000000.0: must be less than or equal to 50000"),
+        ("sources.joint_zeros.offset_mdeg=[1,1,1,1,1,nan]", "is not a number"),
+        ("sources.joint_zeros.sigma.offset_mdge=1", "sigma.offset_mdge: unknown key; did you mean 'offset_mdeg'?"),
+        ("sources.joint_zeros.sigma.offset_mdeg=[1,2]", "must be one number, or 6 as the values are"),
+        ("sources.joint_zeros.prior.offset_mdeg=-1", "a standard deviation is a number from 0 up"),
+        ("sources.joint_zeros.prior.offset_mdeg=\"1\"", "a standard deviation is a number from 0 up"),
+        ("sources.hysteresis.width_mdeg=[0,1,1,1,1,1]", "sources.hysteresis.width_mdeg.0: 0"),
+        ("sources.gear_harmonics.cycles=[1,1,1,1,1,0]", "sources.gear_harmonics.cycles.5: 0"),
+        ("sources.thermal_bend.node.0=\"j9\"", "sources.thermal_bend.node.0: 'j9' is unknown; did you mean 'j"),
+        ("sources.thermal_bend.plane.0=\"arm\"", "'arm' does not fit the link 'column'; say 'x' or 'y'"),
+        ("sources.thermal_bend.rate_arcsec_K=[1]", "1 entries for 7 links; give one each"),
+        ("sources.map.0.station_mm.1=600", "sources.map.0.station_mm: stations must rise"),
+        ("sources.map.2.station_mm=[1,2,3]", "sources.map.2.forward_um: 2 rows for 3 stations; give one each"),
+        ("sources.map.1.axis=\"x\"", "sources.map: two lines along x"),
+        ("sources.map.0.axis=\"w\"", "sources.map.0.axis: 'w'"),
+        ("sources.loads.payload_kg=-1", "sources.loads.payload_kg: -1"),
+        ("sources.box.low_deg.2=100", "sources.box.high_deg.2: 90 must be above low_deg"),
+    ],
+)  # fmt: skip
+def test_bad_tables_are_refused_in_one_line(robot, setting, told):
+    with pytest.raises(InputError) as refusal:
+        load_cell(robot, [setting])
+    assert told in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+    assert Path(robot).name in str(refusal.value)
+
+
+def test_tables_left_out_are_sources_left_out(tmp_path):
+    drop = ("hysteresis", "map", "thermal_bend", "compliance")
+    cell = load_cell(flawed_file(tmp_path, "less", drop))
+    assert not {s.NAME for s in cell.sources} & set(drop)
+    assert len(cell.sources) == 9

@@ -1,0 +1,86 @@
+"""How long the robot may wait: many places side by side as each by itself."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import path_file, quiet
+
+from compgen.compensation.optimise import Solution, Status
+from compgen.pipelines import generate, start_window
+from compgen.pipelines.path_file import load_job
+from compgen.thermal import Motion, during, states_at
+
+AIR = 'ambient={kind="wave",value_degC=21,amplitude_K=2,period_h=24,peak_h=15}'
+
+
+def asked(*overrides):
+    """A path of sweeps, as if nothing were corrected."""
+    planned = generate.predict(load_job(path_file("raster_1300"), overrides=list(overrides)), quiet)
+    solution = Solution(np.zeros((len(planned.theta), 6)), planned.theta, planned.error, Status.CONVERGED, 1, 0.0, ())
+    return planned, solution
+
+
+def one_by_one(planned, solution, first):
+    """Doubling and halving at one place after the other, with the state by driving there from the start."""
+    job, time = planned.job, planned.trajectory.time
+    some = np.unique(np.linspace(first, len(time) - 1, start_window.SAMPLES).astype(int))
+    theta, rise, motion = solution.theta[some], planned.rise[some], planned.motion.at(some)
+    driven = Motion(time[: first + 1], planned.theta[: first + 1], planned.trajectory.driven[:first])
+    state = during(job.heat, job.state(), driven, job.air, job.clock)[1] if first else job.state()
+
+    def drift(delay):
+        late = start_window.late_rise(job, delay, time[some] - time[first], state, job.clock + time[first])
+        moved = planned.model.actual_pose(theta, rise + late, motion)[0]
+        return np.linalg.norm(moved - planned.model.actual_pose(theta, rise, motion)[0], axis=1).max()
+
+    low, high = 0.0, 60.0
+    while drift(high) <= job.start_drift:
+        low, high = high, 2 * high
+        if low >= start_window.LONGEST:
+            return start_window.LONGEST
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if drift(middle) <= job.start_drift else (low, middle)
+    return low
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        (),
+        (AIR,),
+        ("robot.thermal.model=network",),
+        ("compensation.start_drift_um=90",),
+        ("compensation.start_drift_um=400",),
+    ],
+)
+def test_side_by_side_is_as_one_by_one(overrides, monkeypatch):
+    monkeypatch.setattr(start_window, "TOGETHER", 4)
+    planned, solution = asked(*overrides)
+    N = len(planned.theta)
+    first = np.array([0, 1, N // 5, N // 3, N // 2, N - 300, N - 2])
+    found = generate.start_windows(planned, solution, first)
+    # the network samples a program's torques: those of its beginning differ from those of the whole
+    rtol = 2e-5 if "robot.thermal.model=network" in overrides else 1e-8
+    assert_allclose(found, [one_by_one(planned, solution, n) for n in first], rtol=rtol)
+    assert generate.start_window(planned, solution) == found[0]
+    course = start_window.Course(planned.trajectory.time, solution.theta, planned.rise, planned.motion)
+    driven = Motion(planned.trajectory.time, planned.theta, planned.trajectory.driven)
+    state = states_at(planned.job.heat, planned.job.state(), driven, first, planned.job.air, planned.job.clock)
+    turned = start_window.windows(planned.job, planned.model, course, first[::-1], state[::-1])
+    assert_allclose(turned[::-1], found, rtol=1e-8)
+    if "400" in "".join(overrides):
+        assert set(found) == {start_window.LONGEST}
+    else:
+        assert len(set(found)) > 1
+
+
+@pytest.mark.parametrize("overrides", [(), (AIR,), ("robot.thermal.model=network",)])
+def test_states_on_the_way_give_the_rises_there(overrides):
+    planned, _ = asked(*overrides)
+    job, trajectory = planned.job, planned.trajectory
+    driven = Motion(trajectory.time, planned.theta, trajectory.driven)
+    which = np.array([0, 3, 1023, 1024, 1025, 2000, len(planned.theta) - 1])
+    states = states_at(job.heat, job.state(), driven, which, job.air, job.clock)
+    assert_allclose(states @ job.heat.outputs.T, planned.rise[which], rtol=1e-12)
+    assert np.ptp(planned.rise[which], axis=0).min() > 0.01

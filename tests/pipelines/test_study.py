@@ -1,0 +1,354 @@
+"""What-if studies: the same numbers as one run, kept through a kill, the same over processes and a cluster."""
+
+import csv
+import io
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import ROOT, path_file, quiet
+
+from compgen.cli import study_journal
+from compgen.core.exceptions import InputError
+from compgen.core.units import UM
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study import ASKS, ask, build, run
+from compgen.pipelines.study.evaluate import geometry_key, lay_out, ridden
+from compgen.pipelines.study.questions import passes
+from compgen.report.study_page import answer_csv, headline, study_csv, study_html
+from compgen.verification.deviation import deviation, statistics
+
+PATH = path_file("line_y")
+GRID = ("before.0.duration_h=0,3,6", "robot.thermal.cte_um_m_K=10,12")
+
+
+def rows_of(study, workers=1, done=()):
+    rows = []
+    run(study, set(done), rows.extend, workers)
+    return sorted(rows, key=lambda r: r["index"])
+
+
+@pytest.fixture(scope="module")
+def study():
+    return build(PATH, None, (), GRID, None, False)
+
+
+@pytest.fixture(scope="module")
+def rows(study):
+    return rows_of(study)
+
+
+def compgen(*arguments, **more):
+    return subprocess.run(
+        [sys.executable, "-m", "compgen", *arguments], cwd=ROOT, capture_output=True, text=True, timeout=600, **more
+    )
+
+
+def test_a_grid_is_the_product_in_order(study):
+    assert len(study.scenarios) == 6
+    assert study.scenarios[1].values == (("before.0.duration_h", "0"), ("robot.thermal.cte_um_m_K", "12"))
+    assert [s.index for s in study.scenarios] == list(range(6))
+
+
+def test_every_row_is_what_predict_says(study, rows):
+    for row, scenario in zip(rows, study.scenarios):
+        planned = generate.predict(load_job(PATH, overrides=scenario.overrides()), quiet)
+        told = statistics(planned.deviation)["total"]
+        for name in ("max_um", "p99_um", "rms_um"):
+            assert row[f"before_{name}"] == pytest.approx(told[name], rel=1e-5, abs=1e-5)
+    assert rows[5]["before_max_um"] > rows[4]["before_max_um"] > rows[0]["before_max_um"]
+
+
+def test_scenarios_that_change_temperatures_share_their_geometry(study):
+    assert len({geometry_key(s) for s in study.scenarios}) == 1
+    feeds = build(PATH, None, (), ("feed=50,100",), None, False)
+    assert len({geometry_key(s) for s in feeds.scenarios}) == 2
+
+
+def test_the_shared_ride_is_the_twins_own():
+    cold, warm = (load_job(PATH, overrides=[f"before.0.duration_h={h}"]) for h in (0, 6))
+    ride = ridden(warm, lay_out(cold))
+    own = generate.predict(warm, quiet)
+    found = deviation(own.path, ride)
+    assert_allclose(found.error, own.deviation.error, atol=1e-10)  # m; pinocchio's arm against the symbolic one
+    assert np.abs(found.error).max() > 20 * UM
+
+
+def test_other_workers_give_the_same_rows(study, rows):
+    assert rows_of(study, workers=2) == rows
+    assert rows_of(study, done={0, 1, 2, 3}) == rows[4:]
+
+
+def test_correction_is_the_pipelines(rows):
+    corrected = rows_of(build(PATH, None, (), ("before.0.duration_h=3",), None, True))[0]
+    _, whole = generate.generate(load_job(PATH, overrides=["before.0.duration_h=3"]), quiet)
+    assert corrected["after_max_um"] == pytest.approx(statistics(whole.deviation)["total"]["max_um"], rel=1e-5)
+    assert corrected["inside"] is True
+    assert corrected["before_max_um"] > 10 * corrected["after_max_um"]
+
+
+def test_a_scenario_that_fails_is_a_row_with_its_reason():
+    found = rows_of(build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,7"), None, False))
+    assert [r["state"] for r in found] == ["done", "failed", "failed", "failed"]
+    assert "before.0.duty" in found[1]["reason"]
+    assert "out of reach" in found[2]["reason"]
+    table = list(csv.DictReader(io.StringIO(study_csv(build_of(found), found).decode())))
+    assert table[2]["state"] == "failed"
+    assert "out of reach" in table[2]["reason"]
+    assert "3 failed" in headline(build_of(found), found)
+
+
+def build_of(found):
+    return build(PATH, None, (), ("path.x_mm=1350,9000", "before.0.duty=0.5,7"), None, False)
+
+
+def test_a_list_is_read_row_by_row(tmp_path):
+    (tmp_path / "l.csv").write_text("feed,before.0.duration_h\n50,1\n100,2\n")
+    study = build(PATH, None, (), (), str(tmp_path / "l.csv"), False)
+    assert [dict(s.values) for s in study.scenarios] == [
+        {"process.feed_mm_s": "50", "before.0.duration_h": "1"},
+        {"process.feed_mm_s": "100", "before.0.duration_h": "2"},
+    ]
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        (("process.fed_mm_s=1,2",), ("process.fed_mm_s", "unknown key", "feed_mm_s")),
+        (("robot.thermal.cte=1,2",), ("robot.thermal.cte", "unknown key")),
+        (("feed=",), ("empty", "process.feed_mm_s")),
+        (("feed=1:2:0",), ("empty",)),
+        ((), ("nothing to vary",)),
+        (("feed",), ("expected KEY",)),
+        (("feed=1,2", "process.feed_mm_s=3"), ("twice",)),
+        (("feed=20:200:400", "duty=0:1:400"), ("160000", "100000")),
+    ],
+)
+def test_a_study_that_cannot_be_is_refused(vary, words):
+    with pytest.raises(InputError) as told:
+        build(PATH, None, (), vary, None, False)
+    assert all(w in str(told.value) for w in words), told.value
+
+
+@pytest.mark.parametrize(("text", "words"), [("a,b\n", ("empty",)), ("feed,chord\n1\n", ("row 2", "2 keys"))])
+def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
+    (tmp_path / "l.csv").write_text(text)
+    with pytest.raises(InputError) as told:
+        build(PATH, None, (), (), str(tmp_path / "l.csv"), False)
+    assert all(w in str(told.value) for w in words), told.value
+
+
+def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
+    book = study_journal.Journal(tmp_path, "one", [])
+    book.add([{"index": 1, "x": 2.5}, {"index": 0}])
+    book.close()
+    file = tmp_path / study_journal.NAME
+    whole = file.read_bytes()
+    for cut in range(len(whole)):
+        file.write_bytes(whole[:cut])
+        rows = study_journal.finished(tmp_path, "one")
+        assert rows in ([], [{"index": 1, "x": 2.5}], [{"index": 1, "x": 2.5}, {"index": 0}])
+        assert len(rows) == max(0, whole[:cut].count(b"\n") - 1)
+    file.write_bytes(whole)
+    assert study_journal.finished(tmp_path, "another") == []
+    assert study_journal.content("one", study_journal.finished(tmp_path, "one")).count(b"\n") == 3
+
+
+def test_killed_again_and_again_a_study_ends_with_the_same_table(tmp_path):
+    """kill -9 at random moments; KILLS=20 in the environment for the whole proof."""
+    arguments = ["whatif", "paths/line_y.toml", "--vary", "before.0.duration_h=0:6:24", "--workers", "2", "-q", "-o"]
+    assert compgen(*arguments, str(tmp_path / "whole")).returncode == 0
+    whole = {f.name: f.read_bytes() for f in (tmp_path / "whole").iterdir()}
+    dice, kept = random.Random(4), 0
+    for n in range(int(os.environ.get("KILLS", "1"))):
+        folder = tmp_path / f"cut{n}"
+        limit = 9.0
+        while True:
+            work = subprocess.Popen(
+                [sys.executable, "-m", "compgen", *arguments, str(folder)], cwd=ROOT, start_new_session=True
+            )
+            try:
+                assert work.wait(dice.uniform(1.0, limit)) == 0
+                break
+            except subprocess.TimeoutExpired:
+                os.kill(work.pid, signal.SIGKILL)  # the main process alone: its workers end by themselves
+                work.wait()
+                limit += 3.0
+                lines = (folder / study_journal.NAME).read_bytes().count(b"\n") if folder.exists() else 0
+                kept += lines > 1
+        assert {f.name: f.read_bytes() for f in folder.iterdir()} == whole
+    assert kept or os.environ.get("KILLS") is None
+
+
+def test_workers_end_with_their_parent(tmp_path):
+    work = subprocess.Popen(
+        [sys.executable, "-m", "compgen", "whatif", "paths/spiral_1300.toml", "--vary", "chord=1:5:60", "--workers",
+         "2", "-q", "-o", str(tmp_path / "o")], cwd=ROOT,
+    )  # fmt: skip
+    children = f"/proc/{work.pid}/task/{work.pid}/children"
+    pids = []
+    for _ in range(600):
+        time.sleep(0.05)
+        pids = [int(p) for p in Path(children).read_text().split()]
+        if len(pids) >= 3:
+            break
+    work.kill()
+    work.wait()
+    for _ in range(1200):  # a minute: one may still be loading its libraries
+        if not any(Path(f"/proc/{p}").exists() and "Z" not in _state(p) for p in pids):
+            return
+        time.sleep(0.05)
+    pytest.fail("workers outlive a killed study")
+
+
+def _state(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0]
+    except OSError:
+        return "Z"
+
+
+def test_two_workers_of_a_cluster_give_the_same_table(tmp_path, study, rows):
+    distributed = pytest.importorskip("distributed")
+    script = tmp_path / "cluster.py"
+    script.write_text(
+        "import sys\n"
+        "from distributed import LocalCluster\n"
+        "if __name__ == '__main__':\n"
+        "    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:\n"
+        "        print(cluster.scheduler_address, flush=True)\n"
+        "        sys.stdin.read()\n"
+    )
+    assert distributed
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.DEVNULL,
+    ) as cluster:  # fmt: skip
+        address = cluster.stdout.readline().strip()
+        done = compgen(
+            "whatif", "paths/line_y.toml", *(w for g in GRID for w in ("--vary", g)), "--cluster", address, "-q",
+            "-o", str(tmp_path / "o"),
+        )  # fmt: skip
+        cluster.stdin.close()
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "o" / "whatif.csv").read_bytes() == study_csv(study, rows)
+
+
+def test_a_cluster_that_does_not_answer_is_said_in_time(tmp_path):
+    pytest.importorskip("distributed")
+    begin = time.monotonic()
+    done = compgen(
+        "whatif", "paths/line_y.toml", "--vary", "feed=100,200", "--cluster", "tcp://127.0.0.1:9", "-o", str(tmp_path)
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "does not answer within 10 s" in done.stderr
+    assert "leave --cluster out" in done.stderr
+    assert time.monotonic() - begin < 60
+
+
+# questions
+
+
+@pytest.fixture(scope="module")
+def line():
+    return load_job(PATH)
+
+
+def test_warm_up_is_long_enough_and_no_longer():
+    """A slow spiral drifts: at the answer the drift is at the limit, a little earlier above."""
+    job = load_job(path_file("circle_1300"), overrides=["before=[]", "process.feed_mm_s=20"])
+    limit = 0.35 * UM
+    told = ask("warmup", job, limit)
+    hours = float(told.sentence.split()[2])
+    assert 0.1 < hours < 40
+    table = told.table
+    assert np.interp(hours, table[:, 0], table[:, 1]) * UM == pytest.approx(limit, rel=0.05)
+    assert np.all(np.diff(table[:, 1]) < 1e-9)  # the longer, the less drift
+
+
+def test_validity_is_the_start_window(line):
+    """The same question, asked of the correction: pipeline.start_window."""
+    _, corrected = generate.generate(line, quiet)
+    told = ask("validity", line, line.start_drift)
+    assert float(told.sentence.split(" up to ")[1].split()[0]) * 60 == pytest.approx(corrected.start_window, abs=31)
+    kelvin = float(told.sentence.split("+-")[1].split()[0])
+    warmer = load_job(PATH, overrides=[f"ambient.value_degC={20 + kelvin}"])
+    geometry = lay_out(line)
+    apart = ridden(warmer, geometry).position - ridden(line, geometry).position
+    assert np.linalg.norm(apart, axis=1).max() == pytest.approx(line.start_drift, rel=0.02)
+
+
+def test_contributions_add_up(line):
+    told = ask("contributions", line, 5 * UM)
+    nodes = [v for label, v in zip(told.labels, told.table[:, 1]) if label.startswith("node")]
+    lengths = [v for label, v in zip(told.labels, told.table[:, 1]) if label.startswith("length")]
+    whole = generate.predict(line, quiet)
+    assert sum(nodes) == pytest.approx(statistics(whole.deviation)["total"]["max_um"], abs=2.5)
+    assert sum(lengths) == pytest.approx(sum(nodes), abs=0.05)
+
+
+def test_steady_is_ninety_five_percent_of_the_end(line):
+    told = ask("steady", line, 5 * UM)
+    hours, error = told.table[:, 0], told.table[:, 1]
+    late = load_job(PATH, overrides=["before.0.duration_h=2000"])
+    cold, geometry = load_job(PATH, overrides=["before=[]"]), lay_out(late)
+    end = np.linalg.norm(ridden(late, geometry).position - ridden(cold, geometry).position, axis=1).max()
+    at = float(told.sentence.split("after ")[1].split()[0])
+    assert np.interp(at, hours, error) / (end / UM) == pytest.approx(0.95, abs=0.01)
+
+
+def test_passes_take_the_quickest_that_stays_inside(line):
+    cold = replace(line, before=())
+
+    def plan(job, feed):
+        return replace(load_job(job.source, overrides=["before=[]", f"process.feed_mm_s={feed * 1e3}"]))
+
+    told = passes([cold, load_job(path_file("line_x"))], [0.1, 0.2], plan, 5 * UM)
+    assert "at 200 mm/s" in told.sentence
+    assert "stays within" in told.sentence
+    assert len(told.table) == 4
+    none = passes([cold], [0.2], plan, 1e-9)
+    assert "no order and feed" in none.sentence
+
+
+def test_pages_and_tables_hold_what_was_found(study, rows, line):
+    answers = [ask(key, line, 5 * UM) for key in ("contributions", "validity")]
+    page = study_html("t", study, rows, answers).decode()
+    assert all(a.sentence.split(",")[0] in page.replace("&#x27;", "'") for a in answers)
+    assert "https://" not in page.split("</script>")[-1]
+    table = answer_csv(answers[0]).decode().splitlines()
+    assert table[0] == "row,of_largest_um,own_largest_um,what"
+    assert table[1].endswith("node j2")
+    assert set(ASKS) == {"warmup", "validity", "contributions", "steady"}
+
+
+def test_the_command_says_its_answers_and_writes_them(tmp_path):
+    done = compgen(
+        "whatif", "paths/line_y.toml", "--vary", "warmup_h=1,2", "--ask", "steady", "-o", str(tmp_path / "o")
+    )
+    assert done.returncode == 0, done.stderr
+    assert "2 scenarios: error" in done.stdout
+    assert "steady after" in done.stdout
+    assert {f.name for f in (tmp_path / "o").iterdir()} == {
+        "scenarios.jsonl", "whatif.csv", "whatif.json", "whatif.html", "steady.csv"
+    }  # fmt: skip
+    told = json.loads((tmp_path / "o" / "whatif.json").read_text())
+    assert len(told["scenarios"]) == 2
+    assert told["keys"] == ["before.0.duration_h"]
+    small = ["--ask", "steady", "--within-um", "0"]
+    for wrong, word in ((["--ask", "everything"], "unknown"), ([], "nothing to study"), (small, "above 0")):
+        refused = compgen("whatif", "paths/line_y.toml", *wrong, "-o", str(tmp_path / "x"))
+        assert refused.returncode == 2
+        assert word in refused.stderr
+        assert not (tmp_path / "x").exists()

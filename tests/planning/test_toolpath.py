@@ -1,0 +1,329 @@
+"""Waypoints against the true path: chords, spacing, arc length, stops, contact and tool axes."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.exceptions import InputError
+from compgen.pipelines.path_file import load_job
+from compgen.planning import boundaries, curves, patterns, surfaces, toolpath
+
+PATHS = Path(__file__).parents[2] / "paths"
+ATOL_M = 1e-12
+CENTRE = np.array([1.2, -0.03, 0.203])
+FLAT = surfaces.plane(CENTRE)
+OPTIC = surfaces.conic(CENTRE, 84.0, -0.993, 14.0)
+BOWL = surfaces.conic(CENTRE, 1.5, -0.5, 0.4)  # steep, so that mistakes show
+HEXAGON = boundaries.hexagon(0.4, 0.2)
+
+PATTERNS = {
+    "line": patterns.line("x", 0.3),
+    "upwards": patterns.line("z", 0.3),
+    "circle": patterns.circle(0.3),
+    "spiral": patterns.spiral(0.4, 5),
+    "iso9283": patterns.iso9283(0.3),
+    "square raster": patterns.raster(HEXAGON, 0.03, 0.01, False),
+    "smooth raster": patterns.raster(HEXAGON, 0.03, 0.01, True),
+}
+SURFACES = {"plane": FLAT, "optic": OPTIC, "bowl": BOWL}
+EVERY = [(p, s) for p in PATTERNS for s in SURFACES]
+
+
+@cache
+def path(pattern, surface="bowl", chord=1.5e-6, lift=0.02, boundary=HEXAGON, spin=0.3):
+    pattern = PATTERNS[pattern] if isinstance(pattern, str) else pattern
+    return toolpath.build(pattern, SURFACES[surface], boundary, spin=spin, chord=chord, lift=lift)
+
+
+def off_chord(tool, every=1):
+    """Largest distance of the true path from the straight line of every so many segments [m]."""
+    segment, u = np.arange(0, len(tool.span), every), np.linspace(0.2, 0.8, 5)
+    p = tool.at(np.repeat(segment, 5), np.tile(u, len(segment)))[0].reshape(-1, 5, 3)
+    a, b = tool.position[segment, None], tool.position[segment + 1, None]
+    along = (b - a) / np.linalg.norm(b - a, axis=2, keepdims=True)
+    gap = p - a
+    return np.linalg.norm(gap - (gap * along).sum(axis=2, keepdims=True) * along, axis=2).max(axis=1)
+
+
+def local(tool, surface):
+    return tool.position - SURFACES[surface].origin
+
+
+def height_above(tool, surface):
+    """Signed distance of waypoints from the surface, first order [m]."""
+    p = local(tool, surface)
+    h = p[:, 2] - SURFACES[surface].height(p[:, :2])
+    return h / np.sqrt(1 + (slopes(surface, p[:, :2]) ** 2).sum(axis=1))
+
+
+def slopes(surface, xy, d=1e-5):
+    f = SURFACES[surface].height
+    return np.column_stack([(f(xy + e) - f(xy - e)) / (2 * d) for e in ([d, 0], [0, d])])
+
+
+@pytest.mark.parametrize("chord_um", [1.5, 50.0])
+@pytest.mark.parametrize(("pattern", "surface"), EVERY)
+def test_true_path_stays_within_the_chord_of_every_segment(pattern, surface, chord_um):
+    assert off_chord(path(pattern, surface, chord=chord_um * 1e-6)).max() <= chord_um * 1e-6
+
+
+def test_fine_chords_are_kept_as_well():
+    assert off_chord(path("circle", chord=10e-9), every=5).max() <= 10e-9
+
+
+def test_chords_use_what_they_are_given():
+    """The largest distance of a curve is near the setting, so the bound above bites."""
+    for pattern in ("circle", "spiral", "iso9283"):
+        assert off_chord(path(pattern)).max() > 0.9 * 1.5e-6
+
+
+@pytest.mark.parametrize(("radius", "chord_um"), [(0.65, 1.5), (0.65, 10.0), (0.05, 1.5), (0.05, 0.1)])
+def test_circle_needs_two_pi_r_over_root_8_r_e_points(radius, chord_um):
+    needed = 2 * np.pi * radius / np.sqrt(8 * radius * chord_um * 1e-6)
+    segments = len(path(patterns.circle(2 * radius), "plane", chord=chord_um * 1e-6, lift=0).span)
+    assert needed <= segments <= 1.3 * needed
+
+
+def test_spiral_is_denser_at_its_centre_by_the_root_of_the_radius():
+    tool = path("spiral", "plane", lift=0)
+    step = np.diff(tool.arc)
+    b = 0.2 / (10 * np.pi)  # r = b f
+    radius = np.hypot(*local(tool, "plane")[:, :2].T)
+    middle = (radius[1:] + radius[:-1]) / 2
+    curvature = (middle**2 + 2 * b**2) / (middle**2 + b**2) ** 1.5
+    assert_allclose(step * np.sqrt(curvature / (8 * 1.5e-6)), 0.97, atol=0.05)  # 0.98, and whole numbers of segments
+    assert step.max() > 3 * step.min()
+
+
+def test_straight_lines_are_cut_at_10_mm():
+    tool = path("line", "plane", lift=0)
+    assert_allclose(np.diff(tool.arc), 0.01, atol=ATOL_M)
+
+
+def test_waypoints_are_never_more_than_10_mm_apart():
+    for pattern, surface in EVERY:
+        assert np.diff(path(pattern, surface, chord=1e-3).arc).max() <= 10e-3 * (
+            1 + 1e-6
+        )  # the last 1e-6 of a segment is forgiven
+
+
+@pytest.mark.parametrize(("pattern", "surface"), EVERY)
+def test_fraction_0_and_1_are_the_waypoints(pattern, surface):
+    tool = path(pattern, surface)
+    segment = np.arange(len(tool.span))
+    for u, n in ((0.0, segment), (1.0, segment + 1)):
+        position, rotation, _ = tool.at(segment, np.full(len(segment), u))
+        assert_allclose(position, tool.position[n], atol=ATOL_M)
+        assert_allclose(rotation, tool.rotation[n], atol=1e-11)  # rad
+
+
+@pytest.mark.parametrize("chord_um", [1.5, 1000.0])
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_fractions_split_the_arc_length(pattern, chord_um):
+    """Against the length of a fine polyline along the piece, which asks nothing of arc lengths."""
+    tool = path(pattern, chord=chord_um * 1e-6)
+    pick = np.unique(np.linspace(0, len(tool.span) - 1, 16).astype(int))
+    for k in pick:
+        t = np.linspace(*tool.span[k], 2001)
+        p, _, _ = tool.geometry.pose(np.full(2001, tool.piece[k]), t)
+        run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+        assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
+        u = np.linspace(0, 1, 9)
+        got, _, _ = tool.at(np.full(9, k), u)
+        want = np.column_stack([np.interp(u * run[-1], run, p[:, i]) for i in range(3)])
+        assert_allclose(got, want, atol=1e-9)  # m
+
+
+@pytest.mark.parametrize(("pattern", "want"), [("line", 0.3), ("circle", 0.3 * np.pi), ("upwards", 0.3)])
+def test_arc_length_is_approach_pattern_and_retract(pattern, want):
+    tool = path(pattern, "plane", lift=0.02)
+    assert tool.arc[0] == 0
+    assert_allclose(tool.arc[-1], want + 0.04, atol=ATOL_M)
+
+
+def test_spiral_arc_length_is_the_closed_form():
+    f = 10 * np.pi
+    want = 0.2 / f / 2 * (f * np.sqrt(1 + f * f) + np.arcsinh(f))
+    assert_allclose(path("spiral", "plane", lift=0).arc[-1], want, rtol=1e-11)
+
+
+@pytest.mark.parametrize(("pattern", "surface"), EVERY)
+def test_direction_of_travel_is_the_slope_of_position(pattern, surface):
+    tool, d = path(pattern, surface, chord=1e-5), 1e-3
+    segment = np.arange(len(tool.span))
+    mid = np.full(len(segment), 0.5)
+    (ahead, _, _), (behind, _, _) = tool.at(segment, mid + d), tool.at(segment, mid - d)
+    step = ahead - behind
+    assert_allclose(tool.at(segment, mid)[2], step / np.linalg.norm(step, axis=1, keepdims=True), atol=1e-7)
+
+
+@pytest.mark.parametrize(("pattern", "surface"), EVERY)
+def test_tool_points_into_the_surface(pattern, surface):
+    tool = path(pattern, surface)
+    xy = local(tool, surface)[:, :2]
+    if pattern == "upwards":
+        xy = 0 * xy  # all stand over the same point
+    else:
+        down, up = np.flatnonzero(tool.stop)[[1, -2]]
+        xy[:down], xy[up:] = xy[down], xy[up]
+    normal = np.column_stack([-slopes(surface, xy), np.ones(len(xy))])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    assert_allclose(tool.rotation[:, :, 2], -normal, atol=1e-9)  # rad
+
+
+@pytest.mark.parametrize("spin_deg", [0.0, 30.0, -120.0, 90.0])
+def test_tool_frame_is_right_handed_and_its_x_follows_the_spin(spin_deg):
+    tool = path("spiral", spin=np.radians(spin_deg))
+    R = tool.rotation
+    assert_allclose(R.transpose(0, 2, 1) @ R, np.tile(np.eye(3), (len(R), 1, 1)), atol=1e-14)
+    assert_allclose(np.linalg.det(R), 1, atol=1e-14)
+    along = np.array([np.cos(np.radians(spin_deg)), np.sin(np.radians(spin_deg)), 0])
+    assert np.all(R[:, :, 0] @ along > 0.8)
+    across = np.cross(along, R[:, :, 2])
+    assert_allclose((across * R[:, :, 0]).sum(axis=1), 0, atol=1e-14)  # x in the plane of z and the spin's direction
+
+
+@pytest.mark.parametrize(("pattern", "surface"), [(p, s) for p, s in EVERY if p != "upwards"])
+def test_waypoints_lie_on_the_surface_between_approach_and_retract(pattern, surface):
+    tool = path(pattern, surface)
+    above = height_above(tool, surface)
+    ways = np.flatnonzero(tool.stop)
+    down, up = int(ways[1]), int(ways[-2])
+    assert_allclose(above[down : up + 1], 0, atol=1e-12)
+    assert np.all(np.diff(above[: down + 1]) < 0)
+    assert np.all(np.diff(above[up:]) > 0)
+
+
+def test_approach_and_retract_go_along_the_normal_for_the_lift():
+    tool = path("circle", lift=0.02)
+    for n, foot in ((0, np.flatnonzero(tool.stop)[1]), (-1, np.flatnonzero(tool.stop)[-2])):
+        assert_allclose(tool.position[n] - tool.position[foot], -0.02 * tool.rotation[foot, :, 2], atol=ATOL_M)
+
+
+def test_without_lift_the_path_is_the_pattern():
+    tool = path("circle", "plane", lift=0)
+    assert_allclose(tool.position[[0, -1]], np.tile(CENTRE + np.array([0.15, 0, 0]), (2, 1)), atol=ATOL_M)
+    assert tool.contact.all()
+
+
+@pytest.mark.parametrize("pattern", ["spiral", "square raster", "smooth raster", "circle"])
+def test_nothing_above_the_surface_touches(pattern):
+    tool = path(pattern)
+    above = height_above(tool, "bowl") > 1e-9
+    assert above.sum() == 6  # three segments down, three up
+    assert not tool.contact[above].any()
+
+
+@pytest.mark.parametrize("pattern", ["spiral", "square raster", "smooth raster"])
+def test_contact_is_inside_the_hexagon_only(pattern):
+    """Corners written out; a point is inside when it is left of all six edges."""
+    tool = path(pattern)
+    xy = local(tool, "bowl")[:, :2]
+    angles = 0.2 + np.arange(6) * np.pi / 3
+    corners = 0.2 * np.column_stack([np.cos(angles), np.sin(angles)])
+    left = [
+        (b - a)[0] * (xy[:, 1] - a[1]) - (b - a)[1] * (xy[:, 0] - a[0])
+        for a, b in zip(corners, np.roll(corners, -1, axis=0))
+    ]
+    depth = np.min(left, axis=0) / 0.2
+    on_surface = np.abs(height_above(tool, "bowl")) < 1e-9
+    outside, inside = depth < -1e-8, (depth > 1e-8) & on_surface
+    assert outside.sum() > 50
+    assert inside.sum() > 100
+    assert not tool.contact[outside].any()
+    assert tool.contact[inside].all()
+
+
+def test_raster_has_a_waypoint_in_contact_on_both_edges_of_every_sweep():
+    tool = path("square raster", "plane")
+    xy = local(tool, "plane")[:, :2]
+    for y in np.unique(np.round(xy[tool.contact, 1], 9)):
+        x = xy[tool.contact & (np.abs(xy[:, 1] - y) < 1e-9), 0]
+        assert_allclose([x.min(), x.max()], HEXAGON.clip(float(y)), atol=1e-9)
+
+
+def test_robot_stops_at_the_ends_and_at_the_foot_of_approach_and_retract():
+    for pattern in ("line", "circle", "spiral", "smooth raster"):
+        tool = path(pattern)
+        stops = np.flatnonzero(tool.stop)
+        assert len(stops) == 4
+        assert stops[0] == 0
+        assert stops[-1] == len(tool.position) - 1
+        assert_allclose(tool.arc[stops], [0, 0.02, tool.arc[-1] - 0.02, tool.arc[-1]], atol=ATOL_M)
+
+
+def turned(tool):
+    """Angle between arriving and leaving at each inner waypoint [rad]."""
+    segment = np.arange(len(tool.span))
+    arriving, leaving = tool.at(segment, np.ones(len(segment)))[2], tool.at(segment, np.zeros(len(segment)))[2]
+    cross = np.linalg.norm(np.cross(arriving[:-1], leaving[1:]), axis=1)
+    return np.arctan2(cross, (arriving[:-1] * leaving[1:]).sum(axis=1))
+
+
+@pytest.mark.parametrize(("pattern", "surface"), EVERY)
+def test_robot_stops_at_every_corner_and_nowhere_else(pattern, surface):
+    tool = path(pattern, surface)
+    corner = turned(tool) > 1e-6  # rad
+    stop = tool.stop[1:-1]
+    assert not np.any(corner & ~stop)
+    assert (stop & ~corner).sum() == (pattern == "upwards")  # its line runs on straight into the retract
+    assert pattern == "upwards" or corner.sum() >= 2
+
+
+@pytest.mark.parametrize("rotation_deg", [0.0, 17.0, 30.0])
+@pytest.mark.parametrize("lead_mm", [0.0, 5.0])
+def test_square_raster_stops_at_every_corner_whatever_its_lead(rotation_deg, lead_mm):
+    part = boundaries.hexagon(1.45, np.radians(rotation_deg))  # m, the shipped optic
+    tool = path(patterns.raster(part, 0.02, lead_mm * 1e-3, False), "plane", boundary=part)
+    corner = turned(tool) > 0.1  # rad
+    assert corner.sum() > 80
+    assert tool.stop[1:-1][corner].all()
+
+
+def test_a_stop_at_the_end_of_a_piece_without_length_is_kept():
+    elbow = curves.join(
+        curves.line((0, 0), (0.1, 0)), curves.line((0.1, 0), (0.1, 0), stop=True), curves.line((0.1, 0), (0.1, 0.1))
+    )
+    tool = path(elbow, "plane", lift=0)
+    assert_allclose(tool.arc[tool.stop], [0, 0.1, 0.2], atol=ATOL_M)
+
+
+def test_every_piece_is_at_least_three_segments():
+    tool = path("square raster", "plane")
+    assert np.unique(tool.piece, return_counts=True)[1].min() >= 3
+
+
+def test_arc_length_rises_at_every_waypoint():
+    for pattern, surface in EVERY:
+        assert np.all(np.diff(path(pattern, surface).arc) > 1e-6)  # m
+
+
+@pytest.mark.parametrize("name", ["circle_1300", "optic_spiral"])
+def test_shipped_paths_keep_their_chord(name):
+    job = load_job(str(PATHS / f"{name}.toml"))
+    tool = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    assert off_chord(tool, every=11).max() <= job.chord
+
+
+def test_path_without_length_is_refused():
+    with pytest.raises(InputError, match="zero length"):
+        path(curves.line((0.1, 0.1), (0.1, 0.1), stop=True), lift=0)
+
+
+def test_path_beyond_its_surface_is_refused():
+    with pytest.raises(InputError, match="radius_of_curvature_m"):
+        path(patterns.circle(4.0))
+
+
+def test_a_piece_that_is_dust_hands_its_stop_to_the_piece_before():
+    dust = curves.line((0.1, 0.0), (0.1 + 1e-13, 0.0), stop=True)
+    way = curves.join(
+        curves.line((0.0, 0.0), (0.1, 0.0)), dust, dust, curves.line((0.1, 0.0), (0.1, 0.1)), dust,
+        curves.line((0.1, 0.1), (0.2, 0.1), stop=True),
+    )  # fmt: skip
+    tool = path(way, "plane", lift=0.0)
+    corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.2, 0.1, 0]]
+    assert_allclose(tool.position[tool.stop] - tool.position[0], corners, atol=1e-9)

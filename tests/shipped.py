@@ -1,0 +1,13 @@
+"""What every test may need: the project's folder, its path files, and a progress callback that says nothing."""
+
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+
+
+def path_file(name: str) -> str:
+    return str(ROOT / "paths" / f"{name}.toml")
+
+
+def quiet(stage: str, share: float) -> None:
+    """A progress callback that says nothing."""

@@ -1,0 +1,169 @@
+"""The thermocouple log: the state it ends with, its gaps and noise, and what it refuses."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import path_file
+
+from compgen.core.exceptions import InputError
+from compgen.core.units import HOUR
+from compgen.pipelines.path_file import load_job
+from compgen.thermal import Duty, history
+from compgen.thermal.log_fit import Log, explain
+
+PARTS = {"part_3": "j2", "part_4": "link1", "part_6": "j3", "part_11": "wrist"}
+SENSED = tuple(PARTS.values())
+LOSS = (12.0, 55.0, 25.0, 0.5, 3.0, 2.0)
+
+
+@pytest.fixture(scope="module", params=["nodes", "network"])
+def heat(request):
+    return load_job(path_file("circle_1300"), overrides=[f"robot.thermal.model={request.param}"]).heat
+
+
+def truth(heat, time):
+    """A day that the model itself lived: fast, then a rest, then slower."""
+    slow = tuple(0.5 * p for p in LOSS)
+    duties = [Duty("moving", 0.2, 3 * HOUR, loss=LOSS), Duty("off", 0.0, HOUR), Duty("moving", 0.05, HOUR, loss=slow)]
+    return history(heat, duties, time)
+
+
+def log_of(heat, time, rises, names=SENSED):
+    return Log(time, np.zeros(len(time)), {n: rises[:, heat.names.index(n)].copy() for n in names})
+
+
+def end_of(found):
+    return found.heat.outputs @ found.heat.start
+
+
+def test_a_clean_log_gives_back_the_state(heat):
+    time = np.linspace(0, 5 * HOUR, 600)
+    rises = truth(heat, time)
+    found = explain(log_of(heat, time, rises), heat, LOSS)
+    seen = [heat.names.index(n) for n in PARTS.values()]
+    assert_allclose(end_of(found)[seen], rises[-1][seen], atol=0.12)  # K
+    assert_allclose(end_of(found), rises[-1], atol=0.35)  # also what no sensor sees
+
+
+def test_noise_gaps_and_outliers_hardly_matter(heat):
+    rng = np.random.default_rng(7)
+    time = np.linspace(0, 5 * HOUR, 3000)
+    rises = truth(heat, time)
+    log = log_of(heat, time, rises)
+    for readings in log.readings.values():
+        readings += rng.normal(0, 0.3, len(time))
+        readings[rng.random(len(time)) < 0.2] = np.nan  # lost
+        readings[rng.random(len(time)) < 0.01] += 40.0  # a loose contact
+    log.readings["j3"][1200:1900] = np.nan  # an hour without
+    log.readings["wrist"][-200:] = np.nan  # twenty minutes at the end without
+    found = explain(log, heat, LOSS)
+    seen = [heat.names.index(n) for n in PARTS.values()]
+    assert_allclose(end_of(found)[seen], rises[-1][seen], atol=0.25)  # K
+    assert max(found.off.values()) < 5
+
+
+def test_it_goes_on_from_there(heat):
+    """A log to the third hour, then the model alone, against the model that lived through all of it."""
+    time = np.linspace(0, 3 * HOUR, 400)
+    first = [Duty("moving", 0.2, 3 * HOUR, loss=LOSS)]
+    later = [Duty("off", 0.0, 2 * HOUR)]
+    found = explain(log_of(heat, time, history(heat, first, time)), heat, LOSS)
+    whole = history(heat, [*first, *later], np.array([5 * HOUR]))[0]
+    seen = [heat.names.index(n) for n in PARTS.values()]
+    assert_allclose(history(found.heat, later, np.array([2 * HOUR]))[0][seen], whole[seen], atol=0.15)
+
+
+def test_two_sensors_still_give_a_whole_profile(heat):
+    time = np.linspace(0, 5 * HOUR, 600)
+    rises = truth(heat, time)
+    found = explain(log_of(heat, time, rises, ("j2", "j3")), heat, LOSS)
+    assert_allclose(end_of(found), rises[-1], atol=1.6)  # K: from a working robot's proportions
+    assert not np.allclose(end_of(found)[heat.names.index("wrist")], 0, atol=0.2)
+
+
+def write(folder, header, rows, **keys):
+    (folder / "log.csv").write_text(header + "\n" + "\n".join(rows) + "\n")
+    told = "".join(f"{k} = {v!r}\n" if not isinstance(v, str) else f'{k} = "{v}"\n' for k, v in keys.items())
+    text = Path(path_file("line_y")).read_text().split("[[before]]")
+    after = text[1].split("[bounds]")[1]
+    (folder / "p.toml").write_text(f'{text[0]}[log]\nfile = "log.csv"\n{told}\n[bounds]{after}')
+    return str(folder / "p.toml")
+
+
+HEAD = "time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC"
+
+
+def rows_of(rise, ambient=20.0, zero=20.0):
+    return [
+        f"{60 * n},{ambient},{zero + rise[0]},{zero + rise[1]},{zero + rise[2]},{zero + rise[3]}" for n in range(60)
+    ]
+
+
+def test_a_program_starts_from_the_real_state(tmp_path):
+    job = load_job(write(tmp_path, HEAD, rows_of((6.0, 2.0, 8.0, 1.5))))
+    rises = dict(zip(job.heat.names, job.start_rise()))
+    assert rises["j2"] == pytest.approx(6, abs=0.02)
+    assert rises["j3"] == pytest.approx(8, abs=0.02)
+    assert 0.8 < rises["face"] < 1.5  # no sensor: follows the wrist as in the study, 2.3 to 3
+    warm = load_job(write(tmp_path, HEAD, rows_of((6.0, 2.0, 8.0, 1.5))), overrides=["robot.thermal.model=network"])
+    assert dict(zip(warm.heat.names, warm.start_rise()))["j3"] == pytest.approx(8, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("ambient", "zero", "reference"), [(23.0, 20.0, 20.0), (18.0, 18.0, "ambient"), (19.0, 25.0, "start")]
+)
+def test_rises_count_from_the_reference(tmp_path, ambient, zero, reference):
+    rise = (0.0,) * 4 if reference == "start" else (6.0, 2.0, 8.0, 1.5)
+    rows = rows_of(rise, ambient, zero)
+    job = load_job(write(tmp_path, HEAD, rows, reference=reference))
+    assert_allclose(job.start_rise()[:4], rise, atol=0.05)
+
+
+def test_the_air_stays_as_the_log_left_it_unless_told(tmp_path):
+    file = write(tmp_path, HEAD, rows_of((3.0,) * 4, ambient=23.0))
+    assert load_job(file).air.at(np.array([0.0]))[0] == pytest.approx(3.0)
+    assert load_job(file, overrides=["ambient.value_degC=21"]).air.at(np.array([0.0]))[0] == pytest.approx(1.0)
+
+
+def test_the_log_is_an_input_like_any_other(tmp_path):
+    one = load_job(write(tmp_path, HEAD, rows_of((3.0,) * 4))).inputs_hash
+    assert load_job(write(tmp_path, HEAD, rows_of((3.5,) * 4))).inputs_hash != one
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "words"),
+    [
+        (HEAD, ["0,20,20,20,20,20", "60,20,20,20,20,20", "30,20,20,20,20,20"], ("row 4", "time must rise")),
+        (HEAD, ["-5,20,20,20,20,20", "60,20,20,20,20,20"], ("row 2", "negative")),
+        (
+            HEAD.replace("part_4", "part_9"),
+            ["0,20,20,20,20,20", "1,20,20,20,20,20"],
+            ("part_9_degC", "unknown", "part_4"),
+        ),
+        (HEAD, ["0,20,20,nan,20,20", "60,20,20,,20,20"], ("part_4_degC", "no number at all")),
+        (HEAD, ["0,200,20,20,20,20", "60,20,20,20,20,20"], ("row 2", "ambient_degC = 200")),
+        (HEAD, ["0,20,20,20,900,20", "60,20,20,20,20,20"], ("row 2", "part_6_degC = 900")),
+        (HEAD, ["0,20,20,x,20,20", "60,20,20,20,20,20"], ("row 2", "part_4_degC = 'x'")),
+        (HEAD, ["0,20,20,20,20"], ("row 2", "5 cells")),
+        (HEAD, [], ("no rows",)),
+        (HEAD, ["0,20,20,20,20,20"], ("one row",)),
+        ("time_s,part_3_degC", ["0,20", "1,20"], ("ambient_degC", "missing")),
+        ("time_s,ambient_degC", ["0,20", "1,20"], ("no sensor", "part_3_degC")),
+        ("time_s,ambient_degC,part_3_degC,part_3_degC", ["0,20,20,20", "1,20,20,20"], ("part_3_degC", "twice")),
+    ],
+)
+def test_what_is_wrong_in_a_log_is_said(tmp_path, header, rows, words):
+    with pytest.raises(InputError) as told:
+        load_job(write(tmp_path, header, rows))
+    assert all(w in str(told.value) for w in ("log.csv", *words)), told.value
+
+
+def test_a_log_needs_readings(heat):
+    with pytest.raises(InputError, match="two readings"):
+        explain(Log(np.array([0.0, 1.0]), np.zeros(2), {}), heat)
+    with pytest.raises(InputError, match="no such rise"):
+        explain(Log(np.array([0.0, 1.0]), np.zeros(2), {"elbow": np.zeros(2)}), heat)
+    assert replace(heat, start=None).start is None

@@ -1,0 +1,121 @@
+"""The comparison of a ride with the true path, against formulas taken sample by sample and values sorted whole."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.rotations import matrix_of
+from compgen.core.units import UM
+from compgen.planning import curves, surfaces, toolpath
+from compgen.planning.boundaries import unbounded
+from compgen.verification import deviation
+from compgen.verification.deviation import Bounds
+from compgen.verification.twin import Ride
+
+
+def ridden(path, samples, seed=1):
+    """A ride that strays by known amounts: the ride, and its path's place, rotation and travel."""
+    rng = np.random.default_rng(seed)
+    fraction, whole = np.modf(np.sort(rng.uniform(0, len(path.piece), samples)))
+    segment = whole.astype(np.int64)
+    place, rotation, travel = path.at(segment, fraction)
+    position = place + rng.normal(size=(samples, 3)) * 100 * UM
+    turned = rotation @ matrix_of(rng.normal(size=(samples, 3)) * 1e-4)
+    none = np.zeros((samples, 6))
+    return Ride(segment, fraction, np.arange(float(samples)), none, none, position, turned), place, rotation, travel
+
+
+@pytest.fixture(scope="module")
+def path():
+    """Even segments and uneven ones, and a retract along the tool's axis."""
+    table = curves.join(
+        curves.spiral((0, 0), (0.2, 0.25), (0, 2 * np.pi)), curves.line((0.25, 0.0), (0.4, 0.0)),
+        curves.turn((0.4, 0.0), (0.4, 0.02), (1.0, 0.0), 0.032), curves.line((0.4, 0.02), (0.25, 0.02)),
+    )  # fmt: skip
+    surface = surfaces.plane(np.array([1.2, 0.0, 0.2]))
+    return toolpath.build(table, surface, unbounded(), spin=0.3, chord=1.5 * UM, lift=0.02)
+
+
+def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
+    ride, place, rotation, travel = ridden(path, 5000)
+    odd = np.isnan(path.slope[ride.segment, 0])
+    assert 0.01 < odd.mean() < 0.99
+    found = deviation.deviation(path, ride)
+    error = ride.position - place
+    assert_allclose(found.error, error, atol=1e-14)
+    assert_allclose(found.total(), np.linalg.norm(error, axis=1), atol=1e-14)
+    axis = rotation[:, :, 2]
+    leads = np.linalg.norm(np.cross(travel, axis), axis=1) < 0.5
+    assert 10 < leads.sum() < len(leads) / 2
+    ahead = np.where(leads[:, None], rotation[:, :, 0], travel)
+    side = np.cross(ahead, axis)
+    values = {
+        "total": np.linalg.norm(error, axis=1),
+        "feed": np.einsum("ij,ij->i", error, np.cross(axis, side)),
+        "cross": np.einsum("ij,ij->i", error, side),
+        "normal": -np.einsum("ij,ij->i", error, axis),
+        "axis_angle": np.arcsin(np.linalg.norm(np.cross(axis, ride.rotation[:, :, 2]), axis=1)),
+    }
+    assert_allclose(found.normal, values["normal"], atol=1e-14)
+    assert_allclose(found.arc, path.arc[ride.segment] + ride.fraction * np.diff(path.arc)[ride.segment], atol=1e-14)
+    gaps = np.diff(found.arc)
+    weight = np.r_[gaps, 0] / 2 + np.r_[0, gaps] / 2
+    for name, size in values.items():
+        size, extent = np.abs(size), found.extents[name]
+        assert extent.max == pytest.approx(size.max(), abs=1e-13)
+        assert extent.where == found.arc[np.argmax(size)]
+        assert extent.rms == pytest.approx(np.sqrt(np.average(size**2, weights=weight)), rel=1e-9)
+        assert extent.p99 == pytest.approx(by_sorting(size, weight), abs=1e-13)
+
+
+def test_stretches_of_a_ride_give_what_the_whole_gives(path):
+    ride = ridden(path, 9000)[0]
+
+    def rows(first, last):
+        return Ride(*(getattr(ride, name)[first:last] for name in Ride.__slots__))
+
+    whole, parts = deviation.deviation(path, ride), deviation.deviation(path, rows(0, 4000), rows(4000, 9000))
+    assert np.array_equal(whole.error, parts.error)
+    assert np.array_equal(whole.arc, parts.arc)
+    assert whole.extents == parts.extents
+
+
+def by_sorting(values, weight):
+    order = np.argsort(values, kind="stable")
+    passed = np.cumsum(weight[order])
+    return values[order[min(np.searchsorted(passed, 0.99 * passed[-1]), len(order) - 1)]]
+
+
+def test_the_percentile_is_that_of_all_values_sorted():
+    rng = np.random.default_rng(9)
+    many = rng.random(20_000)
+    even = 0.5 + rng.random(len(many))
+    for values, weight in (
+        (many, even),
+        (rng.exponential(size=20_000) ** 3, even),
+        (np.r_[np.zeros(19_900), many[:100]], even),
+        (np.full(20_000, 0.3), even),
+        (many, np.exp(20 * many)),  # nearly all of the length lies with the largest
+        (many, np.exp(-20 * many)),
+        (np.where(np.arange(20_000) % deviation.FEW, many, 0.0), even),  # what is looked at first tells nothing
+        (np.where(np.arange(20_000) % deviation.FEW, many, 2.0), even),
+        (many[:3], even[:3]),
+    ):
+        assert deviation.percentile99(values, weight) == by_sorting(values, weight)
+
+
+def test_each_broken_bound_is_named_with_its_worst_place(path):
+    ride = ridden(path, 3000)[0]
+    found = deviation.deviation(path, ride)
+    kept = Bounds(max=1.0, p99=1.0, rms=1.0, feed=1.0, cross=1.0, normal=1.0, axis=1.0)
+    assert deviation.judge(found, kept) == []
+    broken = deviation.judge(found, Bounds(*[1e-6] * 7))
+    assert [f.code.split(".")[1] for f in broken] == [
+        "max_um", "p99_um", "rms_um", "feed_um", "cross_um", "normal_um", "axis_mdeg"
+    ]  # fmt: skip
+    table = deviation.statistics(found)
+    for finding, value in zip(broken, table["total"].values()):
+        assert f"{value:.3f} um" in finding.message
+    where = found.arc[np.argmax(np.abs(found.normal))]
+    assert f"worst {where:.3f} m" in broken[5].message
+    assert f"{table['axis_angle']['max_mdeg']:.3f} mdeg" in broken[6].message

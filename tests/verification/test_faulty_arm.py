@@ -1,0 +1,126 @@
+"""The twin's flaws against the optimiser's chain: two codes for the same physics, source by source and together."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from flawed import flawed_file
+
+from compgen.core.rotations import matrix_of
+from compgen.core.units import UM
+from compgen.error_model.model import build_error_model
+from compgen.error_model.sources import Motion, memory_of, motion_of
+from compgen.pipelines.robot_file import load_cell
+from compgen.verification.twin import Twin
+from compgen.verification.twin.faulty_arm import Past, TwinError, _kept, came_from, real_arm
+from compgen.verification.twin_of import flaws_of
+
+TOOL = (np.array([0.05, -0.03, 0.25]), matrix_of(np.array([0.2, -0.4, 0.1])))
+ATOL_M, ATOL_RAD = 1e-10, 1e-11
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory):
+    return load_cell(flawed_file(tmp_path_factory.mktemp("robot")))
+
+
+def motion(cell, count=400):
+    """A smooth random motion with many reversals, and its warmth."""
+    rng = np.random.default_rng(7)
+    t = np.linspace(0, 20, count)[:, None]
+    middle, half = (cell.robot.upper + cell.robot.lower) / 2, (cell.robot.upper - cell.robot.lower) / 2
+    theta = middle + 0.4 * half * np.sin(t * rng.uniform(0.3, 1.5, 6) + rng.uniform(0, 6, 6))
+    return theta, rng.uniform(-5, 14, (count, 5))
+
+
+def both(cell, sources, theta, rise):
+    model = build_error_model(cell.robot, sources, 5, *TOOL)
+    believed, _ = model.nominal_pose(theta)
+    chain = model.actual_pose(theta, rise, motion_of(memory_of(sources), theta, believed))
+    twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, flaws_of(sources))
+    return chain, twin.reach(theta, rise, lambda share: None), believed
+
+
+def test_chain_and_twin_agree_with_every_source_on(cell):
+    chain, plant, believed = both(cell, cell.sources, *motion(cell))
+    assert np.abs(chain[0] - plant[0]).max() < ATOL_M
+    assert np.abs(chain[1] - plant[1]).max() < ATOL_RAD
+    assert np.linalg.norm(chain[0] - believed, axis=1).min() > 100 * UM  # the set-up bites
+
+
+@pytest.mark.parametrize("number", range(14))
+def test_chain_and_twin_agree_on_each_source_alone(cell, number):
+    theta, rise = motion(cell, 60)
+    one = (cell.sources[number],)
+    if number:  # the twin always grows
+        one = (cell.sources[0], *one)
+    chain, plant, _ = both(cell, one, theta, rise)
+    assert np.abs(chain[0] - plant[0]).max() < ATOL_M
+    assert np.abs(chain[1] - plant[1]).max() < ATOL_RAD
+    if number:
+        without, *_ = both(cell, one[:1], theta, rise)
+        assert np.abs(chain[0] - without[0]).max() > 5 * UM  # the source does something
+
+
+def test_all_sources_are_in_the_test(cell):
+    assert len(cell.sources) == 15
+    assert len({type(s) for s in cell.sources}) == 13
+
+
+def test_the_flaws_come_from_the_motion_executed(cell):
+    """Backwards over the same places, the arm stands elsewhere: by twice its half-widths."""
+    theta, rise = motion(cell)
+    there = both(cell, cell.sources, theta, rise)[1]
+    back = both(cell, cell.sources, theta[::-1], rise[::-1])[1]
+    assert np.linalg.norm(there[0] - back[0][::-1], axis=1).max() > 30 * UM
+
+
+def test_the_side_a_joint_came_from_is_the_dahl_state():
+    theta = np.array([[0.0], [1.0], [1.0], [0.5]]) * np.ones(6)
+    u = came_from(theta, np.full(6, 0.25), np.zeros(6))
+    first = 1 - np.exp(-4)
+    np.testing.assert_allclose(u[:, 0], [0, first, first, (1 + first) * np.exp(-2) - 1], atol=1e-15)
+
+
+def test_a_wrong_flaw_in_the_twin_is_seen(cell):
+    theta, rise = motion(cell, 50)
+    model = build_error_model(cell.robot, cell.sources, 5, *TOOL)
+    believed, _ = model.nominal_pose(theta)
+    chain, _ = model.actual_pose(theta, rise, motion_of(memory_of(cell.sources), theta, believed))
+    flaws = flaws_of(cell.sources)
+    for name in ("zero", "ratio", "compliance", "waves", "backlash", "base", "tool", "link", "force", "mass"):
+        wrong = replace(flaws, **{name: 1.1 * getattr(flaws, name)})
+        twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, wrong)
+        assert np.abs(twin.reach(theta, rise, lambda share: None)[0] - chain).max() > 1 * UM
+
+
+def test_a_still_arm_has_no_direction(cell):
+    theta = np.tile(motion(cell, 3)[0][:1], (4, 1))
+    assert not came_from(theta, np.full(6, 0.01), np.zeros(6)).any()
+    still = motion_of(memory_of(cell.sources), theta, np.zeros((4, 3)))
+    assert not still.direction.any()
+    assert not still.travel.any()
+    assert isinstance(still, Motion)
+
+
+def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():
+    rng = np.random.default_rng(3)
+    for steps in (0, 1, 2, 3, 17, 400):
+        left, more, now = rng.random((steps, 1)), rng.normal(size=(steps, 3)), rng.normal(size=3)
+        plain = [now]
+        for share, gain in zip(left, more):
+            plain.append(share * plain[-1] + gain)
+        assert np.allclose(_kept(left, more, now), plain, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("moved", [3, 6])
+def test_an_arm_that_pinocchio_does_not_confirm_is_refused(cell, moved):
+    theta, rise = motion(cell, 60)
+    arm = real_arm(cell.robot, flaws_of(cell.sources))
+    tool = (TOOL[1][None], TOOL[0][None])
+    arm.fly(theta, {}, rise, tool, Past(), 1)
+    bent = arm.model.copy()
+    bent.jointPlacements[moved] = bent.jointPlacements[moved] * pin.SE3(np.eye(3), np.array([0, 0, 1e-9]))
+    with pytest.raises(TwinError, match="cannot be trusted"):
+        replace(arm, model=bent).fly(theta, {}, rise, tool, Past(), 1)

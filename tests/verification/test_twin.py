@@ -1,0 +1,116 @@
+"""The twin: its own clock and heat, and what it refuses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import path_file, quiet
+
+from compgen.core.evaluation import evaluate
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.thermal import Duty, Motion, during
+from compgen.verification.twin import TwinError
+from compgen.verification.twin.clock import _ramp
+from compgen.verification.twin.nominal_arm import AGREE, build_fly, disagreement
+
+
+@pytest.fixture(scope="module")
+def ridden():
+    job = load_job(path_file("line_y"))
+    planned, corrected = generate.generate(job, quiet)
+    return job, planned, corrected
+
+
+def test_a_ramp_takes_what_its_limits_allow():
+    a, j = np.array([2.0, 2.0]), np.array([10.0, 10.0])
+    v = np.array([0.2, 1.0])  # below and above a^2 / j = 0.4 m/s
+    assert_allclose(_ramp(v, a, j), [2 * np.sqrt(0.02), 0.5 + 0.2])
+    # the integral of the acceleration over the ramp is the speed
+    T = _ramp(v, a, j)
+    assert_allclose(j[0] * (T[0] / 2) ** 2, v[0])
+    assert_allclose(a[1] * (T[1] - a[1] / j[1]), v[1])
+
+
+def test_the_clock_is_near_the_plan_and_not_the_plan(ridden):
+    _, planned, corrected = ridden
+    ratio = corrected.ride.time[-1] / corrected.trajectory.time[-1]
+    assert ratio != 1
+    assert ratio == pytest.approx(1, abs=0.2)
+    assert planned.trajectory.time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=1e-4)
+
+
+def test_many_stops_are_timed_to_a_tenth():
+    job = load_job(path_file("raster_1300"), None, ["path.stepover_mm=5"])
+    _, corrected = generate.generate(job, quiet)
+    assert corrected.ride.time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=0.1)
+    assert corrected.inside
+    assert corrected.deviation.total().max() < 1.0e-6  # straight sweeps: rounding and little else
+
+
+def test_heat_is_the_nodes_own_equation(ridden):
+    job, _, corrected = ridden
+    ride = corrected.ride
+    assert_allclose(ride.rise[0], [11, 3.9, 13, 3, 2.3], atol=1e-12)
+    speeds = np.linalg.norm(np.diff(corrected.program.position, axis=0), axis=1)
+    at = np.append(np.flatnonzero(ride.fraction == 0), len(ride.time) - 1)
+    # against the closed sum of the planner, on the twin's own clock and driven speeds
+    length, spent = speeds, np.diff(ride.time[at])
+    motion = Motion(ride.time[at], ride.theta[at], length / spent)
+    expected, _ = during(job.heat, ride.rise[0], motion)
+    assert_allclose(ride.rise[at], expected, atol=1e-9)
+
+
+def test_a_longer_wait_before_is_another_state(ridden):
+    job, _, corrected = ridden
+    twin = generate._twin(job)
+    late = twin.ride(corrected.program, (*job.before, Duty("off", 0.0, 3600.0)))
+    assert np.all(late.rise[0] < corrected.ride.rise[0])
+
+
+def test_another_posture_in_config_is_refused(ridden):
+    job, _, corrected = ridden
+    other = replace(corrected.program, posture=replace(corrected.program.posture, up=False))
+    with pytest.raises(TwinError, match="beyond its limit"):
+        generate._twin(job).ride(other, job.before)
+
+
+def test_a_wrong_turn_is_refused(ridden):
+    job, _, corrected = ridden
+    turns = corrected.program.turns.copy()
+    j6 = corrected.solution.theta[:, 5]
+    assert j6.min() < -0.1
+    turns[np.argmin(j6), 2] = 1
+    with pytest.raises(TwinError, match="over 90 deg"):
+        generate._twin(job).ride(replace(corrected.program, turns=turns), job.before)
+
+
+def test_a_place_out_of_reach_is_refused(ridden):
+    job, _, corrected = ridden
+    position = corrected.program.position.copy()
+    position[7] = [2.5, 0, 0.2]
+    with pytest.raises(TwinError, match="P\\[8\\]"):
+        generate._twin(job).ride(replace(corrected.program, position=position), job.before)
+
+
+@pytest.mark.parametrize("spin", [0.0, 90.0, 179.9999999, 180.0, -180.0])
+def test_joint_6_at_half_a_turn_is_written_and_read_the_same(spin):
+    """The line passes y = 0, so J6 passes the spin angle itself."""
+    job = load_job(path_file("line_y"), None, [f"tool.spin_deg={spin}", "path.y_mm=0", "path.length_mm=400"])
+    _, corrected = generate.generate(job, quiet)
+    assert corrected.inside
+
+
+@pytest.mark.parametrize("wrong", [2e-12, np.nan])
+def test_pinocchio_sees_one_wrong_sample_and_what_is_no_number(robot, wrong):
+    rng = np.random.default_rng(4)
+    theta, growth = rng.uniform(-1, 1, (40, 6)), 1e-4 * rng.normal(size=(40, 6))
+    place, turn = np.array([0.1, 0.02, 0.3]), np.eye(3)
+    pose = evaluate(build_fly(robot, place.tobytes(), turn.tobytes()), theta, growth)
+    assert disagreement(robot, place, turn, theta, growth, pose) < 1e-14
+    for part in pose:
+        kept = part[17, 1]
+        part[17, 1] += wrong
+        assert not disagreement(robot, place, turn, theta, growth, pose) <= AGREE
+        part[17, 1] = kept
