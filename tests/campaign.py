@@ -14,7 +14,7 @@ from flawed import flawed_file
 from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warming, with_outliers
 
 from compgen.identification.fit import fit
-from compgen.identification.frames import Frames
+from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
 from compgen.identification.measurements import joined
 from compgen.identification.model import chosen
@@ -40,7 +40,7 @@ def aligned_error(truth, model, p, frames, theta, direction):
     """Predicted less true place of three reflectors at cold poses, per coordinate; frames as they were fitted."""
     rng = np.random.default_rng(0)
     fresh = measured(truth, theta, rng, noise=0.0, direction=direction)
-    own = Frames(frames.rotation[:1], frames.origin[:1], frames.reflector[:3])
+    own = InstrumentFrames(frames.rotation[:1], frames.origin[:1], frames.reflector[:3])
     return own.seen(fresh, *model.pose(fresh, p)) - fresh.position
 
 
@@ -53,7 +53,7 @@ def warm_excess(truth, model, best, rng, temperatures):
     warm = measured(truth, theta, rng, noise=0.0, rise=rise, time=np.arange(100.0), warm=time)
     cold = replace(warm, rise=0 * rise, warm=0 * time)
     real = truth.noiseless(warm) - truth.noiseless(cold)
-    own = Frames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
+    own = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
     seen = warm if temperatures else replace(warm, rise=0 * rise)
     told = own.seen(seen, *model.pose(seen, best.p)) - own.seen(cold, *model.pose(cold, best.p))
     moved = np.einsum("ij,nj->ni", truth.frames.rotation[0].T, real)

@@ -6,7 +6,7 @@ import numpy as np
 
 from compgen.core.rotations import matrix_of
 from compgen.core.units import DEG, UM
-from compgen.identification.frames import Frames
+from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model
 from compgen.identification.parameters import parts_of
@@ -26,7 +26,7 @@ class Truth:
     arm: object
     model: object
     p: np.ndarray
-    frames: Frames
+    frames: InstrumentFrames
 
     def noiseless(self, data):
         return self.frames.seen(data, *self.model.pose(data, self.p))
@@ -41,7 +41,7 @@ def made_up(robot_file, seed, ripple=0.0):
     share = np.array([ripple if t.source == "joint_ripple" else 1.0 for t in model.terms])
     p = rng.normal(0, model.prior) * share
     turn = matrix_of(rng.normal(0, 1, (1, 3)))
-    return Truth(arm, model, p, Frames(turn, rng.uniform(-3, 3, (1, 3)), PRISM))
+    return Truth(arm, model, p, InstrumentFrames(turn, rng.uniform(-3, 3, (1, 3)), PRISM))
 
 
 def random_theta(robot, rng, count):

@@ -21,7 +21,7 @@ from compgen.core.findings import Level
 from compgen.core.rotations import matrix_of
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
-from compgen.identification.frames import Frames
+from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import Identified
 from compgen.identification.identify import identify as identify_arm
 from compgen.identification.measurements import Measurements, joined
@@ -125,7 +125,7 @@ def _measurements(
     return joined([*parts, *warm, *(read_lines(f, arm.robot, nodes) for f in lines)])
 
 
-def _frames(arm: Arm, data: Measurements) -> Frames:
+def _frames(arm: Arm, data: Measurements) -> InstrumentFrames:
     """Frames as the robot file has them."""
     told = arm.identified
     if told is None:
@@ -141,7 +141,7 @@ def _frames(arm: Arm, data: Measurements) -> Frames:
         )
     count = len(data.instruments)
     rotation = matrix_of(np.array([told.instrument_deg]) * DEG)
-    return Frames(
+    return InstrumentFrames(
         np.repeat(rotation, count, axis=0),
         np.tile(np.array(told.instrument_mm) * MM, (count, 1)),
         np.array([told.reflector_mm[r] for r in data.reflectors]) * MM,

@@ -19,7 +19,7 @@ from compgen.fanuc import program_name
 from compgen.fanuc.measuring_program import visit
 from compgen.identification.model import Term, build_model
 from compgen.identification.parameters import parts_of
-from compgen.identification.pose_planning import Plan, Site
+from compgen.identification.pose_planning import PosePlan, Site
 from compgen.identification.pose_planning import plan as plan_arm
 from compgen.pipelines.generate import DATE
 from compgen.pipelines.robot_file import load_arm
@@ -108,7 +108,7 @@ def _csv(pendant: np.ndarray, reflectors: int) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _expected(terms: Sequence[Term], found: Plan) -> bytes:
+def _expected(terms: Sequence[Term], found: PosePlan) -> bytes:
     lines = ["parameter,prior_sigma,expected_sigma"]
     for term, prior, sigma in zip(terms, found.prior, found.sigma):
         name = f'"{term.name}"' if "," in term.name else term.name
@@ -116,7 +116,7 @@ def _expected(terms: Sequence[Term], found: Plan) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _show(terms: Sequence[Term], found: Plan, folder: Path, files: list[str]) -> None:
+def _show(terms: Sequence[Term], found: PosePlan, folder: Path, files: list[str]) -> None:
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
     table = Table("parameter", "sigma before", "expected after", "known")
     for term, prior, sigma in zip(terms, found.prior, found.sigma):

@@ -16,7 +16,7 @@ MAX_ROWS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class CsvTable:
     """The cells of a file as text, with the line of each row for messages."""
 
     name: str  # the file, for messages
@@ -70,7 +70,7 @@ class Table:
         return found
 
 
-def read_table(source: str, needed: Sequence[str], known: Sequence[str]) -> Table:
+def read_table(source: str, needed: Sequence[str], known: Sequence[str]) -> CsvTable:
     """A file's cells.
 
     Args:
@@ -109,7 +109,7 @@ def read_table(source: str, needed: Sequence[str], known: Sequence[str]) -> Tabl
             raise InputError(
                 f"{source}: line {line}: {len(row)} cells where the header has {len(header)}; give each column a cell"
             )
-    return Table(source, header, tuple(tuple(r) for _, r in body), tuple(i for i, _ in body))
+    return CsvTable(source, header, tuple(tuple(r) for _, r in body), tuple(i for i, _ in body))
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:

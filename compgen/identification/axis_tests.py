@@ -3,7 +3,7 @@
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.csv_table import Table, read_table
+from compgen.core.csv_table import CsvTable, read_table
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
@@ -81,7 +81,7 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
     )
 
 
-def _joints(table: Table, robot: Robot, place: Array) -> Array:
+def _joints(table: CsvTable, robot: Robot, place: Array) -> Array:
     """Joints of each row: as given, or by the closed form."""
     if all(table.has(c) for c in JOINTS):
         return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
@@ -106,7 +106,7 @@ def _joints(table: Table, robot: Robot, place: Array) -> Array:
     return theta
 
 
-def _constant(table: Table, column: str) -> float:
+def _constant(table: CsvTable, column: str) -> float:
     if not table.has(column):
         return 0.0
     values = table.numbers(column)

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import matrix_of, vector_of
 from compgen.identification.evidence import Normal, Posterior, Scales, normal_of, posterior
-from compgen.identification.frames import Frames, begin
+from compgen.identification.frames import InstrumentFrames, begin
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import Model
 
@@ -47,7 +47,7 @@ class Fit:
     """What the data says."""
 
     p: Array  # (K,) [SI]
-    frames: Frames
+    frames: InstrumentFrames
     tool_turn: Array  # (R, 3, 3) of each reflector's own axes
     posterior: Posterior
     active: BoolArray  # (K,) parameters that were free
@@ -106,7 +106,7 @@ def fit(
 @dataclass(frozen=True, eq=False, slots=True)
 class _Point:
     p: Array
-    frames: Frames
+    frames: InstrumentFrames
     tool_turn: Array
     scales: Scales
     posterior: Posterior | None
@@ -193,7 +193,7 @@ class _Search:
         frame = step[K : K + 6 * V].reshape(V, 6)
         sat = step[K + 6 * V : K + 6 * V + 3 * R].reshape(R, 3)
         turn = step[K + 6 * V + 3 * R :].reshape(-1, 3)
-        frames = Frames(
+        frames = InstrumentFrames(
             matrix_of(frame[:, :3]) @ point.frames.rotation,
             point.frames.origin + frame[:, 3:],
             point.frames.reflector + sat,
@@ -234,7 +234,7 @@ class _Search:
         )  # fmt: skip
 
 
-def frame_prior(data: Measurements, frames: Frames, free: int) -> tuple[Array, Array]:
+def frame_prior(data: Measurements, frames: InstrumentFrames, free: int) -> tuple[Array, Array]:
     """Prior precision and mean of the frames' unknowns, (D - K,): steps from where the frames are now."""
     fixed, target = np.full(free, WIDE), np.zeros(free)
     for i, aligned in enumerate(data.aligned.tolist()):
@@ -278,7 +278,13 @@ def normals(linear: Linear, weight: Array, at: Array, rows: BoolArray | None = N
 
 
 def linearise(
-    model: Model, slopes: Any, data: Measurements, active: BoolArray, p: Array, frames: Frames, tool_turn: Array
+    model: Model,
+    slopes: Any,
+    data: Measurements,
+    active: BoolArray,
+    p: Array,
+    frames: InstrumentFrames,
+    tool_turn: Array,
 ) -> Linear:
     """Residual and slope of all rows; parameters in units of their priors."""
     if slopes is not None:
@@ -326,7 +332,7 @@ def _turns(
     active: BoolArray,
     R: Array,
     dR: Array,
-    frames: Frames,
+    frames: InstrumentFrames,
     tool_turn: Array,
     turned: IntArray,
     D: int,
@@ -349,7 +355,7 @@ def _turns(
     return vector_of(np.swapaxes(predicted, 1, 2) @ data.rotation[turned]), B
 
 
-def _tool_turns(data: Measurements, frames: Frames, rotation: Array) -> Array:
+def _tool_turns(data: Measurements, frames: InstrumentFrames, rotation: Array) -> Array:
     """Each reflector's own axes in the flange, from its first measured orientation."""
     found = np.tile(np.eye(3), (len(data.reflectors), 1, 1))
     for r in range(len(found)):

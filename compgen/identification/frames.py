@@ -17,7 +17,7 @@ ROUNDS = 50
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Frames:
+class InstrumentFrames:
     """World in each instrument's frame, and each reflector in the flange."""
 
     rotation: Array  # (V, 3, 3)
@@ -34,10 +34,10 @@ class Frames:
         return np.asarray(np.einsum("nij,nj->ni", self.rotation[data.instrument], place) + self.origin[data.instrument])
 
 
-def begin(data: Measurements, position: Array, rotation: Array) -> Frames:
+def begin(data: Measurements, position: Array, rotation: Array) -> InstrumentFrames:
     """Frames that meet the nominal arm best, by alternating linear steps; robust against a few wild rows."""
     V, R = len(data.instruments), len(data.reflectors)
-    frames = Frames(np.tile(np.eye(3), (V, 1, 1)), np.zeros((V, 3)), np.zeros((R, 3)))
+    frames = InstrumentFrames(np.tile(np.eye(3), (V, 1, 1)), np.zeros((V, 3)), np.zeros((R, 3)))
     P, turn = position[data.pose], rotation[data.pose]
     weight = np.ones(len(P))
     last = np.inf
@@ -54,7 +54,7 @@ def begin(data: Measurements, position: Array, rotation: Array) -> Frames:
     return frames
 
 
-def _placed(data: Measurements, frames: Frames, place: Array, weight: Array) -> Frames:
+def _placed(data: Measurements, frames: InstrumentFrames, place: Array, weight: Array) -> InstrumentFrames:
     """Each instrument's frame, by Kabsch; an aligned one only moves."""
     rotation, origin = frames.rotation.copy(), frames.origin.copy()
     for i, aligned in enumerate(data.aligned.tolist()):
@@ -66,10 +66,10 @@ def _placed(data: Measurements, frames: Frames, place: Array, weight: Array) -> 
             flip = np.diag([1, 1, np.sign(np.linalg.det(v.T @ u.T))])
             rotation[i] = v.T @ flip @ u.T
         origin[i] = b - rotation[i] @ a
-    return Frames(rotation, origin, frames.reflector)
+    return InstrumentFrames(rotation, origin, frames.reflector)
 
 
-def _sat(data: Measurements, frames: Frames, P: Array, turn: Array, weight: Array) -> Frames:
+def _sat(data: Measurements, frames: InstrumentFrames, P: Array, turn: Array, weight: Array) -> InstrumentFrames:
     """Reflectors and origins together, linear for given frame rotations."""
     V, R = len(frames.origin), len(frames.reflector)
     N = len(P)
@@ -85,4 +85,4 @@ def _sat(data: Measurements, frames: Frames, P: Array, turn: Array, weight: Arra
     # a faint pull to the flange keeps what poses of one orientation cannot tell
     faint = 1e-6 * np.eye(lhs.shape[1])[: 3 * R]
     x = np.linalg.lstsq(np.vstack([lhs, faint]), np.concatenate([rhs, np.zeros(3 * R)]), rcond=None)[0]
-    return Frames(frames.rotation, x[3 * R :].reshape(V, 3), x[: 3 * R].reshape(R, 3))
+    return InstrumentFrames(frames.rotation, x[3 * R :].reshape(V, 3), x[: 3 * R].reshape(R, 3))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.csv_table import Table, read_table
+from compgen.core.csv_table import CsvTable, read_table
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import matrix_of
 from compgen.core.units import DEG, MM
@@ -88,14 +88,14 @@ def directions(theta: Array, order: Array | None = None) -> Array:
     return found
 
 
-def _time(table: Table) -> Array | None:
+def _time(table: CsvTable) -> Array | None:
     for column in ("time_s", "order"):
         if table.has(column):
             return table.numbers(column)
     return None
 
 
-def _one_instrument(table: Table) -> None:
+def _one_instrument(table: CsvTable) -> None:
     if not table.has("instrument"):
         return
     names = table.words("instrument")
@@ -107,7 +107,7 @@ def _one_instrument(table: Table) -> None:
         )
 
 
-def _poses(table: Table, pendant: Array, time: Array | None, rows: IntArray) -> tuple[IntArray, IntArray]:
+def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) -> tuple[IntArray, IntArray]:
     """The first row of each pose in time, and the pose of each row."""
     first: list[int] = []
     pose = np.empty(len(pendant), dtype=int)
@@ -126,7 +126,7 @@ def _poses(table: Table, pendant: Array, time: Array | None, rows: IntArray) -> 
     return np.array(first), pose
 
 
-def _no_duplicates(table: Table, pendant: Array, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
+def _no_duplicates(table: CsvTable, pendant: Array, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
     seen: dict[tuple[int, int], int] = {}
     for i, key in enumerate(zip(pose.tolist(), reflector.tolist())):
         if key in seen:
@@ -137,7 +137,7 @@ def _no_duplicates(table: Table, pendant: Array, pose: IntArray, reflector: IntA
         seen[key] = i
 
 
-def _seen_twice(table: Table, reflectors: tuple[str, ...], reflector: IntArray) -> None:
+def _seen_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:
     counts = np.bincount(reflector, minlength=len(reflectors))
     once = next((r for r, n in enumerate(counts.tolist()) if n < 2), None)
     if once is not None:
@@ -148,7 +148,7 @@ def _seen_twice(table: Table, reflectors: tuple[str, ...], reflector: IntArray) 
         )
 
 
-def _inside(table: Table, robot: Robot, theta: Array, pendant: Array, first: IntArray) -> None:
+def _inside(table: CsvTable, robot: Robot, theta: Array, pendant: Array, first: IntArray) -> None:
     for k in range(6):
         beyond = np.flatnonzero((theta[:, k] < robot.lower[k] - LIMIT) | (theta[:, k] > robot.upper[k] + LIMIT))
         if len(beyond):
@@ -161,7 +161,7 @@ def _inside(table: Table, robot: Robot, theta: Array, pendant: Array, first: Int
             )
 
 
-def _moving(table: Table, pendant: Array, force: bool) -> None:
+def _moving(table: CsvTable, pendant: Array, force: bool) -> None:
     if force:
         return
     for k, span in enumerate(np.ptp(pendant, axis=0) * DEG):
@@ -173,7 +173,7 @@ def _moving(table: Table, pendant: Array, force: bool) -> None:
             )
 
 
-def _rotation(table: Table, count: int) -> Array:
+def _rotation(table: CsvTable, count: int) -> Array:
     """Measured orientations, (N, 3, 3); NaN where not measured."""
     if not any(table.has(c) for c in TURN):
         return np.full((count, 3, 3), np.nan)
@@ -190,7 +190,7 @@ def _rotation(table: Table, count: int) -> Array:
     return found
 
 
-def _sigma(table: Table, count: int) -> Array:
+def _sigma(table: CsvTable, count: int) -> Array:
     """How uncertain each row is beside the others, (N,), median 1."""
     if not table.has("sigma_um"):
         return np.ones(count)

@@ -17,7 +17,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.units import MM
 from compgen.identification.fit import WIDE, linearise
-from compgen.identification.frames import Frames
+from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import Model
 from compgen.identification.pose_files import directions
@@ -41,7 +41,7 @@ class Site:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Plan:
+class PosePlan:
     """Poses in the order to drive them, and what they will tell."""
 
     theta: Array  # (n, 6) [rad]
@@ -52,7 +52,7 @@ class Plan:
 
 def plan(
     robot: Robot, model: Model, nodes: int, site: Site, count: int, progress: Callable[[str, float], None]
-) -> Plan:
+) -> PosePlan:
     """Choose poses.
 
     Raises:
@@ -74,7 +74,7 @@ def plan(
     covariance = np.linalg.inv(information)
     sigma = np.sqrt(np.diag(covariance)[: len(model.terms)]) * model.prior
     position, _ = model.pose(_data(theta[rows], nodes, site), np.zeros(len(model.terms)))
-    return Plan(theta[rows], position, sigma, model.prior)
+    return PosePlan(theta[rows], position, sigma, model.prior)
 
 
 def _candidates(robot: Robot, model: Model, nodes: int, site: Site, count: int) -> Array:
@@ -127,7 +127,7 @@ def _data(theta: Array, nodes: int, site: Site) -> Measurements:
 def _slopes(robot: Robot, model: Model, nodes: int, site: Site, theta: Array) -> Array:
     """Slopes of all places at each candidate over the noise, (M, 3 R, D)."""
     active = np.ones(len(model.terms), dtype=bool)
-    frames = Frames(np.eye(3)[None], np.zeros((1, 3)), site.reflector)
+    frames = InstrumentFrames(np.eye(3)[None], np.zeros((1, 3)), site.reflector)
     data = _data(theta, nodes, site)
     linear = linearise(
         model,

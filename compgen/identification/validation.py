@@ -10,7 +10,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.error_model.sources import AxisMap, BaseFrame, Known, ToolFrame
 from compgen.identification.fit import fit
-from compgen.identification.frames import Frames
+from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import Part, build_model
 from compgen.identification.parameters import unpushed
@@ -23,7 +23,7 @@ class Validated:
     """Distances of measured from predicted places."""
 
     data: Measurements
-    frames: Frames
+    frames: InstrumentFrames
     before: Array  # (N,) [m] by the nominal arm, with its own frames where they are fitted
     after: Array  # (N,) [m] by the identified one
 
@@ -39,7 +39,9 @@ def statistics(distance: Array) -> dict[str, float]:
     }
 
 
-def validate(robot: Robot, known: Sequence[Known], data: Measurements, nodes: int, frames: Frames | None) -> Validated:
+def validate(
+    robot: Robot, known: Sequence[Known], data: Measurements, nodes: int, frames: InstrumentFrames | None
+) -> Validated:
     """Compare a robot's sources with measurements.
 
     Args:

@@ -14,7 +14,7 @@ from compgen.core.rotations import matrix_of
 from compgen.identification.cross_validation import held_out
 from compgen.identification.evidence import Scales, normal_of, posterior
 from compgen.identification.fit import fit, linearise
-from compgen.identification.frames import Frames
+from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
 from compgen.identification.measurements import joined
 from compgen.identification.model import build_model
@@ -66,7 +66,7 @@ def test_slopes_are_difference_quotients(truth, small):
         for sign in (1, -1):
             d = np.zeros(15)
             d[k] = sign * 1e-6
-            frames = Frames(
+            frames = InstrumentFrames(
                 matrix_of(d[None, :3]) @ truth.frames.rotation, truth.frames.origin + d[3:6],
                 truth.frames.reflector + d[6:].reshape(3, 3),
             )  # fmt: skip
@@ -141,7 +141,7 @@ def by_scipy(model, data, active, start):
     def residual(x):
         p = np.zeros(len(active))
         p[active] = x[:40] * scale
-        frames = Frames(matrix_of(x[None, 40:43]) @ start.rotation, start.origin + x[43:46],
+        frames = InstrumentFrames(matrix_of(x[None, 40:43]) @ start.rotation, start.origin + x[43:46],
                         start.reflector + x[46:].reshape(3, 3))  # fmt: skip
         z = data.position - frames.seen(data, *model.pose(data, p))
         return np.concatenate([z.ravel() / NOISE, x[:40]])
@@ -217,7 +217,7 @@ def test_a_made_up_robot_is_found_again(truth, cold_and_warm):
     theta = random_theta(truth.arm.robot, rng, 200)
     for sense in (1.0, -1.0):
         fresh = measured(truth, theta, rng, noise=0.0, direction=np.full_like(theta, sense))
-        own = Frames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
+        own = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
         error = own.seen(fresh, *found.model.pose(fresh, best.p)) - fresh.position
         assert np.sqrt((error**2).mean()) < 0.83 * NOISE  # with the noise of new measurements: 1.3 times
     inside = [
