@@ -37,7 +37,7 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class PagePlan:
     """The parts of a program, their names, and in which load each comes."""
 
     parts: tuple[Part, ...]
@@ -45,7 +45,7 @@ class Plan:
     load: tuple[int, ...]  # from 1
 
 
-def plan(program: LsProgram, flow: Flow, store: Store, taken: Collection[str] = (), head_lines: int = 1) -> Plan:
+def plan(program: LsProgram, flow: Flow, store: Store, taken: Collection[str] = (), head_lines: int = 1) -> PagePlan:
     """Where to part a program.
 
     Args:
@@ -68,7 +68,7 @@ def plan(program: LsProgram, flow: Flow, store: Store, taken: Collection[str] = 
         return _parts(program, flow, settings, each, room, head_lines)
 
     parts, names, load = settled(program.name, store, [*taken, *called], parts_in)
-    return Plan(tuple(parts), names, load)
+    return PagePlan(tuple(parts), names, load)
 
 
 def settled(

@@ -21,7 +21,7 @@ from compgen.fanuc.editing.shared_positions import parting, shared, straightness
 from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct import findings as say
 from compgen.pipelines.correct.proof import fly, off
-from compgen.pipelines.correct.result import Correction, Options, Plan
+from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
 from compgen.pipelines.correct.station_corrections import error_models, pointwise, solve
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
@@ -74,7 +74,7 @@ def correct(
 
 def _plan(
     program: LsProgram, cell: Cell, frames: Frames, before: Sequence[Duty], options: Options, progress: Progress
-) -> Plan:
+) -> CorrectionPlan:
     _refuse_unfit(program)
     require_frames(program, frames)
     poses = read_poses(program, cell.robot, frames)
@@ -89,7 +89,7 @@ def _plan(
     solved = solve(cell, poses, drive, scope.free, before, options.settings, lambda s: progress("correction", s))
     free = scope.free.copy()
     free[[s for s, _ in solved.held]] = False
-    return Plan(program, poses, drive, scope, solved, free)
+    return CorrectionPlan(program, poses, drive, scope, solved, free)
 
 
 def _refuse_unfit(program: LsProgram) -> None:
@@ -106,7 +106,7 @@ def _refuse_unfit(program: LsProgram) -> None:
                 )
 
 
-def _refuse_marked(plan: Plan) -> None:
+def _refuse_marked(plan: CorrectionPlan) -> None:
     program = plan.program
     ours = next((r for r in program.remarks if r.startswith("compgen ")), None)
     planned = any(r.startswith("planned, not corrected") for r in program.remarks)
@@ -121,7 +121,7 @@ def _refuse_marked(plan: Plan) -> None:
         )
 
 
-def _markable(plan: Plan) -> IntArray:
+def _markable(plan: CorrectionPlan) -> IntArray:
     """Rows of free positions in the order they are driven to, each once."""
     rows = plan.drive.pose[plan.scope.free]
     _, first = np.unique(rows, return_index=True)
@@ -135,7 +135,7 @@ def _units(program: LsProgram, poses: Poses, which: IntArray) -> IntArray:
     return np.rint(value * 10.0 ** decimals_of(program, poses, which)).astype(np.int64)
 
 
-def _pieces(plan: Plan, cell: Cell, allowed: float) -> IntArray:
+def _pieces(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray:
     """Into how many pieces each straight way must be cut, (S,): what it strays shrinks with the square."""
     pieces = np.ones(len(plan.free), dtype=np.int64)
     ways = _ways(plan)
@@ -144,7 +144,7 @@ def _pieces(plan: Plan, cell: Cell, allowed: float) -> IntArray:
     return room_for_points(plan.program, plan.poses, plan.drive, pieces)
 
 
-def _middle(plan: Plan, cell: Cell, ways: IntArray) -> Array:
+def _middle(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:
     """The correction wanted midway on straight ways, (n, 6)."""
     position, rotation = on_the_way(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
     ends = plan.drive.pose[ways]
@@ -159,7 +159,7 @@ def _middle(plan: Plan, cell: Cell, ways: IntArray) -> Array:
 
 def _written(
     planned: LsProgram,
-    plan: Plan,
+    plan: CorrectionPlan,
     cell: Cell,
     frames: Frames,
     before: Sequence[Duty],
@@ -219,20 +219,20 @@ def _written(
     return replace(result, findings=say.findings(result, stray))
 
 
-def _marked_rows(plan: Plan, which: IntArray) -> IntArray:
+def _marked_rows(plan: CorrectionPlan, which: IntArray) -> IntArray:
     """The first corrected positions, in rising order of row."""
     rows = _markable(plan)
     rows = rows[np.isin(rows, which)]
     return np.sort(rows[: watermark.COUNT])
 
 
-def _strays(plan: Plan, cell: Cell) -> Array:
+def _strays(plan: CorrectionPlan, cell: Cell) -> Array:
     """How far each straight way's own correction strays from the line between its ends, (n,) [m]."""
     ways = _ways(plan)
     return straightness(plan.solved.correction, _middle(plan, cell, ways), ways) if len(ways) else np.zeros(0)
 
 
-def _ways(plan: Plan) -> IntArray:
+def _ways(plan: CorrectionPlan) -> IntArray:
     """Stations reached by straight lines between corrected ends."""
     found = straight(plan.poses, plan.drive) & plan.free
     found[1:] &= plan.free[:-1]

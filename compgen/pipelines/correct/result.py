@@ -29,7 +29,7 @@ class Options:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Plan:
+class CorrectionPlan:
     """A program with what is known of it before its numbers change."""
 
     program: LsProgram
@@ -50,7 +50,7 @@ class Correction:
     options: Options
     planned: bytes
     text: bytes
-    plan: Plan
+    plan: CorrectionPlan
     shared: Shared
     changed: int  # positions that read differently
     added: int  # positions that are new
