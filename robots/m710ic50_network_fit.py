@@ -20,7 +20,7 @@ from scipy.optimize import least_squares
 from compgen.core.units import HOUR, MM
 from compgen.pipelines.motion_plan import rehearse
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import Duty, Motion, after, history
+from compgen.thermal import Duty, JointMotion, after, history
 from compgen.thermal.drive_losses import Drives, losses
 from compgen.thermal.network import Network, assemble, modes
 
@@ -76,7 +76,7 @@ def base() -> Network:
 
 
 @cache
-def driven(name: str, feed: float) -> tuple[Motion, ...]:
+def driven(name: str, feed: float) -> tuple[JointMotion, ...]:
     jobs = [load_job(str(HERE.parent / "paths" / f"{n}.toml")) for n in MOTIONS[name]]
     return tuple(rehearse(job, feed)[1] for job in jobs)
 

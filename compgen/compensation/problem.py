@@ -17,7 +17,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.evaluation import evaluate
 from compgen.core.rotations import rotation_matrix_expr, rotation_vector_expr
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import STILL, Motion
+from compgen.error_model.sources import NO_DIRECTION, DirectionState
 from compgen.robot.inverse_kinematics import Posture, branch_expr
 from compgen.robot.robot import Robot
 
@@ -53,7 +53,7 @@ class Problem:
     rise: Array  # (N, K) [K]
     arc: Array  # (N,) [m]
     stop: BoolArray  # (N,)
-    motion: Motion = STILL  # where the planned joints and the TCP come from
+    motion: DirectionState = NO_DIRECTION  # where the planned joints and the TCP come from
 
     def commanded(self, correction: Array) -> tuple[Array, Array]:
         """Poses that the program names, (N, 3) [m] and (N, 3, 3)."""
@@ -97,7 +97,7 @@ class Problem:
         """The same problem on some of its waypoints."""
         return replace(
             self,
-            motion=self.motion.window(rows),
+            motion=self.motion.at(rows),
             **{f: getattr(self, f)[rows] for f in ("position", "rotation", "theta", "rise", "arc", "stop")},
         )
 

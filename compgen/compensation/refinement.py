@@ -11,7 +11,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, norm
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import STILL, Source, ThermalGrowth, memory_of, motion_of
+from compgen.error_model.sources import NO_DIRECTION, Source, ThermalGrowth, direction_states, reversal_widths
 from compgen.planning import toolpath
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics
@@ -86,7 +86,7 @@ def _bend(
 ) -> Array:
     """How far each segment's error bends away from the line between its ends, (N - 1,) [m]."""
     S = len(path.arc) - 1
-    memory, motion, found = memory_of(sources), STILL, np.empty(S)
+    memory, motion, found = reversal_widths(sources), NO_DIRECTION, np.empty(S)
     inner = np.arange(SAMPLES) / SAMPLES
     for at in range(0, S, STRETCH):
         some = np.arange(at, min(at + STRETCH, S))
@@ -94,7 +94,7 @@ def _bend(
         position, rotation, _ = path.at(segment, fraction)
         between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
         joints = inverse_kinematics.nearest_turns(solve(position, rotation), between)
-        motion = motion_of(memory, joints, position, motion)
+        motion = direction_states(memory, joints, position, motion)
         error = model.actual_pose(joints, rise[None], motion)[0] - position
         ends = error[::SAMPLES]
         line = ends[:-1, None] + inner[:, None] * np.diff(ends, axis=0)[:, None]

@@ -18,7 +18,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.rotations import rotation_vector_expr
-from compgen.error_model.sources import STILL, Motion, Source, State
+from compgen.error_model.sources import NO_DIRECTION, DirectionState, Source, State
 from compgen.robot.kinematics import evaluate, nominal_chain
 from compgen.robot.robot import Robot
 
@@ -35,11 +35,13 @@ class ErrorModel:
         """Where the controller believes the TCP to be, (N, 3) [m] and (N, 3, 3)."""
         return _pose(evaluate(self.nominal, theta))
 
-    def actual_pose(self, theta: Array, rise: Array, motion: Motion = STILL) -> tuple[Array, Array]:
+    def actual_pose(self, theta: Array, rise: Array, motion: DirectionState = NO_DIRECTION) -> tuple[Array, Array]:
         """Where the TCP really is, (N, 3) [m] and (N, 3, 3)."""
         return _pose(evaluate(self.actual, theta, rise, motion.direction, motion.travel))
 
-    def error(self, theta: Array, rise: Array, position: Array, rotation: Array, motion: Motion = STILL) -> Array:
+    def error(
+        self, theta: Array, rise: Array, position: Array, rotation: Array, motion: DirectionState = NO_DIRECTION
+    ) -> Array:
         """Actual against a reference pose, (N, 6): e_p [m] in base axes, e_w [rad] in tool axes."""
         moment = (theta, rise, motion.direction, motion.travel)
         return evaluate(self.against, *moment, position, rotation.reshape(-1, 9))[0]

@@ -8,7 +8,7 @@ from compgen.core.arrays import Array, BoolArray, extremes
 from compgen.core.findings import Finding, Level
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import AxisMap, Motion, Source, memory_of, strangeness
+from compgen.error_model.sources import AxisMap, DirectionState, Source, reversal_widths, unknown_share
 from compgen.robot.robot import Robot
 
 SLACK = 1e-6  # m, rad
@@ -64,7 +64,7 @@ def unknown_start(
     theta: Array,
     position: Array,
     rise: Array,
-    motion: Motion,
+    motion: DirectionState,
     contact: BoolArray,
 ) -> list[Finding]:
     """How much hysteresis is unknown where the part begins, because the motion before the first waypoint is.
@@ -79,14 +79,14 @@ def unknown_start(
         motion: Directions of motion.
         contact: Waypoints on the part, (N,); none counts as all.
     """
-    memory = memory_of(sources)
+    memory = reversal_widths(sources)
     if memory is None:
         return []
     n = int(np.argmax(contact))
-    left = strangeness(memory, theta, position).at(np.array([n]))
+    left = unknown_share(memory, theta, position).at(np.array([n]))
     known = motion.at(np.array([n]))
     each = np.diag(np.concatenate([left.direction[0], left.travel[0]]))
-    other = Motion(known.direction + each[:, :6], known.travel + each[:, 6:])
+    other = DirectionState(known.direction + each[:, :6], known.travel + each[:, 6:])
     q, r = np.tile(theta[n], (9, 1)), np.tile(rise[n], (9, 1))
     off = model.actual_pose(q, r, other)[0] - model.actual_pose(q, r, known)[0]
     stray = np.linalg.norm(off, axis=1)

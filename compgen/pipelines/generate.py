@@ -16,7 +16,7 @@ from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.units import UM
 from compgen.error_model.model import ErrorModel, build_error_model
-from compgen.error_model.sources import Motion, memory_of, motion_of
+from compgen.error_model.sources import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import outside_joints, outside_map, unknown_start
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
@@ -30,7 +30,7 @@ from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics
 from compgen.thermal import Ambient, Duty, during, states_at
-from compgen.thermal import Motion as Driven
+from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviations, judge
 from compgen.verification.twin import Ride, Twin
 from compgen.verification.twin_of import flaws_of
@@ -49,7 +49,7 @@ class Planned:
     page_stops: PageStops | None  # None when one file holds it, or none but one is wanted
     model: ErrorModel
     theta: Array  # (N, 6) [rad]
-    motion: Motion  # where joints and TCP come from, at each waypoint
+    motion: DirectionState  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
     ridden: Callable[[], Deviation]  # what the twin did with the uncorrected text, once it has
@@ -64,7 +64,7 @@ class Planned:
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
         path, moment = self.path, (self.theta[rows], self.rise[rows])
-        return self.model.error(*moment, path.position[rows], path.rotation[rows], self.motion.window(rows))
+        return self.model.error(*moment, path.position[rows], path.rotation[rows], self.motion.at(rows))
 
     @property
     def error(self) -> Array:
@@ -140,7 +140,7 @@ def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         job.chord,
     )  # fmt: skip
     progress(f"path: {len(theta)} waypoints", 1.0)
-    motion = motion_of(memory_of(job.sources), theta, path.position)
+    motion = direction_states(reversal_widths(job.sources), theta, path.position)
     page_stops = place_page_stops(job.robot, path, theta, len(job.heat.names), job.stop_on_the_part) if pages else None
     if page_stops is not None:
         path = replace(path, stop=page_stops.stop)

@@ -6,10 +6,10 @@ from compgen.planning import retiming, toolpath
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics
-from compgen.thermal import Motion
+from compgen.thermal import JointMotion
 
 
-def rehearse(job: Job, feed: float) -> tuple[ToolPath, Motion, Trajectory]:
+def rehearse(job: Job, feed: float) -> tuple[ToolPath, JointMotion, Trajectory]:
     """Plan a job's path and drive it at a feed [m/s].
 
     Raises:
@@ -22,4 +22,4 @@ def rehearse(job: Job, feed: float) -> tuple[ToolPath, Motion, Trajectory]:
     flange = inverse_kinematics.flange_of(path.position, path.rotation, job.tool_position, job.tool_rotation)
     theta = inverse_kinematics.follow(job.robot, *flange, job.posture)
     trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, feed)
-    return path, Motion(trajectory.time, theta, trajectory.driven), trajectory
+    return path, JointMotion(trajectory.time, theta, trajectory.driven), trajectory

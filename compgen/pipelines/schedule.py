@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.exceptions import InputError
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import rehearse
-from compgen.thermal import Duty, Motion
+from compgen.thermal import Duty, JointMotion
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.network import Network
 from compgen.thermal.schedule import Shift, Step, expand
@@ -23,7 +23,7 @@ class Programs:
         """``load`` reads another path file by name; heat of its own is not asked for."""
         self._load = load
         self._jobs: dict[str, Job] = {"": job}
-        self._motions: dict[tuple[str, float], Motion] = {}
+        self._motions: dict[tuple[str, float], JointMotion] = {}
 
     def job(self, name: str) -> Job:
         """The job of a program; "" is the own one."""
@@ -31,7 +31,7 @@ class Programs:
             self._jobs[name] = self._load(name)
         return self._jobs[name]
 
-    def motion(self, name: str, feed: float) -> Motion:
+    def motion(self, name: str, feed: float) -> JointMotion:
         """A program driven at a feed."""
         if (name, feed) not in self._motions:
             self._motions[name, feed] = rehearse(self.job(name), feed)[1]

@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import Motion
+from compgen.error_model.sources import DirectionState
 from compgen.pipelines.job import Job
 
 LONGEST = 16 * HOUR
@@ -24,7 +24,7 @@ class Course:
     time: Array  # (N,) [s]
     theta: Array  # (N, 6) [rad] commanded
     rise: Array  # (N, K) [K]
-    motion: Motion  # of the sources
+    motion: DirectionState  # of the sources
 
 
 def windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state: Array) -> Array:

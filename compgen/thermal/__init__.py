@@ -1,7 +1,7 @@
 """Temperature over time: what the cell did, and how warm that left each part of the robot."""
 
 from compgen.thermal.ambient import Ambient, still
-from compgen.thermal.duty import Duty, Motion
+from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.integration import after, during, history, opening, states_at
 from compgen.thermal.model import Heat
 from compgen.thermal.node_model import NodeModel
@@ -11,7 +11,7 @@ __all__ = [
     "Ambient",
     "Duty",
     "Heat",
-    "Motion",
+    "JointMotion",
     "NodeModel",
     "Profile",
     "Section",

@@ -16,7 +16,7 @@ import pinocchio as pin
 
 from compgen.core.arrays import Array, distinct, own
 from compgen.robot.robot import Robot
-from compgen.thermal.duty import Motion
+from compgen.thermal.duty import JointMotion
 
 SAMPLES = 2000  # of a motion: heat answers to its mean over minutes
 
@@ -71,7 +71,7 @@ def torques(robot: Robot, drives: Drives, theta: Array, speed: Array, accelerati
     return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration)]).reshape(-1, 6)
 
 
-def losses(robot: Robot, drives: Drives, motion: Motion) -> tuple[Array, Array]:
+def losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, Array]:
     """Heat of each drive over a motion, and over standing still in its poses.
 
     Args:
@@ -104,7 +104,7 @@ def losses(robot: Robot, drives: Drives, motion: Motion) -> tuple[Array, Array]:
     return whole + power * (drives.coulomb * share + drives.viscous * share**2), still
 
 
-def mean_losses(robot: Robot, drives: Drives, motion: Motion) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Means over the motion's time, moving and held, six each [W]."""
     moving, held = losses(robot, drives, motion)
     step = np.diff(motion.time) + 1e-12

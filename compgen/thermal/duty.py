@@ -22,7 +22,7 @@ class Duty:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Motion:
+class JointMotion:
     """A program being driven, at N waypoints: all that heat can depend on."""
 
     time: Array  # (N,) [s]

@@ -10,7 +10,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, distinct
 from compgen.thermal.ambient import Ambient, still
-from compgen.thermal.duty import Duty, Motion
+from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.model import Heat
 
 LONG = 300.0  # time constants that one block of a sum may span
@@ -50,7 +50,7 @@ def after(
 
 
 def during(
-    heat: Heat, start: Array, motion: Motion, air: Ambient | None = None, clock: float = 0.0
+    heat: Heat, start: Array, motion: JointMotion, air: Ambient | None = None, clock: float = 0.0
 ) -> tuple[Array, Array]:
     r"""Rises while a program runs.
 
@@ -87,7 +87,7 @@ def during(
 
 
 def states_at(
-    heat: Heat, start: Array, motion: Motion, which: IntArray, air: Ambient | None = None, clock: float = 0.0
+    heat: Heat, start: Array, motion: JointMotion, which: IntArray, air: Ambient | None = None, clock: float = 0.0
 ) -> Array:
     """States at some waypoints of a program that runs.
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from compgen.core.arrays import Array
-from compgen.thermal.duty import Duty, Motion
+from compgen.thermal.duty import Duty, JointMotion
 
 
 class Heat(Protocol):
@@ -51,7 +51,7 @@ class Heat(Protocol):
         """State that a duty would reach in the end in air at the reference, (S,)."""
         ...
 
-    def goals(self, motion: Motion) -> Array:
+    def goals(self, motion: JointMotion) -> Array:
         """The same for each segment of a program, (N - 1, S)."""
         ...
 

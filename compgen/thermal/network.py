@@ -20,7 +20,7 @@ from compgen.core.arrays import Array, IntArray, own
 from compgen.core.units import HOUR, MM
 from compgen.robot.robot import Robot
 from compgen.thermal.drive_losses import Drives, losses, mean_losses
-from compgen.thermal.duty import Duty, Motion
+from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.model import Heat
 
 
@@ -155,7 +155,7 @@ class Network:
             raise ValueError("a duty of the network needs its losses")
         return self.goal_of(np.array(duty.loss))
 
-    def goals(self, motion: Motion) -> Array:
+    def goals(self, motion: JointMotion) -> Array:
         """The same for each segment of a program, from its own joint speeds and torques, (N - 1, V)."""
         return self.goal_of(losses(self.robot, self.drives, motion)[0])
 
@@ -212,7 +212,7 @@ def energy(network: Network, power: Array, start: Array, duration: float) -> tup
     return float((network.volumes.power @ power).sum() * duration), out, float(network.volumes.capacity @ change)
 
 
-def powered(heat: Heat, duties: Sequence[Duty], motion: Motion) -> list[Duty]:
+def powered(heat: Heat, duties: Sequence[Duty], motion: JointMotion) -> list[Duty]:
     """Duties with the losses of a program that ran at their feeds, where the model asks for them.
 
     Args:
@@ -227,7 +227,7 @@ def powered(heat: Heat, duties: Sequence[Duty], motion: Motion) -> list[Duty]:
     out = []
     for duty in duties:
         slower = own / duty.feed if duty.feed > 0 and own > 0 else 1.0
-        paced = Motion(motion.time * slower, motion.theta, motion.driven / slower)
+        paced = JointMotion(motion.time * slower, motion.theta, motion.driven / slower)
         moving, held = mean_losses(heat.robot, heat.drives, paced)
         share = duty.share if duty.state == "moving" else 0.0
         loss = tuple((share * np.array(moving) + (1 - share) * np.array(held)).tolist())

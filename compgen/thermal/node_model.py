@@ -18,7 +18,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, distinct, own
 from compgen.core.units import HOUR, MM
-from compgen.thermal.duty import Duty, Motion
+from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.integration import after, opening
 from compgen.thermal.profiles import Profile, rise_along
 
@@ -73,7 +73,7 @@ class NodeModel:
         """A of one duty, (K,) [K]."""
         return np.asarray(self.steady(duty.state, np.array([duty.feed]), duty.share)[0])
 
-    def goals(self, motion: Motion) -> Array:
+    def goals(self, motion: JointMotion) -> Array:
         """A of each segment of a program, (N - 1, K) [K]."""
         return self.steady("moving", motion.driven)
 

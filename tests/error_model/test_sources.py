@@ -13,7 +13,7 @@ from compgen.core.rotations import matrix_of
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model import sources as so
 from compgen.error_model.model import build_error_model
-from compgen.error_model.sources.direction_memory import relaxed
+from compgen.error_model.sources.direction_memory import first_order_lag
 from compgen.error_model.sources.expressions import rotation_expr
 from compgen.error_model.sources.measured_map import _basis_expr
 from compgen.error_model.tables import rows_at_zero
@@ -58,7 +58,7 @@ def emptied(source):
 def error(cell, found, theta, rise=None, direction=None, travel=None, tool=FLANGE):
     """Position error of one pose [m], and how far the tool turned [rad] in World axes."""
     model = build_error_model(cell.robot, found, 5, *tool)
-    motion = so.Motion(
+    motion = so.DirectionState(
         np.zeros((1, 6)) if direction is None else np.array([direction]),
         np.zeros((1, 3)) if travel is None else np.array([travel]),
     )
@@ -347,19 +347,19 @@ def test_a_map_of_two_stations_is_a_line():
 
 
 def test_the_memory_of_a_direction_is_the_widths(cell):
-    memory = so.memory_of(cell.sources)
+    memory = so.reversal_widths(cell.sources)
     assert_allclose(memory.joint, 600 * MDEG)
     assert_allclose(memory.travel, 40 * MM)
-    assert so.memory_of([cell.sources[0]]) is None
-    assert so.motion_of(None, np.zeros((5, 6)), np.zeros((5, 3))) is so.STILL
+    assert so.reversal_widths([cell.sources[0]]) is None
+    assert so.direction_states(None, np.zeros((5, 6)), np.zeros((5, 3))) is so.NO_DIRECTION
 
 
 def test_direction_does_not_depend_on_how_a_way_is_cut(cell):
-    memory = so.memory_of(cell.sources)
+    memory = so.reversal_widths(cell.sources)
     coarse = np.array([0, 0.02, 0.03, 0.01, -0.02])[:, None] * np.ones(6)
     fine = np.interp(np.linspace(0, 4, 41), range(5), coarse[:, 0])[:, None] * np.ones(6)
     places = [np.column_stack([t[:, 0], t[:, 0], 0 * t[:, 0]]) for t in (coarse, fine)]
-    found = [so.motion_of(memory, t, p) for t, p in zip((coarse, fine), places)]
+    found = [so.direction_states(memory, t, p) for t, p in zip((coarse, fine), places)]
     assert_allclose(found[0].direction, found[1].direction[::10], atol=1e-13)
     assert_allclose(found[0].travel, found[1].travel[::10], atol=1e-13)
     left = np.exp(-0.02 / (600 * MDEG))
@@ -367,12 +367,12 @@ def test_direction_does_not_depend_on_how_a_way_is_cut(cell):
 
 
 def test_a_way_driven_in_parts_is_remembered_as_the_whole(cell):
-    memory = so.memory_of(cell.sources)
+    memory = so.reversal_widths(cell.sources)
     rng = np.random.default_rng(1)
     theta, place = 0.01 * rng.normal(size=(50, 6)).cumsum(axis=0), 0.01 * rng.normal(size=(50, 3)).cumsum(axis=0)
-    whole = so.motion_of(memory, theta, place)
-    first = so.motion_of(memory, theta[:21], place[:21])
-    second = so.motion_of(memory, theta[20:], place[20:], first)
+    whole = so.direction_states(memory, theta, place)
+    first = so.direction_states(memory, theta[:21], place[:21])
+    second = so.direction_states(memory, theta[20:], place[20:], first)
     for name in ("direction", "travel"):
         assert_allclose(getattr(second, name), getattr(whole, name)[20:], atol=1e-14)
         assert np.abs(getattr(first, name)[-1]).max() > 0.1  # the set-up bites
@@ -383,7 +383,7 @@ def test_relaxed_is_the_recursion(steps):
     rng = np.random.default_rng(0)
     goal, keep = rng.uniform(-1, 1, (steps, 3)), rng.uniform(0, 1, (steps, 3))
     x = rng.uniform(-1, 1, 3)
-    found = relaxed(goal, keep, x)
+    found = first_order_lag(goal, keep, x)
     assert found.shape == (steps + 1, 3)
     assert np.array_equal(found[0], x)
     for n, row in enumerate(found[1:]):
@@ -394,7 +394,7 @@ def test_relaxed_is_the_recursion(steps):
 def test_what_is_unknown_of_the_start_fades_with_motion(cell):
     theta = np.array([[0.0], [0.01], [0.0], [0.0]]) * np.ones(6)
     place = np.array([[0, 0, 0], [0.03, 0, 0.04], [0, 0, 0], [0, 0, 0]])
-    left = so.strangeness(so.memory_of(cell.sources), theta, place)
+    left = so.unknown_share(so.reversal_widths(cell.sources), theta, place)
     assert_allclose(left.direction[:, 0], np.exp(-np.array([0, 0.01, 0.02, 0.02]) / (600 * MDEG)))
     assert_allclose(left.travel[:, 0], np.exp(-np.array([0, 0.05, 0.1, 0.1]) / 0.04))
 

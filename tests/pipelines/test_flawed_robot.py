@@ -19,7 +19,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model import validity
-from compgen.error_model.sources import STILL, AxisMap, Hysteresis, LinkOffsets, ThermalGrowth, table_of
+from compgen.error_model.sources import NO_DIRECTION, AxisMap, Hysteresis, LinkOffsets, ThermalGrowth, table_of
 from compgen.fanuc.frames import known_without_a_table
 from compgen.pipelines import correct, generate
 from compgen.pipelines.path_file import load_job
@@ -71,7 +71,7 @@ def test_a_millimetre_of_error_goes_down_to_rounding_and_chord(raster):
 def test_both_directions_of_sweeps_are_cancelled_by_knowing_them(raster):
     """The same job planned without a direction keeps what hysteresis does, on the same twin."""
     job, planned, corrected = raster
-    blind = optimise.optimise(replace(problem_of(planned), motion=STILL), job.settings)
+    blind = optimise.optimise(replace(problem_of(planned), motion=NO_DIRECTION), job.settings)
     seeing = problem_of(planned)
     left = np.linalg.norm(seeing.error(blind.correction)[planned.path.contact, :3], axis=1)
     assert left.max() > 50 * UM
@@ -170,7 +170,7 @@ def test_an_unknown_start_is_told_until_it_has_faded(robot):
     assert first > lash.backlash[0] * np.linalg.norm(planned.path.position[n, :2])
     swing = np.array([0, 0.2, 0.0])[:, None] * np.ones(6) + planned.theta[n]
     far = np.array([0, 0.5, 0.0])[:, None] * np.ones(3)
-    start = (planned.model, swing, far, planned.rise[:3], planned.motion.window(slice(3)))
+    start = (planned.model, swing, far, planned.rise[:3], planned.motion.at(slice(3)))
     assert not validity.unknown_start(job.robot, job.sources, *start, np.array([False, False, True]))
     assert validity.unknown_start(job.robot, job.sources, *start, np.array([True, True, True]))
 

@@ -17,7 +17,7 @@ from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.motion_plan import rehearse
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import Ambient, Duty, Motion, after, during, history
+from compgen.thermal import Ambient, Duty, JointMotion, after, during, history
 from compgen.thermal.drive_losses import losses, torques
 from compgen.thermal.network import Body, Housing, assemble, energy, modes
 
@@ -197,7 +197,7 @@ def test_losses_are_power_times_shares(warm, heat):
     time_ = np.linspace(0, 10, 50)
     theta = np.zeros((50, 6)) + warm.robot.pendant_zero
     theta[:, 0] = 0.3 * time_
-    moving, held = losses(warm.robot, weightless, Motion(time_, theta, np.ones(49)))
+    moving, held = losses(warm.robot, weightless, JointMotion(time_, theta, np.ones(49)))
     share = 0.3 / warm.robot.speed[0]
     expected = 4300 * (heat.drives.coulomb * share + heat.drives.viscous * share**2)
     assert_allclose(moving[:, 0], expected, rtol=1e-9)

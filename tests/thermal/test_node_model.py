@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad, solve_ivp
 
 from compgen.core.units import HOUR
-from compgen.thermal import Duty, Motion, Profile, Section, during, growth_weights
+from compgen.thermal import Duty, JointMotion, Profile, Section, during, growth_weights
 from compgen.thermal.profiles import mean_share
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
@@ -89,7 +89,7 @@ def test_rise_during_a_program_solves_the_differential_equation(job, steps, star
 
 
 def driven(heat, start, time, feed):
-    return during(heat, start, Motion(time, np.zeros((len(time), 6)), feed))[0]
+    return during(heat, start, JointMotion(time, np.zeros((len(time), 6)), feed))[0]
 
 
 @pytest.mark.parametrize("tau", [2.0, 20.0, 0.01])  # s: many blocks, some, one segment a block

@@ -10,7 +10,7 @@ from flawed import flawed_file
 from compgen.core.rotations import matrix_of
 from compgen.core.units import UM
 from compgen.error_model.model import build_error_model
-from compgen.error_model.sources import Motion, memory_of, motion_of
+from compgen.error_model.sources import DirectionState, direction_states, reversal_widths
 from compgen.pipelines.robot_file import load_cell
 from compgen.verification.twin import Twin
 from compgen.verification.twin.faulty_arm import Past, TwinError, _kept, came_from, real_arm
@@ -37,7 +37,7 @@ def motion(cell, count=400):
 def both(cell, sources, theta, rise):
     model = build_error_model(cell.robot, sources, 5, *TOOL)
     believed, _ = model.nominal_pose(theta)
-    chain = model.actual_pose(theta, rise, motion_of(memory_of(sources), theta, believed))
+    chain = model.actual_pose(theta, rise, direction_states(reversal_widths(sources), theta, believed))
     twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, flaws_of(sources))
     return chain, twin.reach(theta, rise, lambda share: None), believed
 
@@ -87,7 +87,7 @@ def test_a_wrong_flaw_in_the_twin_is_seen(cell):
     theta, rise = motion(cell, 50)
     model = build_error_model(cell.robot, cell.sources, 5, *TOOL)
     believed, _ = model.nominal_pose(theta)
-    chain, _ = model.actual_pose(theta, rise, motion_of(memory_of(cell.sources), theta, believed))
+    chain, _ = model.actual_pose(theta, rise, direction_states(reversal_widths(cell.sources), theta, believed))
     flaws = flaws_of(cell.sources)
     for name in ("zero", "ratio", "compliance", "waves", "backlash", "base", "tool", "link", "force", "mass"):
         wrong = replace(flaws, **{name: 1.1 * getattr(flaws, name)})
@@ -98,10 +98,10 @@ def test_a_wrong_flaw_in_the_twin_is_seen(cell):
 def test_a_still_arm_has_no_direction(cell):
     theta = np.tile(motion(cell, 3)[0][:1], (4, 1))
     assert not came_from(theta, np.full(6, 0.01), np.zeros(6)).any()
-    still = motion_of(memory_of(cell.sources), theta, np.zeros((4, 3)))
+    still = direction_states(reversal_widths(cell.sources), theta, np.zeros((4, 3)))
     assert not still.direction.any()
     assert not still.travel.any()
-    assert isinstance(still, Motion)
+    assert isinstance(still, DirectionState)
 
 
 def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():

@@ -10,7 +10,7 @@ from shipped import path_file, quiet
 from compgen.core.evaluation import evaluate
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import Duty, Motion, during
+from compgen.thermal import Duty, JointMotion, during
 from compgen.verification.twin import TwinError
 from compgen.verification.twin.clock import _ramp
 from compgen.verification.twin.nominal_arm import AGREE, build_fly, disagreement
@@ -57,7 +57,7 @@ def test_heat_is_the_nodes_own_equation(ridden):
     at = np.append(np.flatnonzero(ride.fraction == 0), len(ride.time) - 1)
     # against the closed sum of the planner, on the twin's own clock and driven speeds
     length, spent = speeds, np.diff(ride.time[at])
-    motion = Motion(ride.time[at], ride.theta[at], length / spent)
+    motion = JointMotion(ride.time[at], ride.theta[at], length / spent)
     expected, _ = during(job.heat, ride.rise[0], motion)
     assert_allclose(ride.rise[at], expected, atol=1e-9)
 

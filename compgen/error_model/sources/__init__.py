@@ -6,7 +6,14 @@ the nominal chain in its ``State``, so that what it does depends on the commande
 """
 
 from compgen.error_model.sources.compliance import JointCompliance
-from compgen.error_model.sources.direction_memory import STILL, Memory, Motion, memory_of, motion_of, strangeness
+from compgen.error_model.sources.direction_memory import (
+    NO_DIRECTION,
+    DirectionState,
+    ReversalWidths,
+    direction_states,
+    reversal_widths,
+    unknown_share,
+)
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
 from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
@@ -39,10 +46,11 @@ ORDER = (
 )
 
 __all__ = [
+    "NO_DIRECTION",
     "ORDER",
-    "STILL",
     "AxisMap",
     "BaseFrame",
+    "DirectionState",
     "GearHarmonics",
     "Hysteresis",
     "JointCompliance",
@@ -52,19 +60,18 @@ __all__ = [
     "Known",
     "LinkOffsets",
     "Loads",
-    "Memory",
-    "Motion",
     "Parameter",
+    "ReversalWidths",
     "Source",
     "State",
     "ThermalBend",
     "ThermalGrowth",
     "ThermalShift",
     "ToolFrame",
-    "memory_of",
-    "motion_of",
+    "direction_states",
     "parallel",
     "prior_of",
-    "strangeness",
+    "reversal_widths",
     "table_of",
+    "unknown_share",
 ]

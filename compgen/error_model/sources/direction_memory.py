@@ -23,7 +23,7 @@ from compgen.error_model.sources.source import Source
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Motion:
+class DirectionState:
     """Direction of motion at N waypoints, or one row for all."""
 
     direction: Array  # (N, 6) [-1, 1] of the joints
@@ -32,20 +32,16 @@ class Motion:
     def __post_init__(self) -> None:
         own(self, direction=("N", 6), travel=("N", 3))
 
-    def window(self, rows: slice | IntArray) -> "Motion":
-        """Some of the waypoints."""
-        return self if len(self.direction) == 1 else Motion(self.direction[rows], self.travel[rows])
-
-    def at(self, rows: IntArray) -> "Motion":
-        """The waypoints of these numbers."""
-        return self if len(self.direction) == 1 else Motion(self.direction[rows], self.travel[rows])
+    def at(self, rows: slice | IntArray) -> "DirectionState":
+        """Only these waypoints; one row serves all."""
+        return self if len(self.direction) == 1 else DirectionState(self.direction[rows], self.travel[rows])
 
 
-STILL = Motion(np.zeros((1, 6)), np.zeros((1, 3)))
+NO_DIRECTION = DirectionState(np.zeros((1, 6)), np.zeros((1, 3)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Memory:
+class ReversalWidths:
     """How far motion must go to be forgotten; infinite where nothing depends on it."""
 
     joint: Array  # (6,) [rad]
@@ -55,7 +51,7 @@ class Memory:
         own(self, joint=(6,), travel=(3,))
 
 
-def memory_of(sources: Sequence[Source]) -> Memory | None:
+def reversal_widths(sources: Sequence[Source]) -> ReversalWidths | None:
     """The memory that some sources give the arm; None when no source asks for a direction."""
     joint, travel = np.full(6, np.inf), np.full(3, np.inf)
     for source in sources:
@@ -63,10 +59,12 @@ def memory_of(sources: Sequence[Source]) -> Memory | None:
             joint = np.minimum(joint, source.width)
         elif isinstance(source, AxisMap):
             travel[source.axis] = min(travel[source.axis], source.width)
-    return None if np.isinf(joint).all() and np.isinf(travel).all() else Memory(joint, travel)
+    return None if np.isinf(joint).all() and np.isinf(travel).all() else ReversalWidths(joint, travel)
 
 
-def motion_of(memory: Memory | None, theta: Array, position: Array, before: Motion = STILL) -> Motion:
+def direction_states(
+    memory: ReversalWidths | None, theta: Array, position: Array, before: DirectionState = NO_DIRECTION
+) -> DirectionState:
     """Direction of motion along a program.
 
     Args:
@@ -79,27 +77,27 @@ def motion_of(memory: Memory | None, theta: Array, position: Array, before: Moti
         u and t at each waypoint.
     """
     if memory is None:
-        return STILL
+        return NO_DIRECTION
     turn, step = np.diff(theta, axis=0), np.diff(position, axis=0)
     length = np.linalg.norm(step, axis=1, keepdims=True)
     ahead = step / np.where(length > 0, length, 1.0)
-    return Motion(
-        relaxed(np.sign(turn), np.exp(-np.abs(turn) / memory.joint), before.direction[-1]),
-        relaxed(ahead, np.exp(-length / memory.travel), before.travel[-1]),
+    return DirectionState(
+        first_order_lag(np.sign(turn), np.exp(-np.abs(turn) / memory.joint), before.direction[-1]),
+        first_order_lag(ahead, np.exp(-length / memory.travel), before.travel[-1]),
     )
 
 
-def strangeness(memory: Memory | None, theta: Array, position: Array) -> Motion:
+def unknown_share(memory: ReversalWidths | None, theta: Array, position: Array) -> DirectionState:
     """How much of the unknown motion before the first waypoint is left in u and t, (N, 6) and (N, 3) [0, 1]."""
     if memory is None:
-        return STILL
+        return NO_DIRECTION
     turned = np.abs(np.diff(theta, axis=0, prepend=theta[:1])).cumsum(axis=0)
     length = np.linalg.norm(np.diff(position, axis=0, prepend=position[:1]), axis=1).cumsum()
     left = np.exp(-turned / memory.joint), np.exp(-length[:, None] / memory.travel)
-    return Motion(*(np.where(np.isinf(w), 0.0, x) for w, x in zip((memory.joint, memory.travel), left)))
+    return DirectionState(*(np.where(np.isinf(w), 0.0, x) for w, x in zip((memory.joint, memory.travel), left)))
 
 
-def relaxed(goal: Array, keep: Array, start: Array | float = 0.0) -> Array:
+def first_order_lag(goal: Array, keep: Array, start: Array | float = 0.0) -> Array:
     """x_0 = start, x_{n+1} = goal_n + keep_n (x_n - goal_n), for all n at once, (N - 1, k) to (N, k).
 
     Each step is an affine map. The way is parted into stretches of about as many steps as there are stretches: all

@@ -15,7 +15,7 @@ from compgen.compensation import optimise
 from compgen.compensation.problem import Problem, Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.error_model.model import ErrorModel, build_error_model
-from compgen.error_model.sources import STILL, Motion
+from compgen.error_model.sources import NO_DIRECTION, DirectionState
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Drive
 from compgen.fanuc.program import posture_of
@@ -23,7 +23,7 @@ from compgen.pipelines.correct.directions import course
 from compgen.pipelines.job import Cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES, nearest_turns
 from compgen.thermal import Duty, after, during
-from compgen.thermal import Motion as Driven
+from compgen.thermal import JointMotion as Driven
 from compgen.thermal.network import powered
 
 STEPS = 6
@@ -41,7 +41,7 @@ class Solved:
     held: tuple[tuple[int, str], ...]  # station, why no correction was taken
     limited: tuple[tuple[int, str], ...]  # station, limit that keeps the correction from being the best
     start: Array  # (K,) [K] rises when the program starts
-    midway: Motion  # halfway on the way to each station
+    midway: DirectionState  # halfway on the way to each station
 
 
 def warmth(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
@@ -91,7 +91,7 @@ def solve(
     limited: list[tuple[int, str]] = []
     rows = np.flatnonzero(free)
     if not len(rows):
-        return Solved(correction, theta, rise, time, (), (), start, STILL)
+        return Solved(correction, theta, rise, time, (), (), start, NO_DIRECTION)
     models = error_models(cell, poses, drive.pose[rows])
     motion, midway = course(cell, poses, drive)
     correction[rows], theta[rows] = pointwise(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
@@ -122,7 +122,7 @@ def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorMod
 
 
 def pointwise(
-    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array, motion: Motion
+    cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array, motion: DirectionState
 ) -> tuple[Array, Array]:
     """The correction that cancels each position's own error (n, 6), and the joints it leads to (n, 6) [rad]."""
     correction, theta = np.zeros((len(pose), 6)), np.empty((len(pose), 6))
@@ -144,7 +144,7 @@ def _problem(
     poses: Poses,
     pose: IntArray,
     rise: Array,
-    motion: Motion,
+    motion: DirectionState,
     arc: Array,
     stop: BoolArray,
 ) -> Problem:

@@ -19,7 +19,7 @@ from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study.scenarios import Scenario, Study
 from compgen.planning.toolpath import ToolPath
-from compgen.thermal import Motion
+from compgen.thermal import JointMotion
 from compgen.verification.deviation import deviation, statistics
 from compgen.verification.twin import Leg, Ride, Twin
 from compgen.verification.twin_of import flaws_of
@@ -43,9 +43,9 @@ class Geometry:
     theta: Array  # (M, 6) [rad] as the controller commands
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> JointMotion:
         """The program at its positions."""
-        return Motion(self.leg.time, self.leg.theta, self.leg.driven)
+        return JointMotion(self.leg.time, self.leg.theta, self.leg.driven)
 
     def thinned(self, count: int) -> "Geometry":
         """At some of the samples only, both ends among them."""

@@ -18,7 +18,7 @@ from compgen.core.rotations import turns
 from compgen.fanuc.program import Program, apply_turns, in_posture
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
-from compgen.thermal import Ambient, Duty, Heat, Motion, NodeModel, Profile, Section, opening, still
+from compgen.thermal import Ambient, Duty, Heat, JointMotion, NodeModel, Profile, Section, opening, still
 from compgen.verification.twin.clock import clock
 from compgen.verification.twin.faulty_arm import Flaws, Past, Placed, TwinError, real_arm
 from compgen.verification.twin.heat import warmed
@@ -220,7 +220,7 @@ class Twin:
         self, time: Array, theta: Array, driven: Array, duties: Sequence[Duty], air: Ambient | None
     ) -> dict[str, Any]:
         """The fields of a leg that its warmth decides."""
-        goals = self.heat.goals(Motion(time, theta, driven))
+        goals = self.heat.goals(JointMotion(time, theta, driven))
         states = warmed(self.heat.rate, self._warm(duties, air), time, goals)
         clock = sum(d.duration for d in duties)
         return {"rise": states @ self.heat.outputs.T, "air": air or still(), "clock": clock}
