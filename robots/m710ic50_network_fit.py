@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from compgen.core.units import HOUR, MM
-from compgen.pipelines.motion_plan import rehearse
+from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.path_file import load_job
 from compgen.thermal import Duty, JointMotion, after, history
 from compgen.thermal.drive_losses import Drives, losses
@@ -78,7 +78,7 @@ def base() -> Network:
 @cache
 def driven(name: str, feed: float) -> tuple[JointMotion, ...]:
     jobs = [load_job(str(HERE.parent / "paths" / f"{n}.toml")) for n in MOTIONS[name]]
-    return tuple(rehearse(job, feed)[1] for job in jobs)
+    return tuple(plan_written_motion(job, feed).joint_motion for job in jobs)
 
 
 @cache

@@ -32,7 +32,6 @@ def refine(
     model: ErrorModel,
     path: ToolPath,
     feed: float,
-    rise: Array,
     chord: float,
 ) -> tuple[ToolPath, Array]:
     """The path with waypoints close enough for its errors, and its joints (N, 6) [rad].
@@ -49,7 +48,6 @@ def refine(
         model: Their error model.
         path: As the chord asks for.
         feed: [m/s].
-        rise: At the program's start, (K,) [K].
         chord: Largest distance of the path from the line between two waypoints [m].
 
     Raises:
@@ -67,7 +65,7 @@ def refine(
         return path, theta
     for _ in range(ROUNDS):
         room = np.diff(path.arc) / (feed * robot.controller.period)
-        wanted = np.sqrt(_bend(solve, sources, model, path, theta, rise) / (CURVED * chord))
+        wanted = np.sqrt(_bend(solve, sources, model, path, theta) / (CURVED * chord))
         parts = np.ceil(np.minimum(wanted, np.maximum(np.floor(room), 1))).astype(np.int64)
         if not (parts > 1).any():
             break
@@ -82,12 +80,12 @@ def _bend(
     model: ErrorModel,
     path: ToolPath,
     theta: Array,
-    rise: Array,
 ) -> Array:
     """How far each segment's error bends away from the line between its ends, (N - 1,) [m]."""
     S = len(path.arc) - 1
     memory, motion, found = reversal_widths(sources), NO_DIRECTION, np.empty(S)
     inner = np.arange(SAMPLES) / SAMPLES
+    cold = np.zeros((1, model.actual.size1_in(1)))  # what heat adds bends over metres of path
     for at in range(0, S, STRETCH):
         some = np.arange(at, min(at + STRETCH, S))
         segment, fraction = np.append(np.repeat(some, SAMPLES), some[-1]), np.append(np.tile(inner, len(some)), 1.0)
@@ -95,7 +93,7 @@ def _bend(
         between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
         joints = inverse_kinematics.nearest_turns(solve(position, rotation), between)
         motion = direction_states(memory, joints, position, motion)
-        error = model.actual_pose(joints, rise[None], motion)[0] - position
+        error = model.actual_pose(joints, cold, motion)[0] - position
         ends = error[::SAMPLES]
         line = ends[:-1, None] + inner[:, None] * np.diff(ends, axis=0)[:, None]
         found[some] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)

@@ -6,26 +6,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen import __version__, fanuc
-from compgen.compensation import limits, optimise, refinement, simplify
+from compgen.compensation import limits, optimise
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.optimise import Solution, Status
 from compgen.compensation.problem import Problem
 from compgen.core.arrays import Array, IntArray, frozen, steps
 from compgen.core.evaluation import beside
-from compgen.core.exceptions import ImpossibleError, InputError
+from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.units import UM
-from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.error_model.model import ErrorModel
 from compgen.error_model.sources import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import outside_joints, outside_map, unknown_start
 from compgen.fanuc import Program
-from compgen.fanuc.paging.stops import PageStops, place_page_stops
+from compgen.fanuc.paging.stops import PageStops
 from compgen.fanuc.program import turn_digits
 from compgen.pipelines import delivery, findings
 from compgen.pipelines.delivery import Delivery, Start
 from compgen.pipelines.job import Job
+from compgen.pipelines.motion_plan import kept_waypoints, plan_motion
 from compgen.pipelines.start_window import Course, windows
-from compgen.planning import retiming, toolpath
+from compgen.planning import retiming
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics
@@ -46,7 +47,7 @@ class Planned:
     job: Job
     feed: float  # [m/s] the wanted one as a program can say it
     path: ToolPath  # with the stops that its pages need
-    page_stops: PageStops | None  # None when one file holds it, or none but one is wanted
+    page_stops: PageStops | None  # None when one file holds it, or when pages are not wanted
     model: ErrorModel
     theta: Array  # (N, 6) [rad]
     motion: DirectionState  # where joints and TCP come from, at each waypoint
@@ -125,29 +126,11 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
 
 
 def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
-    """The same while the twin is still driving."""
-    progress("path", 0.0)
-    try:
-        path = toolpath.build(
-            job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing
-        )
-    except InputError as failure:
-        raise InputError(f"{job.source}: {failure}") from failure
-    feed = fanuc.writable_speed(job.feed)
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
-    path, theta = refinement.refine(
-        job.robot, job.posture, job.tool_position, job.tool_rotation, job.sources, model, path, feed, job.start_rise(),
-        job.chord,
-    )  # fmt: skip
-    progress(f"path: {len(theta)} waypoints", 1.0)
+    """What ``predict`` gives, while the twin is still driving."""
+    plan = plan_motion(job, job.feed, progress, pages)
+    path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.position)
-    page_stops = place_page_stops(job.robot, path, theta, len(job.heat.names), job.stop_on_the_part) if pages else None
-    if page_stops is not None:
-        path = replace(path, stop=page_stops.stop)
-    progress("timing", 0.0)
-    trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
-    driven = Driven(trajectory.time, theta, trajectory.driven)
-    rise, _ = during(job.heat, job.state(), driven, job.air, job.clock)
+    rise, _ = during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)
 
     def ride() -> Deviation:
         program = planned_program(job, path, theta, trajectory, date)
@@ -169,7 +152,9 @@ def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         text = "the controller corrects its own geometry: only sources it does not know may be active"
         found.append(Finding(Level.NOTE, "controller.signature", text))
     rows = np.arange(len(theta))
-    return Planned(job, feed, path, page_stops, model, theta, motion, trajectory, rise, ridden, tuple(found), rows)
+    return Planned(
+        job, plan.feed, path, plan.page_stops, model, theta, motion, trajectory, rise, ridden, tuple(found), rows,
+    )  # fmt: skip
 
 
 def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
@@ -241,7 +226,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
     """The same with the waypoints that the controller needs."""
     path, job = planned.path, planned.job
-    rows = simplify.kept(path, solution.correction[:, :3], tolerance, planned.feed * job.robot.controller.period)
+    rows = kept_waypoints(job, path, planned.feed, solution.correction[:, :3])
     N = len(path.arc)
     told = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
     motion, stops = planned.trajectory, planned.page_stops

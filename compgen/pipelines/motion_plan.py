@@ -1,25 +1,95 @@
-"""A job's motion without its heat: path, joints and timing at any feed."""
+"""A job's motion before any correction: path, joints and timing, the same for every story that drives the program.
 
+It does not depend on how warm the robot is. What asks for more waypoints than the chord does are maps, gears and
+reversals; growth and bends by heat vary over metres of path. So the day before a program can be planned from the very
+motion that the program will have.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen import fanuc
+from compgen.compensation import refinement, simplify
+from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
+from compgen.core.findings import Progress
+from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.pipelines.job import Job
 from compgen.planning import retiming, toolpath
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.robot import inverse_kinematics
 from compgen.thermal import JointMotion
 
 
-def rehearse(job: Job, feed: float) -> tuple[ToolPath, JointMotion, Trajectory]:
-    """Plan a job's path and drive it at a feed [m/s].
+@dataclass(frozen=True, eq=False, slots=True)
+class MotionPlan:
+    """N waypoints with joints and times."""
+
+    feed: float  # [m/s] the wanted one as a program can say it
+    path: ToolPath  # with the stops that its pages need
+    page_stops: PageStops | None  # None when one file holds it, or when pages are not wanted
+    model: ErrorModel
+    theta: Array  # (N, 6) [rad]
+    trajectory: Trajectory
+
+    @property
+    def joint_motion(self) -> JointMotion:
+        """What the drives do, for the heat."""
+        return JointMotion(self.trajectory.time, self.theta, self.trajectory.driven)
+
+
+def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -> MotionPlan:
+    """Lay a job's path, find its joints and time it.
+
+    Args:
+        job: The program; its history is not looked at.
+        feed: Wanted along the path [m/s].
+        progress: Called with the stage and the share done.
+        pages: Whether a program that is more than the controller holds in one file gets the stops of its pages.
 
     Raises:
-        ImpossibleError: The robot cannot drive the path.
+        InputError: The path cannot be laid; names the path file.
+        ImpossibleError: The robot cannot drive it.
     """
+    progress("path", 0.0)
     try:
-        path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+        path = toolpath.build(
+            job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing
+        )
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
-    flange = inverse_kinematics.flange_of(path.position, path.rotation, job.tool_position, job.tool_rotation)
-    theta = inverse_kinematics.follow(job.robot, *flange, job.posture)
-    trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, feed)
-    return path, JointMotion(trajectory.time, theta, trajectory.driven), trajectory
+    feed = fanuc.writable_speed(feed)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    path, theta = refinement.refine(
+        job.robot, job.posture, job.tool_position, job.tool_rotation, job.sources, model, path, feed, job.chord
+    )
+    progress(f"path: {len(theta)} waypoints", 1.0)
+    page_stops = place_page_stops(job.robot, path, theta, len(job.heat.names), job.stop_on_the_part) if pages else None
+    if page_stops is not None:
+        path = replace(path, stop=page_stops.stop)
+    progress("timing", 0.0)
+    trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
+    return MotionPlan(feed, path, page_stops, model, theta, trajectory)
+
+
+def plan_written_motion(job: Job, feed: float) -> MotionPlan:
+    """The motion of a job's program as it will stand in its file: without the waypoints that ``process.thin_um`` drops.
+
+    Raises:
+        InputError: The path cannot be laid.
+        ImpossibleError: The robot cannot drive it.
+    """
+    plan = plan_motion(job, feed, lambda stage, share: None)
+    if job.thin is None:
+        return plan
+    rows = kept_waypoints(job, plan.path, plan.feed, np.zeros_like(plan.path.position))
+    path, theta = plan.path.only(rows), plan.theta[rows]
+    trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, plan.feed)
+    return replace(plan, path=path, page_stops=None, theta=theta, trajectory=trajectory)
+
+
+def kept_waypoints(job: Job, path: ToolPath, feed: float, correction: Array) -> IntArray:
+    """Which waypoints a thinned program keeps, given the correction of their positions (N, 3) [m]."""
+    return simplify.kept(path, correction, job.thin or 0.0, feed * job.robot.controller.period)

@@ -15,7 +15,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import override, read_toml, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.pipelines.job import Job
-from compgen.pipelines.motion_plan import rehearse
+from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
 from compgen.pipelines.schedule import plan
 from compgen.pipelines.schema import PathFile, path_model
@@ -131,7 +131,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         return job
     loss: tuple[float, ...] = ()
     if isinstance(job.heat, Network):
-        loss, _ = mean_losses(job.robot, job.heat.drives, rehearse(job, job.feed)[1])
+        loss, _ = mean_losses(job.robot, job.heat.drives, plan_written_motion(job, job.feed).joint_motion)
     return replace(job, heat=explain(read, job.heat, loss).heat)
 
 

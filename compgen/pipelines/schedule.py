@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.pipelines.job import Job
-from compgen.pipelines.motion_plan import rehearse
+from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.thermal import Duty, JointMotion
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.network import Network
@@ -34,7 +34,7 @@ class Programs:
     def motion(self, name: str, feed: float) -> JointMotion:
         """A program driven at a feed."""
         if (name, feed) not in self._motions:
-            self._motions[name, feed] = rehearse(self.job(name), feed)[1]
+            self._motions[name, feed] = plan_written_motion(self.job(name), feed).joint_motion
         return self._motions[name, feed]
 
 

@@ -129,7 +129,7 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     assert np.median(near) < 20 * MM  # where joints reverse
     growth = [s for s in job.sources if isinstance(s, ThermalGrowth)]
     arm = (job.robot, job.posture, job.tool_position, job.tool_rotation, growth, planned.model)
-    assert refinement.refine(*arm, plain, job.feed, planned.rise[0], job.chord)[0] is plain
+    assert refinement.refine(*arm, plain, job.feed, job.chord)[0] is plain
     room = np.diff(planned.path.arc) / (job.feed * job.robot.controller.period)
     assert room.min() >= 0.9  # never below what the controller can follow
 

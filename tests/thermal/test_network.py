@@ -15,7 +15,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
-from compgen.pipelines.motion_plan import rehearse
+from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.path_file import load_job
 from compgen.thermal import Ambient, Duty, JointMotion, after, during, history
 from compgen.thermal.drive_losses import losses, torques
@@ -206,7 +206,7 @@ def test_losses_are_power_times_shares(warm, heat):
 
 
 def test_mean_of_a_program_warms_like_the_program(warm, heat):
-    _, motion, _ = rehearse(warm, warm.feed)
+    motion = plan_written_motion(warm, warm.feed).joint_motion
     _, end = during(heat, after(heat, warm.before), motion)
     mean = replace(warm.before[0], duration=float(motion.time[-1]))
     assert_allclose(heat.outputs @ end, heat.outputs @ after(heat, [*warm.before, mean]), atol=2e-3)  # K
