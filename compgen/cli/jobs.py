@@ -24,7 +24,6 @@ from compgen.cli.app import (
     use_machine,
     write_file,
 )
-from compgen.cli.earlier import written_before
 from compgen.cli.progress_bar import CHECK, GENERATE, PREDICT, stages
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level, Progress
@@ -146,7 +145,7 @@ def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, 
     program = pipeline.program_name_of(job)
     ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
     each = {name: told(content, 0.6 + 0.4 * k / len(files)) for k, (name, content) in enumerate(files.items())}
-    publish.publish(folder, each, ours | written_before(folder / f"{program}{ENDING}"))
+    publish.publish(folder, each, ours | publish.files_of_earlier_run(folder / f"{program}{ENDING}"))
 
 
 def _junit(data: dict[str, Any]) -> bytes:

@@ -1,4 +1,4 @@
-"""Pages of an earlier run, which this run replaces; and the command that parts a program that exists."""
+"""The command that splits an existing program into pages that the controller holds."""
 
 import sys
 from hashlib import sha256
@@ -9,7 +9,6 @@ import typer
 from compgen import fanuc
 from compgen.cli import publish
 from compgen.cli.app import Quiet, Set, app, output_folder
-from compgen.cli.earlier import written_before
 from compgen.cli.inspect import ProgramFile, RobotFile, naming_program, read_program
 from compgen.core.exceptions import InputError
 from compgen.core.units import KB
@@ -54,7 +53,7 @@ def pages(
         check_manifest(made, files)
         if (clash := folder / f"{paged.name}.LS").exists() and clash.samefile(program):
             raise InputError(f"{program}: the main program would replace it; give another folder with -o")
-        publish.publish(folder, files, {*files} | written_before(folder / name))
+        publish.publish(folder, files, {*files} | publish.files_of_earlier_run(folder / name))
         lines = [f"{whole.name}: {_says(asked)}: {len(paged.pages)} pages in {paged.loads} loads, in {folder}"]
         for page in paged.pages:
             lines.append(f"  {page.name}: load {page.load}, {_says(page.size)}")

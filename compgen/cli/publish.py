@@ -9,11 +9,13 @@ line only.
 
 import ctypes
 import errno
+import json
 import os
 import secrets
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
 
 from compgen.core import interrupts
@@ -99,6 +101,24 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
         with suppress(OSError):  # folders made for nothing; the first with something in it stays
             for made in missing:
                 made.rmdir()
+
+
+def files_of_earlier_run(manifest: Path) -> set[str]:
+    """Files that the manifest of an earlier run's pages names and that are still what it wrote; it is one of them."""
+    try:
+        record = json.loads(manifest.read_bytes())
+        checksums = {str(e["file"]): str(e["sha256"]) for e in [record["main"], *record["pages"]]}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+    names = {manifest.name}
+    for name, checksum in checksums.items():
+        file = manifest.with_name(Path(name).name)
+        try:
+            if not file.is_symlink() and sha256(file.read_bytes()).hexdigest() == checksum:
+                names.add(file.name)
+        except OSError:
+            continue
+    return names
 
 
 def _appear(stage: Path, target: Path) -> None:
