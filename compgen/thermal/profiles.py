@@ -24,6 +24,7 @@ from typing import Literal
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.robot.dh_lengths import LengthName
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class Section:
 class Profile:
     """One heated length."""
 
-    length: str  # "a2", "d4", ...
+    length: LengthName
     cte: float  # [1/K]
     sections: tuple[Section, ...]
 

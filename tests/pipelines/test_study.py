@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
@@ -29,6 +30,11 @@ from compgen.report.study_page import answer_csv, headline, study_csv, study_htm
 from compgen.verification.deviation import deviation, statistics
 
 PATH = path_file("line_y")
+#: sources of the flawed robot that do not grow with temperature along a link
+NOT_GROWTH = (
+    "loads", "link_offsets", "joint_zeros", "joint_coupling", "compliance", "gear_harmonics", "joint_ripple",
+    "hysteresis", "base_frame", "thermal_bend", "thermal_shift", "tool_frame", "map", "box",
+)  # fmt: skip
 GRID = ("before.0.duration_h=0,3,6", "robot.thermal.cte_um_m_K=10,12")
 
 
@@ -296,6 +302,20 @@ def test_contributions_add_up(line):
     whole = generate.predict(line, quiet)
     assert sum(nodes) == pytest.approx(statistics(whole.deviation)["total"]["max_um"], abs=2.5)
     assert sum(lengths) == pytest.approx(sum(nodes), abs=0.05)
+
+
+def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
+    """The growth of the column (d1) and of a3 lift the tool as much as their profiles say."""
+    robot = flawed_file(tmp_path, drop=NOT_GROWTH)
+    job = load_job(PATH, robot=robot)
+    answer = ask("contributions", job, 5 * UM)
+    lengths = dict(zip(answer.labels, answer.table[:, 1].tolist()))
+    assert {"length d1", "length a3"} <= set(lengths)
+    nodes = sum(v for label, v in lengths.items() if label.startswith("node"))
+    assert sum(v for label, v in lengths.items() if label.startswith("length")) == pytest.approx(nodes, abs=0.05)
+    alone = dict(zip(answer.labels, answer.table[:, 2].tolist()))["length d1"]
+    warmest = ridden(job, lay_out(job)).rise[:, 0].max()
+    assert alone == pytest.approx(0.565 * 10.5 * 1.1 * warmest, rel=1e-3)  # um: length, cte, its excess, rise of j2
 
 
 def test_steady_is_ninety_five_percent_of_the_end(line):

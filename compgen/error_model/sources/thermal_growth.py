@@ -14,6 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.error_model.sources.expressions import entries, weighted
 from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.robot.dh_lengths import DH_LENGTHS, LengthName
 from compgen.robot.kinematics import Chain, is_zero
 
 
@@ -35,6 +36,13 @@ class ThermalGrowth:
     def __post_init__(self) -> None:
         own(self, a=(6, "K"), d=(6, "K"))
         settle(self)
+
+    def without(self, length: LengthName) -> "ThermalGrowth":
+        """The growth of all lengths but one."""
+        parameter, row = DH_LENGTHS[length]
+        growth = np.array(getattr(self, parameter))
+        growth[row] = 0.0
+        return replace(self, **{parameter: growth})
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its lengths grown."""

@@ -13,7 +13,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE, MM, UM
-from compgen.error_model.sources import Source
+from compgen.error_model.sources import ThermalGrowth
 from compgen.pipelines.job import Job
 from compgen.pipelines.start_window import late_rise
 from compgen.pipelines.study.evaluate import displacement, lay_out, ridden
@@ -104,8 +104,8 @@ def contributions(job: Job, limit: float) -> Answer:
         labels.append(f"node {name}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     for profile in job.profiles:
-        still = replace(job, sources=tuple(_without(job, profile.length)))
-        moved = whole - displacement(still, geometry, ride.rise)
+        held = tuple(s.without(profile.length) if isinstance(s, ThermalGrowth) else s for s in job.sources)
+        moved = whole - displacement(replace(job, sources=held), geometry, ride.rise)
         labels.append(f"length {profile.length}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     table = np.array([[float(n), *row] for n, row in enumerate(rows)])
@@ -204,20 +204,6 @@ def _moving(job: Job) -> Duty:
 
 def _clock(duties: tuple[Duty, ...]) -> float:
     return sum(d.duration for d in duties)
-
-
-def _without(job: Job, length: str) -> list[Source]:
-    """The job's sources with one length not growing."""
-    kind, row = {"a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}[length]
-    out: list[Source] = []
-    for source in job.sources:
-        table = getattr(source, kind, None)
-        if isinstance(table, np.ndarray) and table.ndim == 2:
-            still = table.copy()
-            still[row] = 0.0
-            source = replace(source, **{kind: still})  # type: ignore[type-var]
-        out.append(source)
-    return out
 
 
 def _largest(vectors: Array) -> float:

@@ -8,13 +8,12 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MM, UM
+from compgen.robot.dh_lengths import DH_LENGTHS, dh_length
 from compgen.robot.robot import Robot
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.thermal.drive_losses import Drives
 from compgen.thermal.network import Body, Housing, Network, assemble, modes
 from compgen.thermal.tables import schema as sc
-
-LENGTHS = {"d1": ("d", 0), "a1": ("a", 0), "a2": ("a", 1), "a3": ("a", 2), "d4": ("d", 3), "d6": ("d", 5)}
 
 
 def node_model(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: str) -> NodeModel:
@@ -64,8 +63,7 @@ def profiles(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Profil
                 raise InputError(f"{key}: an exponential shape needs rises above zero at '{s.from_}' and '{s.to}'")
             sections.append(Section(start, s.to_mm * MM, s.from_, s.to, s.shape))
             start = s.to_mm * MM
-        kind, axis = LENGTHS[profile.length]
-        length = abs(float(getattr(robot, kind)[axis])) or start  # World's origin may stand on top of the column
+        length = abs(dh_length(robot, profile.length)) or start  # World's origin may stand on top of the column
         if abs(start - length) > 1e-9:
             raise InputError(f"{key}: sections end at {start / MM:g} mm, {profile.length} is {length / MM:g} mm long")
         found.append(Profile(profile.length, _cte(thermal, profile.length, where) * UM, tuple(sections)))
@@ -175,7 +173,7 @@ def network(
         rate=rate,
         to_volumes=shapes,
     )
-    size = {p.length: abs(float(getattr(robot, LENGTHS[p.length][0])[LENGTHS[p.length][1]])) for p in nodes.profiles}
+    size: dict[str, float] = {p.length: abs(dh_length(robot, p.length)) for p in nodes.profiles}
     for body in bodies:
         if body.name in size and abs(size[body.name] - body.length) > 1e-9:
             raise InputError(
@@ -192,7 +190,7 @@ def growth(robot: Robot, names: Sequence[str], reference: Array, parts: Sequence
     rises = dict(zip(names, reference.tolist()))
     grown = {"a": np.zeros((6, len(names))), "d": np.zeros((6, len(names)))}
     for profile in parts:
-        kind, row = LENGTHS[profile.length]
-        sign = -1.0 if getattr(robot, kind)[row] < 0 else 1.0
-        grown[kind][row] += sign * growth_weights(profile, rises, list(names))
+        parameter, row = DH_LENGTHS[profile.length]
+        sign = -1.0 if dh_length(robot, profile.length) < 0 else 1.0
+        grown[parameter][row] += sign * growth_weights(profile, rises, list(names))
     return grown["a"], grown["d"]

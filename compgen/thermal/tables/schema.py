@@ -6,6 +6,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.quantities import Length, NotNegative, Positive, Range, SixRates, ThreePlaces, Word
 from compgen.core.toml import Table
+from compgen.robot.dh_lengths import LengthName
 
 
 class StepTable(Table):
@@ -144,7 +145,7 @@ class SectionTable(Table):
 class ProfileTable(Table):
     """One heated length."""
 
-    length: Literal["d1", "a1", "a2", "a3", "d4", "d6"]
+    length: LengthName
     sections: Annotated[list[SectionTable], Field(min_length=1)]
 
 
