@@ -1,4 +1,4 @@
-"""Draws docs/spiral_1300.svg from the results of `compgen generate paths/spiral_1300.toml`.
+"""Draws docs/spiral_1300.svg from the results of `cgen generate paths/spiral_1300.toml`.
 
     python docs/picture.py
 
