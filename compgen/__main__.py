@@ -1,4 +1,4 @@
-"""``python -m compgen`` and the command ``compgen``: Ctrl-C is minded before anything else is loaded."""
+"""``python -m compgen`` and the command ``cgen``: Ctrl-C is minded before anything else is loaded."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Turn the published UR5 data set (see docs/identify.md) into pose files that ``compgen identify`` reads.
+"""Turn the published UR5 data set (see docs/identify.md) into pose files that ``cgen identify`` reads.
 
     python robots/ur5_poses.py FOLDER [N]
 

@@ -18,7 +18,7 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
 def run(*arguments, cwd=ROOT):
     """The command line in this process, from its arguments to its exit code: starting Python is what takes time."""
     out, err, before = io.StringIO(), io.StringIO(), sys.argv
-    sys.argv = ["compgen", *map(str, arguments)]
+    sys.argv = ["cgen", *map(str, arguments)]
     try:
         with chdir(cwd), redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as left_with:
             main.main()

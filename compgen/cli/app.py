@@ -56,12 +56,12 @@ _said: set[str] = set()
 def _say_once(note: str) -> None:
     if note not in _said and not interrupts.asked():  # a compiler that is stopped as well has not failed
         _said.add(note)
-        sys.stderr.write(f"compgen: note: {note}\n")
+        sys.stderr.write(f"cgen: note: {note}\n")
 
 
 def say_error(message: str, code: int) -> int:
     """One line on the error stream; the exit code to leave with."""
-    sys.stderr.write(f"compgen: {' '.join(message.split())}\n")
+    sys.stderr.write(f"cgen: {' '.join(message.split())}\n")
     return code
 
 

@@ -72,7 +72,7 @@ def _outcome() -> int:
         gc.freeze()
         gc.enable()
         interrupts.working()
-        code = command(app)(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
+        code = command(app)(sys.argv[1:] or ["--help"], prog_name="cgen", standalone_mode=False) or 0
         sys.stdout.flush()
         return int(code)
     except CompgenError as failure:
@@ -80,7 +80,7 @@ def _outcome() -> int:
     except (KeyboardInterrupt, typer.Abort):
         return say_error("interrupted; nothing was written", 130)
     except typer.TyperException as failure:
-        return say_error(f"{getattr(failure, 'format_message', failure.__str__)().rstrip('.')}; see compgen --help", 2)
+        return say_error(f"{getattr(failure, 'format_message', failure.__str__)().rstrip('.')}; see cgen --help", 2)
     except MemoryError:
         return say_error("not enough memory; make the path smaller, or raise process.chord_um", 2)
     except BrokenPipeError:  # whoever read the output has seen enough

@@ -126,7 +126,7 @@ def _stop(number: int, frame: FrameType | None) -> None:
     _asked = number
     _ignore()
     if _loading:
-        os.write(2, f"compgen: {_sentence(number)}\n".encode())
+        os.write(2, f"cgen: {_sentence(number)}\n".encode())
         os._exit(128 + number)
     raise Stopped(number)
 

@@ -38,7 +38,7 @@ def read_toml(source: Path, folder: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
-        raise InputError(f"{source}: no such file; 'compgen init' lays down {', '.join(known)}") from None
+        raise InputError(f"{source}: no such file; 'cgen init' lays down {', '.join(known)}") from None
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; give a TOML file") from None
     except OSError as failure:

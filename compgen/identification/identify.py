@@ -183,8 +183,8 @@ def _missing(robot: Robot, data: Measurements, moved: BoolArray) -> str:
     k = int(np.argmin(np.where(moved, share, 0.0)))
     poses = len(data.theta)
     if poses < 20:
-        return f"{poses} poses are few: measure 20 or more, as 'compgen plan-poses' says"
-    return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'compgen plan-poses' says"
+        return f"{poses} poses are few: measure 20 or more, as 'cgen plan-poses' says"
+    return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'cgen plan-poses' says"
 
 
 def fitted_sources(known: Sequence[Known], parts: Sequence[Part], model: Model, found: Fit) -> tuple[Known, ...]:

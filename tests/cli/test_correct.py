@@ -1,4 +1,4 @@
-"""``compgen correct`` as a user meets it: files, exit codes, one-line refusals, the folder untouched on error."""
+"""``cgen correct`` as a user meets it: files, exit codes, one-line refusals, the folder untouched on error."""
 
 import json
 import os

@@ -20,7 +20,7 @@ def watch(event, args):
         if left == 0:
             os.kill(os.getpid(), {number})
 sys.addaudithook(watch)
-sys.argv = ["compgen", *{arguments!r}]
+sys.argv = ["cgen", *{arguments!r}]
 from compgen.__main__ import main
 main()
 """
@@ -76,7 +76,7 @@ def test_a_stopped_run_says_one_line_and_leaves_everything_as_it_was(older, mome
     cache = folder / "cold" if moment == "compiling" else None
     done = run(folder, *LONG, at=MOMENTS[moment], number=number, cache=cache)
     word = "interrupted" if number == signal.SIGINT else "terminated"
-    assert (done.returncode, done.stderr) == (128 + number, f"compgen: {word}; nothing was written\n")
+    assert (done.returncode, done.stderr) == (128 + number, f"cgen: {word}; nothing was written\n")
     assert done.stdout == ""
     assert content(folder / "out") == before
     assert not strays(folder)
@@ -134,4 +134,4 @@ def test_a_study_on_several_processes_stops_at_once_and_keeps_what_is_done(tmp_p
     os.killpg(process.pid, signal.SIGINT)
     _, told = process.communicate(timeout=60)
     assert time.monotonic() - begin < 3
-    assert (process.returncode, told) == (130, "compgen: interrupted; finished scenarios are kept\n")
+    assert (process.returncode, told) == (130, "cgen: interrupted; finished scenarios are kept\n")

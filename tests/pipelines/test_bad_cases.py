@@ -198,9 +198,9 @@ def generate_in_shell(out, *more, **surroundings):
     [
         (
             "path.x_mm=1400",
-            r"compgen: waypoint 786\d\d\d at X .* is out of reach: .*; move the path or make it smaller",
+            r"cgen: waypoint 786\d\d\d at X .* is out of reach: .*; move the path or make it smaller",
         ),
-        ("robot.limits.j1_deg=[-20,180]", r"compgen: waypoint 388\d\d\d: joint J1 needs .* beyond its limits .*; move"),
+        ("robot.limits.j1_deg=[-20,180]", r"cgen: waypoint 388\d\d\d: joint J1 needs .* beyond its limits .*; move"),
     ],
 )
 def test_a_million_waypoints_that_leave_the_robot_half_way_are_refused_within_seconds(tmp_path, override, told):
@@ -226,7 +226,7 @@ def test_a_long_run_without_a_compiler_says_so_once_and_writes_the_same_program(
     for compiler, told in (("/bin/false", "the C compiler failed"), ("no-such-compiler", "no C compiler")):
         done = generate_in_shell(tmp_path / "without", *LONG, CC=compiler, XDG_CACHE_HOME=str(tmp_path / "cache"))
         assert done.returncode == 0
-        assert re.fullmatch(f"compgen: note: {told}: numpy evaluates instead, .*\n", done.stderr)
+        assert re.fullmatch(f"cgen: note: {told}: numpy evaluates instead, .*\n", done.stderr)
         for written in (tmp_path / "with").glob("*.LS"):
             one, other = written.read_bytes(), (tmp_path / "without" / written.name).read_bytes()
             differ = sum(a != b for a, b in zip(one.split(), other.split()))

@@ -24,7 +24,7 @@ LONGEST_S = 1e9  # a time above is a slip of the pen, not a duration
 
 
 def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
-    """Everything ``compgen inspect`` says, in plain types.
+    """Everything ``cgen inspect`` says, in plain types.
 
     Args:
         program: Any program.

@@ -188,7 +188,7 @@ def _controller(result: Correction) -> list[Finding]:
     asked = size(result.plan.program)
     told = f"{asked.lines} lines, {asked.positions} positions, about {asked.memory / KB:.0f} kB on the controller"
     if not asked.within(store_of(result.cell.robot)):
-        told = f"{told}: more than it holds in one file; compgen pages parts what was written"
+        told = f"{told}: more than it holds in one file; cgen pages parts what was written"
         found.append(Finding(Level.WARNING, "controller.size", told))
     elif result.added:
         found.append(Finding(Level.NOTE, "controller.size", f"{result.added} positions are new: {told}"))
