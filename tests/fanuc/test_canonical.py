@@ -13,8 +13,8 @@ from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr, matrix_of
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.writer import letters, pose_numbers, speed_said, speed_text
-from compgen.fanuc.program import apply_turns, turn_digits
+from compgen.fanuc.canonical.writer import pose_numbers, speed_said, speed_text
+from compgen.fanuc.configuration import apply_turns, config_letters, postures_of, turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
 
 GOLDEN = """/PROG  DEMO
@@ -144,7 +144,7 @@ def naive_text(program):
     out.append("/POS\r\n")
     for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist()), 1):
         x, y, z, w, p, r = (f"{v:9.3f}" for v in row)
-        config = f"{letters(program.posture)}, {a}, {b}, {c}"
+        config = f"{config_letters(program.posture)}, {a}, {b}, {c}"
         out.append(
             f"P[{n}]{{\r\n   GP1:\r\n\tUF : 0, UT : 1,\t\tCONFIG : '{config}',"
             f"\r\n\tX = {x}  mm,\tY = {y}  mm,\tZ = {z}  mm,\r\n\tW = {w} deg,\tP = {p} deg,\tR = {r} deg\r\n}};\r\n"
@@ -360,13 +360,11 @@ def test_turns_are_read_as_they_were_written(robot, angles):
 
 
 def test_config_letters_are_wrist_elbow_arm():
-    assert letters(Posture()) == "N U T"
-    assert letters(Posture(front=False, up=False, flip=True)) == "F D B"
+    assert config_letters(Posture()) == "N U T"
+    assert config_letters(Posture(front=False, up=False, flip=True)) == "F D B"
 
 
 def test_config_of_the_check_values(robot):
-    from compgen.fanuc.program import posture_of
-
     table = [
         ((10, 20, -15, 30, -60, 45), "N U T", (0, 0, 0)),
         ((10, 20, -15, -150, 60, -135), "F U T", (0, 0, 0)),
@@ -377,7 +375,7 @@ def test_config_of_the_check_values(robot):
         ((0, 0, 81, 0, -30, 0), "N D T", (0, 0, 0)),
     ]
     theta = robot.to_theta(np.array([row[0] for row in table]) * DEG)
-    assert [letters(p) for p in posture_of(robot, theta)] == [row[1] for row in table]
+    assert [config_letters(p) for p in postures_of(robot, theta)] == [row[1] for row in table]
     assert [tuple(t) for t in turn_digits(robot, theta).tolist()] == [row[2] for row in table]
 
 

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError, JointLimitError, SingularityError, UnreachableError
 from compgen.core.units import DEG
+from compgen.fanuc.configuration import postures_of
 from compgen.robot import inverse_kinematics
 from compgen.robot.kinematics import evaluate, nominal_chain
 
@@ -54,14 +55,12 @@ def test_the_eight_branches_differ(robot):
 
 
 def test_branch_names_follow_the_controllers_rules(robot):
-    from compgen.fanuc.program import posture_of
-
     theta = np.random.default_rng(2).uniform(robot.lower, robot.upper, (500, 6))
     position, rotation = forward(robot, theta)
     for posture in inverse_kinematics.ALL_POSTURES:
         solved, margin = inverse_kinematics.solve(robot, position, rotation, posture)
         inside = (margin > 1e-3) & (np.abs(np.sin(solved[:, 4])) > 1e-3)
-        assert {*posture_of(robot, solved[inside])} == {posture}
+        assert {*postures_of(robot, solved[inside])} == {posture}
 
 
 def test_alpha6_zero_is_solved_too(robot):

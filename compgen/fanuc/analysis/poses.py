@@ -6,7 +6,6 @@ A Cartesian position takes its joints from its CONFIG, a joint-form position its
 told (not taught, frame not known, CONFIG without a posture, out of reach) is NaN.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,15 +14,14 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
+from compgen.fanuc.configuration import apply_turns, parse_config, posture_indices
 from compgen.fanuc.frames import Frames, Pose
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
-from compgen.fanuc.program import apply_turns, posture_numbers
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_of, forward, solve
 from compgen.robot.robot import Robot
 
 NONE = -1
-CONFIG = re.compile(r"\s*([NF])\s*([UD])\s*([TB])\s*(?:,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4})\s*,\s*(-?\d{1,4}))?\s*$")
 J1, E1 = AXES.index("J1"), AXES.index("E1")
 
 
@@ -77,7 +75,7 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
         tcp, turn = _stacked(tool[taught], tools)
         position[taught] = flange[0] + np.einsum("nij,nj->ni", flange[1], tcp)
         rotation[taught] = flange[1] @ turn
-        posture[taught] = posture_numbers(robot, theta[taught])
+        posture[taught] = posture_indices(robot, theta[taught])
 
     given = np.isfinite(value[:, :6]).all(axis=1) & (tool != NONE) & (base != NONE) & ~joint_form
     cartesian = np.flatnonzero(given)
@@ -86,18 +84,18 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
         position[cartesian] = origin + np.einsum("nij,nj->ni", axes, value[cartesian, :3] * MM)
         rotation[cartesian] = axes @ from_wpr(*(value[cartesian, 3:6] * DEG).T)
         configs, which = _configs([p.config[i] or "" for i in row[cartesian]])
-        for k, (letters, turns) in enumerate(configs):
-            here = cartesian[which == k]
-            if letters is None:
+        for k, (named, turns) in enumerate(configs):
+            rows = cartesian[which == k]
+            if named is None:
                 continue
-            posture[here] = ALL_POSTURES.index(letters)
-            for t in np.unique(tool[here]):
-                some = here[tool[here] == t]
+            posture[rows] = ALL_POSTURES.index(named)
+            for t in np.unique(tool[rows]):
+                some = rows[tool[rows] == t]
                 flange = flange_of(position[some], rotation[some], *tools[t])
-                solved, inside = solve(robot, *flange, letters)
+                solved, reach = solve(robot, *flange, named)
                 turned = apply_turns(robot, solved, np.tile(turns, (len(some), 1)))
-                theta[some] = np.where(inside[:, None] >= 0, turned, np.nan)
-                margin[some] = inside
+                theta[some] = np.where(reach[:, None] >= 0, turned, np.nan)
+                margin[some] = reach
     extended = np.asarray((p.span[row, E1:, 1] > 0).any(axis=1))
     return Poses(
         row, p.number[row], p.line[row], position, rotation, theta, margin, posture, joint_form, extended,
@@ -135,10 +133,5 @@ def _stacked(which: IntArray, table: tuple[Pose, ...]) -> tuple[Array, Array]:
 
 def _configs(texts: list[str]) -> tuple[list[tuple[Posture | None, tuple[int, ...]]], IntArray]:
     """The different CONFIGs, and which each position has."""
-    seen = {text: k for k, text in enumerate(dict.fromkeys(texts))}
-    found: list[tuple[Posture | None, tuple[int, ...]]] = []
-    for text in seen:
-        match = CONFIG.match(text)
-        letters = Posture(match[3] == "T", match[2] == "U", match[1] == "F") if match else None
-        found.append((letters, tuple(int(t or 0) for t in match.groups()[3:]) if match else (0, 0, 0)))
-    return found, np.array([seen[t] for t in texts], dtype=np.int64)
+    index = {text: k for k, text in enumerate(dict.fromkeys(texts))}
+    return [parse_config(text) for text in index], np.array([index[text] for text in texts], dtype=np.int64)

@@ -12,7 +12,8 @@ from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.digits import BLOCK, DECIMALS, MOST_DECIMALS, fits, read_fixed
 from compgen.fanuc.canonical.layout import MARK, MARK_BACK, Frame, motion_tail, motions, position_config, positions
-from compgen.fanuc.canonical.writer import fill_poses, letters, speed_said
+from compgen.fanuc.canonical.writer import fill_poses, speed_said
+from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import mixed, told_apart, windows, word
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
@@ -79,7 +80,7 @@ def interpret(data: bytes) -> Program:
         raise InputError("program: positions differ in frame, tool or CONFIG letters")
 
     numbers = np.array([r[9:15] for r in rows], dtype=float)
-    posture = next(p for p in ALL_POSTURES if letters(p).split() == list(rows[0][3:6]))
+    posture = next(p for p in ALL_POSTURES if config_letters(p).split() == list(rows[0][3:6]))
     return Program(
         name=name.group(1) if name else "",
         comment=comment.group(1) if comment else "",
@@ -160,7 +161,7 @@ def _positions(data: bytes, small: Program, edge: IntArray) -> tuple[Array, Arra
     """Positions (N, 3) [m], rotations (N, 3, 3) and turns (N, 3); row k is from edge k to the next."""
     N, frame = len(edge) - 1, Frame(small.uframe, small.utool, small.decimals)
     position, rotation, turns = np.empty((N, 3)), np.empty((N, 3, 3)), np.empty((N, 3), dtype=np.int64)
-    posture = letters(small.posture).encode()
+    posture = config_letters(small.posture).encode()
 
     def part(start: int, stop: int) -> None:
         for at in range(start, stop, BLOCK):

@@ -13,9 +13,9 @@ from compgen.core.rotations import fill_rotations, to_wpr
 from compgen.core.units import DEG, INCH, MINUTE, MM
 from compgen.fanuc.canonical.digits import BLOCK, DECIMALS, fits
 from compgen.fanuc.canonical.layout import Frame, motions, positions
+from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import different
 from compgen.fanuc.program import Program
-from compgen.robot.inverse_kinematics import Posture
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
 EXACT = 1e-6  # so near, a unit says the speed itself
@@ -95,7 +95,8 @@ def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
 def _positions(program: Program) -> Iterator[bytes | memoryview]:
     """The blocks of all positions."""
     rows, which = different(program.turns)
-    configs = [f"{letters(program.posture)}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
+    letters = config_letters(program.posture)
+    configs = [f"{letters}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
     frame = Frame(program.uframe, program.utool, program.decimals)
     angles = to_wpr(program.rotation)
 
@@ -193,11 +194,6 @@ def as_written(program: Program, poses: tuple[Array, Array] | None = None) -> Pr
     rows, which = different(program.speed)
     said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(said[which]))
-
-
-def letters(posture: Posture) -> str:
-    """CONFIG's letters: wrist, elbow, arm."""
-    return f"{'F' if posture.flip else 'N'} {'U' if posture.up else 'D'} {'T' if posture.front else 'B'}"
 
 
 def speed_text(speed: float) -> str:

@@ -5,10 +5,10 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import from_wpr, to_wpr, vector_of
 from compgen.core.units import DEG, MM
-from compgen.fanuc.analysis.poses import CONFIG, J1, NONE, Poses
+from compgen.fanuc.analysis.poses import J1, NONE, Poses
+from compgen.fanuc.configuration import CONFIG, turn_digits
 from compgen.fanuc.editing import watermark
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.fanuc.program import turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_of, forward, nearest_turns, solve
 from compgen.robot.robot import Robot
 

@@ -12,10 +12,11 @@ import numpy as np
 from compgen.core.evaluation import blocks_of
 from compgen.core.exceptions import ImpossibleError
 from compgen.fanuc.canonical.writer import compose
+from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
 from compgen.fanuc.paging.capacity import Size, Store
 from compgen.fanuc.paging.plan import settled
 from compgen.fanuc.paging.split import Page, Paged, main_program
-from compgen.fanuc.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK, Program
+from compgen.fanuc.program import Program
 
 FRAMES = 2  # lines: UFRAME_NUM and UTOOL_NUM
 
@@ -43,7 +44,7 @@ def split_own(
     said = _said(head)
 
     def parts_in(room: Store) -> tuple[list[tuple[int, int]], list[float]]:
-        bare = MEMORY_PROGRAM + REMARK * head_lines + said
+        bare = MEMORY_PROGRAM + MEMORY_REMARK * head_lines + said
         fits = int((room.memory - bare) // (MEMORY_POSITION + MEMORY_MOTION))
         parts = _parts(program, min(room.max_lines - head_lines - FRAMES, room.max_positions, fits))
         return parts, [bare + (last + 1 - first) * (MEMORY_POSITION + MEMORY_MOTION) for first, last in parts]

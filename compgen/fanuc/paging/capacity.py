@@ -9,7 +9,7 @@ from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
+from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
 
 USUAL_MOTION = 64  # bytes of text; what is longer has options that take room of their own
 

@@ -13,9 +13,9 @@ from compgen.fanuc.analysis.control_flow import Flow
 from compgen.fanuc.analysis.modal_state import InForce, read_settings
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
 from compgen.fanuc.paging.capacity import Costs, Size, Store, costs
 from compgen.fanuc.paging.names import page_names
-from compgen.fanuc.program import CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK
 
 P = TypeVar("P")
 
@@ -82,11 +82,11 @@ def settled(
         taken: Names that no page may have.
         parts_in: The parts of the program, and the memory of each, when a page may be as large as a store.
     """
-    main = MEMORY_PROGRAM + CALL
+    main = MEMORY_PROGRAM + MEMORY_CALL
     while True:
         parts, memory = parts_in(replace(store, memory=store.memory - main))
         names = page_names(name, len(parts), store.name_length, taken)
-        need = MEMORY_PROGRAM + sum(len(n) + CALL for n in names)
+        need = MEMORY_PROGRAM + sum(len(n) + MEMORY_CALL for n in names)
         if need <= main:
             break
         main = need
@@ -197,7 +197,7 @@ def _head(each: Costs, again: list[int], entry: int, head_lines: int) -> Size:
     return Size(
         head_lines + int(each.lines[again].sum()) + moves,
         moves,
-        MEMORY_PROGRAM + REMARK * head_lines + float(each.memory[again].sum()) + moves * MEMORY_MOTION,
+        MEMORY_PROGRAM + MEMORY_REMARK * head_lines + float(each.memory[again].sum()) + moves * MEMORY_MOTION,
     )
 
 

@@ -19,9 +19,9 @@ from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
 from compgen.fanuc.paging.capacity import USUAL_MOTION, Size, Store
 from compgen.fanuc.paging.plan import Part, numbers_of, plan
-from compgen.fanuc.program import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
 
 #: Remarks at a page's head, from its number (from 0), the count of pages, and how many motions come before it.
 Heading = Callable[[int, int, int], Sequence[str]]

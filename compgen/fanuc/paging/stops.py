@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, own
+from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
 from compgen.fanuc.paging.capacity import Size, Store
-from compgen.fanuc.program import CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, REMARK
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.robot import Robot
 
@@ -49,12 +49,12 @@ def capacity(store: Store, count: int, head_lines: int) -> int:
         head_lines: Remarks at the head of a page.
     """
     lines = store.max_lines - head_lines - FRAME_LINES
-    own_memory = MEMORY_PROGRAM + REMARK * head_lines + FRAME_MEMORY
+    own_memory = MEMORY_PROGRAM + MEMORY_REMARK * head_lines + FRAME_MEMORY
     each = MEMORY_POSITION + MEMORY_MOTION
     n = max(FEWEST, min(lines, store.max_positions, count))
     for _ in range(20):  # the main program grows with the number of pages
         pages = -(-2 * count // (n - 1)) + 1  # each at least half full
-        main = MEMORY_PROGRAM + CALL + pages * (store.name_length + CALL)
+        main = MEMORY_PROGRAM + MEMORY_CALL + pages * (store.name_length + MEMORY_CALL)
         fits = max(FEWEST, min(n, int((store.memory - main - own_memory) // each)))
         if fits == n:
             break

@@ -18,7 +18,7 @@ from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.error_model.sources import NO_DIRECTION, DirectionState
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Drive
-from compgen.fanuc.program import posture_of
+from compgen.fanuc.configuration import postures_of
 from compgen.pipelines.correct.directions import course
 from compgen.pipelines.job import Cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES, nearest_turns
@@ -181,7 +181,7 @@ def _refused(
         far |= ~(np.abs(c[:, 3:]).max(axis=1) <= settings.clamp_rotation)
         over = np.maximum(robot.lower - q, q - robot.upper)
         swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
-    letters = posture_of(robot, np.nan_to_num(q))
+    letters = postures_of(robot, np.nan_to_num(q))
     for k, station in enumerate(rows.tolist()):
         if np.isnan(c[k]).any():
             found.append((station, "no legal correction was found for its run of lines"))

@@ -15,7 +15,8 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, distinct, extent, norm, own
 from compgen.core.evaluation import Picked, blocks_of, evaluate
 from compgen.core.rotations import turns
-from compgen.fanuc.program import Program, apply_turns, in_posture
+from compgen.fanuc.configuration import apply_turns, has_posture
+from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
 from compgen.thermal import Ambient, Duty, Heat, JointMotion, NodeModel, Profile, Section, opening, still
@@ -298,7 +299,7 @@ class Twin:
         if margin.min() < 0:
             raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
         theta = apply_turns(self.robot, theta, program.turns)
-        if not in_posture(self.robot, theta, program.posture).all():
+        if not has_posture(self.robot, theta, program.posture).all():
             raise TwinError("the joints of a position contradict its CONFIG letters")
         if theta_over(self.robot, theta) > 1e-6:
             over = np.maximum(self.robot.lower - theta, theta - self.robot.upper)
