@@ -36,6 +36,7 @@ def sentence(room: str) -> str:
 
 
 def text(x: float, y: float, words: str, fill: str, size: int = 13, more: str = "") -> str:
+    """One line of text."""
     return f'<text x="{x:g}" y="{y:g}" fill="{fill}" font-size="{size}"{more}>{escape(words)}</text>'
 
 

@@ -37,7 +37,7 @@ def errors(name: str, *overrides: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions on the surface [mm] and thermal errors there [um]."""
     planned = generate.predict(job_of(name, *overrides), lambda stage, share: None)
     seen = planned.path.contact if hasattr(planned.path, "contact") else slice(None)
-    return planned.path.position[seen] / MM, planned.error[seen, :3] / UM
+    return planned.path.position[seen] / MM, planned.error()[seen, :3] / UM
 
 
 def over_back(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -32,6 +32,7 @@ from compgen.pipelines import generate as pipeline
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.program_text import DATE, program_name_of
 from compgen.report import report_data, report_html, report_json, waypoints_blocks
 
 
@@ -41,7 +42,7 @@ def generate(
     robot: RobotName = None,
     output: OutDir = None,
     set_: Set = None,
-    date: Date = pipeline.DATE,
+    date: Date = DATE,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
     pages: Annotated[
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
@@ -142,7 +143,7 @@ def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, 
             progress("report", share)
             yield block
 
-    program = pipeline.program_name_of(job)
+    program = program_name_of(job)
     ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
     each = {name: told(content, 0.6 + 0.4 * k / len(files)) for k, (name, content) in enumerate(files.items())}
     publish.publish(folder, each, ours | publish.files_of_earlier_run(folder / f"{program}{ENDING}"))

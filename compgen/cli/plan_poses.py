@@ -21,7 +21,7 @@ from compgen.identification.model import Term, build_model
 from compgen.identification.parameters import parts_of
 from compgen.identification.pose_planning import PosePlan, Site
 from compgen.identification.pose_planning import plan as plan_arm
-from compgen.pipelines.generate import DATE
+from compgen.pipelines.program_text import DATE
 from compgen.pipelines.robot_file import load_arm
 
 

@@ -46,10 +46,10 @@ def failed(solution: Solution) -> str:
 
 def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
     """Joint limits passed, and speeds that are not the wanted one."""
-    found = []
+    findings = []
     if trajectory.use.max() > 1:
         kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
-        found.append(
+        findings.append(
             Finding(
                 Level.OUTSIDE,
                 "timing.limit",
@@ -68,28 +68,28 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             else ("joint limits bind there")
         )
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
-        found.append(Finding(Level.NOTE, "timing.below_feed", message))
+        findings.append(Finding(Level.NOTE, "timing.below_feed", message))
     if abs(feed - job.feed) > 1e-3 * job.feed:
-        told = (
+        message = (
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
-        found.append(Finding(Level.NOTE, "timing.feed", told))
+        findings.append(Finding(Level.NOTE, "timing.feed", message))
     error, late = fanuc.feed_errors(trajectory.speed, program.speed, steps(program.position))
     if error > FEED_ERROR:
-        told = (
+        message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
             f"stretch by {late * 1000:.0f} ms at most"
         )
-        found.append(Finding(Level.NOTE, "timing.feed_error", told))
-    return found
+        findings.append(Finding(Level.NOTE, "timing.feed_error", message))
+    return findings
 
 
 def clocks_apart(trajectory: Trajectory, leg: Leg) -> list[Finding]:
     """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
-    planned, ridden = float(trajectory.time[-1]), float(leg.time[-1])
-    if abs(ridden / planned - 1) <= CLOCK_ERROR:
+    planned, driven = float(trajectory.time[-1]), float(leg.time[-1])
+    if abs(driven / planned - 1) <= CLOCK_ERROR:
         return []
-    told = (
-        f"the twin takes {ridden:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
+    message = (
+        f"the twin takes {driven:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
     )
-    return [Finding(Level.NOTE, "timing.clock", told)]
+    return [Finding(Level.NOTE, "timing.clock", message)]

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen import __version__, fanuc
+from compgen import fanuc
 from compgen.compensation import limits, optimise
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.optimise import Solution, Status
 from compgen.compensation.problem import Problem
-from compgen.core.arrays import Array, IntArray, frozen, steps
+from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.evaluation import beside
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
@@ -25,18 +25,17 @@ from compgen.pipelines import delivery, findings
 from compgen.pipelines.delivery import Delivery, Start
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import kept_waypoints, plan_motion
+from compgen.pipelines.program_text import DATE, compose_program, planned_program
 from compgen.pipelines.start_window import Course, windows
+from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning import retiming
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.robot import inverse_kinematics
 from compgen.thermal import Ambient, Duty, during, states_at
 from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviations, judge
 from compgen.verification.twin import Ride, Twin
-from compgen.verification.twin_of import flaws_of
 
-DATE = "26-01-01"
 MAX_RIPPLE = 0.05 * UM
 
 
@@ -53,23 +52,25 @@ class Planned:
     motion: DirectionState  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
-    ridden: Callable[[], Deviation]  # what the twin did with the uncorrected text, once it has
+    twin_result: Callable[[], Deviation]  # waits for the twin that drives the uncorrected text
     findings: tuple[Finding, ...]
     rows: IntArray  # which of the waypoints that were planned these are
 
-    @property
     def deviation(self) -> Deviation:
-        """Of the uncorrected text."""
-        return self.ridden()
+        """Of the uncorrected text; waits until the twin has driven it.
+
+        Raises:
+            TwinError: The twin cannot drive it.
+        """
+        return self.twin_result()
 
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
         path, moment = self.path, (self.theta[rows], self.rise[rows])
         return self.model.error(*moment, path.position[rows], path.rotation[rows], self.motion.at(rows))
 
-    @property
     def error(self) -> Array:
-        """The same of all, (N, 6)."""
+        """Predicted and uncorrected, of all waypoints, (N, 6) [m] and [rad]."""
         return self.error_at(slice(None))
 
 
@@ -90,7 +91,6 @@ class Corrected:
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
     findings: tuple[Finding, ...]
 
-    @property
     def ride(self) -> Ride:
         """What the twin does with the text at every sample, driven anew."""
         return self.twin.ride(self.program, self.before, air=self.air)
@@ -119,41 +119,41 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = _foreseen(job, progress, date, pages)
+    planned = _plan(job, progress, date, pages)
     progress("twin before", 0.0)
-    planned.ridden()
+    planned.deviation()
     return planned
 
 
-def _foreseen(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
-    """What ``predict`` gives, while the twin is still driving."""
+def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
+    """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
     plan = plan_motion(job, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.position)
     rise, _ = during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)
 
-    def ride() -> Deviation:
+    def drive_uncorrected() -> Deviation:
         program = planned_program(job, path, theta, trajectory, date)
-        leg = _twin(job).ready(program, job.before, job.air)
+        leg = twin_of(job).ready(program, job.before, job.air)
         return deviations(path, leg.samples, leg.rides())
 
     progress("twin before", 0.0)
-    ridden = beside(ride, len(theta))
-    found = [
+    twin_result = beside(drive_uncorrected, len(theta))
+    notes = [
         Finding(Level.WARNING, "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
     ]
-    found += outside_map(job.sources, path.position)
-    found += outside_joints(job.robot, job.joint_box, theta)
-    found += unknown_start(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
+    notes += outside_map(job.sources, path.position)
+    notes += outside_joints(job.robot, job.joint_box, theta)
+    notes += unknown_start(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
     if not job.before:
-        found.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
+        notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
-        found.append(Finding(Level.NOTE, "controller.signature", text))
+        notes.append(Finding(Level.NOTE, "controller.signature", text))
     rows = np.arange(len(theta))
     return Planned(
-        job, plan.feed, path, plan.page_stops, model, theta, motion, trajectory, rise, ridden, tuple(found), rows,
+        job, plan.feed, path, plan.page_stops, model, theta, motion, trajectory, rise, twin_result, tuple(notes), rows,
     )  # fmt: skip
 
 
@@ -171,7 +171,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         JoinError: Pages, read back, are not the program.
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
-    planned = _foreseen(job, progress, date, pages)
+    planned = _plan(job, progress, date, pages)
     path = planned.path
     # a stop for a page's sake is no corner of the path: the correction stays smooth across it
     corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
@@ -196,14 +196,14 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
-    program, _ = _program(job, poses, solution.theta, trajectory, path, date, job.start_rise(), window)
+    program, _ = compose_program(job, poses, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
     del program, poses, position, rotation
-    planned.ridden()
+    planned.deviation()
     written = delivered.program
-    leg = _twin(job).ready(written, job.before, job.air)
+    leg = twin_of(job).ready(written, job.before, job.air)
     deviation = deviations(path, leg.samples, leg.rides(lambda share: progress("twin after", share)))
-    found = [
+    verdict = [
         *judge(deviation, job.bounds),
         *limited,
         *findings.below_feed(job, planned.feed, path, trajectory, written),
@@ -213,37 +213,40 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     ]
     ripple = mid_spatial(path, solution.correction)
     if ripple > MAX_RIPPLE:
-        told = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
-        found.append(
-            Finding(Level.WARNING, "compensation.mid_spatial", f"{told}; raise compensation.curvature_period_mm")
+        message = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
+        verdict.append(
+            Finding(Level.WARNING, "compensation.mid_spatial", f"{message}; raise compensation.curvature_period_mm")
         )
     return planned, Corrected(
         solution, trajectory, written, delivered, leg.twin, job.before, job.air, leg.first_samples(), deviation,
-        window, ripple, tuple(found),
+        window, ripple, tuple(verdict),
     )  # fmt: skip
 
 
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
-    """The same with the waypoints that the controller needs."""
+    """The plan and its correction at those waypoints only that the written program keeps."""
     path, job = planned.path, planned.job
     rows = kept_waypoints(job, path, planned.feed, solution.correction[:, :3])
     N = len(path.arc)
-    told = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
-    motion, stops = planned.trajectory, planned.page_stops
-    fewer = replace(
+    message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
+    trajectory, stops = planned.trajectory, planned.page_stops
+    thinned = replace(
         planned,
         path=path.only(rows),
         page_stops=stops and replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
         theta=planned.theta[rows],
         motion=planned.motion.at(rows),
         trajectory=replace(
-            motion, time=motion.time[rows], speed=motion.speed[rows[1:] - 1], driven=motion.driven[rows[1:] - 1]
+            trajectory,
+            time=trajectory.time[rows],
+            speed=trajectory.speed[rows[1:] - 1],
+            driven=trajectory.driven[rows[1:] - 1],
         ),
         rise=planned.rise[rows],
-        findings=(*planned.findings, Finding(Level.NOTE, "path.thinned", told)),
+        findings=(*planned.findings, Finding(Level.NOTE, "path.thinned", message)),
         rows=rows,
     )
-    return fewer, replace(
+    return thinned, replace(
         solution,
         correction=solution.correction[rows],
         theta=solution.theta[rows],
@@ -257,7 +260,7 @@ def start_window(planned: Planned, solution: Solution) -> float:
 
 
 def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Array:
-    """The same where the robot waits at a waypoint on its way, (P,) numbers from 0, rising, to (P,) [s]."""
+    """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job, trajectory = planned.job, planned.trajectory
     driven = Driven(trajectory.time, planned.theta, trajectory.driven)
     state = states_at(job.heat, job.state(), driven, first, job.air, job.clock)
@@ -276,61 +279,3 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
         return [Start(*now) for now in zip(time.tolist(), rise, windows.tolist())]
 
     return delivery.in_pages(planned.job, program, starts_at)
-
-
-def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
-    """The uncorrected program as its text would be read."""
-    poses = (path.position, path.rotation)
-    program, said = _program(job, poses, theta, trajectory, path, date, job.start_rise(), None)
-    return fanuc.as_written(program, said)
-
-
-def _twin(job: Job) -> Twin:
-    """The real arm of a job."""
-    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, flaws_of(job.sources))
-
-
-def _program(
-    job: Job,
-    poses: tuple[Array, Array],
-    theta: Array,
-    trajectory: Trajectory,
-    path: ToolPath,
-    date: str,
-    start: Array,
-    window: float | None,
-) -> tuple[Program, tuple[Array, Array]]:
-    """The program of poses (N, 3) [m] and (N, 3, 3), and the poses as it says them."""
-    decimals = job.robot.controller.decimals
-    position, rotation = poses
-    said = fanuc.printed(position, rotation, decimals)
-    # the digits of CONFIG belong to the pose as printed
-    joints, _ = inverse_kinematics.solve_tool(job.robot, *said, job.tool_position, job.tool_rotation, job.posture)
-    state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start)]
-    remarks = [f"compgen {__version__} {job.robot.name}"[:32], f"inputs {job.inputs_hash[:24]}"]
-    if window is None:
-        remarks.append("planned, not corrected")
-    else:
-        remarks += [f"rise K {' '.join(pair)}"[:32] for pair in (state[i : i + 2] for i in range(0, len(state), 2))]
-        remarks.append(f"start within {window:.0f} s of that")
-    program = Program(
-        name=program_name_of(job),
-        comment=f"compgen {job.inputs_hash[:8]}",
-        date=date,
-        remarks=tuple(remarks),
-        uframe=0,
-        utool=job.tool_number,
-        position=position,
-        rotation=rotation,
-        posture=job.posture,
-        turns=frozen(turn_digits(job.robot, inverse_kinematics.nearest_turns(joints, theta))),
-        speed=frozen(fanuc.written_feeds(trajectory.speed, steps(position))),
-        fine=path.stop,
-        decimals=decimals,
-    )
-    return program, said
-
-
-def program_name_of(job: Job) -> str:
-    """The name of the job's program on the controller."""
-    return fanuc.program_name(job.name, job.robot.controller.name_length)

@@ -22,14 +22,14 @@ def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
     Raises:
         InputError: Not understood; says which and how it is written.
     """
-    found: list[Duty] = []
+    duties: list[Duty] = []
     for item in items:
         if item.endswith(".toml"):
             data = read_toml(Path(item), "paths")
-            found += _plain_duties({"before": data.get("before", [])}, item)
+            duties += _plain_duties({"before": data.get("before", [])}, item)
         else:
-            found += _plain_duties({"before": [stretch(item)]}, f"--before '{item}'")
-    return tuple(found)
+            duties += _plain_duties({"before": [stretch(item)]}, f"--before '{item}'")
+    return tuple(duties)
 
 
 def _plain_duties(data: dict[str, Any], where: str) -> list[Duty]:

@@ -20,13 +20,13 @@ class Programs:
     """Motions of the programs that steps name, each planned once."""
 
     def __init__(self, job: Job, load: Callable[[str], Job]) -> None:
-        """``load`` reads another path file by name; heat of its own is not asked for."""
+        """``load`` reads another path file by name, without a history of its own."""
         self._load = load
         self._jobs: dict[str, Job] = {"": job}
         self._motions: dict[tuple[str, float], JointMotion] = {}
 
     def job(self, name: str) -> Job:
-        """The job of a program; "" is the own one."""
+        """The job of a program; "" is the job whose history is planned."""
         if name not in self._jobs:
             self._jobs[name] = self._load(name)
         return self._jobs[name]
@@ -55,9 +55,9 @@ def plan(
         ImpossibleError: A program that the robot cannot drive.
     """
     programs = Programs(job, load)
-    told = [_with_programs_feed(steps, programs) for steps in parts]
-    if any(s.shifts for steps in told for s in steps) and not shifts:
-        step = next(s for steps in told for s in steps if s.shifts)
+    parts_with_feeds = [_with_programs_feed(steps, programs) for steps in parts]
+    if any(s.shifts for steps in parts_with_feeds for s in steps) and not shifts:
+        step = next(s for steps in parts_with_feeds for s in steps if s.shifts)
         raise InputError(f"{step.key}.shifts: there is no [[shift]]; add one, or remove shifts")
 
     def run_time(step: Step) -> float:
@@ -81,7 +81,7 @@ def plan(
         return replace(duty, loss=tuple((share * np.array(moving) + (1 - share) * np.array(held)).tolist()))
 
     spread = []
-    for steps in told:
+    for steps in parts_with_feeds:
         pieces = expand(steps, shifts, clock, run_time)
         clock += sum(d.duration for _, d in pieces)
         spread.append([(step, warmed(step, duty)) for step, duty in pieces])
@@ -104,12 +104,12 @@ def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]
 
 def _runs(pieces: Sequence[tuple[Step, Duty]], run_time: Callable[[Step], float]) -> tuple[float, ...]:
     """When each run of the own program begins: all that fit into its moving stretches."""
-    found, now = [], 0.0
+    starts, now = [], 0.0
     for step, duty in pieces:
         if duty.state == "moving" and not step.program:
             one = run_time(step)
-            found += [now + k * one for k in range(max(1, int(duty.duration * duty.share / one + 1e-6)))]
-            if len(found) > MOST_RUNS:
+            starts += [now + k * one for k in range(max(1, int(duty.duration * duty.share / one + 1e-6)))]
+            if len(starts) > MOST_RUNS:
                 raise InputError(f"{step.key}: over {MOST_RUNS} runs of the program; make the cycle shorter")
         now += duty.duration
-    return tuple(found) or (0.0,)
+    return tuple(starts) or (0.0,)

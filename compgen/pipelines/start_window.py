@@ -48,14 +48,15 @@ def windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state:
 
 
 def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state: Array) -> Array:
-    """The same, searched for side by side."""
-    some = np.array([np.linspace(n, len(course.time) - 1, SAMPLES).astype(int) for n in first])  # (P, SAMPLES)
-    begin, time = course.time[first], course.time[some]
-    now, _ = model.actual_pose(course.theta[some.ravel()], course.rise[some.ravel()], course.motion.at(some.ravel()))
+    """``windows`` for at most ``TOGETHER`` places, by bisection of all at once."""
+    samples = np.array([np.linspace(n, len(course.time) - 1, SAMPLES).astype(int) for n in first])  # (P, SAMPLES)
+    rows = samples.ravel()
+    begin, time = course.time[first], course.time[samples]
+    now, _ = model.actual_pose(course.theta[rows], course.rise[rows], course.motion.at(rows))
 
-    def holds(delay: Array, which: IntArray) -> Array:
+    def is_allowed(delay: Array, which: IntArray) -> Array:
         """Whether delays at some of the places are allowed."""
-        rows = some[which].ravel()
+        rows = samples[which].ravel()
         late = late_rise(job, delay, time[which] - begin[which, None], state[which], job.clock + begin[which])
         rise = course.rise[rows] + late.reshape(len(rows), -1)
         moved, _ = model.actual_pose(course.theta[rows], rise, course.motion.at(rows))
@@ -63,18 +64,18 @@ def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state
         return np.asarray(drift <= job.start_drift)
 
     low, high = np.zeros(len(first)), np.full(len(first), SHORTEST)
-    open_, places = np.arange(len(first)), np.arange(len(first))
-    while len(open_):
-        open_ = open_[holds(high[open_], open_)]
-        low[open_], high[open_] = high[open_], 2 * high[open_]
-        open_ = open_[low[open_] < LONGEST]
-    found = places[low < LONGEST]
+    unbounded, places = np.arange(len(first)), np.arange(len(first))
+    while len(unbounded):
+        unbounded = unbounded[is_allowed(high[unbounded], unbounded)]
+        low[unbounded], high[unbounded] = high[unbounded], 2 * high[unbounded]
+        unbounded = unbounded[low[unbounded] < LONGEST]
+    bounded = places[low < LONGEST]
     low[low >= LONGEST] = LONGEST
-    for _ in range(HALVINGS if len(found) else 0):
-        middle = (low[found] + high[found]) / 2
-        allowed = holds(middle, found)
-        low[found] = np.where(allowed, middle, low[found])
-        high[found] = np.where(allowed, high[found], middle)
+    for _ in range(HALVINGS if len(bounded) else 0):
+        middle = (low[bounded] + high[bounded]) / 2
+        allowed = is_allowed(middle, bounded)
+        low[bounded] = np.where(allowed, middle, low[bounded])
+        high[bounded] = np.where(allowed, high[bounded], middle)
     return low
 
 

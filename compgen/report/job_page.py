@@ -19,7 +19,7 @@ from compgen.verification.deviation import Deviation
 def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
     data = report_data(planned, corrected)
-    drawn = [_drawn(planned.deviation)] + ([_drawn(corrected.deviation)] if corrected else [])
+    drawn = [_drawn(planned.deviation())] + ([_drawn(corrected.deviation)] if corrected else [])
     figures = [
         ("Error over time", _error_over_time(drawn, planned.job.bounds.max), "time"),
         ("The path, coloured by error", _path_in_space(drawn, planned.path), "space"),

@@ -18,7 +18,7 @@ def report_data(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
     """Everything a run found, in plain types."""
     job, path = planned.job, planned.path
     trajectory = corrected.trajectory if corrected else planned.trajectory
-    before = statistics(planned.deviation)
+    before = statistics(planned.deviation())
     after = statistics(corrected.deviation) if corrected else None
     findings = corrected.findings if corrected else planned.findings
     names = job.heat.names

@@ -22,7 +22,7 @@ def planned(name, *overrides):
 
 def on_part(run):
     path = run.path
-    return path.position[path.contact] / MM, run.error[path.contact, :3] / UM
+    return path.position[path.contact] / MM, run.error()[path.contact, :3] / UM
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ from compgen.fanuc.frames import Frames
 from compgen.pipelines import generate
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.program_text import planned_program
 from compgen.pipelines.robot_file import load_cell
 from compgen.report.correction_page import planned_of, provenance_json
 
@@ -137,7 +138,7 @@ def test_what_generate_writes_is_refused_and_its_planned_program_is_not():
     with pytest.raises(InputError, match=r"its remark says 'compgen .*--again"):
         correct(done.text, cell, frames, job.before, Options(), quiet)
     assert correct(done.text, cell, frames, job.before, Options(again=True), quiet).changed
-    text = compose(generate.planned_program(job, planned.path, planned.theta, planned.trajectory))
+    text = compose(planned_program(job, planned.path, planned.theta, planned.trajectory))
     assert correct(text, cell, frames, job.before, Options(), quiet).changed
 
 

@@ -126,7 +126,7 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     job = replace(load_job(path_file("circle_1300"), robot=str(target), overrides=WIDE), before=())
     _, corrected = generate.generate(job, quiet)
     uncorrected = generate.predict(replace(job, sources=real), quiet)
-    assert np.quantile(uncorrected.deviation.total(), 0.99) > 500 * UM
+    assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
     facts = (job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
     there, told = (Twin(*facts, flaws_of(sources)).ride(corrected.program, ()) for sources in (real, job.sources))
     # where World lies is known to some 30 um and 0.03 mrad; a part's frame that is taught with the robot takes it up

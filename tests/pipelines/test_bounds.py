@@ -9,6 +9,7 @@ from shipped import ROOT, path_file, quiet
 
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.twin_of_job import twin_of
 from compgen.report import report_html, report_json, waypoints_blocks
 from compgen.verification.deviation import statistics
 
@@ -35,7 +36,7 @@ def test_all_nine_paths_are_shipped():
 def test_bounds_are_kept(name):
     job = load_job(path_file(name))
     planned, corrected = generate.generate(job, quiet)
-    after, before = statistics(corrected.deviation), statistics(planned.deviation)
+    after, before = statistics(corrected.deviation), statistics(planned.deviation())
     assert corrected.inside, [f.message for f in corrected.findings]
     assert after["total"]["max_um"] <= 2.5
     assert after["normal"]["max_um"] <= 1.5
@@ -76,8 +77,8 @@ def test_two_runs_give_identical_bytes():
 def test_before_is_the_twin_on_the_uncorrected_text():
     """The proof's 'before' (pinocchio, from text) is the prediction (CasADi), to rounding and chord."""
     planned = generate.predict(load_job(path_file("line_x")), quiet)
-    model = np.linalg.norm(planned.error[:, :3], axis=1).max()
-    twin = planned.deviation.total().max()
+    model = np.linalg.norm(planned.error()[:, :3], axis=1).max()
+    twin = planned.deviation().total().max()
     assert abs(model - twin) < 1e-6
 
 
@@ -89,13 +90,13 @@ def test_a_wrong_correction_is_found_outside():
     planned, corrected = generate.generate(job, quiet)
     from compgen.verification import deviation
 
-    ride = generate._twin(job).ride(corrected.program, ())
+    ride = twin_of(job).ride(corrected.program, ())
     cold = deviation.deviation(planned.path, ride)
     assert cold.total().max() > 100e-6
     found = deviation.judge(cold, job.bounds)
     assert {f.code for f in found} == {"bounds.max_um", "bounds.normal_um"}
     shifted = replace(corrected.program, position=corrected.program.position + np.array([0, 0, 3e-6]))
-    raised = deviation.deviation(planned.path, generate._twin(job).ride(shifted, job.before))
+    raised = deviation.deviation(planned.path, twin_of(job).ride(shifted, job.before))
     assert raised.normal.mean() == pytest.approx(3e-6, abs=0.1e-6)
 
 
@@ -108,8 +109,8 @@ def test_start_window_is_when_drift_reaches_the_setting():
     job = load_job(path_file("line_x"))
     planned, corrected = generate.generate(job, quiet)
     late = (*job.before, Duty("idle", 0.0, corrected.start_window))
-    drift = deviation.deviation(planned.path, generate._twin(job).ride(corrected.program, late))
-    exact = deviation.deviation(planned.path, generate._twin(job).ride(corrected.program, job.before))
+    drift = deviation.deviation(planned.path, twin_of(job).ride(corrected.program, late))
+    exact = deviation.deviation(planned.path, twin_of(job).ride(corrected.program, job.before))
     moved = np.linalg.norm(drift.error - exact.error, axis=1).max()
     assert moved == pytest.approx(job.start_drift, rel=0.02)
     assert replace(job, start_drift=1e-6).start_drift < job.start_drift

@@ -20,6 +20,7 @@ from compgen.fanuc.frames import Frames, load_frames
 from compgen.pipelines import generate
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.program_text import planned_program
 from compgen.pipelines.robot_file import load_cell
 
 
@@ -415,7 +416,7 @@ def test_a_planned_program_agrees_with_generate():
     for name in ("circle_1300", "line_x"):
         job = load_job(str(ROOT / "paths" / f"{name}.toml"))
         before, done = generate.generate(job, quiet)
-        planned = compose(generate.planned_program(job, before.path, before.theta, before.trajectory))
+        planned = compose(planned_program(job, before.path, before.theta, before.trajectory))
         tool = job.tool_position, job.tool_rotation
         cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
         result = correct(planned, cell, Frames({0: STILL}, {0: STILL, 1: tool}), job.before, Options(), quiet)

@@ -23,6 +23,7 @@ from compgen.error_model.sources import NO_DIRECTION, AxisMap, Hysteresis, LinkO
 from compgen.fanuc.frames import known_without_a_table
 from compgen.pipelines import correct, generate
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.program_text import DATE, compose_program
 from compgen.pipelines.robot_file import load_cell
 from compgen.planning import toolpath
 from compgen.report import report_data
@@ -60,7 +61,7 @@ def codes(findings):
 
 def test_a_millimetre_of_error_goes_down_to_rounding_and_chord(raster):
     job, planned, corrected = raster
-    assert planned.deviation.total().max() > 900 * UM
+    assert planned.deviation().total().max() > 900 * UM
     assert corrected.inside
     assert corrected.solution.status is Status.CONVERGED
     assert corrected.deviation.total().max() < 1.5 * UM  # straight sweeps in both directions
@@ -100,7 +101,7 @@ def test_a_reversal_too_sharp_for_the_rate_is_told_and_lags_at_the_stops(robot):
     assert corrected.solution.status is Status.LIMITED
     (told,) = [f for f in corrected.findings if f.code == "compensation.limited"]
     assert "rate limit at waypoints" in told.message
-    contact, segment = planned.path.contact, corrected.ride.segment
+    contact, segment = planned.path.contact, corrected.ride().segment
     on = contact[segment] & contact[segment + 1]
     total = corrected.deviation.total()
     assert np.percentile(total[on], 99) < 2 * UM
@@ -187,9 +188,7 @@ def test_an_existing_program_is_corrected_with_the_direction_it_comes_from(raste
     _, planned, corrected = raster
     job, path = planned.job, planned.path
     poses = (path.position, path.rotation)
-    program, _ = generate._program(
-        job, poses, planned.theta, planned.trajectory, path, generate.DATE, planned.rise[0], None
-    )
+    program, _ = compose_program(job, poses, planned.theta, planned.trajectory, path, DATE, None)
     text = fanuc.compose(program)
     cell = load_cell(robot)
     result = correct.correct(

@@ -21,6 +21,7 @@ from compgen.fanuc.paging.manifest import check_manifest
 from compgen.fanuc.paging.stops import capacity, put_stops
 from compgen.pipelines import delivery, generate
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty
 
 SMALL = ("robot.controller.max_lines=60", "process.page_stops=anywhere")
@@ -155,10 +156,10 @@ def test_the_delivered_pages_are_the_program_and_the_twin_rides_them(made):
     for field in ("position", "rotation", "turns", "speed", "fine"):
         assert_array_equal(getattr(corrected.program, field), getattr(undivided, field), err_msg=field)
     job = load_job(path_file("line_x"), None, SMALL)
-    ride = generate._twin(job).ride(undivided, job.before)
+    ride = twin_of(job).ride(undivided, job.before)
     for field in ("time", "rise", "theta", "position", "rotation"):
-        assert_array_equal(getattr(corrected.ride, field), getattr(ride, field), err_msg=field)
-    assert np.abs(np.diff(corrected.ride.rise, axis=0)).max() < 1e-3
+        assert_array_equal(getattr(corrected.ride(), field), getattr(ride, field), err_msg=field)
+    assert np.abs(np.diff(corrected.ride().rise, axis=0)).max() < 1e-3
 
 
 def test_a_naive_reader_drives_the_pages_without_a_gap(made):
@@ -205,7 +206,7 @@ def test_the_manifest_says_order_checksum_start_and_warmth(made):
     for entry in [told["main"], *told["pages"]]:
         assert entry["sha256"] == sha256(files[entry["file"]]).hexdigest()
         assert entry["bytes"] == len(files[entry["file"]])
-    ride, program = corrected.ride, corrected.program
+    ride, program = corrected.ride(), corrected.program
     for before, page in zip([None, *told["pages"]], told["pages"]):
         first = page["first_position"] - 1
         assert before is None or page["first_position"] == before["last_position"]

@@ -69,7 +69,7 @@ def test_a_grid_is_the_product_in_order(study):
 def test_every_row_is_what_predict_says(study, rows):
     for row, scenario in zip(rows, study.scenarios):
         planned = generate.predict(load_job(PATH, overrides=scenario.overrides()), quiet)
-        told = statistics(planned.deviation)["total"]
+        told = statistics(planned.deviation())["total"]
         for name in ("max_um", "p99_um", "rms_um"):
             assert row[f"before_{name}"] == pytest.approx(told[name], rel=1e-5, abs=1e-5)
     assert rows[5]["before_max_um"] > rows[4]["before_max_um"] > rows[0]["before_max_um"]
@@ -300,7 +300,7 @@ def test_contributions_add_up(line):
     nodes = [v for label, v in zip(told.labels, told.table[:, 1]) if label.startswith("node")]
     lengths = [v for label, v in zip(told.labels, told.table[:, 1]) if label.startswith("length")]
     whole = generate.predict(line, quiet)
-    assert sum(nodes) == pytest.approx(statistics(whole.deviation)["total"]["max_um"], abs=2.5)
+    assert sum(nodes) == pytest.approx(statistics(whole.deviation())["total"]["max_um"], abs=2.5)
     assert sum(lengths) == pytest.approx(sum(nodes), abs=0.05)
 
 

@@ -10,6 +10,7 @@ from shipped import path_file, quiet
 from compgen.core.evaluation import evaluate
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty, JointMotion, during
 from compgen.verification.twin import TwinError
 from compgen.verification.twin.clock import _ramp
@@ -35,7 +36,7 @@ def test_a_ramp_takes_what_its_limits_allow():
 
 def test_the_clock_is_near_the_plan_and_not_the_plan(ridden):
     _, planned, corrected = ridden
-    ratio = corrected.ride.time[-1] / corrected.trajectory.time[-1]
+    ratio = corrected.ride().time[-1] / corrected.trajectory.time[-1]
     assert ratio != 1
     assert ratio == pytest.approx(1, abs=0.2)
     assert planned.trajectory.time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=1e-4)
@@ -44,14 +45,14 @@ def test_the_clock_is_near_the_plan_and_not_the_plan(ridden):
 def test_many_stops_are_timed_to_a_tenth():
     job = load_job(path_file("raster_1300"), None, ["path.stepover_mm=5"])
     _, corrected = generate.generate(job, quiet)
-    assert corrected.ride.time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=0.1)
+    assert corrected.ride().time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=0.1)
     assert corrected.inside
     assert corrected.deviation.total().max() < 1.0e-6  # straight sweeps: rounding and little else
 
 
 def test_heat_is_the_nodes_own_equation(ridden):
     job, _, corrected = ridden
-    ride = corrected.ride
+    ride = corrected.ride()
     assert_allclose(ride.rise[0], [11, 3.9, 13, 3, 2.3], atol=1e-12)
     speeds = np.linalg.norm(np.diff(corrected.program.position, axis=0), axis=1)
     at = np.append(np.flatnonzero(ride.fraction == 0), len(ride.time) - 1)
@@ -64,16 +65,16 @@ def test_heat_is_the_nodes_own_equation(ridden):
 
 def test_a_longer_wait_before_is_another_state(ridden):
     job, _, corrected = ridden
-    twin = generate._twin(job)
+    twin = twin_of(job)
     late = twin.ride(corrected.program, (*job.before, Duty("off", 0.0, 3600.0)))
-    assert np.all(late.rise[0] < corrected.ride.rise[0])
+    assert np.all(late.rise[0] < corrected.ride().rise[0])
 
 
 def test_another_posture_in_config_is_refused(ridden):
     job, _, corrected = ridden
     other = replace(corrected.program, posture=replace(corrected.program.posture, up=False))
     with pytest.raises(TwinError, match="beyond its limit"):
-        generate._twin(job).ride(other, job.before)
+        twin_of(job).ride(other, job.before)
 
 
 def test_a_wrong_turn_is_refused(ridden):
@@ -83,7 +84,7 @@ def test_a_wrong_turn_is_refused(ridden):
     assert j6.min() < -0.1
     turns[np.argmin(j6), 2] = 1
     with pytest.raises(TwinError, match="over 90 deg"):
-        generate._twin(job).ride(replace(corrected.program, turns=turns), job.before)
+        twin_of(job).ride(replace(corrected.program, turns=turns), job.before)
 
 
 def test_a_place_out_of_reach_is_refused(ridden):
@@ -91,7 +92,7 @@ def test_a_place_out_of_reach_is_refused(ridden):
     position = corrected.program.position.copy()
     position[7] = [2.5, 0, 0.2]
     with pytest.raises(TwinError, match="P\\[8\\]"):
-        generate._twin(job).ride(replace(corrected.program, position=position), job.before)
+        twin_of(job).ride(replace(corrected.program, position=position), job.before)
 
 
 @pytest.mark.parametrize("spin", [0.0, 90.0, 179.9999999, 180.0, -180.0])

@@ -17,12 +17,13 @@ from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.pipelines import generate
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.program_text import planned_program
 from compgen.pipelines.study.scenarios import Scenario, Study
+from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion
-from compgen.verification.deviation import deviation, statistics
-from compgen.verification.twin import Leg, Ride, Twin
-from compgen.verification.twin_of import flaws_of
+from compgen.verification.deviation import Deviation, deviation, statistics
+from compgen.verification.twin import Leg, Ride
 
 Row = dict[str, Any]
 KEPT = 4  # geometries at a time
@@ -81,10 +82,10 @@ class Shared:
                 self._kept[key] = failure
             if len(self._kept) > KEPT:
                 self._kept.popitem(last=False)
-        found = self._kept[key]
-        if isinstance(found, CompgenError):
-            raise found
-        return found
+        geometry = self._kept[key]
+        if isinstance(geometry, CompgenError):
+            raise geometry
+        return geometry
 
 
 def geometry_key(scenario: Scenario) -> tuple[tuple[str, str], ...]:
@@ -95,15 +96,10 @@ def geometry_key(scenario: Scenario) -> tuple[tuple[str, str], ...]:
 def lay_out(job: Job) -> Geometry:
     """Plan a job and ride its uncorrected text once, pinocchio confirming."""
     planned = generate.predict(job, lambda stage, share: None)
-    program = generate.planned_program(job, planned.path, planned.theta, planned.trajectory)
+    program = planned_program(job, planned.path, planned.theta, planned.trajectory)
     leg = twin_of(job).ready(program, job.before, job.air)
     ride = leg.ride()
     return Geometry(job, planned.path, leg, ride.segment, ride.fraction, ride.time, ride.theta)
-
-
-def twin_of(job: Job) -> Twin:
-    """The real arm of a job."""
-    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, flaws_of(job.sources))
 
 
 def ridden(job: Job, geometry: Geometry) -> Ride:
@@ -119,7 +115,7 @@ def model_of(job: Job) -> ErrorModel:
 
 
 def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
-    """A scenario's row: its values, what was found, or why it failed."""
+    """A scenario's row: its values with their results, or why it failed."""
     row: Row = {"index": scenario.index, **{key: value.strip('"') for key, value in scenario.values}}
     try:
         job = load_job(study.path, study.robot, [*study.base, *scenario.overrides()])
@@ -141,8 +137,8 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
     return row
 
 
-def _numbers(side: str, found: Any) -> Row:
-    table = statistics(found)
+def _numbers(side: str, deviation: Deviation) -> Row:
+    table = statistics(deviation)
     out = {f"{side}_{k}": _round(v) for k, v in table["total"].items()}
     return out | {f"{side}_normal_max_um": _round(table["normal"]["max_um"])}
 

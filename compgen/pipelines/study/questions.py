@@ -53,10 +53,10 @@ def warmup(job: Job, limit: float) -> Answer:
     needed = _first_below(lambda h: drift(h * HOUR), hours, table[:, 1] * UM, limit)
     feed = f" at {moving.feed / MM:g} mm/s"
     if needed is None:
-        told = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
+        sentence = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
     else:
-        told = f"warm up {needed:.2f} h{feed}: drift within one program then stays below {limit / UM:g} um"
-    return Answer("warmup", told, ("warmup_h", "drift_um"), table)
+        sentence = f"warm up {needed:.2f} h{feed}: drift within one program then stays below {limit / UM:g} um"
+    return Answer("warmup", sentence, ("warmup_h", "drift_um"), table)
 
 
 def validity(job: Job, limit: float) -> Answer:
@@ -80,13 +80,13 @@ def validity(job: Job, limit: float) -> Answer:
     above = warmer(1.0)
     span = limit / above if above > 0 else np.inf  # the models are linear in the air, the error nearly so
     when = f"up to {valid:.0f} min late" if valid is not None else f"even {minutes[-1] / 60:g} h late"
-    told = (
+    sentence = (
         f"one corrected file stays within {limit / UM:g} um for a start {when}, or an ambient within "
         f"+-{span:.2f} K of the planned; regenerate beyond"
     )
     rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays)]
     rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs)]
-    return Answer("validity", told, ("delay_min", "late_um", "ambient_K", "ambient_um"), np.array(rows))
+    return Answer("validity", sentence, ("delay_min", "late_um", "ambient_K", "ambient_um"), np.array(rows))
 
 
 def contributions(job: Job, limit: float) -> Answer:
@@ -113,9 +113,11 @@ def contributions(job: Job, limit: float) -> Answer:
     order = [k for k in np.argsort(-np.abs(table[:, 1]), kind="stable") if abs(table[k, 1]) >= 0.005 * total]
     nodes = [f"{labels[k][5:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("node")]
     lengths = [f"{labels[k][7:]} {table[k, 1]:.1f}" for k in order if labels[k].startswith("length")]
-    told = f"the largest error, {total:.1f} um, comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um"
+    sentence = (
+        f"the largest error, {total:.1f} um, comes from {', '.join(nodes)} um; by lengths {', '.join(lengths)} um"
+    )
     return Answer(
-        "contributions", told, ("row", "of_largest_um", "own_largest_um"), table, tuple(labels)
+        "contributions", sentence, ("row", "of_largest_um", "own_largest_um"), table, tuple(labels)
     )  # fmt: skip
 
 
@@ -130,11 +132,12 @@ def steady(job: Job, limit: float) -> Answer:
     gaps = np.array([_largest(displacement(job, thin, r) - final) for r in rises[:-1]])
     end = _largest(final)
     near, most = (hours[np.argmax(gaps <= g)] if (gaps <= g).any() else np.inf for g in (limit, 0.05 * end))
-    told = (
+    sentence = (
         f"steady after {most:.1f} h at {moving.feed / MM:g} mm/s (95 %); within {limit / UM:g} um of the final "
         f"{end / UM:.1f} um after {near:.1f} h"
     )
-    return Answer("steady", told, ("hours", "error_um", "to_go_um"), np.column_stack([hours, errors / UM, gaps / UM]))
+    table = np.column_stack([hours, errors / UM, gaps / UM])
+    return Answer("steady", sentence, ("hours", "error_um", "to_go_um"), table)
 
 
 def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job], limit: float) -> Answer:
@@ -148,7 +151,7 @@ def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job
     """
     if len(jobs) > MOST_PASSES:
         raise InputError(f"--pass: {len(jobs)} passes have too many orders; give at most {MOST_PASSES}")
-    found = []
+    candidates = []
     for feed in feeds:
         paced = [plan(job, feed) for job in jobs]
         laid = [lay_out(job) for job in paced]
@@ -166,17 +169,17 @@ def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job
                 at = np.array([np.interp(some[n].now, motion.time, c) for c in rises.T]).T
                 worst = max(worst, _largest(displacement(paced[n], some[n], at)))
                 state, spent = end, spent + float(motion.time[-1])
-            found.append((feed, order, worst, spent))
-    inside = [f for f in found if f[2] <= limit]
-    best = min(inside, key=lambda f: (f[3], f[2])) if inside else min(found, key=lambda f: (f[2], f[3]))
+            candidates.append((feed, order, worst, spent))
+    inside = [f for f in candidates if f[2] <= limit]
+    best = min(inside, key=lambda f: (f[3], f[2])) if inside else min(candidates, key=lambda f: (f[2], f[3]))
     names = " then ".join(jobs[n].name for n in best[1])
     kept = "stays within" if inside else "no order and feed keeps"
-    told = f"{names} at {best[0] / MM:g} mm/s: {best[3] / MINUTE:.1f} min, largest error {best[2] / UM:.1f} um " + (
+    sentence = f"{names} at {best[0] / MM:g} mm/s: {best[3] / MINUTE:.1f} min, largest error {best[2] / UM:.1f} um " + (
         f"({kept} {limit / UM:g} um)" if inside else f"is the least ({kept} {limit / UM:g} um)"
     )
-    labels = tuple(" > ".join(jobs[n].name for n in f[1]) for f in found)
-    table = np.array([[f[0] / MM, f[3] / MINUTE, f[2] / UM] for f in found])
-    return Answer("passes", told, ("feed_mm_s", "minutes", "error_um"), table, labels)
+    labels = tuple(" > ".join(jobs[n].name for n in f[1]) for f in candidates)
+    table = np.array([[f[0] / MM, f[3] / MINUTE, f[2] / UM] for f in candidates])
+    return Answer("passes", sentence, ("feed_mm_s", "minutes", "error_um"), table, labels)
 
 
 ASKS: dict[str, Callable[[Job, float], Answer]] = {

@@ -91,8 +91,8 @@ def build(
         Scenario(n, tuple({**row, **point}.items())) for n, (row, point) in enumerate(itertools.product(rows, grid))
     )
     _check_keys(path, robot, base, scenarios)
-    told = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
-    identity = sha256(json.dumps(told).encode()).hexdigest()
+    inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
+    identity = sha256(json.dumps(inputs).encode()).hexdigest()
     return Study(path, robot, tuple(base), tuple(every), scenarios, correct, identity)
 
 
@@ -171,7 +171,7 @@ def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Se
             try:
                 load_job(path, robot, [*base, f"{key}={value}"])
             except CompgenError as failure:
-                told = str(failure)
-                if "unknown key" in told or "there is no" in told or "no such file" in told:
+                message = str(failure)
+                if "unknown key" in message or "there is no" in message or "no such file" in message:
                     hint = suggest(key, list(SHORT)) if "." not in key else ""
-                    raise InputError(f"--vary {key}: {told}{hint}") from None
+                    raise InputError(f"--vary {key}: {message}{hint}") from None
