@@ -19,7 +19,6 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.sources import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import outside_joints, outside_map, unknown_start
 from compgen.fanuc import Program
-from compgen.fanuc.configuration import turn_digits
 from compgen.fanuc.paging.stops import PageStops
 from compgen.pipelines import delivery, findings
 from compgen.pipelines.delivery import Delivery, Start

@@ -3,7 +3,7 @@
 from compgen import __version__, fanuc
 from compgen.core.arrays import Array, frozen, steps
 from compgen.fanuc import Program
-from compgen.fanuc.program import turn_digits
+from compgen.fanuc.configuration import turn_digits
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
