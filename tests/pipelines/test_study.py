@@ -86,7 +86,7 @@ def test_the_shared_ride_is_the_twins_own():
     ride = ridden(warm, lay_out(cold))
     own = generate.predict(warm, quiet)
     found = deviation(own.path, ride)
-    assert_allclose(found.error, own.deviation.error, atol=1e-10)  # m; pinocchio's arm against the symbolic one
+    assert_allclose(found.error, own.deviation().error, atol=1e-10)  # m; pinocchio's arm against the symbolic one
     assert np.abs(found.error).max() > 20 * UM
 
 
