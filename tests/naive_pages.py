@@ -32,8 +32,8 @@ def numbers(places, target):
 
 def calls(main: bytes):
     text = naive_ls.sections(naive_ls.lines_of(main.decode("latin-1")))["MN"]
-    said = [line.partition(":")[2].partition(";")[0].strip() for line in text]
-    return [s.split()[1] for s in said if s.startswith("CALL ")]
+    statements = [line.partition(":")[2].partition(";")[0].strip() for line in text]
+    return [s.split()[1] for s in statements if s.startswith("CALL ")]
 
 
 def name_of(data: bytes) -> str:

@@ -27,7 +27,7 @@ from compgen.cli.app import (
 from compgen.cli.progress_bar import CHECK, GENERATE, PREDICT, stages
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level, Progress
-from compgen.fanuc.paging.names import ENDING
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines import generate as pipeline
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
@@ -146,7 +146,7 @@ def _publish(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, 
     program = program_name_of(job)
     ours = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
     each = {name: told(content, 0.6 + 0.4 * k / len(files)) for k, (name, content) in enumerate(files.items())}
-    publish.publish(folder, each, ours | publish.files_of_earlier_run(folder / f"{program}{ENDING}"))
+    publish.publish(folder, each, ours | publish.files_of_earlier_run(folder / f"{program}{MANIFEST_SUFFIX}"))
 
 
 def _junit(data: dict[str, Any]) -> bytes:

@@ -11,12 +11,11 @@ from compgen.core.findings import Finding, Level
 from compgen.core.units import KB
 from compgen.fanuc import Program
 from compgen.fanuc.canonical.writer import REMARK_LENGTH
-from compgen.fanuc.paging.canonical_split import split_own, stretch
+from compgen.fanuc.paging.canonical_split import excerpt, split_canonical
 from compgen.fanuc.paging.join_check import JoinError, interpret_pages
-from compgen.fanuc.paging.manifest import check_manifest, manifest
-from compgen.fanuc.paging.names import ENDING
-from compgen.fanuc.paging.split import Page, Paged
-from compgen.fanuc.paging.stops import PageStops, head_lines, size, store_of
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
+from compgen.fanuc.paging.split import Page, PagedProgram
+from compgen.fanuc.paging.stops import PageStops, canonical_size, controller_capacity, head_line_count
 from compgen.pipelines.job import Job
 
 ROWS = 16384  # positions compared at a time
@@ -40,7 +39,7 @@ class Delivery:
 
     files: tuple[tuple[str, bytes], ...]  # name and content; what must appear last stands last
     program: Program
-    paged: Paged | None = None
+    paged: PagedProgram | None = None
     starts: tuple[Start, ...] = ()  # of the pages
 
     @property
@@ -73,12 +72,12 @@ def in_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Sequenc
         starts.extend(starts_at(np.array(first, dtype=np.int64)))
         return [_heading(job, program, k, len(first), now) for k, now in enumerate(starts)]
 
-    store = store_of(job.robot)
-    paged = split_own(program, store, headings, head_lines(len(job.heat.names)), _ascii(program.remarks[:2]))
+    store = controller_capacity(job.robot)
+    paged = split_canonical(program, store, headings, head_line_count(len(job.heat.names)), _ascii(program.remarks[:2]))
     more = [_known(job, page, start) for page, start in zip(paged.pages, starts)]
     head = {"compgen": __version__, "inputs_sha256": job.inputs_hash, "robot": job.robot.name}
-    told = manifest(paged, store, head, more)
-    files = {f"{paged.name}{ENDING}": told, **paged.files()}
+    told = manifest_json(paged, store, head, more)
+    files = {f"{paged.name}{MANIFEST_SUFFIX}": told, **paged.files()}
     whole, _ = interpret_pages(*check_manifest(told, files))
     _same(whole, program)
     whole = replace(whole, name=paged.name)
@@ -87,8 +86,8 @@ def in_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Sequenc
 
 def findings(job: Job, delivered: Delivery, stops: PageStops | None) -> list[Finding]:
     """What was done with a program that one file does not hold, or why nothing was."""
-    store, program, paged = store_of(job.robot), delivered.program, delivered.paged
-    asked = size(len(program.position), len(program.remarks))
+    store, program, paged = controller_capacity(job.robot), delivered.program, delivered.paged
+    asked = canonical_size(len(program.position), len(program.remarks))
     checks = [
         ("max_positions", asked.positions, store.max_positions, "positions"),
         ("max_lines", asked.lines, store.max_lines, "lines"),
@@ -99,7 +98,9 @@ def findings(job: Job, delivered: Delivery, stops: PageStops | None) -> list[Fin
     if paged is not None and stops is not None:
         added = int(stops.added.sum())
         made = f"written as {len(paged.pages)} pages and a main program"
-        drip = f", to be loaded in {paged.loads} loads, one after another (drip feed)" if paged.loads > 1 else ""
+        drip = (
+            f", to be loaded in {paged.load_count} loads, one after another (drip feed)" if paged.load_count > 1 else ""
+        )
         more = f"; {added} stops were put in for them, {stops.on_the_part} of them on the part" if added else ""
         level = Level.WARNING if stops.on_the_part else Level.NOTE
         return [Finding(level, "controller.size", f"{told}; {made}{drip}{more}")]
@@ -108,7 +109,7 @@ def findings(job: Job, delivered: Delivery, stops: PageStops | None) -> list[Fin
     if stops is None:
         return [Finding(Level.WARNING, "controller.size", f"{told}; raise process.chord_um, or leave --no-pages out")]
     mend = "allow stops on the part with process.page_stops = 'anywhere', or raise process.chord_um"
-    return [Finding(Level.WARNING, "controller.size", f"{told}, and it cannot be parted: {stops.why_not}; {mend}")]
+    return [Finding(Level.WARNING, "controller.size", f"{told}, and it cannot be parted: {stops.obstacle}; {mend}")]
 
 
 def _known(job: Job, page: Page, start: Start) -> dict[str, object]:
@@ -140,7 +141,7 @@ def _same(whole: Program, undivided: Program) -> None:
     N = len(undivided.position)
     for first in range(0, N, ROWS):
         last = min(first + ROWS, N) - 1
-        a, b = stretch(whole, first, last), fanuc.as_written(stretch(undivided, first, last))
+        a, b = excerpt(whole, first, last), fanuc.as_written(excerpt(undivided, first, last))
         for field in ("position", "rotation", "turns", "speed", "fine"):
             if not np.array_equal(getattr(a, field), getattr(b, field)):
                 raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")

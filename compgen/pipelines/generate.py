@@ -269,7 +269,7 @@ def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Arra
 
 def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
     """The program's files: pages when they are needed and possible."""
-    if planned.page_stops is None or planned.page_stops.why_not:
+    if planned.page_stops is None or planned.page_stops.obstacle:
         return delivery.one_file(program)
 
     def starts_at(first: IntArray) -> list[Start]:

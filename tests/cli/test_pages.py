@@ -23,13 +23,13 @@ def test_generate_writes_pages_and_the_next_run_takes_them_away(tmp_path):
     result = run("generate", "paths/line_y.toml", *SMALL, "-o", out)
     assert result.returncode == 0, result.stderr
     assert names(out) == BASE | PAGES
-    told = json.loads((out / "LINE_Y.pages.json").read_bytes())
-    for entry in [told["main"], *told["pages"]]:
+    manifest = json.loads((out / "LINE_Y.pages.json").read_bytes())
+    for entry in [manifest["main"], *manifest["pages"]]:
         assert sha256((out / entry["file"]).read_bytes()).hexdigest() == entry["sha256"]
     report = json.loads((out / "report.json").read_text())["program"]
     assert report["file"] == "LINE_Y.LS"
-    assert [p["file"] for p in report["pages"]] == [p["file"] for p in told["pages"]]
-    assert report["bytes"] == sum((out / e["file"]).stat().st_size for e in [told["main"], *told["pages"]])
+    assert [p["file"] for p in report["pages"]] == [p["file"] for p in manifest["pages"]]
+    assert report["bytes"] == sum((out / e["file"]).stat().st_size for e in [manifest["main"], *manifest["pages"]])
     assert "written as 3 pages" in " ".join(result.stdout.split())
     # what a user changed or put there is not ours any more
     (out / "LINE_Y_02.LS").write_text("mine")
@@ -66,16 +66,16 @@ def test_pages_of_a_program_that_exists(tmp_path):
     few = ("--set", "controller.max_lines=20")
     result = run("pages", tmp_path / "LONG.LS", *few, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
-    told = json.loads((tmp_path / "out" / "LONG.pages.json").read_bytes())
-    assert names(tmp_path / "out") == {"LONG.pages.json", "LONG.LS", *(p["file"] for p in told["pages"])}
-    assert told["planned_sha256"] == sha256((tmp_path / "LONG.LS").read_bytes()).hexdigest()
+    manifest = json.loads((tmp_path / "out" / "LONG.pages.json").read_bytes())
+    assert names(tmp_path / "out") == {"LONG.pages.json", "LONG.LS", *(p["file"] for p in manifest["pages"])}
+    assert manifest["planned_sha256"] == sha256((tmp_path / "LONG.LS").read_bytes()).hexdigest()
     assert "61 lines, 9 positions" in result.stdout
     # fewer pages the next time: the old ones go
     assert (
         run("pages", tmp_path / "LONG.LS", "--set", "controller.max_lines=40", "-o", tmp_path / "out").returncode == 0
     )
     again = json.loads((tmp_path / "out" / "LONG.pages.json").read_bytes())
-    assert len(again["pages"]) < len(told["pages"])
+    assert len(again["pages"]) < len(manifest["pages"])
     assert names(tmp_path / "out") == {"LONG.pages.json", "LONG.LS", *(p["file"] for p in again["pages"])}
     refused(run("pages", tmp_path / "LONG.LS", *few, "-o", tmp_path), 2, "would replace it", "-o")
     fits = run("pages", tmp_path / "LONG.LS", "-o", tmp_path / "none")
@@ -93,7 +93,7 @@ def test_pages_of_a_program_that_exists(tmp_path):
         (b"\x00\x01", 2, ("LONG.LS", "binary")),
     ],
 )
-def test_what_cannot_be_parted_is_one_line(tmp_path, content, code, words):
+def test_what_cannot_be_split_is_one_line(tmp_path, content, code, words):
     (tmp_path / "LONG.LS").write_bytes(content)
     few = ("--set", "controller.max_lines=20")
     refused(run("pages", tmp_path / "LONG.LS", *few, "-o", tmp_path / "out"), code, *words)

@@ -12,10 +12,10 @@ from compgen.core.exceptions import ImpossibleError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.writer import APPROACH_PERCENT
-from compgen.fanuc.paging.canonical_split import split_own, stretch
-from compgen.fanuc.paging.capacity import Store
+from compgen.fanuc.paging.canonical_split import excerpt, split_canonical
+from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError
-from compgen.fanuc.paging.split import split
+from compgen.fanuc.paging.split import split_program
 from compgen.fanuc.program import Program
 from compgen.pipelines import delivery
 from compgen.robot.inverse_kinematics import ALL_POSTURES
@@ -56,7 +56,7 @@ def program(count, seed=1, stops=0.2, decimals=3, remarks=("one", "two")):
 )
 def test_columns_give_the_bytes_that_statements_give(count, seed, stops, decimals, limits, name_length):
     whole = program(count, seed, stops, decimals)
-    store = Store(*limits, name_length)
+    capacity = Capacity(*limits, name_length)
 
     def heading(k, pages, first):
         return (f"page {k + 1} of {pages}", "x" * (first % 20), f"from {max(first - 1, 0)}")
@@ -67,21 +67,21 @@ def test_columns_give_the_bytes_that_statements_give(count, seed, stops, decimal
     text = ls.loads(ls.compose(replace(whole, remarks=())))
     how = {"head_lines": 3, "main_heading": ("by", "us")}
     try:
-        wanted = split(text, store, heading=heading, renumber=True, joint_entry=APPROACH_PERCENT, **how)
+        wanted = split_program(text, capacity, heading=heading, renumber=True, joint_entry=APPROACH_PERCENT, **how)
     except ImpossibleError:
         with pytest.raises(ImpossibleError, match=r"more than a page holds"):
-            split_own(whole, store, headings, **how)
+            split_canonical(whole, capacity, headings, **how)
         return
-    found = split_own(whole, store, headings, **how)
-    assert found.main == wanted.main
-    for page, other in zip(found.pages, wanted.pages, strict=True):
+    paged = split_canonical(whole, capacity, headings, **how)
+    assert paged.main == wanted.main
+    for page, other in zip(paged.pages, wanted.pages, strict=True):
         for field in FIELDS:
             assert getattr(page, field) == getattr(other, field), field
 
 
-def test_a_stretch_holds_its_ends():
+def test_an_excerpt_holds_its_ends():
     whole = program(9)
-    part = stretch(whole, 2, 5)
+    part = excerpt(whole, 2, 5)
     assert part.position.tolist() == whole.position[2:6].tolist()
     assert part.speed.tolist() == whole.speed[2:5].tolist()
     assert len(part.fine) == 4
@@ -96,7 +96,7 @@ def test_a_stretch_holds_its_ends():
         lambda p: replace(p, speed=np.append(p.speed[:-1], 2 * p.speed[-1])),
         lambda p: replace(p, fine=~p.fine),
         lambda p: replace(p, utool=p.utool + 1),
-        lambda p: stretch(p, 0, len(p.position) - 2),
+        lambda p: excerpt(p, 0, len(p.position) - 2),
     ],
 )
 def test_what_was_read_must_be_what_was_meant(change, monkeypatch):
@@ -109,4 +109,4 @@ def test_what_was_read_must_be_what_was_meant(change, monkeypatch):
         with pytest.raises(JoinError):
             delivery._same(change(read), whole)
         with pytest.raises(JoinError, match="length"):
-            delivery._same(read, stretch(whole, 0, 38))
+            delivery._same(read, excerpt(whole, 0, 38))

@@ -15,22 +15,22 @@ from compgen import fanuc as ls
 from compgen.core.exceptions import CompgenError, ImpossibleError, InputError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.analysis.modal_state import read_settings
-from compgen.fanuc.paging.capacity import Store, size
-from compgen.fanuc.paging.join_check import JoinError, check_join, order_of
+from compgen.fanuc.paging.capacity import Capacity, program_size
+from compgen.fanuc.paging.join_check import JoinError, called_programs, check_join
 from compgen.fanuc.paging.names import page_names
-from compgen.fanuc.paging.split import split
+from compgen.fanuc.paging.split import split_program
 
 
-def store(lines=12, positions=50, memory=1e6, name=12):
-    return Store(lines, positions, memory, name)
+def controller(lines=12, positions=50, memory=1e6, name=12):
+    return Capacity(lines, positions, memory, name)
 
 
-def parted(body, lines=12, **more):
+def split_text(body, lines=12, **more):
     keys = ("positions", "memory", "name")
-    limits = store(lines, **{k: more.pop(k) for k in keys if k in more})
+    limits = controller(lines, **{k: more.pop(k) for k in keys if k in more})
     data = text(body, **{k: more.pop(k) for k in ("places", "frame", "numbered") if k in more})
     program = ls.loads(data)
-    return program, split(program, limits, **more)
+    return program, split_program(program, limits, **more)
 
 
 def bodies(page):
@@ -43,23 +43,23 @@ def pages_of(paged):
     return {p.name: p.data for p in paged.pages}
 
 
-def assert_same_way(data, paged):
+def assert_same_motions(data, paged):
     """The naive reader drives pages and program alike, starts left out."""
     files = pages_of(paged)
     for content in files.values():
         numbers = [int(n) for n in re.findall(rb"(?m)^\s*P\[(\d+)[^\r\n]*\{", content)]
         assert numbers == sorted(set(numbers))
     whole = naive_pages.drive(data)
-    found = []
+    motions = []
     for k, name in enumerate(naive_pages.calls(paged.main)):
         rows = naive_pages.drive(files[name])
-        if k and rows and found and rows[0][1] == found[-1][1][-1:] and paged.pages[k].motions[0] == len(found):
+        if k and rows and motions and rows[0][1] == motions[-1][1][-1:] and paged.pages[k].motions[0] == len(motions):
             own = paged.pages[k].motions[1] - paged.pages[k].motions[0]
             if len(rows) == own + 1:
                 assert rows[0][3].upper() == "FINE"
                 rows = rows[1:]
-        found += rows
-    assert found == whole
+        motions += rows
+    assert motions == whole
 
 
 # What a page is --------------------------------------------------------------------------------------------------
@@ -68,7 +68,7 @@ def assert_same_way(data, paged):
 def test_pages_of_a_small_program_in_full():
     body = ["  UFRAME_NUM=1 ", "  UTOOL_NUM=1 ", "  PAYLOAD[2] ", move(1, letter="J", speed="10%"), move(2, False)]
     body += [move(3), "  DO[1]=ON ", move(4, False), move(2, False), move(5)]
-    program, paged = parted(body, lines=10)
+    program, paged = split_text(body, lines=10)
     assert [p.name for p in paged.pages] == ["LONG_01", "LONG_02"]
     one, two = paged.pages
     assert bodies(one) == ["!page 1 of 2", *[s.strip() for s in body[:6]]]
@@ -98,7 +98,7 @@ def test_pages_of_a_small_program_in_full():
 
 def test_a_program_that_fits_is_one_page_with_its_own_bytes():
     body = [move(1), move(2, False), move(3)]
-    program, paged = parted(body, lines=50, places=3, head_lines=0, heading=lambda *page: ())
+    program, paged = split_text(body, lines=50, places=3, head_lines=0, heading=lambda *page: ())
     assert len(paged.pages) == 1
     assert paged.pages[0].data == program.data.replace(b"LONG", b"LONG_01").replace(b"= 99", b"= 3")
 
@@ -106,19 +106,19 @@ def test_a_program_that_fits_is_one_page_with_its_own_bytes():
 def test_positions_are_numbered_anew_on_demand_and_beyond_what_the_controller_has():
     body = [move(7), move(5, False), move(6), move(9), move(7), move(8)]
     for more in ({"renumber": True}, {"positions": 4}):
-        program, paged = parted(body, lines=6, **more)
+        program, paged = split_text(body, lines=6, **more)
         for page in paged.pages:
             places, moves = naive_ls.read(page.data)
             assert sorted(places) == list(range(1, len(places) + 1))
             assert {int(t[2:-1]) for m in moves for t in m.targets} == set(places)
         assert check_join(program, paged.main, pages_of(paged)) == 6
-        assert_same_way(program.data, paged)
+        assert_same_motions(program.data, paged)
 
 
 def test_a_zero_byte_in_a_statement_is_a_byte_like_any_other():
     for mark in ("x", "\0"):
         body = [move(7), move(5, False), f"  CALL A('{mark}',P[5]) ", move(6), move(9), move(7)]
-        program, paged = parted(body, lines=6, renumber=True)
+        program, paged = split_text(body, lines=6, renumber=True)
         made = [paged.main, *pages_of(paged).values()]
         assert check_join(program, paged.main, pages_of(paged)) == 5
         if mark == "x":
@@ -138,7 +138,7 @@ def test_new_numbers_stand_where_a_position_is_named_and_nowhere_else():
         move(9),
     ]
     data = text(body).replace(b"   1:", b"1:")
-    paged = split(ls.loads(data), store(7), renumber=True)
+    paged = split_program(ls.loads(data), controller(7), renumber=True)
     assert [bodies(p) for p in paged.pages] == [
         [
             "!page 1 of 2",
@@ -158,21 +158,23 @@ def test_new_numbers_stand_where_a_position_is_named_and_nowhere_else():
     ]
 
 
-def test_what_differs_is_told_with_both_motions():
+def test_what_differs_is_named_with_both_motions():
     """In a program with a motion that is off, a wrapped one and one to a register."""
     body = [move(1), "  //" + move(2), "C P[3]    \n  P[4] 16mm/sec FINE ", "L PR[3] 10mm/sec FINE ", move(5), move(6)]
-    program, paged = parted(body, lines=6)
+    program, paged = split_text(body, lines=6)
     files = pages_of(paged)
     assert read_flow(program).mention.tolist() == [1, 3, 4, 5, 6]
     name = next(p.name for p in paged.pages if b"PR[3]" in p.data)
     assert check_join(program, paged.main, files) == 5
     files[name] = files[name].replace(b"PR[3]", b"PR[4]")
-    with pytest.raises(JoinError, match=r"motion \d: Driven\(letter='L', goal=\('PR\[4\]',\).* instead of .*'PR\[3\]'"):
+    with pytest.raises(
+        JoinError, match=r"motion \d: ExecutedMotion\(letter='L', targets=\('PR\[4\]',\).* instead of .*'PR\[3\]'"
+    ):
         check_join(program, paged.main, files)
 
 
 def test_pages_start_by_a_joint_motion_on_demand():
-    _, paged = parted([move(n) for n in (1, 2, 3, 4, 5)], lines=4, joint_entry=10)
+    _, paged = split_text([move(n) for n in (1, 2, 3, 4, 5)], lines=4, joint_entry=10)
     assert [bodies(p)[1] for p in paged.pages[1:]] == ["J P[3] 10% FINE", "J P[5] 10% FINE"][: len(paged.pages) - 1]
 
 
@@ -195,7 +197,7 @@ def test_pages_start_by_a_joint_motion_on_demand():
 )
 def test_a_page_goes_to_where_the_one_before_stopped(last, start):
     body = ["  LBL[9] ", *["  R[1]=1 "] * 3, last, *[move(n, n == 6) for n in (3, 4, 5, 6)]]
-    program, paged = parted(body, lines=7)
+    program, paged = split_text(body, lines=7)
     assert len(paged.pages) > 1
     page = next(p for p in paged.pages if p.motions[0] == 1)
     assert bodies(page)[1] == (start or "L P[3] 100mm/sec CNT100")
@@ -223,14 +225,14 @@ def test_a_page_goes_to_where_the_one_before_stopped(last, start):
 )
 def test_what_belongs_together_stays_on_one_page(inside):
     body = [move(1), move(4), move(5), *inside, move(6), move(7), move(9)]
-    program, paged = parted(body, lines=10)
+    program, paged = split_text(body, lines=10)
     assert len(paged.pages) > 1
     flat = [" ".join(s.split()) for s in inside]
     holders = [p for p in paged.pages if flat[0] in [" ".join(s.split()) for s in bodies(p)]]
     assert len(holders) == 1
-    said = [" ".join(s.split()) for s in bodies(holders[0])]
-    start = said.index(flat[0])
-    assert said[start : start + len(flat)] == flat
+    texts = [" ".join(s.split()) for s in bodies(holders[0])]
+    start = texts.index(flat[0])
+    assert texts[start : start + len(flat)] == flat
     assert check_join(program, paged.main, pages_of(paged)) == len(program.motions.line)
 
 
@@ -263,14 +265,14 @@ def test_point_logic_goes_with_its_motion():
     flow = read_flow(program)
     assert flow.may_part.tolist() == [True, True, True, False]
     assert len(flow.line) == 4
-    paged = split(program, store(6))
+    paged = split_program(program, controller(6))
     assert any(b"   1:  DO[8]=ON ;\r\n   2:L P[9] 14mm/sec FINE    ;\r\n     ------\r\n" in p.data for p in paged.pages)
     holder = next(p for p in paged.pages if b"P-SPS" in p.data)
     assert 9 in naive_ls.read(holder.data)[0]
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "message"),
     [
         ([move(1), *[move(2, False)] * 9], r"line 10 to line 14 .*no motion between them stops"),
         (["  FOR R[1]=1 TO 2 ", *[move(2)] * 9, "  ENDFOR "], r"inside IF, FOR"),
@@ -281,19 +283,19 @@ def test_point_logic_goes_with_its_motion():
         (["  OFFSET CONDITION PR[1] ", "  CALL OTHER ", *[move(2)] * 9], "a condition in force"),
     ],
 )
-def test_what_cannot_be_parted_is_said_with_its_line(body, told):
-    with pytest.raises(ImpossibleError, match=told) as caught:
-        parted(body, lines=6)
+def test_what_cannot_be_split_is_refused_with_its_line(body, message):
+    with pytest.raises(ImpossibleError, match=message) as caught:
+        split_text(body, lines=6)
     assert "\n" not in str(caught.value)
 
 
 # What is in force ------------------------------------------------------------------------------------------------
 
 
-def test_what_is_in_force_is_said_again_and_only_that():
+def test_what_is_in_force_is_repeated_and_only_that():
     body = ["  UFRAME_NUM=2 ", "  UFRAME_NUM=1 ", "  PAYLOAD[1] ", "  SKIP CONDITION DI[1]=ON ", move(1), move(2)]
     body += ["  PAYLOAD[3] ", move(3), move(4), move(5)]
-    _, paged = parted(body, lines=8)
+    _, paged = split_text(body, lines=8)
     assert bodies(paged.pages[1])[1:5] == [
         "UFRAME_NUM=1",
         "PAYLOAD[1]",
@@ -314,7 +316,7 @@ def test_what_is_in_force_is_said_again_and_only_that():
     ],
 )
 def test_a_frame_that_is_not_sure_is_left_to_the_page_before(body, why):
-    _, paged = parted([*body, move(4), move(5)], lines=5)
+    _, paged = split_text([*body, move(4), move(5)], lines=5)
     later = [p for p in paged.pages if p.motions[0] > 0]
     assert later
     for page in later:
@@ -322,13 +324,13 @@ def test_a_frame_that_is_not_sure_is_left_to_the_page_before(body, why):
         assert any(why in note for note in page.notes)
 
 
-def test_a_frame_from_a_register_nobody_changes_is_said_again():
-    _, paged = parted(["  UFRAME_NUM=R[1] ", "  R[2]=5 ", *[move(n) for n in (1, 2, 3, 4)]], lines=6)
+def test_a_frame_from_a_register_nobody_changes_is_repeated():
+    _, paged = split_text(["  UFRAME_NUM=R[1] ", "  R[2]=5 ", *[move(n) for n in (1, 2, 3, 4)]], lines=6)
     assert bodies(paged.pages[1])[1] == "UFRAME_NUM=R[1]"
 
 
-def test_a_condition_that_is_looked_at_all_the_time_is_said_again():
-    _, paged = parted(["  SKIP CONDITION R[1]=1 ", "  R[1]=5 ", *[move(n) for n in (1, 2, 3, 4)]], lines=6)
+def test_a_condition_that_is_looked_at_all_the_time_is_repeated():
+    _, paged = split_text(["  SKIP CONDITION R[1]=1 ", "  R[1]=5 ", *[move(n) for n in (1, 2, 3, 4)]], lines=6)
     assert bodies(paged.pages[1])[1] == "SKIP CONDITION R[1]=1"
 
 
@@ -362,20 +364,20 @@ def naive_size(data):
 def test_sizes_are_what_was_written_and_pages_are_as_few_as_can_be(rows, lines, positions):
     body = [move(n, stop) for n, stop in rows]
     program = ls.loads(text(body))
-    asked = store(lines, positions)
-    whole = size(program)
+    capacity = controller(lines, positions)
+    whole = program_size(program)
     assert (whole.lines, whole.memory) == (naive_size(program.data)[0], naive_size(program.data)[2])
     least = fewest([stop for _, stop in rows], [n for n, _ in rows], lines, positions)
     if least is None:
         with pytest.raises(ImpossibleError):
-            split(program, asked)
+            split_program(program, capacity)
         return
-    paged = split(program, asked)
+    paged = split_program(program, capacity)
     assert len(paged.pages) == least
     for page in paged.pages:
         assert (page.size.lines, page.size.positions, page.size.memory) == naive_size(page.data)
-        assert page.size.within(asked)
-    assert_same_way(program.data, paged)
+        assert page.size.within(capacity)
+    assert_same_motions(program.data, paged)
     assert check_join(program, paged.main, pages_of(paged)) == len(rows)
 
 
@@ -406,10 +408,10 @@ def fewest(stops, places, lines, positions):
     ],
 )
 def test_names_differ_after_trimming(name, count, length, taken, names):
-    found = page_names(name, count, length, taken)
-    assert names is None or found == names
-    assert len({n.upper() for n in (*found, *taken, name[:length])}) == count + len(taken) + 1
-    assert max(map(len, found)) <= length
+    unique_names = page_names(name, count, length, taken)
+    assert names is None or unique_names == names
+    assert len({n.upper() for n in (*unique_names, *taken, name[:length])}) == count + len(taken) + 1
+    assert max(map(len, unique_names)) <= length
 
 
 def test_no_name_left_is_refused():
@@ -418,21 +420,21 @@ def test_no_name_left_is_refused():
 
 
 def test_names_of_called_programs_are_taken():
-    _, paged = parted([move(1), "  CALL LONG_01 ", move(2), move(3), move(4)], lines=4)
+    _, paged = split_text([move(1), "  CALL LONG_01 ", move(2), move(3), move(4)], lines=4)
     assert not {"LONG_01", "LONG"} & {p.name for p in paged.pages}
 
 
-def test_beyond_the_store_pages_come_in_loads():
-    program, paged = parted([move(n % 9 + 1) for n in range(60)], lines=12, memory=2600.0)
-    assert paged.loads > 2
+def test_beyond_the_memory_pages_come_in_loads():
+    program, paged = split_text([move(n % 9 + 1) for n in range(60)], lines=12, memory=2600.0)
+    assert paged.load_count > 2
     main = 400 + sum(len(p.name) + 50 for p in paged.pages)
-    for load in range(1, paged.loads + 1):
+    for load in range(1, paged.load_count + 1):
         assert sum(p.size.memory for p in paged.pages if p.load == load) + main <= 2600
     assert [p.load for p in paged.pages] == sorted(p.load for p in paged.pages)
-    said = [s for s in bodies(type("Main", (), {"data": paged.main})) if not s.startswith("CALL")]
-    waits = [[f"MESSAGE[LOAD {n} OF {paged.loads}]", "PAUSE"] for n in range(2, paged.loads + 1)]
-    assert said == [s for pair in waits for s in pair]
-    assert order_of(paged.main) == tuple(p.name for p in paged.pages)
+    texts = [s for s in bodies(type("Main", (), {"data": paged.main})) if not s.startswith("CALL")]
+    waits = [[f"MESSAGE[LOAD {n} OF {paged.load_count}]", "PAUSE"] for n in range(2, paged.load_count + 1)]
+    assert texts == [s for pair in waits for s in pair]
+    assert called_programs(paged.main) == tuple(p.name for p in paged.pages)
     assert check_join(program, paged.main, pages_of(paged)) == 60
 
 
@@ -481,23 +483,23 @@ def test_pages_of_any_program_drive_what_it_drives(body, lines, renumber, number
     data = text(body, numbered=numbered, end=end)
     program = ls.loads(data)
     try:
-        paged = split(program, store(lines), renumber=renumber)
+        paged = split_program(program, controller(lines), renumber=renumber)
     except ImpossibleError as refused:
         assert re.search(r"line \d+", str(refused))  # noqa: PT017
         return
-    assert_same_way(data, paged)
+    assert_same_motions(data, paged)
     assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.drive(data))
     if renumber:
         return
     whole = [plain(s) for s in statements(data)]
     at = 0
     for page, after in pairwise([*paged.pages, None]):
-        said = [plain(s) for s in statements(page.data)]
-        own = next(n for n in range(len(said), -1, -1) if said[len(said) - n :] == whole[at : at + n])
+        texts = [plain(s) for s in statements(page.data)]
+        own = next(n for n in range(len(texts), -1, -1) if texts[len(texts) - n :] == whole[at : at + n])
         at += own
         assert page.size.lines <= lines
         if after is not None:
-            assert_parted_well(whole[:at], whole[at:])
+            assert_split_well(whole[:at], whole[at:])
     assert at == len(whole)
 
 
@@ -509,7 +511,7 @@ def plain(statement):
     return " ".join(statement.split())
 
 
-def assert_parted_well(before, after):
+def assert_split_well(before, after):
     """The rules again, naively."""
     real = [s for s in before if not s.startswith(("!", "//"))]
     assert sum(s.startswith("IF ") for s in real) == sum(s == "ENDIF" for s in real)
@@ -539,7 +541,7 @@ def assert_parted_well(before, after):
 )
 def test_a_changed_page_is_found(old, new):
     body = ["  UFRAME_NUM=1 ", move(1), move(2), move(3), move(4, False), move(5)]
-    program, paged = parted(body, lines=6)
+    program, paged = split_text(body, lines=6)
     files = pages_of(paged)
     last = paged.pages[-1].name
     assert old in files[last]
@@ -549,7 +551,7 @@ def test_a_changed_page_is_found(old, new):
 
 
 def test_pages_in_another_order_or_missing_are_found():
-    program, paged = parted([move(n) for n in (1, 2, 3, 4, 5, 6)], lines=4)
+    program, paged = split_text([move(n) for n in (1, 2, 3, 4, 5, 6)], lines=4)
     files = pages_of(paged)
     a, b = (p.name.encode() for p in paged.pages[:2])
     swapped = (
@@ -562,9 +564,9 @@ def test_pages_in_another_order_or_missing_are_found():
     with pytest.raises(JoinError, match="of 6 are driven"):
         check_join(program, paged.main.replace(b"CALL " + paged.pages[-1].name.encode(), b"PAUSE"), files)
     with pytest.raises(JoinError, match="not a call"):
-        order_of(paged.main.replace(b"CALL " + a, b"JMP LBL[1]"))
+        called_programs(paged.main.replace(b"CALL " + a, b"JMP LBL[1]"))
     with pytest.raises(JoinError, match="twice"):
-        order_of(paged.main.replace(b"CALL " + a, b"CALL " + b))
+        called_programs(paged.main.replace(b"CALL " + a, b"CALL " + b))
 
 
 # Programs of other people ----------------------------------------------------------------------------------------
@@ -577,17 +579,17 @@ FOUND = [
 
 
 @pytest.mark.parametrize("path", FOUND, ids=lambda p: p.name)
-def test_a_program_of_others_is_parted_rightly_or_refused_with_its_line(path):
+def test_a_program_of_others_is_split_rightly_or_refused_with_its_line(path):
     program = ls.loads(path.read_bytes())
-    whole = size(program)
+    whole = program_size(program)
     for share in (0.2, 0.5, 0.9, 2.0):
-        asked = Store(max(6, int(whole.lines * share)), max(2, int(whole.positions * share)), 1e6, 16)
+        capacity = Capacity(max(6, int(whole.lines * share)), max(2, int(whole.positions * share)), 1e6, 16)
         try:
-            paged = split(program, asked)
+            paged = split_program(program, capacity)
         except ImpossibleError as refused:
             assert re.search(r"line \d+", str(refused))  # noqa: PT017
             continue
         assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.drive(program.data))
-        assert_same_way(program.data, paged)
-        assert all(p.size.within(asked) for p in paged.pages)
+        assert_same_motions(program.data, paged)
+        assert all(p.size.within(capacity) for p in paged.pages)
         assert len(paged.pages) == 1 or share < 1

@@ -15,10 +15,10 @@ from shipped import path_file, quiet
 from compgen import fanuc as ls
 from compgen.core.findings import Level
 from compgen.core.units import UM
-from compgen.fanuc.paging.capacity import Store
+from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
 from compgen.fanuc.paging.manifest import check_manifest
-from compgen.fanuc.paging.stops import capacity, put_stops
+from compgen.fanuc.paging.stops import add_stops, positions_per_page
 from compgen.pipelines import delivery, generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
@@ -57,43 +57,43 @@ def manifest_of(corrected):
 
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 120), st.integers(2, 30), st.booleans())
-def test_every_page_holds_what_it_may(robot, seed, count, holds, on_the_part):
+def test_every_page_holds_what_it_may(robot, seed, count, per_page, on_the_part):
     rng = np.random.default_rng(seed)
     arc = np.cumsum(rng.uniform(1e-3, 1e-2, count))
     theta = np.cumsum(rng.normal(size=(count, 6)), axis=0) * 1e-2
     stop, contact = rng.random(count) < 0.05, rng.random(count) < 0.7
     stop[[0, -1]] = True
-    found = put_stops(robot, arc, theta, stop, contact, holds, on_the_part)
-    if found.why_not:
+    page_stops = add_stops(robot, arc, theta, stop, contact, per_page, on_the_part)
+    if page_stops.obstacle:
         assert not on_the_part
-        assert_array_equal(found.stop, stop)
+        assert_array_equal(page_stops.stop, stop)
         return
-    where = np.flatnonzero(found.stop)
-    assert found.stop[stop].all()
-    assert_array_equal(found.added, found.stop & ~stop)
-    assert found.on_the_part == (found.added & contact).sum()
+    positions = np.flatnonzero(page_stops.stop)
+    assert page_stops.stop[stop].all()
+    assert_array_equal(page_stops.added, page_stops.stop & ~stop)
+    assert page_stops.on_the_part == (page_stops.added & contact).sum()
     # taking the last stop that fits, page after page, reaches the end
     first = 0
-    while count - first > holds:
-        last = where[where <= first + holds - 1][-1]
+    while count - first > per_page:
+        last = positions[positions <= first + per_page - 1][-1]
         assert last > first
         first = int(last)
     if not on_the_part:
-        assert not (found.added & contact).any()
+        assert not (page_stops.added & contact).any()
 
 
-@pytest.mark.parametrize(("holds", "stops"), [(51, [50]), (61, [48]), (31, [30, 48, 77]), (45, [38, 77])])
-def test_the_calmest_waypoint_that_costs_no_page_is_taken(robot, holds, stops):
+@pytest.mark.parametrize(("per_page", "stops"), [(51, [50]), (61, [48]), (31, [30, 48, 77]), (45, [38, 77])])
+def test_the_calmest_waypoint_that_costs_no_page_is_taken(robot, per_page, stops):
     """Joints that hardly move at waypoints 38, 48 and 77."""
     calm = np.isin(np.arange(100), [37, 38, 47, 48, 76, 77])
     theta = np.zeros((101, 6))
     theta[1:, 2] = np.cumsum(np.where(calm, 0.001, 0.01))
     ends = np.zeros(101, dtype=bool)
     ends[[0, -1]] = True
-    found = put_stops(robot, np.linspace(0, 1, 101), theta, ends, np.ones(101, dtype=bool), holds, True)
-    where = np.flatnonzero(found.added).tolist()
-    assert len(where) == len(stops) == -(-100 // (holds - 1)) - 1
-    assert set(where) >= set(stops) & {38, 48, 77}
+    page_stops = add_stops(robot, np.linspace(0, 1, 101), theta, ends, np.ones(101, dtype=bool), per_page, True)
+    added = np.flatnonzero(page_stops.added).tolist()
+    assert len(added) == len(stops) == -(-100 // (per_page - 1)) - 1
+    assert set(added) >= set(stops) & {38, 48, 77}
 
 
 def test_a_stop_off_the_part_comes_before_any_on_it(robot):
@@ -103,35 +103,35 @@ def test_a_stop_off_the_part_comes_before_any_on_it(robot):
     ends = np.zeros(101, dtype=bool)
     ends[[0, -1]] = True
     for on_the_part in (False, True):
-        found = put_stops(robot, np.linspace(0, 1, 101), theta, ends, contact, 61, on_the_part)
-        assert np.flatnonzero(found.added).tolist() == [42]
-        assert found.on_the_part == 0
+        page_stops = add_stops(robot, np.linspace(0, 1, 101), theta, ends, contact, 61, on_the_part)
+        assert np.flatnonzero(page_stops.added).tolist() == [42]
+        assert page_stops.on_the_part == 0
 
 
 def test_a_stop_that_is_there_is_used(robot):
     stop = np.zeros(101, dtype=bool)
     stop[[0, 45, 60, -1]] = True
     theta = np.linspace(0, 1, 101)[:, None] * np.ones(6)
-    found = put_stops(robot, np.linspace(0, 1, 101), theta, stop, np.ones(101, dtype=bool), 61, False)
-    assert not found.added.any()
-    assert not found.why_not
+    page_stops = add_stops(robot, np.linspace(0, 1, 101), theta, stop, np.ones(101, dtype=bool), 61, False)
+    assert not page_stops.added.any()
+    assert not page_stops.obstacle
 
 
 @pytest.mark.parametrize(
-    ("store", "count", "holds"),
+    ("capacity", "count", "per_page"),
     [
-        (Store(100, 1000, 1e6, 8), 5000, 100 - 7 - 2),
-        (Store(9999, 50, 1e6, 8), 5000, 50),
-        (Store(9999, 9999, 1e6, 8), 200, 200),
-        (Store(9999, 9999, 10e3, 8), 5000, None),
+        (Capacity(100, 1000, 1e6, 8), 5000, 100 - 7 - 2),
+        (Capacity(9999, 50, 1e6, 8), 5000, 50),
+        (Capacity(9999, 9999, 1e6, 8), 200, 200),
+        (Capacity(9999, 9999, 10e3, 8), 5000, None),
     ],
 )
-def test_capacity_is_what_a_page_can_hold(store, count, holds):
-    n = capacity(store, count, 7)
-    assert holds is None or n == holds
+def test_capacity_is_what_a_page_can_hold(capacity, count, per_page):
+    n = positions_per_page(capacity, count, 7)
+    assert per_page is None or n == per_page
     pages = -(-count // (n - 1))
     main = 400 + 50 + pages * (8 + 50)
-    assert 400 + 7 * 40 + 64 + 63 * n + main <= store.memory or n == 2
+    assert 400 + 7 * 40 + 64 + 63 * n + main <= capacity.memory or n == 2
 
 
 # The pages -------------------------------------------------------------------------------------------------------
@@ -167,17 +167,17 @@ def test_a_naive_reader_drives_the_pages_without_a_gap(made):
     files = {n.removesuffix(".LS"): c for n, c in corrected.delivery.files if n.endswith(".LS")}
     main = files.pop(program.name)
     whole = naive_pages.drive(ls.compose(program))
-    found = []
+    motions = []
     for k, name in enumerate(naive_pages.calls(main)):
         rows = naive_pages.drive(files[name])
         if k:
             letter, goal, speed, end, _ = rows[0]
             assert (letter, speed, end) == ("J", "10%", "FINE")
-            assert goal == found[-1][1]  # every number of the position where the page before stopped
-            assert found[-1][3] == "FINE"
+            assert goal == motions[-1][1]  # every number of the position where the page before stopped
+            assert motions[-1][3] == "FINE"
             rows = rows[1:]
-        found += rows
-    assert found == whole
+        motions += rows
+    assert motions == whole
     assert check_join(ls.loads(ls.compose(program)), main, files) == len(whole)
 
 
@@ -200,14 +200,14 @@ def test_each_page_is_text_of_our_own_form_with_its_own_head(made):
 
 def test_the_manifest_says_order_checksum_start_and_warmth(made):
     planned, corrected, _ = made
-    files, told = files_of(corrected), manifest_of(corrected)
-    assert [p["order"] for p in told["pages"]] == [1, 2, 3]
-    assert list(files)[-1] == told["main"]["file"] == "LINE_X.LS"
-    for entry in [told["main"], *told["pages"]]:
+    files, manifest = files_of(corrected), manifest_of(corrected)
+    assert [p["order"] for p in manifest["pages"]] == [1, 2, 3]
+    assert list(files)[-1] == manifest["main"]["file"] == "LINE_X.LS"
+    for entry in [manifest["main"], *manifest["pages"]]:
         assert entry["sha256"] == sha256(files[entry["file"]]).hexdigest()
         assert entry["bytes"] == len(files[entry["file"]])
     ride, program = corrected.ride(), corrected.program
-    for before, page in zip([None, *told["pages"]], told["pages"]):
+    for before, page in zip([None, *manifest["pages"]], manifest["pages"]):
         first = page["first_position"] - 1
         assert before is None or page["first_position"] == before["last_position"]
         own = ls.interpret(files[page["file"]])
@@ -217,8 +217,8 @@ def test_the_manifest_says_order_checksum_start_and_warmth(made):
         rise = list(page["rise_K"].values())
         assert_allclose(rise, planned.rise[first], atol=1e-4)
         assert_allclose(rise, ride.rise[m], atol=2e-3)  # the twin's own clock and heat
-    assert told["drip_feed"] is False
-    assert told["loads"] == 1
+    assert manifest["drip_feed"] is False
+    assert manifest["loads"] == 1
 
 
 def stepped(heat, rise, time, driven):
@@ -248,13 +248,13 @@ def test_the_window_of_a_page_is_how_long_one_may_wait_before_it(made):
     assert added(1.1 * start.window) > job.start_drift
 
 
-def test_beyond_the_store_it_is_a_drip_feed():
+def test_beyond_the_memory_it_is_a_drip_feed():
     job = load_job(path_file("line_x"), None, (*SMALL, "robot.controller.memory_kB=5"))
     _, corrected = generate.generate(job, quiet)
-    told = manifest_of(corrected)
-    assert told["drip_feed"] is True
-    assert told["loads"] == 3
-    assert told["largest_load_kB"] < 5
+    manifest = manifest_of(corrected)
+    assert manifest["drip_feed"] is True
+    assert manifest["loads"] == 3
+    assert manifest["largest_load_kB"] < 5
     assert corrected.text.count(b":  PAUSE ;") == 2
     assert any("drip feed" in f.message for f in corrected.findings)
 
@@ -287,17 +287,17 @@ def test_a_program_that_fits_is_one_file_as_before():
 def test_a_page_that_was_changed_is_refused(made):
     _, corrected, _ = made
     files = files_of(corrected)
-    told = files["LINE_X.pages.json"]
+    manifest = files["LINE_X.pages.json"]
     name = corrected.delivery.paged.pages[1].name
     changed = {**files, f"{name}.LS": files[f"{name}.LS"].replace(b"CNT100", b"FINE  ", 1)}
     with pytest.raises(JoinError, match="not the file"):
-        check_manifest(told, changed)
+        check_manifest(manifest, changed)
     with pytest.raises(JoinError, match="not there"):
-        check_manifest(told, {n: c for n, c in files.items() if n != f"{name}.LS"})
+        check_manifest(manifest, {n: c for n, c in files.items() if n != f"{name}.LS"})
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         (lambda p: replace(p, position=p.position + np.array([1e-6, 0, 0])), r"starts 0.001 mm from"),
         (lambda p: replace(p, turns=p.turns + 1), "turns differ"),
@@ -306,12 +306,12 @@ def test_a_page_that_was_changed_is_refused(made):
         (lambda p: replace(p, name="OTHER"), "calls itself"),
     ],
 )
-def test_pages_that_do_not_meet_are_refused(made, change, told):
+def test_pages_that_do_not_meet_are_refused(made, change, message):
     _, corrected, _ = made
     pages = {p.name: p.data for p in corrected.delivery.paged.pages}
     name = corrected.delivery.paged.pages[1].name
     pages[name] = ls.compose(change(ls.interpret(pages[name])))
-    with pytest.raises(JoinError, match=told):
+    with pytest.raises(JoinError, match=message):
         interpret_pages(corrected.text, pages)
 
 

@@ -1,1 +1,1 @@
-"""Programs longer than the controller holds, parted into pages."""
+"""Programs longer than the controller holds, split into pages."""

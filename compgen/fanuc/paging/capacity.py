@@ -1,4 +1,4 @@
-"""What a controller holds, and what a program asks of it."""
+"""What a controller holds, and how much of it a program takes."""
 
 from dataclasses import dataclass
 
@@ -11,11 +11,11 @@ from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
 
-USUAL_MOTION = 64  # bytes of text; what is longer has options that take room of their own
+USUAL_MOTION = 64  # [bytes] of text; what is longer has options, which take memory of their own
 
 
 @dataclass(frozen=True, slots=True)
-class Store:
+class Capacity:
     """What a controller holds."""
 
     max_lines: int  # of one program
@@ -25,21 +25,22 @@ class Store:
 
 
 @dataclass(frozen=True, slots=True)
-class Size:
-    """What a program asks for."""
+class ProgramSize:
+    """What a program takes of a controller."""
 
     lines: int
     positions: int
     memory: float  # [bytes] estimated
 
-    def within(self, store: Store) -> bool:
+    def within(self, capacity: Capacity) -> bool:
         """Whether one program of that size fits."""
-        return self.lines <= store.max_lines and self.positions <= store.max_positions and self.memory <= store.memory
+        lines, positions = self.lines <= capacity.max_lines, self.positions <= capacity.max_positions
+        return lines and positions and self.memory <= capacity.memory
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Costs:
-    """What each unit of a program asks for, its positions left out."""
+class UnitSizes:
+    """Size of each of the S units of a program, without positions."""
 
     lines: IntArray  # (S,) physical lines
     memory: Array  # (S,) [bytes] estimated
@@ -48,24 +49,24 @@ class Costs:
         own(self, lines=("S",), memory=("S",))
 
 
-def costs(program: LsProgram, flow: Flow) -> Costs:
+def unit_sizes(program: LsProgram, flow: Flow) -> UnitSizes:
     """Lines and estimated memory of each unit.
 
-    Fitted over real exports: 400 bytes a program, 35 a single-group position, 28 a motion. What is no motion counts as
-    long as its text, an upper estimate.
+    Fitted to real exports: 400 bytes a program, 35 a single-group position, 28 a motion. Any other unit counts
+    as long as its text, an upper estimate.
     """
     if not len(flow.line):
-        return Costs(np.zeros(0, dtype=np.int64), np.zeros(0))
+        return UnitSizes(np.zeros(0, dtype=np.int64), np.zeros(0))
     last = max(1, line_ends(program.data, *flow.span[-1].tolist()))
     text = np.diff(flow.span, axis=1)[:, 0].astype(float)
     motion = MEMORY_MOTION + np.maximum(text - USUAL_MOTION, 0.0)
     memory = np.where(flow.motion != NO_NUMBER, motion, text)
-    return Costs(np.append(np.diff(flow.line), last), np.asarray(memory))
+    return UnitSizes(np.append(np.diff(flow.line), last), np.asarray(memory))
 
 
-def size(program: LsProgram) -> Size:
+def program_size(program: LsProgram) -> ProgramSize:
     """Lines, positions and estimated memory of a program."""
-    each = costs(program, read_flow(program))
+    units = unit_sizes(program, read_flow(program))
     positions = len(np.unique(program.positions.number))
-    memory = MEMORY_PROGRAM + positions * MEMORY_POSITION + float(each.memory.sum())
-    return Size(int(each.lines.sum()), positions, memory)
+    memory = MEMORY_PROGRAM + positions * MEMORY_POSITION + float(units.memory.sum())
+    return ProgramSize(int(units.lines.sum()), positions, memory)

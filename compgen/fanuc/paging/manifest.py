@@ -1,4 +1,4 @@
-"""The manifest of a program in pages: in which order they are loaded, and what each must be.
+"""The manifest of a program in pages: the order in which they are loaded, and the checksum of each.
 
 JSON, so that whoever loads the pages, a person or a program, can check them before they run.
 """
@@ -9,24 +9,27 @@ from hashlib import sha256
 from typing import Any
 
 from compgen.core.units import KB
-from compgen.fanuc.paging.capacity import Store
-from compgen.fanuc.paging.join_check import JoinError, order_of
-from compgen.fanuc.paging.split import Paged
+from compgen.fanuc.paging.capacity import Capacity
+from compgen.fanuc.paging.join_check import JoinError, called_programs
+from compgen.fanuc.paging.split import PagedProgram
 
 SCHEMA = 1
+MANIFEST_SUFFIX = ".pages.json"  # behind the program's name
 
 
-def manifest(paged: Paged, store: Store, head: Mapping[str, Any], more: Sequence[Mapping[str, Any]] = ()) -> bytes:
+def manifest_json(
+    paged: PagedProgram, capacity: Capacity, head: Mapping[str, Any], page_facts: Sequence[Mapping[str, Any]] = ()
+) -> bytes:
     """The manifest's text.
 
     Args:
         paged: The program in pages.
-        store: What they were made to fit.
+        capacity: What they were made to fit.
         head: What the program was made from, in plain types.
-        more: For each page what else is known of it: when it starts, how warm the robot is.
+        page_facts: For each page what else is known of it: when it starts, how warm the robot is.
     """
     pages = []
-    for k, (page, known) in enumerate(zip(paged.pages, more or [{}] * len(paged.pages)), 1):
+    for k, (page, facts) in enumerate(zip(paged.pages, page_facts or [{}] * len(paged.pages)), 1):
         pages.append(
             {
                 "order": k,
@@ -39,32 +42,32 @@ def manifest(paged: Paged, store: Store, head: Mapping[str, Any], more: Sequence
                 "positions": page.size.positions,
                 "memory_kB": round(page.size.memory / KB, 3),
                 "motions": [page.motions[0] + 1, page.motions[1]],
-                **known,
+                **facts,
                 "relies_on_the_page_before": list(page.notes),
             }
         )
-    loads = [sum(p.size.memory for p in paged.pages if p.load == n) for n in range(1, paged.loads + 1)]
+    memory = [sum(p.size.memory for p in paged.pages if p.load == n) for n in range(1, paged.load_count + 1)]
     data = {
         "schema": SCHEMA,
         "name": paged.name,
         **head,
         "main": {"file": f"{paged.name}.LS", "sha256": sha256(paged.main).hexdigest(), "bytes": len(paged.main)},
         "controller": {
-            "max_lines": store.max_lines,
-            "max_positions": store.max_positions,
-            "memory_kB": store.memory / KB,
-            "name_length": store.name_length,
+            "max_lines": capacity.max_lines,
+            "max_positions": capacity.max_positions,
+            "memory_kB": capacity.memory / KB,
+            "name_length": capacity.name_length,
         },
-        "drip_feed": paged.loads > 1,
-        "loads": paged.loads,
-        "largest_load_kB": round(max(loads) / KB, 3),
+        "drip_feed": paged.load_count > 1,
+        "loads": paged.load_count,
+        "largest_load_kB": round(max(memory) / KB, 3),
         "pages": pages,
     }
     return (json.dumps(data, indent=2, allow_nan=False) + "\n").encode()
 
 
 def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict[str, bytes]]:
-    """The main program and the pages, by program name, that a manifest speaks of.
+    """The main program, and the pages by program name, that a manifest lists.
 
     Args:
         data: The manifest.
@@ -73,8 +76,8 @@ def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict
     Raises:
         JoinError: A file is missing or another than was written, or the main program calls in another order.
     """
-    told = json.loads(data)
-    for entry in [told["main"], *told["pages"]]:
+    record = json.loads(data)
+    for entry in [record["main"], *record["pages"]]:
         content = files.get(entry["file"])
         if content is None:
             raise JoinError(f"{entry['file']}: the manifest names it, but it is not there")
@@ -82,8 +85,8 @@ def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict
             raise JoinError(
                 f"{entry['file']}: it is not the file that the manifest names; load the one written with it"
             )
-    main = files[told["main"]["file"]]
-    order = tuple(page["name"] for page in sorted(told["pages"], key=lambda page: page["order"]))
-    if order_of(main) != order:
-        raise JoinError(f"{told['main']['file']}: it calls {', '.join(order_of(main))}; the manifest says {order}")
-    return main, {page["name"]: files[page["file"]] for page in told["pages"]}
+    main = files[record["main"]["file"]]
+    order = tuple(page["name"] for page in sorted(record["pages"], key=lambda page: page["order"]))
+    if (called := called_programs(main)) != order:
+        raise JoinError(f"{record['main']['file']}: it calls {', '.join(called)}; the manifest says {order}")
+    return main, {page["name"]: files[page["file"]] for page in record["pages"]}

@@ -1,19 +1,17 @@
-"""Names of pages: the program's own with a number, all different after trimming to what the controller takes."""
+"""Names of pages: the program's name and a number, unique within the length that the controller takes."""
 
 from collections.abc import Collection
 
 from compgen.core.exceptions import InputError
 
-ENDING = ".pages.json"  # of the manifest's name
-
 
 def page_names(name: str, count: int, length: int, taken: Collection[str] = ()) -> tuple[str, ...]:
-    """NAME_01, NAME_02, ...: as much of the name as leaves them different from each other and from all taken ones.
+    """NAME_01, NAME_02, ...: as much of the name as keeps them apart from each other and from all taken ones.
 
     Args:
         name: The program's.
-        count: Pages.
-        length: Characters that the controller takes.
+        count: Number of pages.
+        length: Characters of a name that the controller takes.
         taken: Names of other programs, in any case.
 
     Raises:

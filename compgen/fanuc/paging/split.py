@@ -1,11 +1,11 @@
 """A long program as pages that each fit the controller, and a main program that calls them in order.
 
-A pure function on any program's text; ``flow`` and ``parting`` say where it is parted. A page is a program of its own,
-with the positions that it drives to, and the frames, payload and conditions in force where it begins. It starts by
-going to where the page before stopped: no motion when the robot stands there, a defined start when it does not. The
-main program keeps the program's name, so that whoever calls it still does.
+``plan`` says where a program is split. A page is a program of its own, with the positions that it drives to, and the
+frames, payload and conditions in force where it begins. It starts by going to where the page before stopped: no motion
+when the robot stands there, a defined start when it does not. The main program keeps the program's name, so that
+whoever calls it still does.
 
-When all pages together are beyond the controller's store they come in loads: the main program pauses before each load
+When all pages together are more than the controller holds they come in loads: the main program pauses before each load
 but the first, for the pages of the load before to be deleted and its own to be loaded (drip feed).
 """
 
@@ -20,8 +20,8 @@ from compgen.fanuc.listing.lines import line_ends
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
-from compgen.fanuc.paging.capacity import USUAL_MOTION, Size, Store
-from compgen.fanuc.paging.plan import Part, numbers_of, plan
+from compgen.fanuc.paging.capacity import USUAL_MOTION, Capacity, ProgramSize
+from compgen.fanuc.paging.plan import PageRange, page_positions, plan_pages
 
 #: Remarks at a page's head, from its number (from 0), the count of pages, and how many motions come before it.
 Heading = Callable[[int, int, int], Sequence[str]]
@@ -33,23 +33,23 @@ _NAME = re.compile(_BEGIN + rb"(/PROG[ \t]+)([^\s]+)([^\r\n]*)", re.IGNORECASE)
 _COUNT = re.compile(_BEGIN + rb"(LINE_COUNT[ \t]*=[ \t]*)\d+", re.IGNORECASE)
 _MASK = re.compile(_BEGIN + rb"(DEFAULT_GROUP[ \t]*=)([^;\r\n]*)", re.IGNORECASE)
 _NUMBER = re.compile(rb"([ \t]*)(\d+)(?=[ \t]*:)")
-_P = re.compile(rb"([Pp]\[(?<![A-Za-z_$]..)[ \t]*)(\d+)")  # its first letter first: found four times as fast
+_P = re.compile(rb"([Pp]\[(?<![A-Za-z_$]..)[ \t]*)(\d+)")  # its first letter first: four times as fast
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Page:
-    """One part of a program, as it is loaded."""
+    """One page of a program, as it is loaded."""
 
     name: str
     data: bytes
     load: int  # from 1
     motions: tuple[int, int]  # active ones of the undivided program, first and behind the last; without its start
-    size: Size
-    notes: tuple[str, ...]  # what it leaves to the page before, and why
+    size: ProgramSize
+    notes: tuple[str, ...]  # what it relies on the page before for, and why
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Paged:
+class PagedProgram:
     """A program in pages."""
 
     name: str
@@ -57,7 +57,7 @@ class Paged:
     pages: tuple[Page, ...]
 
     @property
-    def loads(self) -> int:
+    def load_count(self) -> int:
         """In how many loads the pages come; more than one is a drip feed."""
         return self.pages[-1].load
 
@@ -66,23 +66,23 @@ class Paged:
         return {**{f"{p.name}.LS": p.data for p in self.pages}, f"{self.name}.LS": self.main}
 
 
-def split(
+def split_program(
     program: LsProgram,
-    store: Store,
+    capacity: Capacity,
     taken: Collection[str] = (),
     heading: Heading | None = None,
     head_lines: int = 1,
     main_heading: Sequence[str] = (),
     renumber: bool = False,
     joint_entry: int | None = None,
-) -> Paged:
+) -> PagedProgram:
     """A program in pages.
 
     Args:
         program: Any program.
-        store: What the controller holds.
+        capacity: What the controller holds.
         taken: Names of programs that exist; those it calls are known.
-        heading: Remarks for each page; default which page it is.
+        heading: Remarks for each page; by default which page it is.
         head_lines: How many remarks a page gets at most.
         main_heading: Remarks of the main program.
         renumber: Number the positions of each page from 1. Otherwise numbers are kept, as long as the controller has
@@ -94,48 +94,53 @@ def split(
         Pages and main program; line numbers start anew in each, and LINE_COUNT follows.
 
     Raises:
-        ImpossibleError: It cannot be parted so that each page fits; names the lines.
+        ImpossibleError: It cannot be split so that each page fits; names the lines.
     """
     flow = read_flow(program)
-    parts = plan(program, flow, store, taken, head_lines)
-    place = dict(zip(program.positions.number.tolist(), map(tuple, program.positions.block.tolist())))
-    largest = max(place, default=0)
-    anew = (renumber or largest > store.max_positions) and not bool(np.any(flow.mention == NO_NUMBER))
-    count = len(parts.parts)
+    plan = plan_pages(program, flow, capacity, taken, head_lines)
+    blocks = dict(zip(program.positions.number.tolist(), map(tuple, program.positions.block.tolist())))
+    too_large = max(blocks, default=0) > capacity.max_positions
+    renumber = (renumber or too_large) and not bool(np.any(flow.mention == NO_NUMBER))
+    count = len(plan.ranges)
     pages = []
-    for k, (part, name, load) in enumerate(zip(parts.parts, parts.names, parts.load)):
-        first, behind = np.searchsorted(flow.move_unit, [part.first, part.last]).tolist()
-        told = heading(k, count, first) if heading else (f"page {k + 1} of {count}",)
-        used = [n for n in numbers_of(program, flow, part) if n in place]
-        new = {n: i for i, n in enumerate(used, 1)} if anew else {}
-        body = _body(program, flow, part, told, new, joint_entry)
-        blocks = [place[n] for n in used] if anew else sorted(place[n] for n in used)
-        data = _text(program, name, body, blocks, new)
-        asks = Size(_lines(body), len(used), _memory(flow, part, body, len(used)))
-        pages.append(Page(name, data, load, (first, behind), asks, part.notes))
-    name = program.name[: store.name_length]
-    return Paged(name, main_program(program.data, name, pages, main_heading), tuple(pages))
+    for k, (page, name, load) in enumerate(zip(plan.ranges, plan.names, plan.load)):
+        first, behind = np.searchsorted(flow.move_unit, [page.first, page.last]).tolist()
+        remarks = heading(k, count, first) if heading else (f"page {k + 1} of {count}",)
+        used = [n for n in page_positions(program, flow, page) if n in blocks]
+        new = {n: i for i, n in enumerate(used, 1)} if renumber else {}
+        body = _body(program, flow, page, remarks, new, joint_entry)
+        page_blocks = [blocks[n] for n in used] if renumber else sorted(blocks[n] for n in used)
+        data = _page_text(program, name, body, page_blocks, new)
+        size = ProgramSize(_line_count(body), len(used), _memory(flow, page, body, len(used)))
+        pages.append(Page(name, data, load, (first, behind), size, page.notes))
+    name = program.name[: capacity.name_length]
+    return PagedProgram(name, main_program_text(program.data, name, pages, main_heading), tuple(pages))
 
 
 def _body(
-    program: LsProgram, flow: Flow, part: Part, told: Sequence[str], new: dict[int, int], joint_entry: int | None
+    program: LsProgram,
+    flow: Flow,
+    page: PageRange,
+    remarks: Sequence[str],
+    new: dict[int, int],
+    joint_entry: int | None,
 ) -> list[bytes]:
     """The statements of a page, numbered from 1."""
     end = _line_end(program.data)
-    texts = [b"   0:  !" + remark.encode("ascii", "replace") + b" ;" + end for remark in told]
-    units = [*part.again, *range(part.first, part.last)]
-    said = [program.data[start:stop] for start, stop in flow.span[units].tolist()]
+    texts = [b"   0:  !" + remark.encode("ascii", "replace") + b" ;" + end for remark in remarks]
+    units = [*page.settings, *range(page.first, page.last)]
+    statements = [program.data[start:stop] for start, stop in flow.span[units].tolist()]
     if new:  # remarks and what is disabled stay as they are
-        drives = [k for k, s in enumerate(units) if flow.motion[s] != NO_NUMBER or s in flow.text]
-        for k, text in zip(drives, _each_renumbered([said[k] for k in drives], new)):
-            said[k] = text
-    texts += said[: len(part.again)]
-    if part.entry != NO_NUMBER:
-        texts.append(b"   0:" + _renumbered(_entry(program, part.entry, joint_entry), new) + b"    ;" + end)
-    return _numbered(texts + said[len(part.again) :])
+        active = [k for k, s in enumerate(units) if flow.motion[s] != NO_NUMBER or s in flow.text]
+        for k, text in zip(active, _renumber_each([statements[k] for k in active], new)):
+            statements[k] = text
+    texts += statements[: len(page.settings)]
+    if page.entry != NO_NUMBER:
+        texts.append(b"   0:" + _renumber(_entry_statement(program, page.entry, joint_entry), new) + b"    ;" + end)
+    return _number_lines(texts + statements[len(page.settings) :])
 
 
-def _entry(program: LsProgram, i: int, joint_entry: int | None) -> bytes:
+def _entry_statement(program: LsProgram, i: int, joint_entry: int | None) -> bytes:
     """The motion that brings a page to its start."""
     m = program.motions
     target = m.target[i][-1]
@@ -148,15 +153,15 @@ def _entry(program: LsProgram, i: int, joint_entry: int | None) -> bytes:
     return f"{'J' if joint else 'L'} {target} {speed} FINE".encode("latin-1")
 
 
-def _each_renumbered(texts: list[bytes], new: dict[int, int]) -> list[bytes]:
-    """Texts with new numbers of positions, all at once where a zero byte can part them."""
+def _renumber_each(texts: list[bytes], new: dict[int, int]) -> list[bytes]:
+    """Texts with new numbers of positions, all at once where a zero byte can separate them."""
     whole = b"\0".join(texts)
     if whole.count(b"\0") == len(texts) - 1:
-        return _renumbered(whole, new).split(b"\0")
-    return [_renumbered(text, new) for text in texts]
+        return _renumber(whole, new).split(b"\0")
+    return [_renumber(text, new) for text in texts]
 
 
-def _renumbered(text: bytes, new: dict[int, int]) -> bytes:
+def _renumber(text: bytes, new: dict[int, int]) -> bytes:
     """Text with new numbers of positions."""
     if not new:
         return text
@@ -166,43 +171,43 @@ def _renumbered(text: bytes, new: dict[int, int]) -> bytes:
     return b"".join(pieces)
 
 
-def _numbered(texts: list[bytes]) -> list[bytes]:
-    """Units with line numbers from 1; what has no number gets none."""
-    found = [_NUMBER.match(text) for text in texts]
+def _number_lines(texts: list[bytes]) -> list[bytes]:
+    """Units with line numbers from 1; a unit without a number gets none."""
+    numbers = [_NUMBER.match(text) for text in texts]
     return [
         text if number is None else b"%*d" % (min(number.end(), 4), n) + text[number.end() :]
-        for n, (text, number) in enumerate(zip(texts, found), 1)
+        for n, (text, number) in enumerate(zip(texts, numbers), 1)
     ]
 
 
-def _text(
+def _page_text(
     program: LsProgram, name: str, body: list[bytes], blocks: list[tuple[int, int]], new: dict[int, int]
 ) -> bytes:
-    """A page's file; positions by their places in the program's."""
+    """A page's file; ``blocks`` are the spans of its positions in the program's file."""
     end = _line_end(program.data)
     mn = _MN.search(program.data)
-    head = _headed(program.data[: mn.end() if mn else 0], name, len(body), keep_subtype=False)
-    places = b"".join([program.data[start:stop] + end for start, stop in blocks])
-    return b"".join([head, *_whole(body, end), b"/POS" + end, _renumbered(places, new), b"/END" + end])
+    head = _rename_head(program.data[: mn.end() if mn else 0], name, len(body), keep_subtype=False)
+    positions = b"".join([program.data[start:stop] + end for start, stop in blocks])
+    return b"".join([head, *_complete_last_line(body, end), b"/POS" + end, _renumber(positions, new), b"/END" + end])
 
 
-def main_program(data: bytes, name: str, pages: Sequence[Page], told: Sequence[str]) -> bytes:
-    """The program that calls the pages, with the head of a program's text; between loads it waits for the next."""
+def main_program_text(data: bytes, name: str, pages: Sequence[Page], remarks: Sequence[str]) -> bytes:
+    """The program that calls the pages, under the head of ``data``; between loads it waits for the next."""
     end = _line_end(data)
     loads = pages[-1].load
-    said = [f"!{remark}" for remark in told]
+    statements = [f"!{remark}" for remark in remarks]
     for before, page in zip([None, *pages[:-1]], pages):
         if before is not None and before.load != page.load:
-            said += [f"MESSAGE[LOAD {page.load} OF {loads}]", "PAUSE"]
-        said.append(f"CALL {page.name}")
-    body = [f"{n:4d}:  {text} ;".encode("ascii", "replace") + end for n, text in enumerate(said, 1)]
+            statements += [f"MESSAGE[LOAD {page.load} OF {loads}]", "PAUSE"]
+        statements.append(f"CALL {page.name}")
+    body = [f"{n:4d}:  {text} ;".encode("ascii", "replace") + end for n, text in enumerate(statements, 1)]
     tag = _TAG.search(data)
-    head = _headed(data[: tag.start() if tag else 0], name, len(body), keep_subtype=True)
+    head = _rename_head(data[: tag.start() if tag else 0], name, len(body), keep_subtype=True)
     head = _MASK.sub(lambda m: m.group(1) + re.sub(rb"\d", b"*", m.group(2)), head, count=1)
     return b"".join([head, b"/MN" + end, *body, b"/POS" + end, b"/END" + end])
 
 
-def _headed(head: bytes, name: str, lines: int, keep_subtype: bool) -> bytes:
+def _rename_head(head: bytes, name: str, lines: int, keep_subtype: bool) -> bytes:
     """The program's head with another name and another count of lines."""
     head = _NAME.sub(
         lambda m: m.group(1) + name.encode("latin-1") + (m.group(3) if keep_subtype else b""), head, count=1
@@ -210,30 +215,30 @@ def _headed(head: bytes, name: str, lines: int, keep_subtype: bool) -> bytes:
     return _COUNT.sub(lambda m: m.group(1) + str(lines).encode(), head, count=1)
 
 
-def _whole(body: list[bytes], end: bytes) -> list[bytes]:
-    """The last unit of a section without a line end gets one."""
+def _complete_last_line(body: list[bytes], end: bytes) -> list[bytes]:
+    """The units of a section, the last one with a line end."""
     if body and not body[-1].endswith((b"\n", b"\r")):
         return [*body[:-1], body[-1] + end]
     return body
 
 
-def _lines(body: list[bytes]) -> int:
+def _line_count(body: list[bytes]) -> int:
     whole = b"".join(body)  # each ends with its line; only the last may lack the end
     return line_ends(whole, 0, len(whole)) + (bool(body) and not body[-1].endswith((b"\n", b"\r")))
 
 
-def _memory(flow: Flow, part: Part, body: list[bytes], positions: int) -> float:
-    """Estimated memory of a page [bytes]: see ``store.costs``."""
-    own = len(body) - (part.last - part.first)
-    moves = np.concatenate([np.zeros(own, dtype=bool), flow.motion[part.first : part.last] != NO_NUMBER])
-    if part.entry != NO_NUMBER:
-        moves[own - 1] = True
+def _memory(flow: Flow, page: PageRange, body: list[bytes], positions: int) -> float:
+    """Estimated memory of a page [bytes]; see ``capacity.unit_sizes``."""
+    added = len(body) - (page.last - page.first)
+    is_motion = np.concatenate([np.zeros(added, dtype=bool), flow.motion[page.first : page.last] != NO_NUMBER])
+    if page.entry != NO_NUMBER:
+        is_motion[added - 1] = True
     length = np.array([len(text) for text in body], dtype=float)
-    memory = np.where(moves, MEMORY_MOTION + np.maximum(length - USUAL_MOTION, 0.0), length)
+    memory = np.where(is_motion, MEMORY_MOTION + np.maximum(length - USUAL_MOTION, 0.0), length)
     return MEMORY_PROGRAM + positions * MEMORY_POSITION + float(memory.sum())
 
 
 def _line_end(data: bytes) -> bytes:
     """The line end that the file begins with."""
-    found = re.search(rb"\r\n|\n|\r", data)
-    return found.group() if found else b"\r\n"
+    match = re.search(rb"\r\n|\n|\r", data)
+    return match.group() if match else b"\r\n"

@@ -8,8 +8,8 @@ from compgen.core.units import KB, MM, UM
 from compgen.error_model.validity import outside_joints, outside_map, unknown_start
 from compgen.fanuc.editing.numbers import decimals_of
 from compgen.fanuc.editing.shared_positions import SAME
-from compgen.fanuc.paging.capacity import size
-from compgen.fanuc.paging.stops import store_of
+from compgen.fanuc.paging.capacity import program_size
+from compgen.fanuc.paging.stops import controller_capacity
 from compgen.pipelines.correct.directions import course
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
@@ -185,9 +185,9 @@ def _controller(result: Correction) -> list[Finding]:
     if controller.compensation == "signature":
         text = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
         found.append(Finding(Level.NOTE, "controller.signature", text))
-    asked = size(result.plan.program)
+    asked = program_size(result.plan.program)
     told = f"{asked.lines} lines, {asked.positions} positions, about {asked.memory / KB:.0f} kB on the controller"
-    if not asked.within(store_of(result.cell.robot)):
+    if not asked.within(controller_capacity(result.cell.robot)):
         told = f"{told}: more than it holds in one file; cgen pages parts what was written"
         found.append(Finding(Level.WARNING, "controller.size", told))
     elif result.added:
