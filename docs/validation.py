@@ -45,8 +45,8 @@ def over_back(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     job = job_of("line_x")
     planned = generate.predict(job, lambda stage, share: None)
     down = np.broadcast_to(planned.path.rotation[0], (len(position), 3, 3))
-    flange = inverse_kinematics.flange_of(position * MM, down, job.tool_position, job.tool_rotation)
-    best, _ = inverse_kinematics.solve(job.robot, *flange, inverse_kinematics.Posture(False, False, False))
+    flange = inverse_kinematics.flange_from_tool(position * MM, down, job.tool_position, job.tool_rotation)
+    best, _ = inverse_kinematics.solve_flange(job.robot, *flange, inverse_kinematics.Posture(False, False, False))
     return position, planned.model.error(best, job.start_rise()[None], position * MM, down)[:, :3] / UM
 
 

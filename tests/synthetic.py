@@ -98,7 +98,8 @@ def with_outliers(data, rng, share=0.01, least=0.5e-3, most=5e-3):
 
 def axis_lines(truth, rng, noise=NOISE):
     """Two horizontal lines and a vertical one through a point, both ways, three runs: what the study measured."""
-    from compgen.robot.inverse_kinematics import Posture, follow
+    from compgen.robot.inverse_kinematics import Posture
+    from compgen.robot.joint_path import follow_branch
 
     robot = truth.arm.robot
     place, direction, line = [], [], []
@@ -113,7 +114,7 @@ def axis_lines(truth, rng, noise=NOISE):
                 line += 13 * [k]
     place, direction, line = np.concatenate(place), np.array(direction), np.array(line)
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (len(place), 1, 1))
-    theta = follow(robot, place, down, Posture())
+    theta = follow_branch(robot, place, down, Posture())
     going = np.zeros_like(theta)
     for k in range(3):
         rows = np.flatnonzero(line == k)

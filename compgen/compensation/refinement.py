@@ -14,7 +14,7 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.sources import NO_DIRECTION, Source, ThermalGrowth, direction_states, reversal_widths
 from compgen.planning import toolpath
 from compgen.planning.toolpath import ToolPath
-from compgen.robot import inverse_kinematics
+from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 
@@ -55,12 +55,12 @@ def refine(
     """
 
     def flange(position: Array, rotation: Array) -> tuple[Array, Array]:
-        return inverse_kinematics.flange_of(position, rotation, tool_position, tool_rotation)
+        return inverse_kinematics.flange_from_tool(position, rotation, tool_position, tool_rotation)
 
     def solve(position: Array, rotation: Array) -> Array:
-        return inverse_kinematics.solve(robot, *flange(position, rotation), posture)[0]
+        return inverse_kinematics.solve_flange(robot, *flange(position, rotation), posture)[0]
 
-    theta = inverse_kinematics.follow(robot, *flange(path.position, path.rotation), posture)
+    theta = joint_path.follow_branch(robot, *flange(path.position, path.rotation), posture)
     if all(isinstance(source, ThermalGrowth) for source in sources):
         return path, theta
     for _ in range(ROUNDS):
@@ -70,7 +70,7 @@ def refine(
         if not (parts > 1).any():
             break
         path = toolpath.refined(path, np.maximum(parts, 1))
-        theta = inverse_kinematics.follow(robot, *flange(path.position, path.rotation), posture)
+        theta = joint_path.follow_branch(robot, *flange(path.position, path.rotation), posture)
     return path, theta
 
 
@@ -91,7 +91,7 @@ def _bend(
         segment, fraction = np.append(np.repeat(some, SAMPLES), some[-1]), np.append(np.tile(inner, len(some)), 1.0)
         position, rotation, _ = path.at(segment, fraction)
         between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
-        joints = inverse_kinematics.nearest_turns(solve(position, rotation), between)
+        joints = joint_path.nearest_turns(solve(position, rotation), between)
         motion = direction_states(memory, joints, position, motion)
         error = model.actual_pose(joints, cold, motion)[0] - position
         ends = error[::SAMPLES]

@@ -9,7 +9,9 @@ from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.measurements import Measurements
 from compgen.identification.pose_files import JOINTS
-from compgen.robot.inverse_kinematics import Posture, check_arm_class, flange_of, follow, forward
+from compgen.robot.inverse_kinematics import Posture, check_arm_class, flange_from_tool
+from compgen.robot.joint_path import follow_branch
+from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 PLACE = ("x_mm", "y_mm", "z_mm")
@@ -95,12 +97,12 @@ def _joints(table: CsvTable, robot: Robot, place: Array) -> Array:
     N = len(place)
     angles = [table.numbers(c) * DEG if table.has(c) else np.full(N, d * DEG) for c, d in zip(TURN, (180.0, 0.0, 0.0))]
     tool = np.array([_constant(table, c) for c in TOOL]) * MM
-    position, rotation = flange_of(place, from_wpr(*angles), tool, np.eye(3))
+    position, rotation = flange_from_tool(place, from_wpr(*angles), tool, np.eye(3))
     try:
-        theta = follow(robot, position, rotation, Posture())
+        theta = follow_branch(robot, position, rotation, Posture())
     except CompgenError as failure:
         raise InputError(f"{table.name}: {failure}") from failure
-    check, _ = forward(robot, theta)
+    check, _ = flange_pose(robot, theta)
     if np.abs(check - position).max() > 1e-6:
         raise InputError(f"{table.name}: the commanded places are out of reach; check x_mm y_mm z_mm are of World")
     return theta

@@ -7,7 +7,7 @@ from compgen.fanuc.configuration import turn_digits
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.robot import inverse_kinematics
+from compgen.robot import inverse_kinematics, joint_path
 
 DATE = "26-01-01"
 REMARK_WIDTH = 32
@@ -62,7 +62,7 @@ def compose_program(
         position=position,
         rotation=rotation,
         posture=job.posture,
-        turns=frozen(turn_digits(job.robot, inverse_kinematics.nearest_turns(joints, theta))),
+        turns=frozen(turn_digits(job.robot, joint_path.nearest_turns(joints, theta))),
         speed=frozen(fanuc.written_feeds(trajectory.speed, steps(position))),
         fine=path.stop,
         decimals=decimals,

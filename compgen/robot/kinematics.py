@@ -1,4 +1,4 @@
-r"""The symbolic chain, and the one bridge from CasADi to numpy.
+r"""The symbolic chain of the arm, and the nominal flange pose of joint angles.
 
 A chain is six DH rows with symbols in them, the tool behind them, and what errors put between them; an error source
 takes a chain and gives a chain. The pose of its TCP in World is
@@ -7,8 +7,6 @@ takes a chain and gives a chain. The pose of its TCP in World is
 
 F_i is a frame that errors insert behind row i (F_0: before the first), beta the Hayati angle that a small misalignment
 of parallel axes needs; both are none and zero in a nominal chain. What is exactly zero adds nothing to the graph.
-
-Numbers cross by ``evaluate`` of ``compgen.evaluation``: rows in, rows out.
 """
 
 from dataclasses import dataclass, replace
@@ -17,10 +15,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.evaluation import BLOCK, evaluate
+from compgen.core.arrays import Array
 from compgen.robot.robot import Robot
-
-__all__ = ["BLOCK", "Chain", "Frame", "evaluate", "is_zero", "nominal_chain"]
 
 Frame = tuple[Any, Any]  # position (3, 1) [m] and rotation (3, 3), numbers or SX
 
@@ -39,14 +35,14 @@ class Chain:
     shift: Any = None  # (3, 1) [m] in World
 
     def inserted(self, row: int, position: Any, rotation: Any) -> "Chain":
-        """The chain with a frame more behind row ``row`` (0: before the first), after those that are there."""
-        frame, before = (_matrix(position), _matrix(rotation)), self.frames[row]
-        if before is not None:
-            frame = _behind(before, frame)
+        """The chain with one more frame behind row ``row`` (0: before the first), after those already inserted."""
+        frame, present = (_matrix(position), _matrix(rotation)), self.frames[row]
+        if present is not None:
+            frame = _compose(present, frame)
         return replace(self, frames=(*self.frames[:row], frame, *self.frames[row + 1 :]))
 
     def moved(self, shift: Any) -> "Chain":
-        """The chain with its TCP moved further, (3, 1) [m] in World."""
+        """The chain with its TCP moved by a further shift, (3, 1) [m] in World."""
         return replace(self, shift=shift if self.shift is None else self.shift + shift)
 
     def joint_frames(self) -> list[Frame]:
@@ -55,8 +51,8 @@ class Chain:
         The axis of joint i + 1 is the z of frame i; frame 6 is the flange.
         """
         position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
-        position, rotation = _behind((position, rotation), self.frames[0])
-        found = [(position, rotation)]
+        position, rotation = _compose((position, rotation), self.frames[0])
+        frames = [(position, rotation)]
         rows = zip(self.theta, self.d, self.a, self.alpha, self.beta, self.frames[1:])
         for theta, d, a, alpha, beta, frame in rows:
             c, s, ca_, sa = ca.cos(theta), ca.sin(theta), _cos(alpha), _sin(alpha)
@@ -67,9 +63,9 @@ class Chain:
             if not is_zero(beta):
                 cb, sb = _cos(beta), _sin(beta)
                 rotation = rotation @ ca.vertcat(ca.horzcat(cb, 0, sb), ca.horzcat(0, 1, 0), ca.horzcat(-sb, 0, cb))
-            position, rotation = _behind((position, rotation), frame)
-            found.append((position, rotation))
-        return found
+            position, rotation = _compose((position, rotation), frame)
+            frames.append((position, rotation))
+        return frames
 
     def pose_expr(self) -> Frame:
         """Flange position (3, 1) and rotation (3, 3), without tool and shift."""
@@ -77,7 +73,7 @@ class Chain:
 
     def tcp_expr(self) -> Frame:
         """TCP position (3, 1) and rotation (3, 3)."""
-        position, rotation = _behind(self.pose_expr(), self.tool)
+        position, rotation = _compose(self.pose_expr(), self.tool)
         return (position if self.shift is None else position + self.shift), rotation
 
 
@@ -93,8 +89,28 @@ def nominal_chain(robot: Robot, theta: Any, tool: Frame | None = None) -> Chain:
     )
 
 
-def _behind(pose: Frame, frame: Frame | None) -> Frame:
-    """A pose with a frame behind it."""
+def flange_pose(robot: Robot, theta: Array) -> tuple[Array, Array]:
+    """Nominal flange poses of DH joint angles, the inverse of ``inverse_kinematics.solve_flange``.
+
+    Args:
+        robot: The arm.
+        theta: (N, 6) [rad].
+
+    Returns:
+        Position (N, 3) [m] and rotation (N, 3, 3) in World; a row's numbers do not depend on how many rows there are.
+    """
+    position, rotation = np.zeros((len(theta), 3)), np.tile(np.eye(3), (len(theta), 1, 1))
+    for angle, d, a, alpha in zip(theta.T, robot.d, robot.a, robot.alpha):
+        c, s, ca, sa = np.cos(angle), np.sin(angle), np.cos(alpha), np.sin(alpha)
+        zero = np.zeros_like(c)
+        link = np.array([[c, -s * ca, s * sa], [s, c * ca, -c * sa], [zero, zero + sa, zero + ca]])
+        position = position + np.einsum("nij,nj->ni", rotation, np.column_stack([a * c, a * s, zero + d]))
+        rotation = rotation @ np.moveaxis(link, -1, 0)
+    return position, rotation
+
+
+def _compose(pose: Frame, frame: Frame | None) -> Frame:
+    """The pose of a frame that is given in another pose; without a frame the pose itself."""
     if frame is None:
         return pose
     return pose[0] + pose[1] @ _matrix(frame[0]), pose[1] @ _matrix(frame[1])

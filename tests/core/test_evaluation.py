@@ -16,6 +16,7 @@ from compgen.core.evaluation.compiler import Compiler, find_compiler, load
 from compgen.core.evaluation.interpreter import OPERATIONS, instructions_of
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.path_file import load_job
+from compgen.robot.kinematics import nominal_chain
 
 needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler")
 
@@ -217,3 +218,35 @@ def test_a_library_that_is_there_needs_no_source(tmp_path):
     assert load(compiler, "name", lambda: source) is not None
     assert load(compiler, "name", lambda: pytest.fail("asked for its source")) is not None
     assert load(compiler, "other", lambda: None) is None
+
+
+def test_evaluate_agrees_with_casadi_across_blocks(robot):
+    theta = ca.SX.sym("theta", 6)
+    position, rotation = nominal_chain(robot, theta).pose_expr()
+    forward = ca.Function("forward", [theta], [position, ca.densify(rotation)])
+    q = np.random.default_rng(2).uniform(-3, 3, (BLOCK + 7, 6))
+    p, r = evaluate(forward, q)
+    for row in (0, 1, BLOCK - 1, BLOCK, BLOCK + 6):
+        exact_p, exact_r = forward(q[row])
+        assert_allclose(p[row], np.asarray(exact_p).ravel(), atol=1e-14)
+        assert_allclose(r[row], np.asarray(exact_r).ravel(order="F"), atol=1e-14)
+
+
+def test_evaluate_knows_every_operation_it_offers():
+    x = ca.SX.sym("x", 2)
+    a, b = x[0], x[1]
+    outputs = [a + b, a - b, a * b, a / b, -a, a**2, 2 * a, ca.sqrt(a), ca.sin(a), ca.cos(a), ca.atan2(a, b)]
+    outputs += [1 / a, ca.fabs(-a), ca.exp(a), a**b, a**3.5]
+    f = ca.Function("f", [x], [ca.vertcat(*outputs), ca.SX(3.0)])
+    rows = np.random.default_rng(3).uniform(0.5, 2, (20, 2))
+    values, constant = evaluate(f, rows)
+    for row, value in zip(rows, values):
+        assert_allclose(value, np.asarray(f(row)[0]).ravel(), rtol=1e-14)
+    assert_allclose(constant, 3.0)
+
+
+def test_one_row_serves_all_points():
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    f = ca.Function("f", [x, y], [x * y])
+    (out,) = evaluate(f, np.arange(5.0)[:, None], np.array([[3.0]]))
+    assert_allclose(out.ravel(), 3 * np.arange(5.0))

@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from compgen.core.evaluation import evaluate
 from compgen.error_model.sources import JointRipple, State
-from compgen.robot.kinematics import Chain, evaluate, nominal_chain
+from compgen.robot.kinematics import Chain, nominal_chain
 
 ORDER = np.array([3, 14, 26])
 

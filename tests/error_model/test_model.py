@@ -6,13 +6,14 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
+from compgen.core.evaluation import evaluate
+from compgen.core.exceptions import UnreachableError
 from compgen.core.rotations import matrix_of
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.model import build_error_model
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
-from compgen.robot import inverse_kinematics
-from compgen.robot.kinematics import evaluate
+from compgen.robot import inverse_kinematics, joint_path
 from compgen.verification.twin import Twin
 
 
@@ -73,10 +74,10 @@ def test_x_line_error_at_700_mm_is_45_um_and_not_the_studys_71():
     model = build_error_model(back.robot, back.sources, 5, np.zeros(3), np.eye(3))
     position, rotation = np.array([[0.7, -0.03, 0.203]]), np.diag([1.0, -1.0, -1.0])[None]
     over = inverse_kinematics.Posture(front=False, up=False)
-    theta, _ = inverse_kinematics.solve(back.robot, position, rotation, over)
+    theta, _ = inverse_kinematics.solve_flange(back.robot, position, rotation, over)
     assert model.error(theta, rise, position, rotation)[0, 0] / UM == pytest.approx(71, abs=1)
-    with pytest.raises(inverse_kinematics.UnreachableError):
-        inverse_kinematics.follow(back.robot, np.array([[2.0, -0.03, 0.203]]), rotation, over)
+    with pytest.raises(UnreachableError):
+        joint_path.follow_branch(back.robot, np.array([[2.0, -0.03, 0.203]]), rotation, over)
 
 
 def test_spiral_x_error_runs_from_45_to_122():

@@ -132,9 +132,9 @@ def test_frames_of_a_table_move_positions_into_world(tmp_path):
     robot = load_robot("m710ic50")
     places = read_poses(program(["J P[1] 10% FINE    ;"], {"uf": 2, "ut": 3, "x": 50.0, "y": -300.0}), robot, frames)
     assert_allclose(places.position[0], [1.3, 0.05, 0.203], atol=1e-12)
-    from compgen.robot.inverse_kinematics import forward
+    from compgen.robot.kinematics import flange_pose
 
-    flange, rotation = forward(robot, places.theta)
+    flange, rotation = flange_pose(robot, places.theta)
     assert_allclose(flange[0] + rotation[0] @ [0, 0, 0.15], [1.3, 0.05, 0.203], atol=1e-9)
 
 

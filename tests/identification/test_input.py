@@ -13,7 +13,7 @@ from compgen.identification.plausibility import check_enough, check_plausible
 from compgen.identification.pose_files import read_poses
 from compgen.identification.warm_up import with_temperatures
 from compgen.pipelines.robot_file import load_any_robot
-from compgen.robot.inverse_kinematics import forward
+from compgen.robot.kinematics import flange_pose
 
 HEAD = "order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
 
@@ -27,7 +27,7 @@ def arm():
 def rows(arm):
     """Twelve poses of two reflectors, exact, in World."""
     theta = random_theta(arm, np.random.default_rng(5), 12)
-    position, rotation = forward(arm, theta)
+    position, rotation = flange_pose(arm, theta)
     told = []
     for n, pendant in enumerate(arm.to_pendant(theta) / DEG):
         for name, place in (("a", [0.06, 0, 0.1]), ("b", [-0.04, 0.05, 0.12])):

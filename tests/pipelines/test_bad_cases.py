@@ -20,7 +20,7 @@ from compgen.core.exceptions import InputError
 from compgen.pipelines import findings
 from compgen.pipelines.generate import generate, predict
 from compgen.pipelines.path_file import load_job
-from compgen.robot.inverse_kinematics import flange_of, solve
+from compgen.robot.inverse_kinematics import flange_from_tool, solve_flange
 
 SAME = 1e-9  # m, of two optima
 
@@ -71,8 +71,8 @@ def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
     told = next(f.message for f in done.findings if f.code == "compensation.limited")
     assert "joint J5 limit at waypoints" in told
     assert len(told) < 300
-    flange = flange_of(done.program.position, done.program.rotation, job.tool_position, job.tool_rotation)
-    theta, _ = solve(job.robot, *flange, job.posture)
+    flange = flange_from_tool(done.program.position, done.program.rotation, job.tool_position, job.tool_rotation)
+    theta, _ = solve_flange(job.robot, *flange, job.posture)
     assert theta[:, 4].max() <= job.robot.upper[4]
     assert theta[:, 4].max() > job.robot.upper[4] - 1e-4  # rad: no farther inside than rounding asks for
 

@@ -133,8 +133,8 @@ def test_waypoint_rows_are_the_programs_positions():
     assert np.abs(commanded + rows[:, 5:8] * 1e-3 - rows[:, 2:5]).max() < 1.2e-3  # mm: correction is minus the error
     assert rows[:, 16].min() == 0
     assert rows[1:-1, 16].mean() > 0.9
+    from compgen.core.evaluation import evaluate
     from compgen.core.units import DEG
-    from compgen.robot.kinematics import evaluate
 
     theta = planned.job.robot.to_theta(rows[:, 17:] * DEG)
     assert np.abs(evaluate(planned.model.nominal, theta)[0] * 1e3 - commanded).max() < 2e-3

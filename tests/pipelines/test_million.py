@@ -21,7 +21,7 @@ from compgen.pipelines.path_file import load_job
 from compgen.planning import curves, exact_path, retiming, speed_profile, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
 from compgen.report import report_json, waypoints_blocks, waypoints_csv
-from compgen.robot import inverse_kinematics
+from compgen.robot import joint_path
 from compgen.verification.deviation import statistics
 
 ROBOT = load_job(path_file("circle_1300")).robot
@@ -50,7 +50,7 @@ def test_a_million_with_one_out_of_reach_is_named_within_seconds():
     rotation = np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1))
     begin = time.process_time()
     with pytest.raises(UnreachableError, match="waypoint 543211"):
-        inverse_kinematics.follow(job.robot, position, rotation, job.posture)
+        joint_path.follow_branch(job.robot, position, rotation, job.posture)
     assert time.process_time() - begin < 10
 
 

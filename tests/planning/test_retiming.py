@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from compgen.core.exceptions import ImpossibleError
 from compgen.pipelines.path_file import load_job
 from compgen.planning import boundaries, curves, joint_curve, patterns, retiming, speed_profile, surfaces, toolpath
-from compgen.robot import inverse_kinematics
+from compgen.robot import inverse_kinematics, joint_path
 
 PATHS = Path(__file__).parents[2] / "paths"
 STUDY = load_job(str(PATHS / "circle_1300.toml"))
@@ -49,7 +49,7 @@ DRIVES = [(name, feed) for name in PATTERNS for feed in (0.2, 1.5)]
 def planned(name):
     """Tool path and joint angles at its waypoints."""
     tool = toolpath.build(*PATTERNS[name], HEXAGON, spin=0.3, chord=1.5e-6, lift=0.02)
-    return tool, inverse_kinematics.follow(ROBOT, tool.position - tool.rotation @ TOOL, tool.rotation, POSTURE)
+    return tool, joint_path.follow_branch(ROBOT, tool.position - tool.rotation @ TOOL, tool.rotation, POSTURE)
 
 
 @cache
@@ -64,7 +64,7 @@ def joints(tool, s):
     segment = np.clip(np.searchsorted(tool.arc, s, side="right") - 1, 0, len(tool.span) - 1)
     fraction = (s - tool.arc[segment]) / np.diff(tool.arc)[segment]
     position, rotation, _ = tool.at(segment, fraction)
-    theta, margin = inverse_kinematics.solve(ROBOT, position - rotation @ TOOL, rotation, POSTURE)
+    theta, margin = inverse_kinematics.solve_flange(ROBOT, position - rotation @ TOOL, rotation, POSTURE)
     assert margin.min() > 0
     return np.unwrap(theta, axis=0)
 

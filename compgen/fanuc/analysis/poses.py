@@ -18,7 +18,8 @@ from compgen.fanuc.configuration import apply_turns, parse_config, posture_indic
 from compgen.fanuc.frames import Frames, Pose
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
-from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_of, forward, solve
+from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_from_tool, solve_flange
+from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 NONE = -1
@@ -71,7 +72,7 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
     taught = np.flatnonzero(joint_form & np.isfinite(joints).all(axis=1))
     if len(taught):
         theta[taught] = robot.to_theta(joints[taught])
-        flange = forward(robot, theta[taught])
+        flange = flange_pose(robot, theta[taught])
         tcp, turn = _stacked(tool[taught], tools)
         position[taught] = flange[0] + np.einsum("nij,nj->ni", flange[1], tcp)
         rotation[taught] = flange[1] @ turn
@@ -91,8 +92,8 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
             posture[rows] = ALL_POSTURES.index(named)
             for t in np.unique(tool[rows]):
                 some = rows[tool[rows] == t]
-                flange = flange_of(position[some], rotation[some], *tools[t])
-                solved, reach = solve(robot, *flange, named)
+                flange = flange_from_tool(position[some], rotation[some], *tools[t])
+                solved, reach = solve_flange(robot, *flange, named)
                 turned = apply_turns(robot, solved, np.tile(turns, (len(some), 1)))
                 theta[some] = np.where(reach[:, None] >= 0, turned, np.nan)
                 margin[some] = reach

@@ -6,7 +6,8 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import between
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Drive
-from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_of, nearest_turns, solve
+from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
+from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
 
 
@@ -66,8 +67,8 @@ def commanded(
     kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        flange[0][rows], flange[1][rows] = flange_of(position[rows], rotation[rows], *poses.tool_of(tool))
+        flange[0][rows], flange[1][rows] = flange_from_tool(position[rows], rotation[rows], *poses.tool_of(tool))
         way = rows[fraction[rows] < 1]
-        solved, _ = solve(robot, flange[0][way], flange[1][way], ALL_POSTURES[posture])
+        solved, _ = solve_flange(robot, flange[0][way], flange[1][way], ALL_POSTURES[posture])
         theta[way] = nearest_turns(solved, theta[way])
     return theta, flange

@@ -14,7 +14,8 @@ from compgen.fanuc.analysis.traversal import Drive
 from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram, edited
-from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_of, nearest_turns, solve
+from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
+from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
 
 _ACC = re.compile(r"ACC\s*(?:\d+|R\[[^\]]*\])", re.IGNORECASE)
@@ -133,8 +134,8 @@ def _joints(robot: Robot, poses: Poses, drive: Drive, station: IntArray, positio
     kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        solved, _ = solve(
-            robot, *flange_of(position[rows], rotation[rows], *poses.tool_of(tool)), ALL_POSTURES[posture]
+        solved, _ = solve_flange(
+            robot, *flange_from_tool(position[rows], rotation[rows], *poses.tool_of(tool)), ALL_POSTURES[posture]
         )
         theta[rows] = nearest_turns(solved, poses.theta[pose[rows]])
     return theta

@@ -9,7 +9,9 @@ from compgen.fanuc.analysis.poses import J1, NONE, Poses
 from compgen.fanuc.configuration import CONFIG, turn_digits
 from compgen.fanuc.editing import watermark
 from compgen.fanuc.listing.listing import LsProgram
-from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_of, forward, nearest_turns, solve
+from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
+from compgen.robot.joint_path import nearest_turns
+from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 Edits = dict[tuple[int, int], bytes]
@@ -123,7 +125,7 @@ def _jacobian(robot: Robot, pendant: Array, tcp: Array, lever: Array) -> Array:
     size = 0.01
 
     def tool(angles: Array) -> tuple[Array, Array]:
-        position, rotation = forward(robot, robot.to_theta(angles * DEG))
+        position, rotation = flange_pose(robot, robot.to_theta(angles * DEG))
         return position + np.einsum("nij,nj->ni", rotation, tcp), rotation
 
     columns = []
@@ -203,8 +205,8 @@ def _config_edits(
     rotation = axes @ from_wpr(*(numbers[:, 3:] * DEG).T)
     for tool, posture in np.unique(np.column_stack([poses.tool, poses.posture])[which], axis=0).tolist():
         rows = np.flatnonzero((poses.tool[which] == tool) & (poses.posture[which] == posture))
-        flange = flange_of(position[rows], rotation[rows], *poses.tools[tool])
-        joints, _ = solve(robot, *flange, ALL_POSTURES[posture])
+        flange = flange_from_tool(position[rows], rotation[rows], *poses.tools[tool])
+        joints, _ = solve_flange(robot, *flange, ALL_POSTURES[posture])
         digits = turn_digits(robot, nearest_turns(joints, theta[rows])).tolist()
         for n, wanted in zip(rows.tolist(), digits):
             i = int(poses.row[which[n]])

@@ -21,7 +21,8 @@ from compgen.fanuc.analysis.traversal import Drive
 from compgen.fanuc.configuration import postures_of
 from compgen.pipelines.correct.directions import course
 from compgen.pipelines.job import Cell
-from compgen.robot.inverse_kinematics import ALL_POSTURES, nearest_turns
+from compgen.robot.inverse_kinematics import ALL_POSTURES
+from compgen.robot.joint_path import nearest_turns
 from compgen.thermal import Duty, after, during
 from compgen.thermal import JointMotion as Driven
 from compgen.thermal.network import powered

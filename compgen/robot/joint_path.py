@@ -1,0 +1,141 @@
+"""The joint path of a program: one branch kept throughout, whole turns continuous, limits and singularities refused."""
+
+import numpy as np
+
+from compgen.core.arrays import Array, distinct, extent
+from compgen.core.evaluation import by_rows
+from compgen.core.exceptions import JointLimitError, SingularityError, UnreachableError
+from compgen.core.units import DEG, MM
+from compgen.robot.inverse_kinematics import Posture, solve_flange
+from compgen.robot.robot import Robot
+
+LIMIT_TOLERANCE = 1e-12  # rad
+
+
+def follow_branch(robot: Robot, position: Array, rotation: Array, posture: Posture) -> Array:
+    """Joint angles of a continuous program on one branch.
+
+    Args:
+        robot: Arm of the class that ``check_arm_class`` accepts.
+        position: Flange, (N, 3) [m].
+        rotation: Flange, (N, 3, 3).
+        posture: The branch kept throughout.
+
+    Returns:
+        theta (N, 6) [rad], continuous: no step of a joint is longer than half a turn.
+
+    Raises:
+        UnreachableError: A waypoint is out of reach.
+        SingularityError: A waypoint, or the straight way to it, comes too near a singularity.
+        JointLimitError: A waypoint needs an angle beyond a limit.
+    """
+    theta, margin = solve_flange(robot, position, rotation, posture)
+    _check_reach(position, margin)
+    _check_shoulder(robot, position, rotation)
+    _check_elbow(robot, margin)
+    theta = _unwrap(theta, _legal_start(robot, theta[0]))
+    check_joint_limits(robot, theta)
+    _check_wrist(robot, theta)
+    return theta
+
+
+def _legal_start(robot: Robot, theta: Array) -> Array:
+    """Joint angles (6,) [rad] with the turns nearest to pendant zero that lie inside the limits."""
+    start = nearest_turns(theta, robot.pendant_zero)
+    for turn in (2 * np.pi, -2 * np.pi):
+        is_legal = (start >= robot.lower) & (start <= robot.upper)
+        turned = start + turn
+        start = np.where(~is_legal & (turned >= robot.lower) & (turned <= robot.upper), turned, start)
+    return start
+
+
+def _unwrap(theta: Array, start: Array) -> Array:
+    """theta (N, 6) [rad] with whole turns added so that no joint jumps by more than half of one, from start (6,) on."""
+    unwrapped = theta
+    for joint in range(theta.shape[1]):
+        step = np.diff(theta[:, joint], prepend=start[joint])
+        jumps = np.flatnonzero(np.abs(step) > np.pi)
+        if len(jumps):
+            unwrapped = theta.copy() if unwrapped is theta else unwrapped
+            turns = np.zeros(len(theta))
+            turns[jumps] = np.ceil((step[jumps] - np.pi) / (2 * np.pi))
+            unwrapped[:, joint] -= 2 * np.pi * np.cumsum(turns)
+    return unwrapped
+
+
+def nearest_turns(theta: Array, reference: Array) -> Array:
+    """Joint angles with the whole turns that bring each nearest to a reference, (N, 6) [rad]."""
+    return by_rows(lambda q, near: q + 2 * np.pi * np.round((near - q) / (2 * np.pi)), theta, reference)
+
+
+def check_joint_limits(robot: Robot, theta: Array) -> None:
+    """Raises JointLimitError at the first of the joint angles (N, 6) [rad] beyond a limit.
+
+    The exception names the waypoint and its joint that is farthest over.
+    """
+    lowest, highest = extent(theta)
+    if np.all(lowest >= robot.lower - LIMIT_TOLERANCE) and np.all(highest <= robot.upper + LIMIT_TOLERANCE):
+        return
+    excess = np.maximum(robot.lower - theta, theta - robot.upper)
+    waypoints = np.flatnonzero((excess > LIMIT_TOLERANCE).any(axis=1))
+    if len(waypoints):
+        n = int(waypoints[0])
+        i = int(np.argmax(excess[n]))
+        zero = robot.pendant_zero[i]
+        raise JointLimitError(
+            n + 1,
+            robot.joint_names[i],
+            float(theta[n, i] - zero),
+            float(robot.lower[i] - zero),
+            float(robot.upper[i] - zero),
+        )
+
+
+def _check_reach(position: Array, margin: Array) -> None:
+    """Raises UnreachableError where the margin (N,) [m] of ``solve_flange`` is negative."""
+    waypoints = np.flatnonzero(margin < 0)
+    if len(waypoints):
+        n = int(waypoints[0])
+        x, y, z = (float(v) for v in position[n])
+        raise UnreachableError(n + 1, (x, y, z), float(-margin[n]), "beyond the stretch or fold")
+
+
+def _check_shoulder(robot: Robot, position: Array, rotation: Array) -> None:
+    """Raises SingularityError where the wrist centre nears the J1 axis, at and between waypoints."""
+    back = np.cos(robot.alpha[5]) * robot.d[5]
+    x, y = (position[:, i] - back * rotation[:, i, 2] for i in (0, 1))
+    dx, dy = np.diff(x), np.diff(y)
+    step_squared = dx * dx + dy * dy
+    if np.sqrt((x * x + y * y).min()) - np.sqrt(step_squared.max(initial=0.0)) > robot.shoulder_margin:
+        return  # no step leads near enough
+    u = np.clip(-(x[:-1] * dx + y[:-1] * dy) / np.where(step_squared > 0, step_squared, 1.0), 0, 1)
+    distance = np.concatenate([np.hypot(x[:1], y[:1]), np.hypot(x[:-1] + u * dx, y[:-1] + u * dy)])
+    waypoints = np.flatnonzero(distance < robot.shoulder_margin)
+    if len(waypoints):
+        n = int(waypoints[np.argmin(distance[waypoints])])
+        raise SingularityError(
+            n + 1, "J1", "shoulder", f"{distance[n] / MM:.1f} mm from the J1 axis", f"{robot.shoulder_margin / MM:g} mm"
+        )
+
+
+def _check_elbow(robot: Robot, margin: Array) -> None:
+    """Raises SingularityError where the arm is nearly stretched or folded, by the margin (N,) [m]."""
+    waypoints = np.flatnonzero(margin < robot.elbow_margin)
+    if len(waypoints):
+        n = int(waypoints[0])
+        distance = f"{margin[n] / MM:.2f} mm from full stretch or fold"
+        raise SingularityError(n + 1, "J3", "elbow", distance, f"{robot.elbow_margin / MM:g} mm")
+
+
+def _check_wrist(robot: Robot, theta: Array) -> None:
+    """Raises SingularityError where J5 nears zero; on one branch J5 keeps its sign, so it cannot cross zero unseen."""
+    q5 = np.abs(theta[:, 4] - robot.pendant_zero[4])
+    near = np.flatnonzero(q5 < robot.wrist_margin)
+    # a wrist that swings round between two waypoints has passed zero
+    swings = np.flatnonzero(np.abs(np.diff(theta[:, 3])) > np.pi / 2) + 1
+    waypoints = distinct(np.append(near, swings))
+    if len(waypoints):
+        n = int(waypoints[0])
+        raise SingularityError(
+            n + 1, "J5", "wrist", f"J5 = {q5[n] / DEG:.3f} deg from zero", f"{robot.wrist_margin / DEG:g} deg"
+        )
