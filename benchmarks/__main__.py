@@ -91,7 +91,7 @@ def every_error(points: int) -> Iterator[Row]:
     full, operations = cases.unit(problem)
     told = "the same for a model with 24 DH errors, 9 thermal and offset inputs, compliance, a quadratic map"
     yield f"{told}, {operations} operations", "", f"{1e9 * full:.0f} ns here"
-    spent = seconds(problem.pointwise) / len(problem.arc)
+    spent = seconds(problem.pointwise_correction) / len(problem.arc)
     yield "correction with that model, vectorised, in units of that model", "", f"{spent / full:.2f}"
 
 

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from benchmarks.measure import seconds
-from compgen.compensation import limits, optimise
+from compgen.compensation import general_solver, optimise
 from compgen.compensation.problem import Problem, Settings
 from compgen.core import evaluation
 from compgen.core.rotations import rotation_vector_expr
@@ -93,15 +93,15 @@ def compiled_scalar(function: Any, rows: int) -> float:
 def correction(problem: Problem, compiler: Any) -> dict[str, float]:
     """The whole correction of a waypoint, inverse kinematics included [s]."""
     rows = len(problem.arc)
-    found = {"vectorised": seconds(problem.pointwise) / rows}
+    found = {"vectorised": seconds(problem.pointwise_correction) / rows}
     evaluation.use(None)
-    found["no compiler"] = seconds(problem.pointwise) / rows
+    found["no compiler"] = seconds(problem.pointwise_correction) / rows
     evaluation.use(compiler)
     found["compiled scalar"] = compiled_scalar(problem._functions().pointwise, 20_000)
     found["with smoothing"] = seconds(lambda: optimise.optimise(problem, Settings())) / rows
     tight = clamped(problem, 0.99)
     found["limited"] = seconds(lambda: optimise.optimise(problem, tight)) / rows
-    found["at a limit"] = len({n for n, _ in optimise.optimise(problem, tight).active}) / rows
+    found["at a limit"] = len({n for n, _ in optimise.optimise(problem, tight).active_limits}) / rows
     return found
 
 
@@ -121,7 +121,7 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
         slow: list[tuple[Any, bool]] = []
 
         def general(settings: Settings = settings, slow: list[tuple[Any, bool]] = slow) -> None:
-            slow.append(limits.solve_stretch(part, settings, np.zeros((points, 6)), everywhere))
+            slow.append(general_solver.solve(part, settings, np.zeros((points, 6)), everywhere))
 
         found[f"{name} slow"] = seconds(general) / points
         found[f"{name} fast"] = seconds(lambda settings=settings: optimise.optimise(part, settings)) / points

@@ -1,18 +1,19 @@
-r"""Stretches where a limit binds, all at once: a primal-dual interior point on a band of half-width 12.
+r"""A correction with its limits, all waypoints at once: a primal-dual interior point on a band of half-width 12.
 
     minimise   1/2 sum ds [ |W e|^2 + l1 |W c'|^2 + l2 |W c''|^2 ]
     subject to g_i(c) + s_i = 0, s_i >= 0:     theta inside its limits, |c| <= clamp, |c_{n+1} - c_n| <= rate ds
 
-Newton's step on the conditions of the optimum, with the multipliers l_i s_i = mu,
+Newton's step on the KKT conditions, with slacks s, multipliers lam and the barrier parameter mu = lam_i s_i,
 
-    (H + sum l_i g_i'' + A^T (l / s) A) dc = - f' - A^T ((mu + l r) / s),       A = g',  r = g + s
+    (H + sum lam_i g_i'' + A^T (lam / s) A) dc = - f' - A^T ((mu + lam r) / s),       A = g',  r = g + s
 
 couples a waypoint's six components with each other, with the position of its neighbours (rate) and with its own
 components two waypoints on (smoothness). H is Gauss-Newton's; e, theta and their derivatives in c are CasADi's, taken
-anew only when the steps have become small against the way gone since: over some micrometres both are linear. Each step
-aims as far and as much to the side as Newton's first look ahead says (Mehrotra's predictor and corrector, one factor).
-Lengths are counted in micrometres, angles in microradians, so that nothing needs scaling. Waypoints
-that are not loose stay as they are, so stretches apart from each other are one system.
+anew only when the steps have become small against the way gone since: over some micrometres both are linear. Each
+iteration solves twice with one factor: the affine step (mu = 0) tells which mu to aim for and how the complementarity
+bends off, the second step corrects for both (Mehrotra 1992). The unknowns x are c in micrometres and, for rotations,
+micrometres at the lever; joints are in microradians, so that nothing needs scaling. Waypoints that are not free stay
+as they are, so stretches apart from each other are one system.
 """
 
 from collections.abc import Callable
@@ -23,220 +24,235 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from compgen.compensation.problem import Problem, Settings, bands, measure, weights
+from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, dot
 from compgen.core.units import UM
 
-BAND = 12
-STEPS = 80
-NEAR = 5e-3  # rad from a limit within which a joint is looked after
-DONE = 1e-6  # um, of the last step
-SLACK = 1e-7  # um^2 of mu at the end: smaller only adds noise
-STRAIGHT = 0.03  # um within which error and joints are as good as linear
-ENDLESS = 1e10  # um: a multiplier beyond this says that the limits leave no way
-BACK = 0.995  # of the way to where a slack or a multiplier would vanish
+HALF_WIDTH = 12  # of the band
+MAX_ITERATIONS = 80
+NEAR_LIMIT = 5e-3  # rad from a limit within which a joint is constrained
+TOLERANCE = 1e-6  # um, of the last step and of the primal residual
+FINAL_MU = 1e-7  # um^2 of mu at the end: smaller only adds noise
+LINEAR_RANGE = 0.03  # um within which error and joints are as good as linear
+MAX_MULTIPLIER = 1e10  # um: a multiplier beyond this says that the limits leave no way
+BOUNDARY_FRACTION = 0.995  # of the way to where a slack or a multiplier would vanish
 
-Three = tuple[Any, ...]  # joints, clamps, rate
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Linear:
-    """Error and joints about a correction (N, 6), in um: what they cost there, and how that and the joints change."""
-
-    at: Array  # (N, 6)
-    pull: Array  # (N, 6) gradient of the cost without smoothness
-    block: Array  # (N, 6, 6) its Gauss-Newton Hessian
-    joint: Array  # (N, 6) [urad] theta
-    turn: Array  # (N, 6, 6) d theta / d x
+Constraints = tuple[Any, ...]  # numbers of each constraint: of joints (2, N, 6), clamps (N, 2) and rate (N - 1,)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _System:
-    """The conditions of the optimum about one iterate, factored."""
+class _Linearisation:
+    """The cost without smoothness, and the joints, about a correction."""
 
-    loose: BoolArray  # (N,)
-    used: Three
-    s: Three
-    lam: Three
-    r: Three  # g + s
-    rows: IntArray  # (J,) which waypoints have a joint near its limit
-    turn: Array  # (J, 6, 6) d theta / d x there
-    p: Array  # (N, 3) gradients of the clamps: of position,
-    w: Array  # (N, 3) of rotation,
-    d: Array  # (N - 1, 3) and of the rate
-    force: Array  # (N, 6) gradient of the cost
-    factor: Array  # (13, 6 N)
+    x: Array  # (N, 6) [um] the correction
+    gradient: Array  # (N, 6) of the cost
+    hessian: Array  # (N, 6, 6) of the cost, Gauss-Newton's
+    theta: Array  # (N, 6) [urad]
+    theta_jacobian: Array  # (N, 6, 6) dtheta/dx
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _KktSystem:
+    """The KKT conditions about one iterate, factored."""
+
+    free: BoolArray  # (N,)
+    included: Constraints  # which constraints there are
+    s: Constraints
+    lam: Constraints
+    r: Constraints  # g + s, the primal residual
+    joint_rows: IntArray  # (J,) which waypoints have a joint near its limit
+    theta_jacobian: Array  # (J, 6, 6) dtheta/dx there
+    position_gradient: Array  # (N, 3) of the position clamp
+    rotation_gradient: Array  # (N, 3) of the rotation clamp
+    rate_gradient: Array  # (N - 1, 3) of the rate limit
+    cost_gradient: Array  # (N, 6)
+    factor: Array  # (13, 6 N) Cholesky factor of the condensed matrix
 
 
 def solve(
     problem: Problem,
     settings: Settings,
     start: Array,
-    loose: BoolArray,
+    free: BoolArray,
     progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Array, bool]:
-    """Best legal correction of the loose waypoints (N,), the others as they are (N, 6); and whether it converged."""
+    """Best legal correction of the free waypoints (N,), the others as they are (N, 6); and whether it converged."""
     robot = problem.robot
     unit = np.array([UM, UM, UM, *3 * [UM / settings.lever]])
-    h, ds = np.maximum(np.diff(problem.arc), 1e-12), measure(problem.arc)
-    share = 1 / float(ds[loose].mean())
-    smooth = bands(problem.arc, problem.stop, settings, 0.0) * share
-    weight = (weights(settings) / UM) ** 2 * (share * ds)[:, None]
+    h, ds = np.maximum(np.diff(problem.arc), 1e-12), waypoint_lengths(problem.arc)
+    scale = 1 / float(ds[free].mean())  # a waypoint counts about one
+    smoothness = smoothing_matrix(problem.arc, problem.stop, settings, 0.0) * scale
+    weight = (component_weights(settings) / UM) ** 2 * (scale * ds)[:, None]
 
-    def linear(x: Array) -> _Linear:
-        e, E, theta, G = problem.linear(x * unit)
+    def linearise(x: Array) -> _Linearisation:
+        e, E, theta, G = problem.linearise(x * unit)
         E, G = E * unit, G * unit / UM
-        return _Linear(x, _down(E, weight * e), np.matmul(np.swapaxes(E, 1, 2), weight[:, :, None] * E), theta / UM, G)
+        hessian = np.matmul(np.swapaxes(E, 1, 2), weight[:, :, None] * E)
+        return _Linearisation(x, _transposed_times(E, weight * e), hessian, theta / UM, G)
 
-    near = linear(start / unit)
-    low, high = robot.lower / UM, robot.upper / UM
-    guarded = loose[:, None] & np.stack([near.joint > high - NEAR / UM, near.joint < low + NEAR / UM])  # (2, N, 6)
-    at_joint = np.flatnonzero(guarded.any(axis=(0, 2)))
-    size = np.array([settings.clamp_position, settings.clamp_rotation * settings.lever]) / UM
-    reach = settings.rate * h / UM
+    model = linearise(start / unit)
+    lower, upper = robot.lower / UM, robot.upper / UM
+    near = free[:, None] & np.stack([model.theta > upper - NEAR_LIMIT / UM, model.theta < lower + NEAR_LIMIT / UM])
+    joint_rows = np.flatnonzero(near.any(axis=(0, 2)))
+    clamp = np.array([settings.clamp_position, settings.clamp_rotation * settings.lever]) / UM
+    max_change = settings.rate * h / UM
 
-    def limits(x: Array, joint: Array) -> Three:
-        """g of joints (2, N, 6), clamps (N, 2) and rate (N - 1,) [um]."""
+    def constraints(x: Array, theta: Array) -> Constraints:
+        """g of joints (2, N, 6) [urad], clamps (N, 2) and rate (N - 1,) [um]."""
         p, w, d = x[:, :3], x[:, 3:], np.diff(x[:, :3], axis=0)
-        over = np.column_stack([dot(p, p), dot(w, w)])
+        squares = np.column_stack([dot(p, p), dot(w, w)])
         return (
-            np.stack([joint - high, low - joint]),
-            (over - size**2) / (2 * size),
-            (dot(d, d) - reach**2) / (2 * reach),
+            np.stack([theta - upper, lower - theta]),
+            (squares - clamp**2) / (2 * clamp),
+            (dot(d, d) - max_change**2) / (2 * max_change),
         )
 
-    used = (guarded, np.repeat(loose[:, None], 2, axis=1), loose[1:] | loose[:-1])
-    x = near.at
-    g = limits(x, near.joint)
-    s: Three = tuple(np.where(u, np.maximum(-v, 1.0), 1.0) for u, v in zip(used, g))
-    lam: Three = tuple(np.where(u, 1.0 / v, 0.0) for u, v in zip(used, s))
-    count = max(1, sum(int(u.sum()) for u in used))
-    fixed = np.repeat(~loose, 6)
-    moved = np.inf
-    for step in range(STEPS):
-        r = tuple(np.where(u, v + t, 0.0) for u, v, t in zip(used, g, s))
-        stiff = tuple(k / t for k, t in zip(lam, s))
-        p, w, d = x[:, :3] / size[0], x[:, 3:] / size[1], np.diff(x[:, :3], axis=0) / reach[:, None]
+    included = (near, np.repeat(free[:, None], 2, axis=1), free[1:] | free[:-1])
+    x = model.x
+    g = constraints(x, model.theta)
+    s: Constraints = tuple(np.where(on, np.maximum(-v, 1.0), 1.0) for on, v in zip(included, g))
+    lam: Constraints = tuple(np.where(on, 1.0 / v, 0.0) for on, v in zip(included, s))
+    count = max(1, sum(int(on.sum()) for on in included))
+    fixed = np.repeat(~free, 6)
+    last_step = np.inf
+    for iteration in range(MAX_ITERATIONS):
+        r = tuple(np.where(on, v + t, 0.0) for on, v, t in zip(included, g, s))
+        ratio = tuple(k / t for k, t in zip(lam, s))
+        p, w = x[:, :3] / clamp[0], x[:, 3:] / clamp[1]
+        d = np.diff(x[:, :3], axis=0) / max_change[:, None]
 
-        A = near.turn[at_joint]
-        block = near.block.copy()
-        block[at_joint] += np.matmul(np.swapaxes(A, 1, 2), stiff[0].sum(axis=0)[at_joint, :, None] * A)
-        block[:, :3, :3] += _ball(stiff[1][:, 0], p, lam[1][:, 0] / size[0])
-        block[:, 3:, 3:] += _ball(stiff[1][:, 1], w, lam[1][:, 1] / size[1])
-        pair = _ball(stiff[2], d, lam[2] / reach)
-        block[:-1, :3, :3] += pair
-        block[1:, :3, :3] += pair
+        A = model.theta_jacobian[joint_rows]
+        block = model.hessian.copy()
+        block[joint_rows] += np.matmul(np.swapaxes(A, 1, 2), ratio[0].sum(axis=0)[joint_rows, :, None] * A)
+        block[:, :3, :3] += _ball_hessian(ratio[1][:, 0], p, lam[1][:, 0] / clamp[0])
+        block[:, 3:, 3:] += _ball_hessian(ratio[1][:, 1], w, lam[1][:, 1] / clamp[1])
+        coupling = _ball_hessian(ratio[2], d, lam[2] / max_change)
+        block[:-1, :3, :3] += coupling
+        block[1:, :3, :3] += coupling
         try:
-            factor = cholesky_banded(_assembled(smooth, block, -pair, fixed), overwrite_ab=True)
+            factor = cholesky_banded(_condensed_matrix(smoothness, block, -coupling, fixed), overwrite_ab=True)
         except (LinAlgError, ValueError):
             return start, False
-        force = near.pull + _across(near.block, x - near.at) + _banded(smooth, x)
-        system = _System(loose, used, s, lam, r, at_joint, A, p, w, d, force, factor)
+        gradient = model.gradient + _times(model.hessian, x - model.x) + _smoothness_times(smoothness, x)
+        system = _KktSystem(free, included, s, lam, r, joint_rows, A, p, w, d, gradient, factor)
 
-        gap = _inner(s, lam) / count
-        goal: Three = (SLACK, SLACK, SLACK)
-        if gap > 2 * SLACK:
-            # how far straight ahead leads says how much of the gap to aim for, and how far the way bends off (Mehrotra)
-            _, ds_, dl = _towards(system, (0.0, 0.0, 0.0))
-            along, across = _room(s, ds_), _room(lam, dl)
-            ahead = _inner(tuple(a + along * b for a, b in zip(s, ds_)), tuple(a + across * b for a, b in zip(lam, dl)))
-            mu = max(gap * min(1.0, ahead / count / gap) ** 3, SLACK)
-            goal = tuple(mu - a * b for a, b in zip(ds_, dl))
-        dx, ds_, dl = _towards(system, goal)
-        along, across = _room(s, ds_), _room(lam, dl)
-        x = x + along * dx
-        s = tuple(a + along * b for a, b in zip(s, ds_))
-        lam = tuple(a + across * b for a, b in zip(lam, dl))
-        moved, far = float(np.abs(dx).max()), float(np.abs(x - near.at).max())
-        bent = far > STRAIGHT and moved < far / 100
-        if bent:
-            near = linear(x)
-        g = limits(x, near.joint + _across(near.turn, x - near.at))
-        off = max(float(np.abs(np.where(u, v + t, 0.0)).max(initial=0.0)) for u, v, t in zip(used, g, s))
-        progress(min(0.99, (step + 1) / 30))
-        if max(float(k.max(initial=0.0)) for k in lam) > ENDLESS or not np.isfinite(moved):
+        mu = _inner_product(s, lam) / count
+        target: Constraints = (FINAL_MU, FINAL_MU, FINAL_MU)
+        if mu > 2 * FINAL_MU:
+            # what the affine step leaves of mu says which mu to aim for; its lam s bends off by dlam ds
+            _, ds_, dlam = _newton_step(system, (0.0, 0.0, 0.0))
+            primal, dual = _step_length(s, ds_), _step_length(lam, dlam)
+            affine_s = tuple(a + primal * b for a, b in zip(s, ds_))
+            affine_lam = tuple(a + dual * b for a, b in zip(lam, dlam))
+            affine_mu = _inner_product(affine_s, affine_lam) / count
+            target_mu = max(mu * min(1.0, affine_mu / mu) ** 3, FINAL_MU)
+            target = tuple(target_mu - a * b for a, b in zip(ds_, dlam))
+        dx, ds_, dlam = _newton_step(system, target)
+        primal, dual = _step_length(s, ds_), _step_length(lam, dlam)
+        x = x + primal * dx
+        s = tuple(a + primal * b for a, b in zip(s, ds_))
+        lam = tuple(a + dual * b for a, b in zip(lam, dlam))
+        last_step, way = float(np.abs(dx).max()), float(np.abs(x - model.x).max())
+        relinearise = way > LINEAR_RANGE and last_step < way / 100
+        if relinearise:
+            model = linearise(x)
+        g = constraints(x, model.theta + _times(model.theta_jacobian, x - model.x))
+        primal_residual = max(
+            float(np.abs(np.where(on, v + t, 0.0)).max(initial=0.0)) for on, v, t in zip(included, g, s)
+        )
+        progress(min(0.99, (iteration + 1) / 30))
+        if max(float(k.max(initial=0.0)) for k in lam) > MAX_MULTIPLIER or not np.isfinite(last_step):
             return start, False
-        if moved < DONE and off < DONE and gap < 2 * SLACK and not bent:
+        if last_step < TOLERANCE and primal_residual < TOLERANCE and mu < 2 * FINAL_MU and not relinearise:
             break
-    return np.where(loose[:, None], x * unit, start), bool(moved < 10 * DONE)
+    return np.where(free[:, None], x * unit, start), bool(last_step < 10 * TOLERANCE)
 
 
-def _towards(system: _System, goal: Three) -> tuple[Array, Three, Three]:
-    """Newton's step to lam s = goal: of x (N, 6), of s and of lam."""
-    used, s, lam, rows = system.used, system.s, system.lam, system.rows
-    push = tuple(np.where(u, (m + k * q) / t, 0.0) for u, m, k, q, t in zip(used, goal, lam, system.r, s))
-    down = system.force.copy()
-    down[rows] += _down(system.turn, (push[0][0] - push[0][1])[rows])
-    down[:, :3] += push[1][:, :1] * system.p
-    down[:, 3:] += push[1][:, 1:] * system.w
-    down[1:, :3] += push[2][:, None] * system.d
-    down[:-1, :3] -= push[2][:, None] * system.d
-    down[~system.loose] = 0.0
-    dx = cho_solve_banded((system.factor, False), -down.ravel(), overwrite_b=True).reshape(-1, 6)
-    turned = np.zeros_like(dx)
-    turned[rows] = _across(system.turn, dx[rows])
-    slope = (
-        np.stack([turned, -turned]),
-        np.column_stack([dot(system.p, dx[:, :3]), dot(system.w, dx[:, 3:])]),
-        dot(system.d, np.diff(dx[:, :3], axis=0)),
+def _newton_step(system: _KktSystem, target: Constraints) -> tuple[Array, Constraints, Constraints]:
+    """Newton's step to lam s = target: of x (N, 6), of s and of lam."""
+    included, s, lam, rows = system.included, system.s, system.lam, system.joint_rows
+    push = tuple(np.where(on, (m + k * q) / t, 0.0) for on, m, k, q, t in zip(included, target, lam, system.r, s))
+    gradient = system.cost_gradient.copy()
+    gradient[rows] += _transposed_times(system.theta_jacobian, (push[0][0] - push[0][1])[rows])
+    gradient[:, :3] += push[1][:, :1] * system.position_gradient
+    gradient[:, 3:] += push[1][:, 1:] * system.rotation_gradient
+    gradient[1:, :3] += push[2][:, None] * system.rate_gradient
+    gradient[:-1, :3] -= push[2][:, None] * system.rate_gradient
+    gradient[~system.free] = 0.0
+    dx = cho_solve_banded((system.factor, False), -gradient.ravel(), overwrite_b=True).reshape(-1, 6)
+    dtheta = np.zeros_like(dx)
+    dtheta[rows] = _times(system.theta_jacobian, dx[rows])
+    dg = (
+        np.stack([dtheta, -dtheta]),
+        np.column_stack([dot(system.position_gradient, dx[:, :3]), dot(system.rotation_gradient, dx[:, 3:])]),
+        dot(system.rate_gradient, np.diff(dx[:, :3], axis=0)),
     )
-    ds = tuple(np.where(u, -q - a, 0.0) for u, q, a in zip(used, system.r, slope))
-    return dx, ds, tuple(np.where(u, (m - k * a) / t - k, 0.0) for u, m, k, t, a in zip(used, goal, lam, s, ds))
+    ds = tuple(np.where(on, -q - a, 0.0) for on, q, a in zip(included, system.r, dg))
+    dlam = tuple(np.where(on, (m - k * a) / t - k, 0.0) for on, m, k, t, a in zip(included, target, lam, s, ds))
+    return dx, ds, dlam
 
 
-def _down(matrix: Array, rows: Array) -> Array:
+def _transposed_times(matrices: Array, rows: Array) -> Array:
     """The transpose of each matrix (N, 6, 6) times its row (N, 6)."""
-    return np.asarray(np.einsum("nij,ni->nj", matrix, rows))
+    return np.asarray(np.einsum("nij,ni->nj", matrices, rows))
 
 
-def _across(matrix: Array, rows: Array) -> Array:
+def _times(matrices: Array, rows: Array) -> Array:
     """Each matrix (N, 6, 6) times its row (N, 6)."""
-    return np.asarray(np.einsum("nij,nj->ni", matrix, rows))
+    return np.asarray(np.einsum("nij,nj->ni", matrices, rows))
 
 
-def _ball(along: Array, rows: Array, about: Array) -> Array:
-    """Hessian of a ball's limit: along (N,) times a row (N, 3) with itself, and about (N,) in every direction."""
-    return np.asarray((along[:, None] * rows)[:, :, None] * rows[:, None, :] + about[:, None, None] * np.eye(3))
+def _ball_hessian(along: Array, rows: Array, isotropic: Array) -> Array:
+    """Hessian of a ball's limit: along (N,) times a row (N, 3) with itself, and isotropic (N,) times the identity."""
+    return np.asarray((along[:, None] * rows)[:, :, None] * rows[:, None, :] + isotropic[:, None, None] * np.eye(3))
 
 
-def _inner(a: Three, b: Three) -> float:
+def _inner_product(a: Constraints, b: Constraints) -> float:
     return sum(float((v * w).sum()) for v, w in zip(a, b))
 
 
-def _room(values: tuple[Array, ...], change: tuple[Array, ...]) -> float:
+def _step_length(values: tuple[Array, ...], change: tuple[Array, ...]) -> float:
     """The share of a step that keeps values above zero, at most 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
         shrink = max(float((-b / a).max(initial=0.0, where=a > 0)) for a, b in zip(values, change))
-    return min(1.0, BACK / shrink) if shrink > 0 else 1.0
+    return min(1.0, BOUNDARY_FRACTION / shrink) if shrink > 0 else 1.0
 
 
-def _banded(smooth: Array, x: Array) -> Array:
-    """The smoothness matrix (3, N) times each component, (N, 6)."""
-    second, first, diagonal = smooth
-    out: Array = diagonal[:, None] * x
-    out[1:] += first[1:, None] * x[:-1]
-    out[:-1] += first[1:, None] * x[1:]
-    out[2:] += second[2:, None] * x[:-2]
-    out[:-2] += second[2:, None] * x[2:]
-    return out
+def _smoothness_times(smoothness: Array, x: Array) -> Array:
+    """The smoothness matrix, banded (3, N), times each component of x, (N, 6)."""
+    second, first, diagonal = smoothness
+    product: Array = diagonal[:, None] * x
+    product[1:] += first[1:, None] * x[:-1]
+    product[:-1] += first[1:, None] * x[1:]
+    product[2:] += second[2:, None] * x[:-2]
+    product[:-2] += second[2:, None] * x[2:]
+    return product
 
 
-def _assembled(smooth: Array, block: Array, pair: Array, fixed: BoolArray) -> Array:
-    """Upper band of the whole matrix, (13, 6 N); fixed entries stand alone."""
+def _condensed_matrix(smoothness: Array, block: Array, coupling: Array, fixed: BoolArray) -> Array:
+    """Upper band of the whole matrix, (13, 6 N); fixed entries stand alone.
+
+    Args:
+        smoothness: Banded, (3, N).
+        block: Of each waypoint, (N, 6, 6).
+        coupling: Of the positions of neighbours, (N - 1, 3, 3).
+        fixed: Entries that stay as they are, (6 N,).
+    """
     N = len(block)
-    ab = np.zeros((BAND + 1, N, 6))
+    ab = np.zeros((HALF_WIDTH + 1, N, 6))
     for i in range(6):
         for j in range(i, 6):
-            ab[BAND - (j - i), :, j] += block[:, i, j]
+            ab[HALF_WIDTH - (j - i), :, j] += block[:, i, j]
     for i in range(3):
         for j in range(3):
-            ab[BAND - (6 + j - i), 1:, j] += pair[:, i, j]
-    ab[BAND] += smooth[2][:, None]
-    ab[BAND - 6] += smooth[1][:, None]
-    ab[BAND - 12] += smooth[0][:, None]
-    band = ab.reshape(BAND + 1, 6 * N)
-    for k in range(1, BAND + 1):
-        band[BAND - k, k:][fixed[k:] | fixed[:-k]] = 0.0
-        band[BAND - k, :k] = 0.0
-    band[BAND, fixed] = 1.0
+            ab[HALF_WIDTH - (6 + j - i), 1:, j] += coupling[:, i, j]
+    ab[HALF_WIDTH] += smoothness[2][:, None]
+    ab[HALF_WIDTH - 6] += smoothness[1][:, None]
+    ab[HALF_WIDTH - 12] += smoothness[0][:, None]
+    band = ab.reshape(HALF_WIDTH + 1, 6 * N)
+    for k in range(1, HALF_WIDTH + 1):
+        band[HALF_WIDTH - k, k:][fixed[k:] | fixed[:-k]] = 0.0
+        band[HALF_WIDTH - k, :k] = 0.0
+    band[HALF_WIDTH, fixed] = 1.0
     return np.asarray(band)

@@ -1,8 +1,12 @@
-r"""How close waypoints must be, so that straight lines between them carry the correction.
+r"""Refinement: waypoints so close that straight lines between them carry the correction.
 
-Between two waypoints the program is a line and so is what corrects it; an error that bends away from a line in between
-stays. What it bends by falls with the square of the segment's length. A measured map, a harmonic or the blend after a
-reversal asks for more waypoints than the path's own chord does; thermal growth never.
+Between two waypoints the program is a line and so is its correction; by what the error bends away from a line in
+between, the TCP stays off the path. That falls with the square of the segment's length: a segment is cut into
+
+    n = ceil( sqrt( bend / (share of the chord) ) )
+
+parts. A measured map, a harmonic or the blend after a reversal asks for more waypoints than the path's own chord does;
+thermal growth never.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,9 +22,10 @@ from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 
-SAMPLES, ROUNDS = 4, 4  # places in a segment where its error is looked at, rounds of cutting
-STRETCH = 4096  # segments at a time
-CURVED = 0.3  # of the chord: how far the error may bend away from a line within a segment
+SAMPLES = 4  # of the error in a segment
+MAX_ROUNDS = 4  # of cutting
+CHUNK = 4096  # segments at a time
+CHORD_SHARE = 0.3  # of the chord: how far the error may bend away from a line within a segment
 
 
 def refine(
@@ -44,9 +49,9 @@ def refine(
         posture: The branch kept throughout.
         tool_position: TCP in the flange, (3,) [m].
         tool_rotation: (3, 3).
-        sources: What makes the arm err.
+        sources: Of the arm's error.
         model: Their error model.
-        path: As the chord asks for.
+        path: With waypoints as close as its chord asks for.
         feed: [m/s].
         chord: Largest distance of the path from the line between two waypoints [m].
 
@@ -63,10 +68,10 @@ def refine(
     theta = joint_path.follow_branch(robot, *flange(path.position, path.rotation), posture)
     if all(isinstance(source, ThermalGrowth) for source in sources):
         return path, theta
-    for _ in range(ROUNDS):
-        room = np.diff(path.arc) / (feed * robot.controller.period)
-        wanted = np.sqrt(_bend(solve, sources, model, path, theta) / (CURVED * chord))
-        parts = np.ceil(np.minimum(wanted, np.maximum(np.floor(room), 1))).astype(np.int64)
+    for _ in range(MAX_ROUNDS):
+        periods = np.diff(path.arc) / (feed * robot.controller.period)
+        needed = np.sqrt(_error_bend(solve, sources, model, path, theta) / (CHORD_SHARE * chord))
+        parts = np.ceil(np.minimum(needed, np.maximum(np.floor(periods), 1))).astype(np.int64)
         if not (parts > 1).any():
             break
         path = toolpath.refined(path, np.maximum(parts, 1))
@@ -74,7 +79,7 @@ def refine(
     return path, theta
 
 
-def _bend(
+def _error_bend(
     solve: Callable[[Array, Array], Array],
     sources: Sequence[Source],
     model: ErrorModel,
@@ -83,18 +88,19 @@ def _bend(
 ) -> Array:
     """How far each segment's error bends away from the line between its ends, (N - 1,) [m]."""
     S = len(path.arc) - 1
-    memory, motion, found = reversal_widths(sources), NO_DIRECTION, np.empty(S)
-    inner = np.arange(SAMPLES) / SAMPLES
+    widths, direction_state, bend = reversal_widths(sources), NO_DIRECTION, np.empty(S)
     cold = np.zeros((1, model.actual.size1_in(1)))  # what heat adds bends over metres of path
-    for at in range(0, S, STRETCH):
-        some = np.arange(at, min(at + STRETCH, S))
-        segment, fraction = np.append(np.repeat(some, SAMPLES), some[-1]), np.append(np.tile(inner, len(some)), 1.0)
+    fractions = np.arange(SAMPLES) / SAMPLES
+    for begin in range(0, S, CHUNK):
+        chunk = np.arange(begin, min(begin + CHUNK, S))
+        segment = np.append(np.repeat(chunk, SAMPLES), chunk[-1])
+        fraction = np.append(np.tile(fractions, len(chunk)), 1.0)
         position, rotation, _ = path.at(segment, fraction)
         between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
         joints = joint_path.nearest_turns(solve(position, rotation), between)
-        motion = direction_states(memory, joints, position, motion)
-        error = model.actual_pose(joints, cold, motion)[0] - position
+        direction_state = direction_states(widths, joints, position, direction_state)
+        error = model.actual_pose(joints, cold, direction_state)[0] - position
         ends = error[::SAMPLES]
-        line = ends[:-1, None] + inner[:, None] * np.diff(ends, axis=0)[:, None]
-        found[some] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)
-    return found
+        line = ends[:-1, None] + fractions[:, None] * np.diff(ends, axis=0)[:, None]
+        bend[chunk] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)
+    return bend

@@ -1,8 +1,10 @@
-"""The fewest waypoints that a controller needs: of those planned, each as far from the last as the tolerance lets it.
+"""Path simplification: the fewest waypoints that a controller needs, within a tolerance.
 
-A line between two kept waypoints may leave the true path by no more than the tolerance, what the correction between
-them differs from a straight change included. Ends of pieces and stops stay. Where the end of a piece would be nearer
-than the controller can follow at feed, the waypoint before moves back half way. All pieces are walked at once.
+Greedy, as with an opening window: from each kept waypoint the line goes on to the farthest waypoint of its piece from
+which it still leaves the true path by no more than the tolerance, what the correction between them differs from a
+straight change included. (Douglas and Peucker 1973 ask the same of lines between kept points, but divide from the
+ends.) Ends of pieces and stops stay. Where the end of a piece would be nearer than the controller can follow at feed,
+the waypoint before moves back half way. All pieces are walked at once.
 """
 
 import numpy as np
@@ -11,7 +13,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, norm
 from compgen.planning.toolpath import ToolPath
 
 
-def kept(path: ToolPath, correction: Array, tolerance: float, shortest: float) -> IntArray:
+def simplify(path: ToolPath, correction: Array, tolerance: float, shortest: float) -> IntArray:
     """Rows of the waypoints that stay.
 
     Args:
@@ -27,67 +29,68 @@ def kept(path: ToolPath, correction: Array, tolerance: float, shortest: float) -
     ends = np.flatnonzero(np.append(path.piece[1:] != path.piece[:-1], True) | path.stop[1:]) + 1
     begins = np.concatenate([[0], ends[:-1]])
     last = np.repeat(ends, ends - begins)  # of the piece that begins or runs on at each row
-    reach = _farthest(path, correction, tolerance, last)
+    farthest = _farthest_rows(path, correction, tolerance, last)
 
-    chosen = [begins]
-    at, rows = begins.copy(), np.arange(len(begins))
-    before = begins.copy()
-    while len(rows):
-        before[rows] = at[rows]
-        at[rows] = reach[at[rows]]
-        chosen.append(at[rows].copy())
-        rows = rows[at[rows] < ends[rows]]
+    # one walker a piece, all one line further at a time
+    visited = [begins]
+    current, previous = begins.copy(), begins.copy()
+    walking = np.arange(len(begins))
+    while len(walking):
+        previous[walking] = current[walking]
+        current[walking] = farthest[current[walking]]
+        visited.append(current[walking].copy())
+        walking = walking[current[walking] < ends[walking]]
     keep = np.zeros(S + 1, dtype=bool)
-    keep[np.concatenate(chosen)] = True
-    # the last line of a piece: give it half of the one before
-    short = np.flatnonzero((path.arc[ends] - path.arc[before] < shortest) & (before > begins))
+    keep[np.concatenate(visited)] = True
+    # a last line that is too short gets half of the one before
+    short = np.flatnonzero((path.arc[ends] - path.arc[previous] < shortest) & (previous > begins))
     if len(short):
-        keep[before[short]] = False
-        previous = _previous(keep, before[short])
-        keep[before[short]] = True
-        middle = (path.arc[previous] + path.arc[ends[short]]) / 2
-        moved = np.clip(np.searchsorted(path.arc, middle), previous + 1, before[short])
-        keep[before[short]] = False
+        keep[previous[short]] = False
+        start = _kept_before(keep, previous[short])
+        keep[previous[short]] = True
+        middle = (path.arc[start] + path.arc[ends[short]]) / 2
+        moved = np.clip(np.searchsorted(path.arc, middle), start + 1, previous[short])
+        keep[previous[short]] = False
         keep[moved] = True
     return np.flatnonzero(keep)
 
 
-def _previous(keep: BoolArray, rows: IntArray) -> IntArray:
-    """The kept row before each."""
-    marked = np.flatnonzero(keep)
-    return np.asarray(marked[np.searchsorted(marked, rows) - 1])
+def _kept_before(keep: BoolArray, rows: IntArray) -> IntArray:
+    """The last kept row before each of some rows."""
+    kept = np.flatnonzero(keep)
+    return np.asarray(kept[np.searchsorted(kept, rows) - 1])
 
 
-def _farthest(path: ToolPath, correction: Array, tolerance: float, last: IntArray) -> IntArray:
+def _farthest_rows(path: ToolPath, correction: Array, tolerance: float, last: IntArray) -> IntArray:
     """For each of the S rows that begin a segment, the farthest row of its piece that a line may lead to."""
     S = len(last)
     first = np.arange(S)
-    low, high = first + 1, last.copy()  # low is always good: a planned segment
+    low, high = first + 1, last.copy()  # low is always within: a planned segment
     step = np.ones(S, dtype=np.int64)
-    # doubling steps until one is too far, then halving: what is asked stays near the answer
+    # doubling steps until one is too far, then bisection between it and the last that is not
     rows = np.flatnonzero(low < high)
     while len(rows):
-        tried = np.minimum(first[rows] + 2 * step[rows], last[rows])
-        good = _within(path, correction, first[rows], tried, tolerance)
-        low[rows[good]] = tried[good]
-        high[rows[~good]] = tried[~good] - 1
+        candidate = np.minimum(first[rows] + 2 * step[rows], last[rows])
+        within = _is_within(path, correction, first[rows], candidate, tolerance)
+        low[rows[within]] = candidate[within]
+        high[rows[~within]] = candidate[~within] - 1
         step[rows] *= 2
-        rows = rows[good & (tried < last[rows])]
+        rows = rows[within & (candidate < last[rows])]
     rows = np.flatnonzero(low < high)
     while len(rows):
         middle = (low[rows] + high[rows] + 1) // 2
-        good = _within(path, correction, first[rows], middle, tolerance)
-        low[rows[good]] = middle[good]
-        high[rows[~good]] = middle[~good] - 1
+        within = _is_within(path, correction, first[rows], middle, tolerance)
+        low[rows[within]] = middle[within]
+        high[rows[~within]] = middle[~within] - 1
         rows = rows[low[rows] < high[rows]]
     return low
 
 
-def _within(path: ToolPath, correction: Array, first: IntArray, last: IntArray, tolerance: float) -> BoolArray:
+def _is_within(path: ToolPath, correction: Array, first: IntArray, last: IntArray, tolerance: float) -> BoolArray:
     """Whether lines between rows of one piece stay within the tolerance, (M,)."""
     span = np.column_stack([path.span[first, 0], path.span[last - 1, 1]])
     chord = path.geometry.chord(path.piece[first], span)
     middle = (first + last) // 2
-    share = ((path.arc[middle] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
-    bent = norm(correction[middle] - (1 - share) * correction[first] - share * correction[last])
-    return np.asarray(chord + bent <= tolerance)
+    fraction = ((path.arc[middle] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
+    bend = norm(correction[middle] - (1 - fraction) * correction[first] - fraction * correction[last])
+    return np.asarray(chord + bend <= tolerance)

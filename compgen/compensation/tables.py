@@ -1,4 +1,4 @@
-"""What a path file says of the correction."""
+"""The path file's table ``[compensation]``, and the settings of the optimiser made from it."""
 
 from typing import Annotated
 
@@ -10,7 +10,7 @@ from compgen.core.units import DEG, MM, UM
 
 
 class CompensationTable(Table):
-    """What a correction may look like; see docs/conventions.md."""
+    """Smoothness and limits of a correction; see docs/conventions.md."""
 
     clamp_mm: Annotated[FiniteFloat, Field(ge=0.001, le=100)] = 3.0
     clamp_deg: Annotated[FiniteFloat, Field(ge=0.001, le=10)] = 0.5
@@ -21,7 +21,7 @@ class CompensationTable(Table):
 
 
 def settings_of(c: CompensationTable, axisymmetric: bool) -> Settings:
-    """What a correction may look like; an axisymmetric tool may spin as it likes."""
+    """The settings in SI; the spin of an axisymmetric tool is free."""
     return Settings(
         clamp_position=c.clamp_mm * MM,
         clamp_rotation=c.clamp_deg * DEG,

@@ -22,7 +22,7 @@ def limited(solution: Solution) -> list[Finding]:
     if solution.status is not Status.LIMITED:
         return []
     kinds: dict[str, list[int]] = {}
-    for waypoint, limit in solution.active:
+    for waypoint, limit in solution.active_limits:
         kinds.setdefault(limit, []).append(waypoint)
     off = sizes(solution.residual[:, :3])
     worst = int(np.argmax(off))
@@ -34,8 +34,8 @@ def limited(solution: Solution) -> list[Finding]:
 
 def failed(solution: Solution) -> str:
     """Why there is no correction, and what to try."""
-    if solution.active:
-        n, limit = solution.active[0]
+    if solution.active_limits:
+        n, limit = solution.active_limits[0]
         return f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it"
     n = int(np.argmax(sizes(solution.residual[:, :3])))
     return (

@@ -92,4 +92,4 @@ def plan_written_motion(job: Job, feed: float) -> MotionPlan:
 
 def kept_waypoints(job: Job, path: ToolPath, feed: float, correction: Array) -> IntArray:
     """Which waypoints a thinned program keeps, given the correction of their positions (N, 3) [m]."""
-    return simplify.kept(path, correction, job.thin or 0.0, feed * job.robot.controller.period)
+    return simplify.simplify(path, correction, job.thin or 0.0, feed * job.robot.controller.period)

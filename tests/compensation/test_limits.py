@@ -72,10 +72,10 @@ def test_the_stretch_around_a_limit_is_as_long_as_its_influence_whatever_the_spa
     settings = Settings(clamp_position=clamp_of(part, 0.9))
     found = optimise.optimise(part, settings)
     assert found.status is optimise.Status.LIMITED
-    held = np.array([n for n, _ in found.active])
+    held = np.array([n for n, _ in found.active_limits])
     assert 0.02 < len(set(held)) / len(part.arc) < 0.2
     if factor == 1:  # elsewhere nothing was touched at all
-        far = np.abs(part.arc[:, None] - part.arc[held - 1]).min(axis=1) > 2 * limits.reach_of(settings)
+        far = np.abs(part.arc[:, None] - part.arc[held - 1]).min(axis=1) > 2 * limits.influence_length(settings)
         assert far.any()
         assert np.array_equal(found.correction[far], optimise.optimise(part, Settings()).correction[far])
     assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
@@ -86,14 +86,14 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     settings = Settings(clamp_position=clamp_of(part, 0.5))
     one = optimise.optimise(part, settings)
     monkeypatch.setattr(limits, "WINDOW", 40)
-    monkeypatch.setattr(limits, "LARGEST", 40)
+    monkeypatch.setattr(limits, "MAX_WINDOW", 40)
     lengths, solve = [], interior_point.solve
     monkeypatch.setattr(interior_point, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
     many = optimise.optimise(part, settings)
     assert len(lengths) > 4
     assert max(lengths) < 100
     assert np.abs(many.correction - one.correction)[:, :3].max() < ATOL_M
-    assert many.active == one.active
+    assert many.active_limits == one.active_limits
 
 
 def test_windows_end_where_nothing_is_solved(circle, monkeypatch):
@@ -101,7 +101,7 @@ def test_windows_end_where_nothing_is_solved(circle, monkeypatch):
     part = circle.window(slice(3, 1003))
     settings = Settings(rate=slope_of(part, 0.5))
     monkeypatch.setattr(limits, "WINDOW", 100)
-    monkeypatch.setattr(limits, "LARGEST", 1000)
+    monkeypatch.setattr(limits, "MAX_WINDOW", 1000)
     found = optimise.optimise(part, settings)
     assert found.status is optimise.Status.LIMITED
     assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
@@ -136,10 +136,10 @@ def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 150e3  # kB
     assert found.status is optimise.Status.LIMITED
     assert size(found.correction).max() <= settings.clamp_position * (1 + 1e-6)
-    held = np.unique([n for n, _ in found.active]) - 1
+    held = np.unique([n for n, _ in found.active_limits]) - 1
     assert 0.045 < len(held) / N < 0.055
     away = np.ones(N, dtype=bool)
-    reach = 2 * limits.reach_of(settings)
+    reach = 2 * limits.influence_length(settings)
     for first, last in zip(path.arc[held] - reach, path.arc[held] + reach):
         away[np.searchsorted(path.arc, first) : np.searchsorted(path.arc, last, "right")] = False
     assert away.mean() > 0.8

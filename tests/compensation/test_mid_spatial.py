@@ -40,7 +40,7 @@ def at_once(path, heave):
 
 def test_a_wave_inside_the_band_counts_whole_and_those_outside_do_not():
     path = straight(12.0)
-    assert path.arc[-1] / mid_spatial.STEP > 2 * mid_spatial.WINDOW - 8 * mid_spatial.AROUND  # more than two windows
+    assert path.arc[-1] / mid_spatial.STEP > 2 * mid_spatial.WINDOW - 8 * mid_spatial.MARGIN  # more than two windows
     wave = 7 * NM * np.sin(2 * np.pi * path.arc / (5 * MM))
     slow = 100 * UM * np.sin(2 * np.pi * path.arc / 3.0)
     found = mid_spatial.mid_spatial(path, lifted(path, wave + slow))

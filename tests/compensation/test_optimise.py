@@ -7,9 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
-from compgen.compensation import limits, optimise
+from compgen.compensation import general_solver, optimise
 from compgen.compensation.optimise import Status
 from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.smoothness import smoothing_matrix, waypoint_lengths
 from compgen.core.rotations import matrix_of
 from compgen.core.units import DEG, UM
 from compgen.error_model.sources import ThermalGrowth
@@ -50,7 +51,7 @@ def test_the_error_cancels_and_the_correction_is_its_opposite(circle):
     found = optimise.optimise(circle, Settings())
     assert found.status is Status.CONVERGED
     assert np.linalg.norm(found.residual[:, :3], axis=1).max() < 0.02 * UM
-    before = circle.error(np.zeros_like(found.correction))
+    before = circle.residual(np.zeros_like(found.correction))
     assert_allclose(found.correction[:, :3], -before[:, :3], atol=0.2 * UM)
     assert np.abs(before[:, :3]).max() > 100 * UM
 
@@ -66,11 +67,11 @@ def test_what_a_further_step_would_change_is_known_without_it(circle, monkeypatc
     found = optimise.optimise(rough, settings)
     assert found.iterations == 2
     assert optimise.optimise(circle, Settings()).iterations == 1
-    monkeypatch.setattr(optimise, "STEP_TOLERANCE", found.step / 2)
+    monkeypatch.setattr(optimise, "STEP_TOLERANCE", found.last_step / 2)
     further = optimise.optimise(rough, settings)
     assert further.iterations == 3
     moved = np.abs((further.correction - found.correction) * lever).max()
-    assert 1e-15 < moved <= 1.5 * found.step <= 1.5e-11  # m
+    assert 1e-15 < moved <= 1.5 * found.last_step <= 1.5e-11  # m
 
 
 def test_no_error_gives_exactly_no_correction(circle):
@@ -83,7 +84,7 @@ def test_waypoints_move_together(circle):
     bumped = circle.rise.copy()
     bumped[700] += 5.0  # one waypoint alone 5 K warmer
     rough = replace(circle, rise=bumped)
-    wanted = circle.error(np.zeros((len(bumped), 6))) - rough.error(np.zeros((len(bumped), 6)))
+    wanted = circle.residual(np.zeros((len(bumped), 6))) - rough.residual(np.zeros((len(bumped), 6)))
     got = optimise.optimise(rough, Settings()).correction - optimise.optimise(circle, Settings()).correction
     assert np.linalg.norm(wanted[700, :3]) > 20 * UM
     assert np.linalg.norm(got[700, :3]) < 0.75 * np.linalg.norm(wanted[700, :3])
@@ -98,7 +99,7 @@ def test_smoothing_halves_its_own_period_and_leaves_longer_ones(period, kept):
     from scipy.linalg import solveh_banded
 
     stop = np.zeros(len(arc), dtype=bool)
-    out = solveh_banded(optimise.bands(arc, stop, settings), optimise.measure(arc) * wave)
+    out = solveh_banded(smoothing_matrix(arc, stop, settings), waypoint_lengths(arc) * wave)
     middle = slice(len(arc) // 3, 2 * len(arc) // 3)
     assert np.ptp(out[middle]) / np.ptp(wave[middle]) == pytest.approx(kept, abs=0.02)
 
@@ -116,12 +117,12 @@ def test_bands_are_the_gradient_of_the_stated_cost():
         between = (h[:-1] + h[1:]) / 2
         second = np.diff(first) / between
         return (
-            np.sum(optimise.measure(arc) * c**2)
+            np.sum(waypoint_lengths(arc) * c**2)
             + (3e-3 / 2 / np.pi) ** 2 * np.sum(h * first**2)
             + (8e-3 / 2 / np.pi) ** 4 * np.sum(between * ~stop[1:-1] * second**2)
         ) / 2
 
-    second, first, diagonal = optimise.bands(arc, stop, settings)
+    second, first, diagonal = smoothing_matrix(arc, stop, settings)
     full = np.diag(diagonal) + np.diag(first[1:], 1) + np.diag(first[1:], -1)
     full += np.diag(second[2:], 2) + np.diag(second[2:], -2)
     gradient = [(cost(c + e) - cost(c - e)) / 2e-6 for e in 1e-6 * np.eye(40)]
@@ -135,10 +136,10 @@ def test_fast_solution_is_the_general_programs_optimum(circle):
     )  # K, for smoothing to bite
     settings = Settings(rate_period=5e-3, curvature_period=30e-3)
     fast = optimise.optimise(part, settings).correction
-    slow, _ = limits.solve_stretch(part, settings, np.zeros_like(fast), np.ones(len(fast), dtype=bool))
+    slow, _ = general_solver.solve(part, settings, np.zeros_like(fast), np.ones(len(fast), dtype=bool))
     assert np.abs((fast - slow)[:, :3]).max() < 1e-9  # m
     assert np.abs((fast - slow)[:, 3:]).max() < 4e-9  # rad
-    pointwise = -part.error(np.zeros_like(fast))
+    pointwise = -part.residual(np.zeros_like(fast))
     assert np.abs(fast - pointwise)[:, :3].max() > 1e-6  # smoothing did something
 
 
@@ -157,7 +158,7 @@ def test_general_program_keeps_a_tool_tilt_small(circle):
     model = build_error_model(circle.robot, [Tilt()], growth, np.zeros(3), np.eye(3))
     part = replace(stretch(circle), model=model)
     fast = optimise.optimise(part, Settings()).correction
-    slow, _ = limits.solve_stretch(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool))
+    slow, _ = general_solver.solve(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool))
     assert np.abs(fast[:, 3:]).max() > 5e-5
     assert np.abs(fast - slow).max() < 1e-9
 
@@ -197,7 +198,7 @@ def test_a_joint_limit_is_kept_and_named(circle):
     found = optimise.optimise(tight, Settings())
     assert found.status is Status.LIMITED
     assert np.all(found.theta >= tight.robot.lower - 1e-12)
-    held = [n for n, limit in found.active if limit == "joint J2+J3 limit"]
+    held = [n for n, limit in found.active_limits if limit == "joint J2+J3 limit"]
     assert held
     off = np.linalg.norm(found.residual[:, :3], axis=1)
     assert off[np.array(held) - 1].max() > 1 * UM
@@ -213,7 +214,7 @@ def test_windowed_limits_are_the_whole_programs_optimum(circle):
     tight, _ = just_inside(part, 2, 0.7)
     windowed = optimise.optimise(tight, Settings())
     assert windowed.status is Status.LIMITED
-    whole, _ = limits.solve_stretch(tight, Settings(), np.zeros_like(windowed.correction), np.ones(147, dtype=bool))
+    whole, _ = general_solver.solve(tight, Settings(), np.zeros_like(windowed.correction), np.ones(147, dtype=bool))
     assert np.abs(windowed.correction - whole)[:, :3].max() < 2e-9  # m
 
 
@@ -234,7 +235,7 @@ def test_the_clamp_holds_and_is_named(circle):
     size = np.linalg.norm(found.correction[:, :3], axis=1)
     assert found.status is Status.LIMITED
     assert size.max() <= 100.001 * UM
-    assert {limit for _, limit in found.active} == {"position clamp"}
+    assert {limit for _, limit in found.active_limits} == {"position clamp"}
     assert np.linalg.norm(found.residual[:, :3], axis=1).max() == pytest.approx(22 * UM, abs=2 * UM)
 
 
@@ -246,19 +247,19 @@ def test_the_rate_limit_holds_and_is_named(circle):
     steepest = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
     assert found.status is Status.LIMITED
     assert steepest.max() <= 0.6001 * slope.max()
-    assert any(limit == "rate limit" for _, limit in found.active)
+    assert any(limit == "rate limit" for _, limit in found.active_limits)
 
 
 def test_pose_functions_agree_with_the_numeric_error(circle):
     part = stretch(circle, 10, 5)
-    function = limits.pose_functions(part)
+    function = general_solver.build_pose_differences(part)
     rng = np.random.default_rng(5)
     correction = np.hstack([rng.normal(scale=1e-4, size=(5, 3)), rng.normal(scale=1e-3, size=(5, 3))])
     theta, _ = part.joints(correction)
     for n in range(5):
         c, e = function(theta[n], part.rise[n], np.zeros(6), np.zeros(3), part.position[n], part.rotation[n].T.ravel())
         assert_allclose(np.asarray(c).ravel(), correction[n], atol=1e-12)
-        assert_allclose(np.asarray(e).ravel(), part.error(correction)[n], atol=1e-12)
+        assert_allclose(np.asarray(e).ravel(), part.residual(correction)[n], atol=1e-12)
 
 
 def test_commanded_pose_applies_rotation_in_tool_axes(circle):

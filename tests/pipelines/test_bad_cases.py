@@ -45,7 +45,7 @@ def test_a_rate_that_binds_far_along_the_path_is_kept_as_the_whole_program_would
     tight = replace(settings, rate=float(np.quantile(step, share)))
     found = optimise.optimise(problem, tight)
     assert found.status is Status.LIMITED
-    assert len(found.active) > 0.9 * (1 - share) * len(step)
+    assert len(found.active_limits) > 0.9 * (1 - share) * len(step)
     slope = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(problem.arc)
     assert slope.max() <= tight.rate * (1 + 1e-6)
     whole, done = interior_point.solve(problem, tight, free, np.ones(len(free), dtype=bool))
@@ -66,7 +66,7 @@ def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
     )
     planned, done = generate(job, quiet)
     assert done.solution.status is Status.LIMITED
-    held = {n for n, limit in done.solution.active if limit == "joint J5 limit"}
+    held = {n for n, limit in done.solution.active_limits if limit == "joint J5 limit"}
     assert 0.02 < len(held) / len(planned.theta) < 0.5
     told = next(f.message for f in done.findings if f.code == "compensation.limited")
     assert "joint J5 limit at waypoints" in told
@@ -78,9 +78,9 @@ def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
 
 
 def test_limits_that_no_joint_comes_near_are_left_alone(spiral):
-    from compgen.compensation.limits import with_room
+    from compgen.compensation.limits import with_rounding_margin
 
-    assert with_room(spiral[0], (1e-6, 1e-5)) is spiral[0]
+    assert with_rounding_margin(spiral[0], (1e-6, 1e-5)) is spiral[0]
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
 from compgen import fanuc
-from compgen.compensation import limits, optimise, refinement
+from compgen.compensation import general_solver, optimise, refinement
 from compgen.compensation.optimise import Status
 from compgen.compensation.problem import Problem
 from compgen.core.exceptions import InputError
@@ -72,9 +72,9 @@ def test_a_millimetre_of_error_goes_down_to_rounding_and_chord(raster):
 def test_both_directions_of_sweeps_are_cancelled_by_knowing_them(raster):
     """The same job planned without a direction keeps what hysteresis does, on the same twin."""
     job, planned, corrected = raster
-    blind = optimise.optimise(replace(problem_of(planned), motion=NO_DIRECTION), job.settings)
+    blind = optimise.optimise(replace(problem_of(planned), direction_state=NO_DIRECTION), job.settings)
     seeing = problem_of(planned)
-    left = np.linalg.norm(seeing.error(blind.correction)[planned.path.contact, :3], axis=1)
+    left = np.linalg.norm(seeing.residual(blind.correction)[planned.path.contact, :3], axis=1)
     assert left.max() > 50 * UM
     assert np.linalg.norm(corrected.solution.residual[planned.path.contact, :3], axis=1).max() < 1 * UM
 
@@ -114,7 +114,7 @@ def test_the_general_program_agrees_with_every_source_on(raster):
     n = int(np.argmax(planned.path.contact)) + 40
     part = whole.window(slice(n, n + 40))
     fast = optimise.optimise(part, job.settings).correction
-    slow, found = limits.solve_stretch(part, job.settings, np.zeros_like(fast), np.ones(40, dtype=bool))
+    slow, found = general_solver.solve(part, job.settings, np.zeros_like(fast), np.ones(40, dtype=bool))
     assert found
     assert np.abs(fast - slow).max() < 2e-9  # m, rad
     assert np.abs(fast[:, :3]).max() > 100 * UM

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from ruckig import InputParameter, Ruckig, Trajectory
 from shipped import ROOT, path_file, quiet
 
-from compgen.compensation import interior_point, limits, mid_spatial, optimise, simplify
+from compgen.compensation import general_solver, interior_point, mid_spatial, optimise, simplify
 from compgen.compensation.problem import Problem, Settings
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
 from compgen.core.units import MM, UM
@@ -82,9 +82,9 @@ def test_a_program_that_breaks_a_limit_for_a_twentieth_of_its_length():
     found = optimise.optimise(part, Settings(clamp_position=clamp))
     assert found.status is optimise.Status.LIMITED
     assert np.linalg.norm(found.correction[:, :3], axis=1).max() <= clamp * (1 + 1e-6)
-    held = np.array([n for n, _ in found.active])
+    held = np.array([n for n, _ in found.active_limits])
     assert 0.03 < len(held) / 1497 < 0.08
-    assert {limit for _, limit in found.active} == {"position clamp"}
+    assert {limit for _, limit in found.active_limits} == {"position clamp"}
     far = np.setdiff1d(np.arange(1497), (held[:, None] - 1 + np.arange(-90, 91)).ravel())
     assert np.linalg.norm(found.residual[far, :3], axis=1).max() < 0.05 * UM
 
@@ -110,7 +110,7 @@ def test_the_interior_point_is_the_general_programs_optimum(kind):
         part = replace(part, robot=replace(part.robot, lower=lower))
     start = np.zeros((100, 6))
     fast, done = interior_point.solve(part, settings, start, loose)
-    slow, solved = limits.solve_stretch(part, settings, start, loose)
+    slow, solved = general_solver.solve(part, settings, start, loose)
     assert done
     assert solved
     assert np.abs(fast - slow)[:, :3].max() < 1e-9  # m
@@ -202,7 +202,7 @@ def test_sparing_keeps_the_fewest_that_stay_within_the_tolerance():
     table = curves.spiral((0, 0), (0.1, 0.3), (0, 6 * np.pi))
     path = on_plane(table, chord=0.05 * UM, spacing=0.2 * MM)
     none = np.zeros((len(path.arc), 3))
-    rows = simplify.kept(path, none, 1.5 * UM, 0.0)
+    rows = simplify.simplify(path, none, 1.5 * UM, 0.0)
     thin = path.only(rows)
     assert len(rows) < len(path.arc) / 5
     chord = thin.geometry.chord(thin.piece, thin.span)
@@ -214,9 +214,9 @@ def test_sparing_keeps_the_fewest_that_stay_within_the_tolerance():
     # a correction that wriggles is followed
     wave = none.copy()
     wave[:, 2] = 20 * UM * np.sin(path.arc / 1e-3)
-    assert len(simplify.kept(path, wave, 1.5 * UM, 0.0)) > 1.3 * len(rows)
+    assert len(simplify.simplify(path, wave, 1.5 * UM, 0.0)) > 1.3 * len(rows)
     # no line too short to follow where there is another way
-    long = simplify.kept(path, none, 1.5 * UM, 0.5 * MM)
+    long = simplify.simplify(path, none, 1.5 * UM, 0.5 * MM)
     assert np.diff(path.arc[long]).min() >= 0.5 * MM
 
 
@@ -249,8 +249,8 @@ def test_the_band_is_scipys_butterworth_forth_and_back():
     band = butter(
         4, [1 / mid_spatial.BAND[1], 1 / mid_spatial.BAND[0]], "bandpass", fs=1 / mid_spatial.STEP, output="sos"
     )
-    inside = slice(mid_spatial.AROUND, -mid_spatial.AROUND)
-    assert_allclose(mid_spatial.band_passed(run)[inside], sosfiltfilt(band, run)[inside], atol=1e-9)
+    inside = slice(mid_spatial.MARGIN, -mid_spatial.MARGIN)
+    assert_allclose(mid_spatial.band_pass(run)[inside], sosfiltfilt(band, run)[inside], atol=1e-9)
 
 
 def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):

@@ -105,7 +105,7 @@ def solve(
         correction[rows], theta[rows] = solution.correction, solution.theta
         if solution.status is optimise.Status.FAILED:
             correction[rows] = np.nan  # none of them is legal
-        limited += [(first + n - 1, limit) for n, limit in solution.active]
+        limited += [(first + n - 1, limit) for n, limit in solution.active_limits]
         progress((i + 1) / len(runs))
     refused = _refused(cell, poses, correction, theta, drive.pose, free, settings)
     for station, _ in refused:
@@ -134,7 +134,7 @@ def pointwise(
         here = _problem(cell, models, poses, pose[rows], rise[rows], motion.at(rows), still, still.astype(bool))
         c = np.zeros((len(rows), 6))
         for _ in range(STEPS):
-            c = c - here.error(c)
+            c = c - here.residual(c)
         correction[rows], theta[rows] = c, here.joints(c)[0]
     return correction, theta
 

@@ -1,0 +1,138 @@
+r"""The correction with its limits as a general nonlinear program, solved by ipopt: slow, and written independently.
+
+    minimise   sum_n ds_n [ |W e_n|^2 + l1 |W c'_n|^2 + l2 |W c''_n|^2 ]
+    subject to lower <= theta_n <= upper,   |c_n| <= clamp,   |c_{n+1} - c_n| <= rate ds
+
+The unknowns are the joints, theta_n = theta_n(start) + 1e-4 x_n, so joint limits are bounds; the commanded pose is the
+nominal forward kinematics, and c_n and e_n follow from it. It costs milliseconds a waypoint, and judges the optimum
+that ``optimise`` and ``interior_point`` find.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.smoothness import component_weights, waypoint_lengths
+from compgen.core.arrays import Array, BoolArray
+from compgen.core.units import UM
+from compgen.robot.kinematics import nominal_chain
+
+JOINT_SCALE = 1e-4  # [rad] of one unit of x
+OPTIONS: dict[str, Any] = {
+    "print_time": False,
+    "ipopt": {
+        "print_level": 0,
+        "sb": "yes",
+        "tol": 1e-3,  # um^2 per 1e-4 rad: 5e-6 um off the optimum; below lies the noise of double precision
+        "compl_inf_tol": 1e-8,  # how exactly an active limit is met: some 1e-10 rad
+        "barrier_tol_factor": 1e3,  # the noise of double precision must not hold the barrier up
+        "constr_viol_tol": 1e-7,  # relative to a clamp or a rate
+        "acceptable_iter": 0,
+        "bound_relax_factor": 0.0,
+        "honor_original_bounds": "yes",
+        "nlp_scaling_method": "none",
+        "max_iter": 100,
+        "fixed_variable_treatment": "make_parameter",
+    },
+}
+
+
+def solve(problem: Problem, settings: Settings, start: Array, free: BoolArray) -> tuple[Array, bool]:
+    """Best legal correction of the free waypoints (N,), the others as they are (N, 6); and whether it converged."""
+    N = len(free)
+    robot = problem.robot
+    theta0, _ = problem.joints(start)
+    pose = build_pose_differences(problem)
+    x = ca.MX.sym("x", 6, N)
+    targets = np.swapaxes(problem.rotation, 1, 2).reshape(N, 9)
+    state = (_columns(problem.direction_state.direction, N), _columns(problem.direction_state.travel, N))
+    given = (ca.DM(problem.rise.T), *state, ca.DM(problem.position.T), ca.DM(targets.T))
+    c, e = pose.map(N)(ca.DM(theta0.T) + JOINT_SCALE * x, *given)
+    h, ds = np.diff(problem.arc), waypoint_lengths(problem.arc)
+    scale = 1 / float(ds.mean())  # a waypoint counts about one
+    scaled = ca.repmat(ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM, 1, N) * c
+    first = scaled[:, 1:] - scaled[:, :-1]
+    residuals = [
+        ca.repmat(ca.DM(component_weights(settings)) / UM, 1, N) * e * _repeated(np.sqrt(ds * scale)),
+        settings.rate_period / (2 * np.pi) * first * _repeated(np.sqrt(scale / h)),
+    ]
+    if N > 2:
+        between = (h[:-1] + h[1:]) / 2
+        second = first[:, 1:] / _repeated(h[1:]) - first[:, :-1] / _repeated(h[:-1])
+        weight = (settings.curvature_period / (2 * np.pi)) ** 2
+        residuals.append(weight * second * _repeated(np.sqrt(scale / between) * ~problem.stop[1:-1]))
+    r = ca.vertcat(*(ca.vec(part) for part in residuals))
+    clamp = ca.vertcat(
+        ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
+    )
+    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) * _repeated(1 / (settings.rate * h) ** 2, 1)
+    constraints = ca.vertcat(ca.vec(clamp), ca.vec(rate))
+    lower = np.where(free[:, None], (robot.lower - theta0) / JOINT_SCALE, 0.0)
+    upper = np.where(free[:, None], (robot.upper - theta0) / JOINT_SCALE, 0.0)
+    program = {"x": ca.vec(x), "f": ca.sumsqr(r), "g": constraints}
+    hessian = _gauss_newton_hessian(program["x"], r, c, h, settings)
+    solver = ca.nlpsol("limits", "ipopt", program, {**OPTIONS, "hess_lag": hessian})
+    # constraints between two waypoints that both stay as they are cannot be changed
+    bounds = np.ones(constraints.numel())
+    bounds[: 2 * N] = np.where(np.repeat(free, 2), 1.0, np.inf)
+    bounds[2 * N :] = np.where(free[:-1] | free[1:], 1.0, np.inf)
+    optimum = solver(x0=0, lbx=lower.ravel(), ubx=upper.ravel(), lbg=-np.inf, ubg=bounds)
+    theta = theta0 + JOINT_SCALE * np.asarray(optimum["x"]).reshape(N, 6)
+    theta = np.clip(theta, robot.lower, robot.upper)
+    c_of_theta, _ = pose.map(N)(ca.DM(theta.T), *given)
+    correction = start.copy()
+    correction[free] = np.asarray(c_of_theta).T[free]
+    return correction, bool(solver.stats()["success"])
+
+
+def build_pose_differences(problem: Problem) -> Any:
+    """(theta, rise, direction, travel, target position, target rotation column-major) -> c (6), e (6)."""
+    theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", problem.rise.shape[1])
+    direction, travel = ca.SX.sym("direction", 6), ca.SX.sym("travel", 3)
+    p, r = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
+    R = ca.reshape(r, 3, 3)
+    nominal = nominal_chain(problem.robot, theta, (problem.tool_position, problem.tool_rotation)).tcp_expr()
+    actual = problem.model.actual(theta, rise, direction, travel)
+    c = ca.vertcat(nominal[0] - p, _rotation_vector_expr(R.T @ nominal[1]))
+    e = ca.vertcat(actual[0] - p, _rotation_vector_expr(R.T @ actual[1]))
+    return ca.Function("pose", [theta, rise, direction, travel, p, r], [c, e])
+
+
+def _rotation_vector_expr(rotation: Any) -> Any:
+    """Rotation vector of a small rotation: (axial / 2) asin(s) / s with asin(s) / s = 1 + s^2/6 + 3 s^4/40."""
+    axial = (
+        ca.vertcat(rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
+        / 2
+    )
+    s2 = ca.dot(axial, axial)
+    return axial * (1 + s2 / 6 + 3 * s2 * s2 / 40)
+
+
+def _gauss_newton_hessian(x: Any, r: Any, c: Any, h: Array, settings: Settings) -> Any:
+    """Hessian of the Lagrangian without the curvature of theta -> c, e, which is parts in 10^4 of it."""
+    N = c.shape[1]
+    weight, multiplier, none = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", 3 * N - 1), ca.MX.sym("p", 0)
+    J = ca.jacobian(r, x)
+    change = c[:3, 1:] - c[:3, :-1]
+    parts = [
+        (c[:3, :], multiplier[0 : 2 * N : 2].T / settings.clamp_position**2),
+        (c[3:, :], multiplier[1 : 2 * N : 2].T / settings.clamp_rotation**2),
+        (change, multiplier[2 * N :].T * _repeated(1 / (settings.rate * h) ** 2, 1)),
+    ]
+    H = 2 * weight * J.T @ J
+    for constrained, multipliers in parts:
+        D = ca.jacobian(ca.vec(constrained), x)
+        H += 2 * D.T @ ca.diag(ca.vec(ca.repmat(multipliers, 3, 1))) @ D
+    return ca.Function("hess_lag", [x, none, weight, multiplier], [ca.triu(H)], ["x", "p", "lam_f", "lam_g"], ["H"])
+
+
+def _repeated(values: Array, count: int = 6) -> Any:
+    """One row of numbers (N,) for each of ``count`` components, (count, N)."""
+    return ca.repmat(ca.DM(values).T, count, 1)
+
+
+def _columns(rows: Array, count: int) -> Any:
+    """Rows (N, k) as columns (k, N), one for each waypoint; a single row serves all."""
+    return ca.DM(np.broadcast_to(rows, (count, rows.shape[1])).T.copy())
