@@ -16,6 +16,7 @@ from rich.table import Table
 from compgen.cli import publish
 from compgen.cli.app import Quiet, app, say_error, write_file
 from compgen.cli.progress_bar import stages
+from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 from compgen.core.rotations import matrix_of
@@ -136,7 +137,7 @@ def _frames(arm: Arm, data: Measurements) -> InstrumentFrames:
     if lost is not None:
         known = ", ".join(told.reflector_mm)
         raise InputError(
-            f"{data.instruments[0]}: target '{lost}' is not in {arm.source} (known: {known}); "
+            f"{data.instruments[0]}: target {quote_cell(lost, 'of a row')} is not in {arm.source} (known: {known}); "
             "--refit-frames fits its place"
         )
     count = len(data.instruments)

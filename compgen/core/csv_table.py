@@ -3,6 +3,8 @@
 import csv
 import difflib
 import io
+import re
+import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,24 +15,30 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 
 MAX_ROWS = 1_000_000
+MAX_CELL = 131_072  # characters; the csv module's own limit
+_QUOTABLE = re.compile(r"[A-Za-z0-9_.+-]{1,32}")
 
 
 @dataclass(frozen=True, slots=True)
 class CsvTable:
     """The cells of a file as text, with the line of each row for messages."""
 
-    name: str  # the file, for messages
+    source: str  # the file, for messages
     header: tuple[str, ...]
-    cells: tuple[tuple[str, ...], ...]  # rows
+    columns: tuple[tuple[str, ...], ...]  # the cells of each column, one a row
     line: tuple[int, ...]  # of each row in the file
 
     def has(self, column: str) -> bool:
-        """Whether a column is there."""
+        """Whether the header names a column."""
         return column in self.header
 
-    def where(self, row: int, column: str = "") -> str:
-        """A place for a message: file, line and column."""
-        return f"{self.name}: line {self.line[row]}" + (f", column {column}" if column else "")
+    def location(self, row: int, column: str = "") -> str:
+        """File, line and column of a cell, or of a row, for a message."""
+        return f"{self.source}: line {self.line[row]}" + (f", {self.label(column)}" if column else "")
+
+    def label(self, column: str) -> str:
+        """A column for a message: by its name, or by its number from 1 where the name cannot be quoted."""
+        return f"column {column if _QUOTABLE.fullmatch(column) else self.header.index(column) + 1}"
 
     def words(self, column: str) -> list[str]:
         """A column as text.
@@ -38,101 +46,153 @@ class CsvTable:
         Raises:
             InputError: A cell is empty.
         """
-        k = self.header.index(column)
-        found = [row[k].strip() for row in self.cells]
-        for i, word in enumerate(found):
+        words = self._cells(column)
+        for row, word in enumerate(words):
             if not word:
-                raise InputError(f"{self.where(i, column)}: empty; fill it in, or remove the row")
-        return found
+                raise InputError(f"{self.location(row, column)}: empty; fill it in, or remove the row")
+        return words
 
-    def numbers(self, column: str, may_be_empty: bool = False) -> Array:
-        """A column as numbers, (N,); an empty cell is NaN where it may be empty.
+    def numbers(self, column: str, gaps: bool = False) -> Array:
+        """A column as numbers, (N,).
+
+        Args:
+            column: Its name in the header.
+            gaps: Whether cells may be empty or ``nan``; they become NaN.
 
         Raises:
-            InputError: A cell is empty, NaN, infinite or not a number.
+            InputError: A cell is not a finite number, or is empty where it may not be.
         """
-        k = self.header.index(column)
-        found = np.empty(len(self.cells))
-        for i, row in enumerate(self.cells):
-            text = row[k].strip()
-            if not text and may_be_empty:
-                found[i] = np.nan
-                continue
-            try:
-                found[i] = float(text)
-            except ValueError:
-                told = "empty" if not text else f"'{text}' is not a number"
-                raise InputError(
-                    f"{self.where(i, column)}: {told}; give a number with a decimal point, or remove the row"
-                ) from None
-            if not np.isfinite(found[i]):
-                raise InputError(f"{self.where(i, column)}: '{text}' is not a finite number; remove the row")
-        return found
+        cells = self._cells(column)
+        numbers = np.array([_float(cell) for cell in cells])
+        bad = np.flatnonzero(np.isinf(numbers) if gaps else ~np.isfinite(numbers))
+        if len(bad):
+            row = int(bad[0])
+            raise InputError(f"{self.location(row, column)}: {_not_a_number(cells[row])}")
+        return numbers
+
+    def _cells(self, column: str) -> list[str]:
+        return [cell.strip() for cell in self.columns[self.header.index(column)]]
 
 
-def read_table(source: str, needed: Sequence[str], known: Sequence[str]) -> CsvTable:
-    """A file's cells.
+def quote_cell(cell: str, otherwise: str = "the cell") -> str:
+    """A cell of somebody's file for a message: quoted where it is a plain word or number, else not repeated."""
+    return f"'{cell}'" if _QUOTABLE.fullmatch(cell) else otherwise
+
+
+def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[str] | None = None) -> CsvTable:
+    """Read a file: commas, a header with units in its names; lines that begin with # are remarks.
 
     Args:
-        source: A CSV file: commas, a header with units in its names, lines that begin with # are remarks.
-        needed: Columns that must be there.
-        known: All columns that may be there.
+        source: The file; UTF-8, with or without a byte order mark.
+        required: Columns that must be there.
+        known: All columns that may be there; None allows any.
 
     Raises:
-        InputError: Not there, not readable, no rows, a column missing, unknown or double, a row of another length.
+        InputError: Not a regular file, not readable, not CSV, no rows, a column missing, unknown or double, a row of
+            another length than the header.
     """
-    try:
-        text = Path(source).read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{source}: no such file; give a CSV file of measurements") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{source}: not UTF-8 text; save it as CSV with UTF-8") from None
-    except OSError as failure:
-        raise InputError(f"{source}: cannot be read: {failure.strerror}; give a CSV file") from None
-    if "\0" in text:
-        raise InputError(f"{source}: holds zero bytes, so it is no text; give a CSV file")
-    try:
-        rows = [(i, row) for i, row in _rows(text) if any(c.strip() for c in row)]
-    except csv.Error as failure:
-        raise InputError(f"{source}: not CSV: {failure}; save it as CSV with commas") from None
+    name = str(source)
+    rows = _rows(name, _read_text(name))
     if not rows:
-        raise InputError(f"{source}: empty; the first line names the columns: {', '.join(needed)}")
-    header = tuple(c.strip() for c in rows[0][1])
-    _check_header(source, header, needed, known)
+        columns = f"the first line names the columns: {', '.join(required)}" if required else "give a header and rows"
+        raise InputError(f"{name}: empty; {columns}")
+    header = tuple(cell.strip() for cell in rows[0][1])
+    _check_header(name, rows[0][0], header, required, known)
     body = rows[1:]
     if not body:
-        raise InputError(f"{source}: no rows below the header; give measurements")
+        raise InputError(f"{name}: empty: no rows below the header; give each row a line")
     if len(body) > MAX_ROWS:
-        raise InputError(f"{source}: {len(body)} rows are over {MAX_ROWS}; thin them")
+        raise InputError(f"{name}: {len(body)} rows are over {MAX_ROWS}; thin them")
     for line, row in body:
         if len(row) != len(header):
             raise InputError(
-                f"{source}: line {line}: {len(row)} cells where the header has {len(header)}; give each column a cell"
+                f"{name}: line {line}: {len(row)} cells where the header has {len(header)}; give each column a cell"
             )
-    return CsvTable(source, header, tuple(tuple(r) for _, r in body), tuple(i for i, _ in body))
+    return CsvTable(name, header, tuple(zip(*(row for _, row in body))), tuple(line for line, _ in body))
 
 
-def _rows(text: str) -> list[tuple[int, list[str]]]:
+def _read_text(source: str) -> str:
+    try:
+        mode = Path(source).stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise InputError(f"{source}: cannot be read: it is a folder; give a CSV file")
+        if not stat.S_ISREG(mode):  # a pipe would wait for ever
+            raise InputError(f"{source}: cannot be read: it is a pipe or a device; give a regular CSV file")
+        text = Path(source).read_bytes().decode("utf-8-sig")
+    except OSError as exception:
+        raise InputError(f"{source}: cannot be read: {exception.strerror}; give a CSV file") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: cannot be read: it is not UTF-8 text; save it as CSV with UTF-8") from None
+    except ValueError:
+        raise InputError(f"{source!r}: cannot be read: no file has such a name; give a CSV file") from None
+    lines = text.replace("\r\n", "\n")
+    for character, message in (
+        ("\0", "holds zero bytes, so it is no text; save it as CSV with UTF-8"),
+        ("\r", "its lines end in carriage returns alone; save it with line ends LF or CRLF"),
+    ):
+        if character in lines:
+            line = lines.count("\n", 0, lines.index(character)) + 1
+            raise InputError(f"{source}: line {line}: {message}")
+    return lines
+
+
+def _rows(source: str, text: str) -> list[tuple[int, list[str]]]:
+    """Rows with the line they end in, less empty ones and remarks."""
     reader = csv.reader(io.StringIO(text), strict=True)
-    return [(reader.line_num, row) for row in reader if not (row and row[0].lstrip().startswith("#"))]
+    try:
+        return [
+            (reader.line_num, row) for row in reader if any(map(str.strip, row)) and not row[0].lstrip().startswith("#")
+        ]
+    except csv.Error as exception:
+        location = f"{source}: line {reader.line_num}"
+        if "field limit" in str(exception):
+            raise InputError(
+                f"{location}: a cell is over {MAX_CELL:,} characters; close its quotes, or shorten it"
+            ) from None
+        raise InputError(f"{location}: not CSV: {exception}; save it as CSV with commas") from None
 
 
-def _check_header(source: str, header: Sequence[str], needed: Sequence[str], known: Sequence[str]) -> None:
+def _check_header(
+    source: str, line: int, header: Sequence[str], required: Sequence[str], known: Sequence[str] | None
+) -> None:
     if len(header) == 1 and ";" in header[0]:
-        raise InputError(f"{source}: line 1: cells are parted by semicolons; save it with commas")
-    for name in header:
+        raise InputError(f"{source}: line {line}: cells are parted by semicolons; save it with commas")
+    labels = [name if _QUOTABLE.fullmatch(name) else str(n) for n, name in enumerate(header, 1)]
+    for name, label in zip(header, labels):
+        if not name:
+            raise InputError(f"{source}: line {line}, column {label}: has no name; name it, or remove it")
         if header.count(name) > 1:
-            raise InputError(f"{source}: column {name}: stands twice in the header; keep one")
-    unknown = next((c for c in header if c not in known), None)
-    missing = [c for c in needed if c not in header]
+            raise InputError(f"{source}: column {label}: stands twice in the header; keep one")
+    others = [name for name in header if known is None or name not in known]
+    missing = [name for name in required if name not in header]
     if missing:
-        close = difflib.get_close_matches(missing[0], [c for c in header if c not in known], n=1, cutoff=0.4)
-        other = f"; is it '{close[0]}', in another unit or spelling?" if close else ""
+        quotable = [name for name in others if _QUOTABLE.fullmatch(name)]
+        close = difflib.get_close_matches(missing[0], quotable, n=1, cutoff=0.4)
+        hint = f"; is it '{close[0]}', in another unit or spelling?" if close else ""
         raise InputError(
-            f"{source}: column {missing[0]}: missing{other}; the header needs {', '.join(needed)}; "
+            f"{source}: column {missing[0]}: missing{hint}; the header needs {', '.join(required)}; "
             f"missing are {', '.join(missing)}"
         )
-    if unknown is not None:
-        close = difflib.get_close_matches(unknown, known, n=1, cutoff=0.5)
+    if known is not None and others:
+        close = difflib.get_close_matches(others[0], known, n=1, cutoff=0.5)
         mend = f"did you mean '{close[0]}'?" if close else f"known: {', '.join(known)}"
-        raise InputError(f"{source}: column {unknown}: unknown; {mend}")
+        raise InputError(f"{source}: column {labels[header.index(others[0])]}: unknown; {mend}")
+
+
+def _float(cell: str) -> float:
+    """A cell's number: NaN where it is empty, infinite where it is none."""
+    try:
+        return float(cell) if cell else np.nan
+    except ValueError:
+        return np.inf
+
+
+def _not_a_number(cell: str) -> str:
+    """What is wrong with a cell, and the mend."""
+    if not cell:
+        return "empty; give a number with a decimal point, or remove the row"
+    try:
+        float(cell)
+    except ValueError:
+        return f"{quote_cell(cell)} is not a number; give a number with a decimal point, or remove the row"
+    return f"{quote_cell(cell)} is not a finite number; remove the row"

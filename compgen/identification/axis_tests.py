@@ -1,9 +1,9 @@
-"""Axis tests: commanded places on a line, driven both ways, and how far from them an instrument saw the tool."""
+"""Axis tests: commanded positions on a line, driven both ways, and the deviations of the tool from them."""
 
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.csv_table import CsvTable, read_table
+from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
@@ -33,57 +33,58 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_table(source, ("direction", *PLACE), KNOWN)
+    table = read_csv(source, ("direction", *PLACE), KNOWN)
     if not any(table.has(c) for c in DEVIATION):
         raise InputError(f"{source}: column {DEVIATION[0]}: missing; give at least one of {', '.join(DEVIATION)}")
-    place = np.column_stack([table.numbers(c) for c in PLACE]) * MM
-    N = len(place)
-    off = np.column_stack(
-        [table.numbers(c, may_be_empty=True) if table.has(c) else np.full(N, np.nan) for c in DEVIATION]
+    position = np.column_stack([table.numbers(c) for c in PLACE]) * MM
+    N = len(position)
+    deviation = np.column_stack(
+        [table.numbers(c, gaps=True) if table.has(c) else np.full(N, np.nan) for c in DEVIATION]
     )
     direction = table.numbers("direction")
     bad = np.flatnonzero(np.abs(direction) != 1)
     if len(bad):
-        raise InputError(f"{table.where(int(bad[0]), 'direction')}: {direction[bad[0]]:g} must be 1 or -1")
-    if np.nanmax(np.abs(off), initial=0.0) > 5e4:
+        raise InputError(f"{table.location(int(bad[0]), 'direction')}: {direction[bad[0]]:g} must be 1 or -1")
+    if np.nanmax(np.abs(deviation), initial=0.0) > 5e4:
         raise InputError(f"{source}: columns d*_um: deviations beyond 50 mm; they are in um")
     names = table.words("line") if table.has("line") else ["1"] * N
     lines = tuple(dict.fromkeys(names))
     line = np.array([lines.index(n) for n in names])
-    theta = _joints(table, robot, place)
-    going = np.zeros((N, 6))
+    theta = _joints(table, robot, position)
+    motion = np.zeros((N, 6))
     for k in range(len(lines)):
         rows = np.flatnonzero(line == k)
         if len(rows) < 3:
+            name = quote_cell(lines[k], "of this row")
             raise InputError(
-                f"{table.where(int(rows[0]), 'line')}: line '{lines[k]}' has {len(rows)} rows; give 3 or more"
+                f"{table.location(int(rows[0]), 'line')}: line {name} has {len(rows)} rows; give 3 or more"
             )
-        along = np.linalg.svd(place[rows] - place[rows].mean(axis=0))[2][0]
-        along = along * np.sign(along[np.argmax(np.abs(along))])
-        s = place[rows] @ along
-        slope = np.array([np.polyfit(s, theta[rows, i], min(3, len(np.unique(s)) - 1)) for i in range(6)])
-        rate = np.array([np.polyval(np.polyder(c), s) for c in slope]).T
-        going[rows] = np.where(np.abs(rate) > 1e-4, np.sign(rate), 0.0) * direction[rows, None]
+        axis = np.linalg.svd(position[rows] - position[rows].mean(axis=0))[2][0]
+        axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+        s = position[rows] @ axis
+        cubic = np.array([np.polyfit(s, theta[rows, i], min(3, len(np.unique(s)) - 1)) for i in range(6)])
+        rate = np.array([np.polyval(np.polyder(c), s) for c in cubic]).T
+        motion[rows] = np.where(np.abs(rate) > 1e-4, np.sign(rate), 0.0) * direction[rows, None]
     return Measurements(
         theta=theta,
         rise=np.zeros((N, nodes)),
-        direction=going,
+        direction=motion,
         time=np.arange(N, dtype=float),
         warm=np.zeros(N),
         pose=np.arange(N),
         instrument=line,
         reflector=np.zeros(N, dtype=int),
-        position=place + off * UM,
+        position=position + deviation * UM,
         rotation=np.full((N, 3, 3), np.nan),
         sigma=np.ones(N),
-        label=tuple(table.where(i) for i in range(N)),
+        label=tuple(table.location(i) for i in range(N)),
         reflectors=(f"tool of {source}",),
         instruments=tuple(f"{source}: line {name}" for name in lines),
         aligned=np.ones(len(lines), dtype=bool),
     )
 
 
-def _joints(table: CsvTable, robot: Robot, place: Array) -> Array:
+def _joints(table: CsvTable, robot: Robot, tcp: Array) -> Array:
     """Joints of each row: as given, or by the closed form."""
     if all(table.has(c) for c in JOINTS):
         return robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
@@ -91,20 +92,20 @@ def _joints(table: CsvTable, robot: Robot, place: Array) -> Array:
         check_arm_class(robot)
     except InputError:
         raise InputError(
-            f"{table.name}: columns {', '.join(JOINTS)}: missing; this arm has no closed-form inverse kinematics here, "
-            "so lines need their joints"
+            f"{table.source}: columns {', '.join(JOINTS)}: missing; this arm has no closed-form inverse kinematics "
+            "here, so lines need their joints"
         ) from None
-    N = len(place)
+    N = len(tcp)
     angles = [table.numbers(c) * DEG if table.has(c) else np.full(N, d * DEG) for c, d in zip(TURN, (180.0, 0.0, 0.0))]
     tool = np.array([_constant(table, c) for c in TOOL]) * MM
-    position, rotation = flange_from_tool(place, from_wpr(*angles), tool, np.eye(3))
+    position, rotation = flange_from_tool(tcp, from_wpr(*angles), tool, np.eye(3))
     try:
         theta = follow_branch(robot, position, rotation, Posture())
-    except CompgenError as failure:
-        raise InputError(f"{table.name}: {failure}") from failure
-    check, _ = flange_pose(robot, theta)
-    if np.abs(check - position).max() > 1e-6:
-        raise InputError(f"{table.name}: the commanded places are out of reach; check x_mm y_mm z_mm are of World")
+    except CompgenError as exception:
+        raise InputError(f"{table.source}: {exception}") from exception
+    reached, _ = flange_pose(robot, theta)
+    if np.abs(reached - position).max() > 1e-6:
+        raise InputError(f"{table.source}: the commanded places are out of reach; check x_mm y_mm z_mm are of World")
     return theta
 
 
@@ -114,5 +115,7 @@ def _constant(table: CsvTable, column: str) -> float:
     values = table.numbers(column)
     other = np.flatnonzero(values != values[0])
     if len(other):
-        raise InputError(f"{table.where(int(other[0]), column)}: changes within the file; give each tool its own file")
+        raise InputError(
+            f"{table.location(int(other[0]), column)}: changes within the file; give each tool its own file"
+        )
     return float(values[0])

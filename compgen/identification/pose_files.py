@@ -1,9 +1,9 @@
-"""Pose files: where the joints stood and where an instrument saw the reflectors."""
+"""Pose files: joints, and where an instrument measured the reflectors."""
 
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.csv_table import CsvTable, read_table
+from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import matrix_of
 from compgen.core.units import DEG, MM
@@ -37,21 +37,21 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     Raises:
         InputError: Anything wrong, naming file, line and column.
     """
-    table = read_table(source, (*JOINTS, *PLACE), KNOWN)
+    table = read_csv(source, (*JOINTS, *PLACE), KNOWN)
     pendant = np.column_stack([table.numbers(c) for c in JOINTS])
     position = np.column_stack([table.numbers(c) for c in PLACE])
-    _one_instrument(table)
+    _check_one_instrument(table)
     names = table.words("target") if table.has("target") else ["tcp"] * len(pendant)
     reflectors = tuple(dict.fromkeys(names))
     reflector = np.array([reflectors.index(n) for n in names])
     time = _time(table)
     rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
     first, pose = _poses(table, pendant, time, rows)
-    _no_duplicates(table, pendant, pose, reflector, names)
-    _seen_twice(table, reflectors, reflector)
+    _check_duplicates(table, pendant, pose, reflector, names)
+    _check_measured_twice(table, reflectors, reflector)
     theta = robot.to_theta(pendant[first] * DEG)
-    _inside(table, robot, theta, pendant, first)
-    _moving(table, pendant, force)
+    _check_limits(table, robot, theta, pendant, first)
+    _check_moving(table, pendant, force)
     clock = time[first] if time is not None else np.arange(len(first), dtype=float)
     N = len(pendant)
     return Measurements(
@@ -66,7 +66,7 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
         position=position * MM,
         rotation=_rotation(table, N),
         sigma=_sigma(table, N),
-        label=tuple(table.where(i) for i in range(N)),
+        label=tuple(table.location(i) for i in range(N)),
         reflectors=reflectors,
         instruments=(source,),
         aligned=np.array([False]),
@@ -79,13 +79,13 @@ def directions(theta: Array, order: Array | None = None) -> Array:
     A joint that stood still keeps the direction it had; before the first pose, and where ``order`` (M,) leaves out
     poses in between, nothing is known.
     """
-    found = np.zeros_like(theta)
+    direction = np.zeros_like(theta)
     for m in range(1, len(theta)):
         if order is not None and order[m] - order[m - 1] > 1:
             continue
         step = theta[m] - theta[m - 1]
-        found[m] = np.where(np.abs(step) > TRAVEL, np.sign(step), found[m - 1])
-    return found
+        direction[m] = np.where(np.abs(step) > TRAVEL, np.sign(step), direction[m - 1])
+    return direction
 
 
 def _time(table: CsvTable) -> Array | None:
@@ -95,15 +95,16 @@ def _time(table: CsvTable) -> Array | None:
     return None
 
 
-def _one_instrument(table: CsvTable) -> None:
+def _check_one_instrument(table: CsvTable) -> None:
     if not table.has("instrument"):
         return
     names = table.words("instrument")
     other = next((i for i, n in enumerate(names) if n != names[0]), None)
     if other is not None:
         raise InputError(
-            f"{table.where(other, 'instrument')}: '{names[other]}' after '{names[0]}': mixed instruments have frames "
-            "of their own; give each its own file, with --poses once for each"
+            f"{table.location(other, 'instrument')}: {quote_cell(names[other])} after "
+            f"{quote_cell(names[0], 'another')}: mixed instruments have frames of their own; give each its own file, "
+            "with --poses once for each"
         )
 
 
@@ -117,7 +118,7 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
         if time is not None and same_time and not same_joints:
             column = JOINTS[int(np.argmax(np.abs(pendant[i] - pendant[before])))]
             raise InputError(
-                f"{table.where(i, column)}: other joints at the time of line {table.line[before]}; "
+                f"{table.location(i, column)}: other joints at the time of line {table.line[before]}; "
                 "give each pose its own time"
             )
         if not (same_joints and same_time):
@@ -126,29 +127,29 @@ def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) 
     return np.array(first), pose
 
 
-def _no_duplicates(table: CsvTable, pendant: Array, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
-    seen: dict[tuple[int, int], int] = {}
+def _check_duplicates(table: CsvTable, pendant: Array, pose: IntArray, reflector: IntArray, names: list[str]) -> None:
+    rows: dict[tuple[int, int], int] = {}  # of each pose and reflector
     for i, key in enumerate(zip(pose.tolist(), reflector.tolist())):
-        if key in seen:
+        if key in rows:
             raise InputError(
-                f"{table.where(i)}: duplicate of line {table.line[seen[key]]}: the same pose and target '{names[i]}'; "
-                "remove one, or give times if it was measured again"
+                f"{table.location(i)}: duplicate of line {table.line[rows[key]]}: the same pose and target "
+                f"{quote_cell(names[i], 'name')}; remove one, or give times if it was measured again"
             )
-        seen[key] = i
+        rows[key] = i
 
 
-def _seen_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:
+def _check_measured_twice(table: CsvTable, reflectors: tuple[str, ...], reflector: IntArray) -> None:
     counts = np.bincount(reflector, minlength=len(reflectors))
     once = next((r for r, n in enumerate(counts.tolist()) if n < 2), None)
     if once is not None:
         i = int(np.flatnonzero(reflector == once)[0])
         raise InputError(
-            f"{table.where(i, 'target')}: reflector '{reflectors[once]}' is seen once, which only fixes where it sits; "
-            "measure it at two poses or more, or remove the row"
+            f"{table.location(i, 'target')}: reflector {quote_cell(reflectors[once], 'of this row')} is seen once, "
+            "which only fixes where it sits; measure it at two poses or more, or remove the row"
         )
 
 
-def _inside(table: CsvTable, robot: Robot, theta: Array, pendant: Array, first: IntArray) -> None:
+def _check_limits(table: CsvTable, robot: Robot, theta: Array, pendant: Array, first: IntArray) -> None:
     for k in range(6):
         beyond = np.flatnonzero((theta[:, k] < robot.lower[k] - LIMIT) | (theta[:, k] > robot.upper[k] + LIMIT))
         if len(beyond):
@@ -156,18 +157,18 @@ def _inside(table: CsvTable, robot: Robot, theta: Array, pendant: Array, first: 
             zero = robot.pendant_zero[k]
             value, low, high = ((v - zero) / DEG for v in (theta[m, k], robot.lower[k], robot.upper[k]))
             raise InputError(
-                f"{table.where(int(first[m]), JOINTS[k])}: {robot.joint_names[k]} at {value:.3f} deg is outside its "
+                f"{table.location(int(first[m]), JOINTS[k])}: {robot.joint_names[k]} at {value:.3f} deg is outside its "
                 f"limits {low:g} to {high:g} deg; the joints are those of the pendant: mend the row, or the robot file"
             )
 
 
-def _moving(table: CsvTable, pendant: Array, force: bool) -> None:
+def _check_moving(table: CsvTable, pendant: Array, force: bool) -> None:
     if force:
         return
     for k, span in enumerate(np.ptp(pendant, axis=0) * DEG):
         if span < STILL:
             raise InputError(
-                f"{table.name}: column {JOINTS[k]}: constant at {pendant[0, k]:g} deg in all {len(pendant)} rows, so "
+                f"{table.source}: column {JOINTS[k]}: constant at {pendant[0, k]:g} deg in all {len(pendant)} rows, so "
                 f"nothing of joint {k + 1} can be identified; measure poses that move it, or --force holds its "
                 "parameters at nominal"
             )
@@ -179,15 +180,17 @@ def _rotation(table: CsvTable, count: int) -> Array:
         return np.full((count, 3, 3), np.nan)
     missing = [c for c in TURN if not table.has(c)]
     if missing:
-        raise InputError(f"{table.name}: column {missing[0]}: missing; an orientation needs {', '.join(TURN)}")
-    vector = np.column_stack([table.numbers(c, may_be_empty=True) for c in TURN])
-    some = np.isnan(vector).any(axis=1) & ~np.isnan(vector).all(axis=1)
-    if some.any():
-        i = int(np.flatnonzero(some)[0])
-        raise InputError(f"{table.where(i, TURN[int(np.argmax(np.isnan(vector[i])))])}: empty; give all three or none")
-    found = matrix_of(np.nan_to_num(vector) * DEG)
-    found[np.isnan(vector[:, 0])] = np.nan
-    return found
+        raise InputError(f"{table.source}: column {missing[0]}: missing; an orientation needs {', '.join(TURN)}")
+    vector = np.column_stack([table.numbers(c, gaps=True) for c in TURN])
+    partial = np.isnan(vector).any(axis=1) & ~np.isnan(vector).all(axis=1)
+    if partial.any():
+        i = int(np.flatnonzero(partial)[0])
+        raise InputError(
+            f"{table.location(i, TURN[int(np.argmax(np.isnan(vector[i])))])}: empty; give all three or none"
+        )
+    rotation = matrix_of(np.nan_to_num(vector) * DEG)
+    rotation[np.isnan(vector[:, 0])] = np.nan
+    return rotation
 
 
 def _sigma(table: CsvTable, count: int) -> Array:
@@ -198,6 +201,7 @@ def _sigma(table: CsvTable, count: int) -> Array:
     bad = np.flatnonzero(sigma <= 0)
     if len(bad):
         raise InputError(
-            f"{table.where(int(bad[0]), 'sigma_um')}: {sigma[bad[0]]:g} must be above zero; give one standard deviation"
+            f"{table.location(int(bad[0]), 'sigma_um')}: {sigma[bad[0]]:g} must be above zero; "
+            "give one standard deviation"
         )
     return np.asarray(sigma / np.median(sigma))

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.csv_table import read_table
+from compgen.core.csv_table import read_csv
 from compgen.core.exceptions import InputError
 from compgen.identification.measurements import Measurements
 
@@ -22,12 +22,12 @@ def with_temperatures(data: Measurements, source: str, nodes: Sequence[str]) -> 
     if not nodes:
         raise InputError(f"{source}: the robot file has no thermal table, so temperatures have no use; leave them out")
     columns = [f"{n}_degC" for n in nodes]
-    table = read_table(source, ("time_s", *columns), ("time_s", *columns))
+    table = read_csv(source, ("time_s", *columns), ("time_s", *columns))
     time = table.numbers("time_s")
     fall = np.flatnonzero(np.diff(time) <= 0)
     if len(fall):
         raise InputError(
-            f"{table.where(int(fall[0]) + 1, 'time_s')}: {time[fall[0] + 1]:g} does not rise; sort the rows"
+            f"{table.location(int(fall[0]) + 1, 'time_s')}: {time[fall[0] + 1]:g} does not rise; sort the rows"
         )
     out = np.flatnonzero((data.time < time[0] - 1e-9) | (data.time > time[-1] + 1e-9))
     if len(out):

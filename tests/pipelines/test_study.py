@@ -146,7 +146,16 @@ def test_a_study_that_cannot_be_is_refused(vary, words):
     assert all(w in str(told.value) for w in words), told.value
 
 
-@pytest.mark.parametrize(("text", "words"), [("a,b\n", ("empty",)), ("feed,chord\n1\n", ("row 2", "2 keys"))])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a,b\n", ("empty",)),
+        ("feed,chord\n1\n", ("line 2", "1 cells", "header has 2")),
+        ("feed,chord\n1,\n", ("line 2, column chord", "empty")),
+        ("feed,chord\n1,2:3:0\n", ("line 2, column chord", "0 values")),
+        ('feed,chord\n1,"2,3"\n', ("line 2, column chord", "2 values")),
+    ],
+)
 def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
     (tmp_path / "l.csv").write_text(text)
     with pytest.raises(InputError) as told:

@@ -1,7 +1,5 @@
 """Scenarios: the grid or list of keys that a study varies, checked before any of them runs."""
 
-import csv
-import io
 import itertools
 import json
 import tomllib
@@ -12,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from compgen import __version__
+from compgen.core.csv_table import read_csv
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.toml import suggest
 from compgen.pipelines.path_file import load_job
@@ -146,18 +145,18 @@ def _toml(value: Any) -> str:
 
 
 def _listed(file: str) -> tuple[list[str], list[list[str]]]:
-    try:
-        text = Path(file).read_bytes().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as failure:
-        raise InputError(f"{file}: cannot be read: {failure}; give a CSV file with keys as header") from None
-    rows = [[c.strip() for c in r] for r in csv.reader(io.StringIO(text)) if any(c.strip() for c in r)]
-    if len(rows) < 2:
-        raise InputError(f"{file}: the list is empty; give keys as header and a scenario in each row")
-    keys = [SHORT.get(k, k) for k in rows[0]]
-    for n, row in enumerate(rows[1:], 2):
-        if len(row) != len(keys) or "" in row:
-            raise InputError(f"{file}: row {n}: {len([c for c in row if c])} values for {len(keys)} keys; mend it")
-    return keys, [[_values(cell)[0] for cell in row] for row in rows[1:]]
+    """Keys and rows of a CSV file that lists scenarios, values as TOML."""
+    table = read_csv(file)
+    columns = []
+    for name in table.header:
+        cells = [_values(cell) for cell in table.words(name)]
+        for row, values in enumerate(cells):
+            if len(values) != 1:
+                raise InputError(
+                    f"{table.location(row, name)}: {len(values)} values; give one, and each scenario a row of its own"
+                )
+        columns.append([values[0] for values in cells])
+    return [SHORT.get(name, name) for name in table.header], [list(row) for row in zip(*columns)]
 
 
 def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:

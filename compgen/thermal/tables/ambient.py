@@ -1,13 +1,12 @@
 """The air and the thermocouple log: checked, as rises."""
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MINUTE
@@ -50,65 +49,45 @@ def ambient(table: sh.AmbientTable, where: str) -> Ambient:
         )
     if kind == "csv":
         source = Path(where).parent / str(table.file)
-        rows = columns(source, ("time_s", "ambient_degC"))
-        return Ambient(rows["time_s"], rows["ambient_degC"] - zero)
+        _, readings = read_temperatures(source)
+        return Ambient(readings["time_s"], readings["ambient_degC"] - zero)
     return Ambient(np.zeros(1), np.array([level])) if level else still()
 
 
-def columns(source: Path, wanted: Sequence[str]) -> dict[str, Array]:
-    """Columns of a CSV file of numbers; empty cells and 'nan' are gaps.
+def read_temperatures(source: Path) -> tuple[CsvTable, dict[str, Array]]:
+    """A CSV file of temperatures over time: ``time_s``, ``ambient_degC`` and any sensors.
+
+    Empty cells and ``nan`` are gaps.
+
+    Returns:
+        The file, for messages, and its columns; gaps of the ambient are interpolated.
 
     Raises:
         InputError: Not readable, a column missing, a cell that is no number, time running backwards, air of no cell.
     """
-    try:
-        text = source.read_bytes().decode("utf-8-sig")
-    except OSError as failure:
-        raise InputError(f"{source}: cannot be read: {failure.strerror}; give a CSV file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{source}: cannot be read: it is not UTF-8 text; give a CSV file") from None
-    rows = [r for r in csv.reader(io.StringIO(text)) if any(c.strip() for c in r)]
-    if len(rows) < 2:
-        raise InputError(f"{source}: it has no rows; give a header {','.join(wanted)} and numbers below it")
-    head = [c.strip() for c in rows[0]]
-    for name in wanted:
-        if name not in head:
-            raise InputError(f"{source}: line 1: column '{name}' is missing{suggest(name, head)}")
-    if twice := next((h for h in head if head.count(h) > 1), None):
-        raise InputError(f"{source}: line 1: column '{twice}' stands twice; remove one")
-    table = np.full((len(rows) - 1, len(head)), np.nan)
-    for n, row in enumerate(rows[1:], 2):
-        if len(row) != len(head):
-            raise InputError(f"{source}: row {n}: {len(row)} cells, the header has {len(head)}; mend it")
-        for k, cell in enumerate(row):
-            if cell.strip().lower() not in ("", "nan"):
-                try:
-                    table[n - 2, k] = float(cell)
-                except ValueError:
-                    raise InputError(f"{source}: row {n}: {head[k]} = '{cell.strip()}' is not a number") from None
-    found = {name: table[:, k] for k, name in enumerate(head)}
-    time = found["time_s"]
-    if not np.isfinite(time).all():
-        raise InputError(f"{source}: row {int(np.argmin(np.isfinite(time))) + 2}: time_s is missing; each row needs it")
+    table = read_csv(source, ("time_s", "ambient_degC"))
+    readings = {name: table.numbers(name, gaps=name != "time_s") for name in table.header}
+    time, air = readings["time_s"], readings["ambient_degC"]
     if time[0] < 0:
-        raise InputError(f"{source}: row 2: time_s = {time[0]:g} is negative; begin at 0")
+        raise InputError(f"{table.location(0, 'time_s')}: {time[0]:g} is negative; begin at 0")
     if len(time) > 1 and np.diff(time).min() <= 0:
-        n = int(np.argmin(np.diff(time) > 0)) + 3
+        n = int(np.argmin(np.diff(time) > 0)) + 1
         raise InputError(
-            f"{source}: row {n}: time_s = {time[n - 2]:g} after {time[n - 3]:g}: time must rise; sort the log"
+            f"{table.location(n, 'time_s')}: {time[n]:g} after {time[n - 1]:g}: time must rise; sort the log"
         )
-    air = found["ambient_degC"]
-    if np.isinf(air).any() or np.nanmax(air, initial=0) > HOTTEST or np.nanmin(air, initial=0) < COLDEST:
-        n = int(np.argmax(np.where(np.isnan(air), 0, np.abs(air - 20)))) + 2
+    if np.nanmax(air, initial=0) > HOTTEST or np.nanmin(air, initial=0) < COLDEST:
+        n = int(np.argmax(np.where(np.isnan(air), 0, np.abs(air - 20))))
         raise InputError(
-            f"{source}: row {n}: ambient_degC = {air[n - 2]:g} lies outside {COLDEST:g} to {HOTTEST:g}; mend the sensor"
+            f"{table.location(n)}: ambient_degC = {air[n]:g} lies outside {COLDEST:g} to {HOTTEST:g}; mend the sensor"
         )
-    for name, values in found.items():
+    for name, values in readings.items():
         if np.isnan(values).all():
-            raise InputError(f"{source}: column '{name}' has no number at all; remove the column or mend the sensor")
+            raise InputError(
+                f"{source}: {table.label(name)}: has no number at all; remove the column or mend the sensor"
+            )
     gaps = np.isnan(air)
-    found["ambient_degC"] = np.interp(time, time[~gaps], air[~gaps])
-    return found
+    readings["ambient_degC"] = np.interp(time, time[~gaps], air[~gaps])
+    return table, readings
 
 
 def log(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: str) -> Log:
@@ -124,24 +103,24 @@ def log(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: str)
         InputError: A bad file, an unknown sensor, readings that no robot has.
     """
     source = Path(where).parent / table.file
-    found = columns(source, ("time_s", "ambient_degC"))
+    file, columns = read_temperatures(source)
     known = [f"{part}_degC" for part in sensors]
     readings: dict[str, Array] = {}
     reference = table.reference if table.reference is not None else zero
-    time, air = found["time_s"], found["ambient_degC"]
+    time, air = columns["time_s"], columns["ambient_degC"]
     early = time <= time[0] + table.window_min * MINUTE
-    for name, values in found.items():
+    for name, values in columns.items():
         if name in ("time_s", "ambient_degC"):
             continue
         if name not in known:
             raise InputError(
-                f"{source}: line 1: sensor '{name}' is unknown; the robot file's thermal.sensors knows "
+                f"{source}: {file.label(name)}: sensor is unknown; the robot file's thermal.sensors knows "
                 f"{', '.join(known)}{suggest(name, known, listed=True)}"
             )
-        if np.nanmax(values) > HOTTEST_PART or np.nanmin(values) < COLDEST or np.isinf(values).any():
+        if np.nanmax(values) > HOTTEST_PART or np.nanmin(values) < COLDEST:
             n = int(np.nanargmax(np.abs(values - 20)))
             raise InputError(
-                f"{source}: row {n + 2}: {name} = {values[n]:g} lies outside {COLDEST:g} to {HOTTEST_PART:g}; "
+                f"{file.location(n)}: {name} = {values[n]:g} lies outside {COLDEST:g} to {HOTTEST_PART:g}; "
                 "mend the sensor, or leave the cell empty"
             )
         if reference == "start":

@@ -1,0 +1,141 @@
+"""The CSV reader: what it takes, and what it refuses in one line that names file, line, column and mend."""
+
+import os
+import threading
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from compgen.core.csv_table import MAX_CELL, quote_cell, read_csv
+from compgen.core.exceptions import InputError
+
+SECRET = "root:x:0:0:root:/root:/bin/bash"
+
+
+def written(folder, content, name="a.csv"):
+    file = folder / name
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return file
+
+
+def refusal(function, *arguments, **options):
+    """The message of a refusal, which is one line of at most 300 characters."""
+    with pytest.raises(InputError) as caught:
+        function(*arguments, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert "\r" not in message
+    assert len(message) <= 300 + len(os.sep.join(message.split(":")[0].split(os.sep)[:-1]))  # the folder apart
+    return message
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "x_mm,y_mm\n1,2\n3,4\n",
+        "\ufeffx_mm,y_mm\n1,2\n3,4\n",
+        "x_mm,y_mm\r\n1,2\r\n3,4",
+        "# a remark\n x_mm , y_mm \n\n1, 2\n # another, with a comma\n,\n3,4\n",
+        '"x_mm","y_mm"\n"1","2"\n3,4\n',
+    ],
+)
+def test_spellings_of_the_same_table_are_read_alike(tmp_path, content):
+    table = read_csv(written(tmp_path, content), ("x_mm",), ("x_mm", "y_mm"))
+    assert table.header == ("x_mm", "y_mm")
+    assert_array_equal(table.numbers("x_mm"), [1, 3])
+    assert_array_equal(table.numbers("y_mm"), [2, 4])
+
+
+def test_lines_are_those_of_the_file(tmp_path):
+    table = read_csv(written(tmp_path, '# remark\nname,x\n\n"two\nlines",1\n# remark\nb,word\n'))
+    assert table.line == (5, 7)
+    assert table.location(1, "x").endswith("a.csv: line 7, column x")
+    assert refusal(table.numbers, "x").endswith(
+        "line 7, column x: 'word' is not a number; give a number with a decimal point, or remove the row"
+    )
+
+
+def test_gaps_are_nan_where_they_may_be(tmp_path):
+    table = read_csv(written(tmp_path, "t,x\n0,\n1,nan\n2,5\n"))
+    assert_array_equal(table.numbers("x", gaps=True), [np.nan, np.nan, 5])
+    assert "line 2, column x: empty; " in refusal(table.numbers, "x")
+    assert "line 2, column x: empty; " in refusal(table.words, "x")
+
+
+@pytest.mark.parametrize("cell", ["inf", "-inf", "1e400", "Infinity"])
+@pytest.mark.parametrize("gaps", [True, False])
+def test_infinities_are_refused(tmp_path, cell, gaps):
+    table = read_csv(written(tmp_path, f"x\n1\n{cell}\n"))
+    assert f"line 3, column x: '{cell}' is not a finite number; remove the row" in refusal(
+        table.numbers, "x", gaps=gaps
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", ("a.csv: empty; the first line names the columns: x_mm",)),
+        ("# only a remark\n", ("empty",)),
+        ("x_mm\n", ("no rows",)),
+        ("x_mm,y_mm\n1,2\n1,2,3\n", ("line 3: 3 cells where the header has 2", "give each column a cell")),
+        ("x_mm,x_mm\n1,2\n", ("column x_mm", "twice", "keep one")),
+        ("x_mm,\n1,2\n", ("line 1, column 2: has no name",)),
+        ("x_m,y_mm\n1,2\n", ("column x_mm: missing; is it 'x_m'",)),
+        ("x_mm,z_mm\n1,2\n", ("column z_mm: unknown; did you mean",)),
+        ("x_mm;y_mm\n1;2\n", ("line 1", "semicolons", "commas")),
+        ("x_mm\r1\r2\r", ("line 1: its lines end in carriage returns alone", "LF")),
+        ("x_mm\n1\n2\r3\n", ("line 3: its lines end in carriage returns alone",)),
+        ("x_mm\n1\n\0\n", ("line 3: holds zero bytes",)),
+        ("x_mm\n1\n" + "2" * (MAX_CELL + 1) + "\n", ("line 3: a cell is over 131,072 characters",)),
+        ('x_mm\n1\n"2\n', ("line 3: not CSV",)),
+        ('x_mm\n"1"2\n', ("line 2: not CSV",)),
+        (b"x_mm\n\xff\xfe1\n", ("not UTF-8 text",)),
+    ],
+)
+def test_what_is_no_table_is_refused(tmp_path, content, words):
+    message = refusal(read_csv, written(tmp_path, content), ("x_mm",), ("x_mm", "y_mm"))
+    for word in words:
+        assert word in message, message
+
+
+def test_files_that_are_none_are_refused_at_once(tmp_path):
+    assert "a folder" in refusal(read_csv, tmp_path)
+    assert "cannot be read: No such file" in refusal(read_csv, tmp_path / "none.csv")
+    assert "no file has such a name" in refusal(read_csv, "a\0b")
+    assert "pipe or a device" in refusal(read_csv, "/dev/zero")
+
+
+def test_a_pipe_is_refused_without_waiting_for_it(tmp_path):
+    pipe, messages = tmp_path / "pipe.csv", []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: messages.append(refusal(read_csv, pipe)), daemon=True)
+    reader.start()
+    reader.join(timeout=20)
+    assert len(messages) == 1
+    assert "a pipe or a device; give a regular CSV file" in messages[0]
+
+
+def test_only_plain_cells_are_repeated_in_messages():
+    assert quote_cell("12,5") == "the cell"
+    assert quote_cell("12.5e-3") == "'12.5e-3'"
+    assert quote_cell("a" * 32) == f"'{'a' * 32}'"
+    for cell in ("a" * 33, "", "two words", "a\nb", SECRET, "é", "\x1b[31m", "12\n"):
+        assert quote_cell(cell, "it") == "it"
+
+
+@pytest.mark.parametrize("content", [f"{SECRET}\n1\n", f"x,{SECRET}\n1,2\n", f"x,{SECRET},{SECRET}\n1,2,3\n"])
+@pytest.mark.parametrize("known", [None, ("time_s", "x")])
+def test_a_header_that_is_no_header_is_not_repeated(tmp_path, content, known):
+    message = refusal(read_csv, written(tmp_path, content), ("time_s",), known)
+    assert "bash" not in message
+    assert "column" in message
+
+
+def test_a_cell_that_is_no_number_is_not_repeated(tmp_path):
+    table = read_csv(written(tmp_path, f"x,two words\n{SECRET},word\n"))
+    message = refusal(table.numbers, "x")
+    assert message.endswith(
+        "line 2, column x: the cell is not a number; give a number with a decimal point, or remove the row"
+    )
+    assert "line 2, column 2: 'word' is not a number" in refusal(table.numbers, "two words")
