@@ -54,7 +54,7 @@ def measured(folder: Path, points: int, ipopt: int, others: bool) -> Iterator[Ro
     """Every row, as it comes."""
     folder.mkdir(parents=True, exist_ok=True)
     compiler = evaluation.find_compiler(folder / "compiled")
-    evaluation.use(compiler)
+    evaluation.configure(compiler)
     planned = generate.predict(cases.job_of(max(min(points, SOME), 3 * ipopt)), cases.quiet)
     problem = cases.problem_of(planned)
     unit, operations = cases.unit(problem)

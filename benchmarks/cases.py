@@ -94,9 +94,9 @@ def correction(problem: Problem, compiler: Any) -> dict[str, float]:
     """The whole correction of a waypoint, inverse kinematics included [s]."""
     rows = len(problem.arc)
     found = {"vectorised": seconds(problem.pointwise_correction) / rows}
-    evaluation.use(None)
+    evaluation.configure(None)
     found["no compiler"] = seconds(problem.pointwise_correction) / rows
-    evaluation.use(compiler)
+    evaluation.configure(compiler)
     found["compiled scalar"] = compiled_scalar(problem._functions().pointwise, 20_000)
     found["with smoothing"] = seconds(lambda: optimise.optimise(problem, Settings())) / rows
     tight = clamped(problem, 0.99)

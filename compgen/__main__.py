@@ -8,13 +8,13 @@ from compgen.core import interrupts
 
 def main() -> None:
     """Run the command line."""
-    interrupts.listen()
+    interrupts.install_handlers()
     from compgen.cli.main import main as command_line
 
     try:
         command_line()
     except SystemExit as leaving:  # at once: a thread that is still at work must not meet an interpreter taken apart
-        interrupts.sweep()
+        interrupts.remove_temporary_folders()
         if "multiprocessing.synchronize" in sys.modules:  # its processes are told by what runs at the end
             raise
         os._exit(int(leaving.code or 0))

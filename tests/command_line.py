@@ -24,7 +24,7 @@ def run(*arguments, cwd=ROOT):
             main.main()
     finally:
         sys.argv = before
-        evaluation.use(None)  # as every other test finds it
+        evaluation.configure(None)  # as every other test finds it
     return SimpleNamespace(returncode=left_with.value.code, stdout=out.getvalue(), stderr=err.getvalue())
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
@@ -40,7 +40,7 @@ def made_up(robot_file, seed, ripple=0.0):
     rng = np.random.default_rng(seed)
     share = np.array([ripple if t.source == "joint_ripple" else 1.0 for t in model.terms])
     p = rng.normal(0, model.prior) * share
-    turn = matrix_of(rng.normal(0, 1, (1, 3)))
+    turn = rotation_matrix(rng.normal(0, 1, (1, 3)))
     return Truth(arm, model, p, InstrumentFrames(turn, rng.uniform(-3, 3, (1, 3)), PRISM))
 
 
@@ -132,7 +132,7 @@ def axis_lines(truth, rng, noise=NOISE):
     )  # fmt: skip
     P, _ = truth.model.pose(data, truth.p)
     zero = rng.normal(0, 1e-3, (3, 3))
-    tilt = matrix_of(rng.normal(0, 3e-4, (3, 3)))
+    tilt = rotation_matrix(rng.normal(0, 3e-4, (3, 3)))
     seen = np.einsum("nij,nj->ni", tilt[line], P) + zero[line]
     return replace(data, position=seen + rng.normal(0, noise, (N, 3)))
 

@@ -47,14 +47,14 @@ def use_machine(workers: int | None) -> None:
     count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     compiler = evaluation.find_compiler(Path(base) / "compgen", os.environ.get("CC"))
-    evaluation.use(compiler, count, _say_once)
+    evaluation.configure(compiler, count, _say_once)
 
 
 _said: set[str] = set()
 
 
 def _say_once(note: str) -> None:
-    if note not in _said and not interrupts.asked():  # a compiler that is stopped as well has not failed
+    if note not in _said and not interrupts.pending_interrupt():  # a compiler that is stopped as well has not failed
         _said.add(note)
         sys.stderr.write(f"cgen: note: {note}\n")
 

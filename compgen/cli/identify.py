@@ -19,7 +19,7 @@ from compgen.cli.progress_bar import stages
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.frames import InstrumentFrames
@@ -141,7 +141,7 @@ def _frames(arm: Arm, data: Measurements) -> InstrumentFrames:
             "--refit-frames fits its place"
         )
     count = len(data.instruments)
-    rotation = matrix_of(np.array([told.instrument_deg]) * DEG)
+    rotation = rotation_matrix(np.array([told.instrument_deg]) * DEG)
     return InstrumentFrames(
         np.repeat(rotation, count, axis=0),
         np.tile(np.array(told.instrument_mm) * MM, (count, 1)),

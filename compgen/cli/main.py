@@ -52,9 +52,9 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")
     try:
         code = _outcome()
-        interrupts.finish()
+        interrupts.block_interrupts()
     except BaseException:  # also what a lock says that was left half way
-        stop = interrupts.asked()
+        stop = interrupts.pending_interrupt()
         if stop is None:
             raise
         # within the clause: its frames, and the arrays that threads still write to, live until the end
@@ -71,7 +71,7 @@ def _outcome() -> int:
             import_module(f"compgen.cli.{module}")
         gc.freeze()
         gc.enable()
-        interrupts.working()
+        interrupts.loading_finished()
         code = command(app)(sys.argv[1:] or ["--help"], prog_name="cgen", standalone_mode=False) or 0
         sys.stdout.flush()
         return int(code)

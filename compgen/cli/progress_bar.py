@@ -39,14 +39,14 @@ def stages(quiet: bool, course: Mapping[str, float] | None = None) -> "Iterator[
         course: The stages in their order and what each takes of the whole; None where the shares told are of the whole.
     """
     if quiet or not (sys.stderr.isatty() or any(os.environ.get(name) for name in _FORCING)):
-        yield lambda stage, share: interrupts.check()
+        yield lambda stage, share: interrupts.raise_if_interrupted()
         return
     began, done, count = time.monotonic(), 0.0, 0
     bar: Progress | None = None
 
     def show(stage: str, share: float) -> None:
         nonlocal done, count, bar
-        interrupts.check()
+        interrupts.raise_if_interrupted()
         name = stage.partition(":")[0]
         told = re.search(r"(\d+) waypoints", stage)
         count = int(told[1]) if told else count

@@ -83,7 +83,7 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
                 file.writelines([content] if isinstance(content, bytes) else content)
                 file.flush()
                 os.fsync(file.fileno())
-        interrupts.finish()
+        interrupts.block_interrupts()
         if fresh:
             stage.chmod(0o777 & ~_umask())
             _appear(stage, target)
@@ -153,7 +153,7 @@ def _tidy(place: Path, prefix: str) -> None:
     for left in place.iterdir():
         if left.name.startswith(prefix):
             process = left.name.removeprefix(prefix).split("-")[0]
-            if process.isdigit() and (int(process) == os.getpid() or not interrupts.alive(int(process))):
+            if process.isdigit() and (int(process) == os.getpid() or not interrupts.process_exists(int(process))):
                 _remove(left)
 
 

@@ -115,7 +115,7 @@ def _rows(study: Study, folder: Path, workers: int, cluster: str | None, fresh: 
     rows = [r for r in rows if r["index"] < len(study.scenarios)]
     if len(rows) < len(study.scenarios):
         book = study_journal.Journal(folder, study.identity, rows)
-        interrupts.keeps("finished scenarios are kept")
+        interrupts.set_outcome("finished scenarios are kept")
         try:
             with _bar(len(study.scenarios), len(rows), quiet) as advance:
 

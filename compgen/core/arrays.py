@@ -54,11 +54,6 @@ def _settled(a: NDArray[Any]) -> bool:
     return whole is not None and not a.flags.writeable and not whole.flags.writeable
 
 
-def extent(a: Array) -> tuple[Array, Array]:
-    """Lowest and highest of each column, (N, k) to (k,) each; column by column is many times as fast as ``axis=0``."""
-    return np.array([column.min() for column in a.T]), np.array([column.max() for column in a.T])
-
-
 def dot(a: Array, b: Array) -> Array:
     """Row by row inner product, (N, k) with (N, k) to (N,)."""
     return np.asarray(np.einsum("...i,...i->...", a, b))
@@ -69,7 +64,7 @@ def norm(a: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", a, a)))
 
 
-def sizes(a: Array, rows: int = 8192) -> Array:
+def row_norms(a: Array, rows: int = 8192) -> Array:
     """``norm`` of many short rows, column by column over blocks that stay in cache, (N, k) to (N,)."""
     out = np.empty(len(a))
     for at in range(0, len(a), rows):
@@ -81,24 +76,17 @@ def sizes(a: Array, rows: int = 8192) -> Array:
     return out
 
 
-def steps(a: Array, rows: int = 8192) -> Array:
+def step_lengths(a: Array, rows: int = 8192) -> Array:
     """Distance of each row from the next, (N, k) to (N - 1,)."""
-    parts = [sizes(np.diff(a[at : at + rows + 1], axis=0)) for at in range(0, len(a) - 1, rows)]
+    parts = [row_norms(np.diff(a[at : at + rows + 1], axis=0)) for at in range(0, len(a) - 1, rows)]
     return np.concatenate([np.zeros(0), *parts])
 
 
-def extremes(a: Array, rows: int = 8192) -> tuple[Array, Array]:
-    """Smallest and largest of each column, (N, k) to (k,) twice."""
-    blocks = [a[at : at + rows].T.copy() for at in range(0, len(a), rows)]
-    return np.min([b.min(axis=1) for b in blocks], axis=0), np.max([b.max(axis=1) for b in blocks], axis=0)
+def column_extremes(a: Array) -> tuple[Array, Array]:
+    """Lowest and highest of each column, (N, k) to (k,) each; column by column is many times as fast as ``axis=0``."""
+    return np.array([column.min() for column in a.T]), np.array([column.max() for column in a.T])
 
 
 def unit(a: Array) -> Array:
     """Rows scaled to length one."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))
-
-
-def distinct(a: Some) -> Some:
-    """Each value once, rising, (N,) to (K,); numpy's own loads masked arrays at its first call."""
-    found = np.sort(a)
-    return found[np.append(True, found[1:] != found[:-1])] if len(found) else found  # type: ignore[return-value]

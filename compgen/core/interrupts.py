@@ -1,7 +1,7 @@
-"""Ctrl-C and other wishes to end a run: what is at work is left at once, tidied up behind, and told in one line.
+"""Signals that end a run (Ctrl-C, SIGTERM, SIGHUP): work stops at once, its temporary folders go, one line says so.
 
-While the libraries load there is nothing to tidy up: the process ends where it stands. From ``working`` on ``Stopped``
-is raised, once; from ``finish`` on files are being put in place, which takes no time, and a wish comes too late.
+While the libraries load there is nothing to clean up: the process ends where it stands. After ``loading_finished`` a
+signal raises ``Interrupted``, once. After ``block_interrupts`` files are being put in place, and signals are ignored.
 """
 
 import os
@@ -12,101 +12,105 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-_WORDS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up"}
+_VERBS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up"}
 
-_minded: list[int] = []  # signals
+_handled_signals: list[int] = []
 _loading = False
-_asked = 0  # the signal that came
-_left = "nothing was written"
-_litter: set[Path] = set()  # folders that someone is at work in
+_received = 0  # number of the signal that came, 0 for none
+_outcome = "nothing was written"
+_temporary_folders: set[Path] = set()
 
 
-class Stopped(BaseException):
-    """Someone asked the run to end. No KeyboardInterrupt, which libraries take for theirs."""
+class Interrupted(BaseException):
+    """A signal asked the run to end. Not a KeyboardInterrupt, which some libraries swallow."""
 
     def __init__(self, number: int) -> None:
         self.code = 128 + number
-        super().__init__(_sentence(number))
+        super().__init__(_message(number))
 
 
-def listen() -> None:
-    """Mind signals from here on; those that the caller had ignored stay ignored."""
+def install_handlers() -> None:
+    """Handle the signals from here on; those that the caller had ignored stay ignored."""
     global _loading
     _loading = True
-    for name in _WORDS:
+    for name in _VERBS:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _stop)
-            _minded.append(number)
+            signal.signal(number, _handle)
+            _handled_signals.append(number)
 
 
-def working() -> None:
-    """From here on there is something to tidy up."""
+def loading_finished() -> None:
+    """From here on a signal raises ``Interrupted`` instead of ending the process where it stands."""
     global _loading
     _loading = False
 
 
-def check() -> None:
-    """Raises Stopped when someone has asked: a library may have swallowed what was raised."""
-    if _asked:
-        raise Stopped(_asked)
+def raise_if_interrupted() -> None:
+    """Raises Interrupted when a signal has come: a library may have swallowed what was raised."""
+    if _received:
+        raise Interrupted(_received)
 
 
-def finish() -> None:
-    """The last moment to stop; from here on everything is put in place. Does nothing where nobody listens."""
-    check()
-    _ignore()
-    check()
+def block_interrupts() -> None:
+    """Ignore signals from here on; the last moment to stop. Does nothing where no handlers are installed.
+
+    Raises:
+        Interrupted: A signal has come already.
+    """
+    raise_if_interrupted()
+    _ignore_signals()
+    raise_if_interrupted()
 
 
 @contextmanager
-def for_children() -> Iterator[None]:
-    """Processes that begin in here are deaf to Ctrl-C, which a terminal sends to all: who began them ends them."""
+def block_sigint_in_children() -> Iterator[None]:
+    """Processes started in this context ignore Ctrl-C, which a terminal sends to all: their parent ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous)
 
 
-def keeps(told: str) -> None:
-    """What is said to be left of a run that is stopped."""
-    global _left
-    _left = told
+def set_outcome(outcome: str) -> None:
+    """What the message of an interrupted run says is left of it, ``nothing was written`` unless set."""
+    global _outcome
+    _outcome = outcome
 
 
-def asked() -> Stopped | None:
-    """The wish to end that has come, if any."""
-    return Stopped(_asked) if _asked else None
+def pending_interrupt() -> Interrupted | None:
+    """The interrupt that has come, if any."""
+    return Interrupted(_received) if _received else None
 
 
 @contextmanager
-def workplace(folder: Path) -> Iterator[Path]:
-    """A folder to work in, made here and gone afterwards, also when the work is left in the middle."""
-    _litter.add(folder)
+def temporary_folder(folder: Path) -> Iterator[Path]:
+    """Make a folder to work in and remove it afterwards, also when the work is interrupted.
+
+    Raises:
+        OSError: The folder exists or cannot be made.
+    """
+    _temporary_folders.add(folder)
     try:
         folder.mkdir(0o700)
         yield folder
     finally:
-        _remove(folder)
-        _litter.discard(folder)
+        shutil.rmtree(folder, ignore_errors=True)
+        _temporary_folders.discard(folder)
 
 
-def sweep() -> None:
-    """Remove what threads that are left in the middle of their work would leave."""
-    for folder in list(_litter):
-        _remove(folder)
+def remove_temporary_folders() -> None:
+    """Remove the folders of threads that are abandoned in the middle of their work."""
+    for folder in list(_temporary_folders):
+        shutil.rmtree(folder, ignore_errors=True)
 
 
-def _remove(folder: Path) -> None:
-    shutil.rmtree(folder, ignore_errors=True)
-
-
-def alive(process: int) -> bool:
-    """Whether there is such a process on this machine; what one that was killed has left may go."""
+def process_exists(process: int) -> bool:
+    """Whether a process of this number exists on this machine; what a killed one has left may be removed."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -116,20 +120,20 @@ def alive(process: int) -> bool:
     return True
 
 
-def _ignore() -> None:
-    while _minded:
-        signal.signal(_minded.pop(), signal.SIG_IGN)
+def _ignore_signals() -> None:
+    while _handled_signals:
+        signal.signal(_handled_signals.pop(), signal.SIG_IGN)
 
 
-def _stop(number: int, frame: FrameType | None) -> None:
-    global _asked
-    _asked = number
-    _ignore()
+def _handle(number: int, frame: FrameType | None) -> None:
+    global _received
+    _received = number
+    _ignore_signals()
     if _loading:
-        os.write(2, f"cgen: {_sentence(number)}\n".encode())
+        os.write(2, f"compgen: {_message(number)}\n".encode())
         os._exit(128 + number)
-    raise Stopped(number)
+    raise Interrupted(number)
 
 
-def _sentence(number: int) -> str:
-    return f"{_WORDS[signal.Signals(number).name]}; {_left}"
+def _message(number: int) -> str:
+    return f"{_VERBS[signal.Signals(number).name]}; {_outcome}"

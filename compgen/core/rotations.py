@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.evaluation import BLOCK, evaluate, share_out
+from compgen.core.evaluation import BLOCK, evaluate, parallel_for
 
 
 def cross_matrix(w: Array) -> Array:
@@ -22,7 +22,7 @@ def cross_matrix(w: Array) -> Array:
     return np.asarray(matrix - np.swapaxes(matrix, -1, -2))
 
 
-def matrix_of(w: Array) -> Array:
+def rotation_matrix(w: Array) -> Array:
     """Rotation matrices of rotation vectors [rad], (..., 3) to (..., 3, 3)."""
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
     a = np.sinc(angle / np.pi)
@@ -31,7 +31,7 @@ def matrix_of(w: Array) -> Array:
     return np.asarray(np.eye(3) + a * m + b * (m @ m))
 
 
-def vector_of(rotation: Array) -> Array:
+def rotation_vector(rotation: Array) -> Array:
     r"""Rotation vectors [rad] of rotation matrices, (..., 3, 3) to (..., 3); angles up to pi.
 
     By the unit quaternion q = (w, v): 4 q_k q is column k of the symmetric matrix below for every k, and the column of
@@ -60,17 +60,17 @@ def vector_of(rotation: Array) -> Array:
     return np.asarray(scale * v)
 
 
-def between(start: Array, end: Array, fraction: Array) -> Array:
+def interpolate_rotation(start: Array, end: Array, fraction: Array) -> Array:
     """Rotation at a fraction of the shortest turn from start to end, (M, 3, 3)."""
-    turn = turns(start, end)
-    return np.asarray(start @ matrix_of(fraction[..., None] * turn))
+    turn = relative_rotation(start, end)
+    return np.asarray(start @ rotation_matrix(fraction[..., None] * turn))
 
 
-def turns(start: Array, end: Array) -> Array:
+def relative_rotation(start: Array, end: Array) -> Array:
     """Rotation vectors of the shortest turns from start to end, in the axes of start, (M, 3) [rad]."""
     turn, cosine = evaluate(_turns(), start.reshape(-1, 9), end.reshape(-1, 9))
     far = np.flatnonzero(cosine[:, 0] < 0)  # beyond a quarter turn the other way is the exact one
-    turn[far] = vector_of(np.swapaxes(start[far], -1, -2) @ end[far])
+    turn[far] = rotation_vector(np.swapaxes(start[far], -1, -2) @ end[far])
     return turn
 
 
@@ -92,13 +92,13 @@ def from_wpr(w: Array, p: Array, r: Array) -> Array:
             here = slice(at, min(at + BLOCK, stop))
             with np.errstate(invalid="ignore"):  # what is not a number says so itself
                 pairs = [(np.cos(a[here]), np.sin(a[here])) for a in angles]
-            fill_rotations(pairs, rows[here])
+            fill_rotation_matrices(pairs, rows[here])
 
-    share_out(len(rows), part)
+    parallel_for(len(rows), part)
     return found
 
 
-def fill_rotations(pairs: Sequence[tuple[Array, Array]], rows: Array) -> None:
+def fill_rotation_matrices(pairs: Sequence[tuple[Array, Array]], rows: Array) -> None:
     """``from_wpr`` of cosine and sine of each angle, (N,) each, into rows (N, 9).
 
     Always by numpy: one text means one pose, in a file of any length.

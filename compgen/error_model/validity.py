@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, extremes
+from compgen.core.arrays import Array, BoolArray, column_extremes
 from compgen.core.findings import Finding, Level
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.model import ErrorModel
@@ -22,7 +22,7 @@ def outside_map(sources: Sequence[Source], position: Array) -> list[Finding]:
         return []
     spots = np.vstack([np.where(np.arange(3) == s.axis, end, s.place) for s in lines for end in s.station[[0, -1]]])
     low, high = spots.min(axis=0), spots.max(axis=0)
-    least, most = extremes(position)
+    least, most = column_extremes(position)
     worst = np.maximum(low - least, most - high)
     if worst.max() <= SLACK:
         return []
@@ -44,7 +44,7 @@ def outside_joints(robot: Robot, joint_box: Array | None, theta: Array) -> list[
     """Where joints (N, 6) [rad] leave the box that the parameters were identified in."""
     if joint_box is None:
         return []
-    least, most = extremes(robot.to_pendant(theta))
+    least, most = column_extremes(robot.to_pendant(theta))
     over = np.maximum(joint_box[:, 0] - least, most - joint_box[:, 1])
     if over.max() <= SLACK:
         return []

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.evaluation import by_rows
+from compgen.core.evaluation import map_rows
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 
@@ -41,13 +41,13 @@ def turn_digits(robot: Robot, theta: Array) -> IntArray:
             return np.zeros(angle.shape, dtype=np.int64)
         return (np.sign(angle) * np.floor((np.abs(angle) + np.pi + TOLERANCE) / (2 * np.pi))).astype(np.int64)
 
-    digits: Any = by_rows(turns, theta)
+    digits: Any = map_rows(turns, theta)
     return np.asarray(digits, dtype=np.int64)
 
 
 def apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
     """The joint angles that CONFIG's turns mean, from angles of any turn, (N, 6) [rad]."""
-    return by_rows(lambda theta, turns: _apply_turns(robot, theta, turns), theta, turns)  # type: ignore[arg-type]
+    return map_rows(lambda theta, turns: _apply_turns(robot, theta, turns), theta, turns)  # type: ignore[arg-type]
 
 
 def _apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
@@ -102,6 +102,6 @@ def _front_up_flip(robot: Robot, theta: Array) -> tuple[BoolArray, BoolArray, Bo
         up = np.cos(theta[:, 2] + np.arctan2(a[2], -d[3])) > 0
         return np.column_stack([wrist > 0, up, theta[:, 4] - robot.pendant_zero[4] > 0])
 
-    columns: Any = by_rows(bits, theta)
+    columns: Any = map_rows(bits, theta)
     front, up, flip = columns.T
     return front, up, flip

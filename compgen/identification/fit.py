@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import matrix_of, vector_of
+from compgen.core.rotations import rotation_matrix, rotation_vector
 from compgen.identification.evidence import Normal, Posterior, Scales, normal_of, posterior
 from compgen.identification.frames import InstrumentFrames, begin
 from compgen.identification.measurements import Measurements
@@ -194,11 +194,11 @@ class _Search:
         sat = step[K + 6 * V : K + 6 * V + 3 * R].reshape(R, 3)
         turn = step[K + 6 * V + 3 * R :].reshape(-1, 3)
         frames = InstrumentFrames(
-            matrix_of(frame[:, :3]) @ point.frames.rotation,
+            rotation_matrix(frame[:, :3]) @ point.frames.rotation,
             point.frames.origin + frame[:, 3:],
             point.frames.reflector + sat,
         )
-        tool_turn = point.tool_turn @ matrix_of(turn) if len(turn) else point.tool_turn
+        tool_turn = point.tool_turn @ rotation_matrix(turn) if len(turn) else point.tool_turn
         return _Point(p, frames, tool_turn, found.scales, found, None, point.steps)
 
     def _cost(self, point: _Point, linear: Linear, w: Array, scales: Scales) -> float:
@@ -209,7 +209,7 @@ class _Search:
         value += float((u**2 / scales.group[group[self.active]]).sum()) if len(u) else 0.0
         for i, aligned in enumerate(self.data.aligned.tolist()):
             if aligned:
-                value += float((vector_of(point.frames.rotation[i]) ** 2).sum()) / ALIGNED**2
+                value += float((rotation_vector(point.frames.rotation[i]) ** 2).sum()) / ALIGNED**2
         return value
 
     def wild(self, point: _Point, now: BoolArray) -> BoolArray:
@@ -240,7 +240,7 @@ def frame_prior(data: Measurements, frames: InstrumentFrames, free: int) -> tupl
     for i, aligned in enumerate(data.aligned.tolist()):
         if aligned:
             fixed[6 * i : 6 * i + 3] = ALIGNED**-2
-            target[6 * i : 6 * i + 3] = -vector_of(frames.rotation[i])
+            target[6 * i : 6 * i + 3] = -rotation_vector(frames.rotation[i])
     return fixed, target
 
 
@@ -352,7 +352,7 @@ def _turns(
         B[n, :, K + 6 * inst[n] : K + 6 * inst[n] + 3] = predicted[n].T
         begin_ = K + 6 * V + 3 * Q + 3 * refl[n]
         B[n, :, begin_ : begin_ + 3] = np.eye(3)
-    return vector_of(np.swapaxes(predicted, 1, 2) @ data.rotation[turned]), B
+    return rotation_vector(np.swapaxes(predicted, 1, 2) @ data.rotation[turned]), B
 
 
 def _tool_turns(data: Measurements, frames: InstrumentFrames, rotation: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.findings import Finding, Level, Progress
-from compgen.core.rotations import vector_of
+from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.sources import Known
 from compgen.identification.cross_validation import HeldOut, better, held_out
@@ -60,7 +60,7 @@ class Identified:
         numbers = {k: [float(f"{v:.9g}") for v in row] for k, row in (
             ("held_out_um", [held.mean / UM, *(x / UM for x in held.interval())]),
             ("instrument_mm", (frames.origin[i] / MM).tolist()),
-            ("instrument_deg", (vector_of(frames.rotation[i]) / DEG).tolist()),
+            ("instrument_deg", (rotation_vector(frames.rotation[i]) / DEG).tolist()),
         )}  # fmt: skip
         return {
             "model": self.chosen.candidate.name,

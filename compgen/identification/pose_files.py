@@ -5,7 +5,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.measurements import Measurements
 from compgen.robot.robot import Robot
@@ -188,7 +188,7 @@ def _rotation(table: CsvTable, count: int) -> Array:
         raise InputError(
             f"{table.location(i, TURN[int(np.argmax(np.isnan(vector[i])))])}: empty; give all three or none"
         )
-    rotation = matrix_of(np.nan_to_num(vector) * DEG)
+    rotation = rotation_matrix(np.nan_to_num(vector) * DEG)
     rotation[np.isnan(vector[:, 0])] = np.nan
     return rotation
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from compgen import fanuc
 from compgen.compensation.optimise import Solution, Status
-from compgen.core.arrays import sizes, steps
+from compgen.core.arrays import row_norms, step_lengths
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MM, UM
 from compgen.fanuc import Program
@@ -24,7 +24,7 @@ def limited(solution: Solution) -> list[Finding]:
     kinds: dict[str, list[int]] = {}
     for waypoint, limit in solution.active_limits:
         kinds.setdefault(limit, []).append(waypoint)
-    off = sizes(solution.residual[:, :3])
+    off = row_norms(solution.residual[:, :3])
     worst = int(np.argmax(off))
     text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
     farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
@@ -37,7 +37,7 @@ def failed(solution: Solution) -> str:
     if solution.active_limits:
         n, limit = solution.active_limits[0]
         return f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it"
-    n = int(np.argmax(sizes(solution.residual[:, :3])))
+    n = int(np.argmax(row_norms(solution.residual[:, :3])))
     return (
         f"waypoint {n + 1}: {Status.FAILED.value}: it does not settle; waypoints stand too close for its smoothness, "
         "raise process.chord_um or lower compensation.curvature_period_mm"
@@ -74,7 +74,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
         findings.append(Finding(Level.NOTE, "timing.feed", message))
-    error, late = fanuc.feed_errors(trajectory.speed, program.speed, steps(program.position))
+    error, late = fanuc.feed_errors(trajectory.speed, program.speed, step_lengths(program.position))
     if error > FEED_ERROR:
         message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "

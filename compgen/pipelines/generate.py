@@ -11,7 +11,7 @@ from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.optimise import Solution, Status
 from compgen.compensation.problem import Problem
 from compgen.core.arrays import Array, IntArray, frozen
-from compgen.core.evaluation import beside
+from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.units import UM
@@ -137,7 +137,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         return deviations(path, leg.samples, leg.rides())
 
     progress("twin before", 0.0)
-    twin_result = beside(drive_uncorrected, len(theta))
+    twin_result = run_in_background(drive_uncorrected, len(theta))
     notes = [
         Finding(Level.WARNING, "thermal.box", text)
         for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)

@@ -1,7 +1,7 @@
 """A job's program: its poses, speeds and stops as FANUC text says them, with what the remarks tell of it."""
 
 from compgen import __version__, fanuc
-from compgen.core.arrays import Array, frozen, steps
+from compgen.core.arrays import Array, frozen, step_lengths
 from compgen.fanuc import Program
 from compgen.fanuc.configuration import turn_digits
 from compgen.pipelines.job import Job
@@ -63,7 +63,7 @@ def compose_program(
         rotation=rotation,
         posture=job.posture,
         turns=frozen(turn_digits(job.robot, joint_path.nearest_turns(joints, theta))),
-        speed=frozen(fanuc.written_feeds(trajectory.speed, steps(position))),
+        speed=frozen(fanuc.written_feeds(trajectory.speed, step_lengths(position))),
         fine=path.stop,
         decimals=decimals,
     )

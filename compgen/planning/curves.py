@@ -19,7 +19,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own
-from compgen.core.evaluation import Picked, evaluate
+from compgen.core.evaluation import IndexedRows, evaluate
 
 DEGREE = 7
 
@@ -43,7 +43,7 @@ class Pieces:
 
     def plane_curve(self, piece: IntArray, t: Array) -> tuple[Array, Array, Array]:
         """p, dp/dt and d2p/dt2 at parameter t of a piece, (M, 2) each [m]."""
-        p, d1, d2, _, _ = evaluate(_curve(), Picked(self.table(), piece), np.asarray(t, dtype=float)[:, None])
+        p, d1, d2, _, _ = evaluate(_curve(), IndexedRows(self.table(), piece), np.asarray(t, dtype=float)[:, None])
         return p, d1, d2
 
     def height(self, piece: IntArray, t: Array) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
-from compgen.core.evaluation import Picked, evaluate
+from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.planning.boundaries import Boundary, room_expr
 from compgen.planning.curves import Pieces, curve_expr, height_expr
 from compgen.planning.surfaces import Quadric, along_expr, lift_expr, refuse_ended
@@ -94,7 +94,7 @@ class Geometry:
         return self._ask(functions().at, piece, np.column_stack([span, whole, fraction]))[0][:, 0]
 
     def _ask(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
-        return evaluate(function, Picked(self.table, piece), self.surface.table(), *rows)
+        return evaluate(function, IndexedRows(self.table, piece), self.surface.table(), *rows)
 
     def axis(self) -> Array:
         """Cosine and sine of the spin, (1, 2)."""

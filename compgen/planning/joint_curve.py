@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.evaluation import Picked, evaluate
+from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.robot.robot import Robot
 
 FINE = 1e-6  # rad a joint may leave the line between two knots by: about a micrometre of the tool
@@ -61,7 +61,7 @@ class JointCurve:
 
         def of_degree(d: int, at: IntArray | slice) -> Array:
             windows = np.lib.stride_tricks.sliding_window_view(self.knots.ravel(), 7 * (d + 1))[::7]
-            nodes = Picked(windows, np.minimum(begin[at], len(windows) - 1))
+            nodes = IndexedRows(windows, np.minimum(begin[at], len(windows) - 1))
             return evaluate(build_derivatives(d)[name], s[at, None], nodes, per_limit, *(r[at] for r in rows))[0]
 
         highest = int(degree.max())

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, distinct, frozen, own
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.core.exceptions import ImpossibleError
 from compgen.planning import joint_curve, speed_profile
 from compgen.planning.joint_curve import JointCurve
@@ -244,7 +244,7 @@ def _shares(robot: Robot, joints: JointCurve, cut: _Cut) -> Array:
 def _refuse_crawl(robot: Robot, joints: JointCurve, cut: _Cut, block: int, arc: Array) -> None:
     """Names the waypoint and the joint that cannot follow the path at any speed a program can say."""
     inside = joints.arc[(joints.arc >= cut.begin[block]) & (joints.arc <= cut.end[block])]
-    s = distinct(np.concatenate([np.linspace(cut.begin[block], cut.end[block], 50), inside]))
+    s = np.unique(np.concatenate([np.linspace(cut.begin[block], cut.end[block], 50), inside]))
     run = np.full(len(s), cut.run[block])
     between = joints.interval(s, run)
     # at unit speed a joint's shares of its three limits: the slowest is where its own root is largest

@@ -15,7 +15,7 @@ import numpy as np
 from ruckig import InputParameter, Result, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
-from compgen.core.arrays import Array, IntArray, distinct
+from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError
 
 CONFIRMED = 200  # blocks of a run that ruckig solves again
@@ -150,7 +150,7 @@ def _jerk_times(dv: Array, a: Array, j: Array) -> tuple[Array, Array]:
 def _confirm(b: Blocks, peak: Array, time: Array) -> None:
     """Raises ImpossibleError where ruckig, solving some blocks again, refuses or needs another time."""
     changing = np.flatnonzero((b.v0 != peak) | (b.v1 != peak))
-    some = changing[distinct(np.linspace(0, len(changing) - 1, min(CONFIRMED, len(changing))).astype(int))]
+    some = changing[np.unique(np.linspace(0, len(changing) - 1, min(CONFIRMED, len(changing))).astype(int))]
     solver, request, answer = Ruckig(1), InputParameter(1), RuckigTrajectory(1)
     for n in some.tolist():
         request.current_position, request.target_position = [0.0], [float(b.length[n])]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, distinct, extremes
+from compgen.core.arrays import Array, column_extremes
 from compgen.core.units import MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
@@ -124,7 +124,7 @@ def _error_over_time(drawn: list[_Drawn], bound: float | None) -> Figure:
 
 def _path_in_space(drawn: list[_Drawn], path: ToolPath) -> Figure:
     count = len(drawn)
-    low, high = extremes(path.position)
+    low, high = column_extremes(path.position)
     size = high - low
     reach = np.maximum(size / size.max(), 0.05).round(3).tolist()
     scene = {
@@ -162,7 +162,7 @@ def _path_in_space(drawn: list[_Drawn], path: ToolPath) -> Figure:
 def _places(path: ToolPath, arc: Array) -> list[Array]:
     """x, y and z [mm] at some places, straight between the waypoints around each."""
     after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
-    rows = distinct(np.concatenate([after - 1, after]))
+    rows = np.unique(np.concatenate([after - 1, after]))
     return [np.round(np.interp(arc, path.arc[rows], path.position[rows, k]) / MM, 2) for k in range(3)]
 
 

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, distinct
+from compgen.core.arrays import Array, IntArray
 from compgen.core.findings import Finding
 from compgen.report.figure import library
 
@@ -50,4 +50,4 @@ def thin(values: Array) -> IntArray:
     top = np.maximum.reduceat(values, edges[:-1])
     hits = np.flatnonzero(values == np.repeat(top, np.diff(edges)))
     first = hits[np.searchsorted(hits, edges[:-1]).clip(max=len(hits) - 1)]
-    return distinct(np.concatenate([[0], first, [count - 1]]))
+    return np.unique(np.concatenate([[0], first, [count - 1]]))

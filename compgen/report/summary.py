@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__, fanuc
-from compgen.core.arrays import extremes, sizes, steps
+from compgen.core.arrays import column_extremes, row_norms, step_lengths
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.verification.deviation import statistics
@@ -73,10 +73,10 @@ def report_data(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "iterations": solution.iterations,
             "last_step_m": solution.last_step,
             "active_limits": len(solution.active_limits),
-            "largest_um": float(sizes(solution.correction[:, :3]).max() / UM),
-            "largest_mdeg": float(sizes(solution.correction[:, 3:]).max() / MDEG),
+            "largest_um": float(row_norms(solution.correction[:, :3]).max() / UM),
+            "largest_mdeg": float(row_norms(solution.correction[:, 3:]).max() / MDEG),
             "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
-            "predicted_residual_um": float(sizes(solution.residual[:, :3]).max() / UM),
+            "predicted_residual_um": float(row_norms(solution.residual[:, :3]).max() / UM),
         }
         report["program"] = _program(corrected)
     report["provenance"] = {
@@ -99,7 +99,7 @@ def report_data(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
 def _program(corrected: Corrected) -> dict[str, Any]:
     """The files for the controller."""
     program, delivered = corrected.program, corrected.delivery
-    feed, late = fanuc.feed_errors(corrected.trajectory.speed, program.speed, steps(program.position))
+    feed, late = fanuc.feed_errors(corrected.trajectory.speed, program.speed, step_lengths(program.position))
     told = {
         "file": delivered.files[-1][0],
         "positions": len(program.position),
@@ -138,6 +138,6 @@ def _in(value: float | None, factor: float) -> float | None:
 
 def _joint_range(planned: Planned, corrected: Corrected | None) -> dict[str, list[float]]:
     robot = planned.job.robot
-    low, high = extremes(corrected.solution.theta if corrected else planned.theta)
+    low, high = column_extremes(corrected.solution.theta if corrected else planned.theta)
     ends = np.column_stack([low, high]) - robot.pendant_zero[:, None]
     return dict(zip(robot.joint_names, (ends / DEG).tolist()))

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.core.evaluation import BLOCK, blocks_of
+from compgen.core.evaluation import BLOCK, map_blocks
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.report import csv_columns
@@ -37,7 +37,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
         return _lines(np.arange(first + 1, last + 1), tables)
 
     yield ",".join(head).encode("ascii")
-    yield from blocks_of(len(path.arc), block, BLOCK)
+    yield from map_blocks(len(path.arc), block, BLOCK)
     yield b"\n"
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from compgen.core.arrays import Array, distinct, extent
-from compgen.core.evaluation import by_rows
+from compgen.core.arrays import Array, column_extremes
+from compgen.core.evaluation import map_rows
 from compgen.core.exceptions import JointLimitError, SingularityError, UnreachableError
 from compgen.core.units import DEG, MM
 from compgen.robot.inverse_kinematics import Posture, solve_flange
@@ -65,7 +65,7 @@ def _unwrap(theta: Array, start: Array) -> Array:
 
 def nearest_turns(theta: Array, reference: Array) -> Array:
     """Joint angles with the whole turns that bring each nearest to a reference, (N, 6) [rad]."""
-    return by_rows(lambda q, near: q + 2 * np.pi * np.round((near - q) / (2 * np.pi)), theta, reference)
+    return map_rows(lambda q, near: q + 2 * np.pi * np.round((near - q) / (2 * np.pi)), theta, reference)
 
 
 def check_joint_limits(robot: Robot, theta: Array) -> None:
@@ -73,7 +73,7 @@ def check_joint_limits(robot: Robot, theta: Array) -> None:
 
     The exception names the waypoint and its joint that is farthest over.
     """
-    lowest, highest = extent(theta)
+    lowest, highest = column_extremes(theta)
     if np.all(lowest >= robot.lower - LIMIT_TOLERANCE) and np.all(highest <= robot.upper + LIMIT_TOLERANCE):
         return
     excess = np.maximum(robot.lower - theta, theta - robot.upper)
@@ -133,7 +133,7 @@ def _check_wrist(robot: Robot, theta: Array) -> None:
     near = np.flatnonzero(q5 < robot.wrist_margin)
     # a wrist that swings round between two waypoints has passed zero
     swings = np.flatnonzero(np.abs(np.diff(theta[:, 3])) > np.pi / 2) + 1
-    waypoints = distinct(np.append(near, swings))
+    waypoints = np.unique(np.append(near, swings))
     if len(waypoints):
         n = int(waypoints[0])
         raise SingularityError(

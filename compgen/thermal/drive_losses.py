@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from compgen.core.arrays import Array, distinct, own
+from compgen.core.arrays import Array, own
 from compgen.robot.robot import Robot
 from compgen.thermal.duty import JointMotion
 
@@ -86,7 +86,7 @@ def losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, Ar
     speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
     middle = (motion.theta[1:] + motion.theta[:-1]) / 2
     time = (motion.time[1:] + motion.time[:-1]) / 2
-    some = distinct(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
+    some = np.unique(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
     rate = np.zeros_like(speed)
     if len(time) > 1:
         between = np.diff(time)[:, None]

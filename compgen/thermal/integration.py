@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, distinct
+from compgen.core.arrays import Array, IntArray
 from compgen.thermal.ambient import Ambient, still
 from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.model import Heat
@@ -105,7 +105,7 @@ def states_at(
     time, rate, last = motion.time, heat.rate, int(which[-1])
     goals = heat.goals(motion) if last else np.zeros((0, len(rate)))
     states = {0: np.asarray(start)}
-    edges = distinct(np.append(which, np.arange(0, last + 1, ROWS)))
+    edges = np.unique(np.append(which, np.arange(0, last + 1, ROWS)))
     for a, b in zip(edges.tolist(), edges[1:].tolist()):  # seen from the end of a stretch what was before has faded
         faded = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
         states[b] = states[a] * faded[0] + (

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, distinct, own
+from compgen.core.arrays import Array, own
 from compgen.core.units import HOUR, MM
 from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.integration import after, opening
@@ -63,7 +63,7 @@ class NodeModel:
         full = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
         if state == "off":
             return np.zeros((len(feed), len(full)))
-        some = distinct(np.asarray(feed))  # a power for each speed, not for each segment
+        some = np.unique(np.asarray(feed))  # a power for each speed, not for each segment
         motion = (some[:, None] / self.reference_feed) ** self.exponent
         moving = share * motion if state == "moving" else np.zeros_like(motion)
         rises = full * (self.idle + (1 - self.idle) * moving)

@@ -8,8 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, frozen, own, sizes
-from compgen.core.evaluation import Picked, evaluate
+from compgen.core.arrays import Array, frozen, own, row_norms
+from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MDEG, UM
 from compgen.planning.exact_path import even_expr, functions
@@ -49,7 +49,7 @@ class Deviation:
 
     def total(self) -> Array:
         """Size of the position error, (M,) [m]."""
-        return sizes(self.error)
+        return row_norms(self.error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ def deviations(path: ToolPath, samples: int, rides: Iterable[Ride]) -> Deviation
         arc[rows], error[rows], parts = _compared(path, ride)
         feed[rows], cross[rows], normal[rows], angle[rows] = parts.T
     weight = _lengths(arc)
-    extents = {"total": _extent(sizes(error), weight, arc)}
+    extents = {"total": _extent(row_norms(error), weight, arc)}
     for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle)):
         extents[name] = _extent(np.abs(values), weight, arc)
     return Deviation(frozen(arc), frozen(time), frozen(error), frozen(normal), extents)
@@ -111,8 +111,8 @@ def _compared(path: ToolPath, ride: Ride) -> tuple[Array, Array, Array]:
         mine = segment[rows]
         known[rows, 0] = geometry.uneven(piece[rows], path.span[mine], gaps[mine - first], fraction[rows])
     error, parts = evaluate(
-        _parts(), Picked(geometry.pieces.table(), piece), geometry.surface.table(), geometry.axis(),
-        Picked(path.span, segment), Picked(path.slope, segment), fraction[:, None], known,
+        _parts(), IndexedRows(geometry.pieces.table(), piece), geometry.surface.table(), geometry.axis(),
+        IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], known,
         ride.position, ride.rotation.reshape(-1, 9),
     )  # fmt: skip
     return path.arc[segment] + fraction * gaps[segment - first], error, parts

@@ -11,7 +11,7 @@ from compgen.compensation import general_solver, optimise
 from compgen.compensation.optimise import Status
 from compgen.compensation.problem import Problem, Settings
 from compgen.compensation.smoothness import smoothing_matrix, waypoint_lengths
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.error_model.sources import ThermalGrowth
 from compgen.pipelines import generate
@@ -265,7 +265,7 @@ def test_pose_functions_agree_with_the_numeric_error(circle):
 def test_commanded_pose_applies_rotation_in_tool_axes(circle):
     part = stretch(circle, 10, 1)
     turned = part.commanded(np.array([[0, 0, 0, 0, 0, 0.01]]))[1][0]
-    assert_allclose(turned, part.rotation[0] @ matrix_of(np.array([0, 0, 0.01])), atol=1e-15)
+    assert_allclose(turned, part.rotation[0] @ rotation_matrix(np.array([0, 0, 0.01])), atol=1e-15)
 
 
 def test_growth_source_is_the_only_one_shipped(job):

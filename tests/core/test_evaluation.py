@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 from shipped import path_file
 
 from compgen.core import evaluation
-from compgen.core.evaluation import BLOCK, FEW, Picked, evaluate
+from compgen.core.evaluation import BLOCK, MIN_COMPILED_ROWS, IndexedRows, evaluate
 from compgen.core.evaluation.codegen import c_source, identity
-from compgen.core.evaluation.compiler import Compiler, find_compiler, load
+from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
 from compgen.core.evaluation.interpreter import OPERATIONS, instructions_of
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.path_file import load_job
@@ -23,9 +23,9 @@ needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "cla
 
 @pytest.fixture
 def compiled(tmp_path):
-    evaluation.use(find_compiler(tmp_path / "cache"))
+    evaluation.configure(find_compiler(tmp_path / "cache"))
     yield tmp_path / "cache"
-    evaluation.use(None)
+    evaluation.configure(None)
 
 
 def everything():
@@ -61,10 +61,10 @@ def places(count, seed=0):
 
 @needs_compiler
 def test_every_operation_gives_the_same_numbers_compiled(compiled):
-    f, x = everything(), places(FEW + 3)
+    f, x = everything(), places(MIN_COMPILED_ROWS + 3)
     got = evaluate(f, x)
     assert len(list(compiled.glob("*.so"))) == 1  # it was compiled
-    evaluation.use(None)
+    evaluation.configure(None)
     for a, b in zip(got, evaluate(f, x)):
         assert_allclose(a, b, rtol=1e-13, atol=1e-13)
     assert_allclose(got[0][7], np.asarray(f(x[7])[0]).ravel(), rtol=1e-13, atol=1e-13)
@@ -80,10 +80,10 @@ def test_every_operation_that_numpy_knows_has_its_c():
 def test_least_and_greatest_prefer_a_number_compiled_or_not(compiled):
     x = ca.SX.sym("x", 2)
     f = ca.Function("ends", [x], [ca.vertcat(ca.fmin(x[0], x[1]), ca.fmax(x[0], x[1]))])
-    rows = np.tile([[np.nan, 1.0], [1.0, np.nan], [np.nan, np.nan], [-np.inf, 2.0]], (FEW, 1))
+    rows = np.tile([[np.nan, 1.0], [1.0, np.nan], [np.nan, np.nan], [-np.inf, 2.0]], (MIN_COMPILED_ROWS, 1))
     want = [[1.0, 1.0], [1.0, 1.0], [np.nan, np.nan], [-np.inf, 2.0]]
     assert np.array_equal(evaluate(f, rows)[0][:4], want, equal_nan=True)
-    evaluation.use(None)
+    evaluation.configure(None)
     assert np.array_equal(evaluate(f, rows)[0][:4], want, equal_nan=True)
 
 
@@ -94,7 +94,7 @@ def test_the_error_model_agrees_to_1e_12(compiled):
     rng = np.random.default_rng(1)
     theta, rise = rng.uniform(-3, 3, (5000, 6)), rng.uniform(-5, 15, (5000, 5))
     one = model.actual_pose(theta, rise)
-    evaluation.use(None)
+    evaluation.configure(None)
     for a, b in zip(one, model.actual_pose(theta, rise)):
         assert np.abs(a - b).max() < 1e-12
 
@@ -105,10 +105,10 @@ def test_a_row_does_not_depend_on_its_neighbours_or_on_the_workers(compiled):
     whole = evaluate(f, x)[0]
     order = np.random.default_rng(2).permutation(len(x))
     assert np.array_equal(evaluate(f, x[order])[0], whole[order])
-    assert np.array_equal(evaluate(f, x[77 : 77 + FEW])[0], whole[77 : 77 + FEW])
+    assert np.array_equal(evaluate(f, x[77 : 77 + MIN_COMPILED_ROWS])[0], whole[77 : 77 + MIN_COMPILED_ROWS])
     compiler = find_compiler(compiled)
     for workers in (2, 3, 7):
-        evaluation.use(compiler, workers)
+        evaluation.configure(compiler, workers)
         assert np.array_equal(evaluate(f, x)[0], whole)
 
 
@@ -118,12 +118,12 @@ def test_picked_rows_and_single_rows(compiled):
     f = ca.Function("f", [x, y], [x * y])
     table, index = np.arange(20.0).reshape(10, 2), np.random.default_rng(3).integers(0, 10, 4000)
     for _ in range(2):
-        (got,) = evaluate(f, Picked(table, index), np.array([[2.0]]))
+        (got,) = evaluate(f, IndexedRows(table, index), np.array([[2.0]]))
         assert np.array_equal(got, 2 * table[index])
-        evaluation.use(None)
-    evaluation.use(find_compiler(compiled))
+        evaluation.configure(None)
+    evaluation.configure(find_compiler(compiled))
     with pytest.raises(IndexError):
-        evaluate(f, Picked(table, index + 10), np.array([[2.0]]))
+        evaluate(f, IndexedRows(table, index + 10), np.array([[2.0]]))
 
 
 @needs_compiler
@@ -131,7 +131,7 @@ def test_the_smaller_and_larger_of_what_is_no_number_is_the_other(compiled):
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     f = ca.Function("f", [x, y], [ca.fmin(x, y), ca.fmax(x, y)])
     some = np.array([1.0, 2.0, np.nan, np.inf, -np.inf, -3.0])
-    a, b = (np.tile(v.ravel(), FEW)[:, None] for v in np.meshgrid(some, some))
+    a, b = (np.tile(v.ravel(), MIN_COMPILED_ROWS)[:, None] for v in np.meshgrid(some, some))
     got = evaluate(f, a, b)
     assert len(list(compiled.glob("*.so"))) == 1
     assert np.array_equal(got[0], np.fmin(a, b), equal_nan=True)
@@ -142,19 +142,19 @@ def test_the_smaller_and_larger_of_what_is_no_number_is_the_other(compiled):
 def test_rows_may_lie_apart_and_overlap(compiled):
     x = ca.SX.sym("x", 3)
     f = ca.Function("f", [x], [2 * x])
-    wide, line = np.arange(8.0 * FEW).reshape(FEW, 8), np.arange(FEW + 2.0)
+    wide, line = np.arange(8.0 * MIN_COMPILED_ROWS).reshape(MIN_COMPILED_ROWS, 8), np.arange(MIN_COMPILED_ROWS + 2.0)
     three = np.lib.stride_tricks.sliding_window_view(line, 3)
-    back, index = np.arange(FEW)[::-1], np.arange(FEW)
+    back, index = np.arange(MIN_COMPILED_ROWS)[::-1], np.arange(MIN_COMPILED_ROWS)
     for _ in range(2):
         for rows in (wide[:, 2:5], wide[:, 6:0:-2], wide[::-1, :3], three, wide.astype(np.float32)[:, :3]):
             assert np.array_equal(evaluate(f, rows)[0], 2 * rows)
-            assert np.array_equal(evaluate(f, Picked(rows, back))[0], 2 * rows[::-1])
-            assert np.array_equal(evaluate(f, Picked(rows[:1], 0 * index))[0], 2 * rows[0] + 0 * rows)
-        evaluation.use(None)
+            assert np.array_equal(evaluate(f, IndexedRows(rows, back))[0], 2 * rows[::-1])
+            assert np.array_equal(evaluate(f, IndexedRows(rows[:1], 0 * index))[0], 2 * rows[0] + 0 * rows)
+        evaluation.configure(None)
 
 
 def _load_in_another_process(folder, source, answers):
-    answers.put(load(find_compiler(folder), source, lambda: source) is not None)
+    answers.put(load_function(find_compiler(folder), source, lambda: source) is not None)
 
 
 @needs_compiler
@@ -175,23 +175,23 @@ def test_runs_at_the_same_time_may_build_the_same_function(tmp_path):
 @pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:-1] + bytes([b[-1] ^ 1])])
 def test_a_damaged_library_is_built_anew(tmp_path, damage):
     compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
-    assert load(compiler, source, lambda: source) is not None
+    assert load_function(compiler, source, lambda: source) is not None
     (place,) = tmp_path.glob("*.so")
     good = place.read_bytes()
     place.unlink()
     place.write_bytes(damage(good))
-    assert load(compiler, source, lambda: source) is not None
+    assert load_function(compiler, source, lambda: source) is not None
     assert place.read_bytes() == good
 
 
 def test_without_a_compiler_numpy_says_so_once_and_goes_on(tmp_path):
     assert find_compiler(tmp_path, "no-such-compiler") is None
     said: list[str] = []
-    evaluation.use(None, 1, said.append)
-    assert len(evaluate(everything(), places(FEW))[0]) == FEW
-    evaluation.use(Compiler(("false",), tmp_path, ""), 1, said.append)
-    assert len(evaluate(everything(), places(FEW))[0]) == FEW
-    evaluation.use(None)
+    evaluation.configure(None, 1, said.append)
+    assert len(evaluate(everything(), places(MIN_COMPILED_ROWS))[0]) == MIN_COMPILED_ROWS
+    evaluation.configure(Compiler(("false",), tmp_path, ""), 1, said.append)
+    assert len(evaluate(everything(), places(MIN_COMPILED_ROWS))[0]) == MIN_COMPILED_ROWS
+    evaluation.configure(None)
     assert len(said) == 2
     assert all("numpy evaluates instead" in note for note in said)
     assert not list(tmp_path.iterdir())
@@ -215,9 +215,9 @@ def test_a_function_is_known_by_what_it_does():
 @needs_compiler
 def test_a_library_that_is_there_needs_no_source(tmp_path):
     compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
-    assert load(compiler, "name", lambda: source) is not None
-    assert load(compiler, "name", lambda: pytest.fail("asked for its source")) is not None
-    assert load(compiler, "other", lambda: None) is None
+    assert load_function(compiler, "name", lambda: source) is not None
+    assert load_function(compiler, "name", lambda: pytest.fail("asked for its source")) is not None
+    assert load_function(compiler, "other", lambda: None) is None
 
 
 def test_evaluate_agrees_with_casadi_across_blocks(robot):

@@ -6,7 +6,14 @@ from numpy.testing import assert_allclose
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation, Slerp
 
-from compgen.core.rotations import between, cross_matrix, from_wpr, matrix_of, to_wpr, vector_of
+from compgen.core.rotations import (
+    cross_matrix,
+    from_wpr,
+    interpolate_rotation,
+    rotation_matrix,
+    rotation_vector,
+    to_wpr,
+)
 
 ATOL_RAD = 1e-12
 ATOL = 1e-14  # of a matrix entry [-]
@@ -45,45 +52,45 @@ def test_cross_matrix_is_the_cross_product():
 
 def test_matrix_is_the_exponential_of_the_cross_matrix():
     w = vectors()[::6]
-    assert_allclose(matrix_of(w), expm(cross_matrix(w)), atol=1e-13)
+    assert_allclose(rotation_matrix(w), expm(cross_matrix(w)), atol=1e-13)
 
 
 def test_matrix_agrees_with_scipy():
     w = vectors()
-    assert_allclose(matrix_of(w), Rotation.from_rotvec(w).as_matrix(), atol=ATOL)
+    assert_allclose(rotation_matrix(w), Rotation.from_rotvec(w).as_matrix(), atol=ATOL)
 
 
 def test_quarter_turn_about_z_takes_x_to_y():
-    assert_allclose(matrix_of(np.array([0, 0, np.pi / 2])) @ [1, 0, 0], [0, 1, 0], atol=ATOL)
+    assert_allclose(rotation_matrix(np.array([0, 0, np.pi / 2])) @ [1, 0, 0], [0, 1, 0], atol=ATOL)
 
 
 def test_rotation_vector_round_trip():
     w = vectors()
-    assert_allclose(vector_of(matrix_of(w)), w, atol=ATOL_RAD)
+    assert_allclose(rotation_vector(rotation_matrix(w)), w, atol=ATOL_RAD)
 
 
 def test_rotation_vector_agrees_with_scipy():
     rotation = Rotation.random(300, random_state=5)
-    assert_allclose(vector_of(rotation.as_matrix()), rotation.as_rotvec(), atol=ATOL_RAD)
+    assert_allclose(rotation_vector(rotation.as_matrix()), rotation.as_rotvec(), atol=ATOL_RAD)
 
 
 def test_small_rotation_vector_keeps_its_relative_size():
     w = 1e-11 * directions(10)  # an error of 10 prad must not drown in the arc cosine
-    assert_allclose(vector_of(matrix_of(w)), w, rtol=1e-12)
+    assert_allclose(rotation_vector(rotation_matrix(w)), w, rtol=1e-12)
 
 
 @pytest.mark.parametrize("gap_rad", [1e-4, 1e-6, 1e-8, 1e-10])
 def test_rotation_vector_holds_just_below_half_a_turn(gap_rad):
     w = (np.pi - gap_rad) * directions(50)
     # the axis is known from sin(angle) ~ gap alone: machine precision over the gap
-    assert_allclose(vector_of(matrix_of(w)), w, atol=np.pi * (1e-15 / gap_rad) + ATOL_RAD)
+    assert_allclose(rotation_vector(rotation_matrix(w)), w, atol=np.pi * (1e-15 / gap_rad) + ATOL_RAD)
 
 
 def test_between_starts_and_ends_where_it_says():
-    start, end = matrix_of(vectors()), matrix_of(0.3 * vectors()[::-1])
+    start, end = rotation_matrix(vectors()), rotation_matrix(0.3 * vectors()[::-1])
     zero = np.zeros(len(start))
-    assert_allclose(between(start, end, zero), start, atol=1e-13)
-    assert_allclose(between(start, end, zero + 1), end, atol=1e-12)
+    assert_allclose(interpolate_rotation(start, end, zero), start, atol=1e-13)
+    assert_allclose(interpolate_rotation(start, end, zero + 1), end, atol=1e-12)
 
 
 def test_between_turns_evenly_like_slerp():
@@ -91,7 +98,7 @@ def test_between_turns_evenly_like_slerp():
     fraction = np.linspace(0, 1, 11)
     want = Slerp([0, 1], ends)(fraction).as_matrix()
     start, end = (np.repeat(m[None], 11, axis=0) for m in ends.as_matrix())
-    assert_allclose(between(start, end, fraction), want, atol=1e-13)
+    assert_allclose(interpolate_rotation(start, end, fraction), want, atol=1e-13)
 
 
 def test_wpr_is_rz_ry_rx():

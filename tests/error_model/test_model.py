@@ -8,7 +8,7 @@ from shipped import path_file, quiet
 
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import UnreachableError
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.model import build_error_model
 from compgen.pipelines import generate
@@ -108,7 +108,7 @@ def test_no_sources_change_nothing(job):
 
 def test_symbolic_jacobian_agrees_with_differences(job):
     model = build_error_model(
-        job.robot, job.sources, 5, np.array([0.03, -0.02, 0.2]), matrix_of(np.array([0.1, 0.2, 0.3]))
+        job.robot, job.sources, 5, np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3]))
     )
     theta, rise = ca.SX.sym("t", 6), ca.SX.sym("r", 5)
     position, rotation = model.actual(theta, rise, ca.SX.zeros(6), ca.SX.zeros(3))
@@ -131,7 +131,7 @@ def test_symbolic_jacobian_agrees_with_differences(job):
 def test_twin_and_symbolic_chain_agree_on_random_hot_states(job):
     """Two chains that share no code: DH in CasADi, links in pinocchio."""
     rng = np.random.default_rng(4)
-    tool_p, tool_r = np.array([0.05, -0.03, 0.25]), matrix_of(np.array([0.2, -0.4, 0.1]))
+    tool_p, tool_r = np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1]))
     model = build_error_model(job.robot, job.sources, 5, tool_p, tool_r)
     twin = Twin(job.robot, job.heat, job.profiles, tool_p, tool_r)
     theta = rng.uniform(job.robot.lower, job.robot.upper, (1000, 6))

@@ -9,7 +9,7 @@ from flawed import flawed_file
 from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model import sources as so
 from compgen.error_model.model import build_error_model
@@ -20,7 +20,7 @@ from compgen.error_model.tables import rows_at_zero
 from compgen.pipelines.robot_file import load_cell
 from compgen.robot.kinematics import Chain, nominal_chain
 
-TOOL = (np.array([0.03, -0.02, 0.2]), matrix_of(np.array([0.1, 0.2, 0.3])))
+TOOL = (np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3])))
 FLANGE = (np.zeros(3), np.eye(3))
 ARCSEC = DEG / 3600
 NUMBERS = range(14)
@@ -261,7 +261,7 @@ def test_large_turns_of_a_frame_are_exact():
         w *= size / np.linalg.norm(w)
         x = ca.SX.sym("w", 3)
         found = np.asarray(ca.Function("r", [x], [ca.densify(rotation_expr(x))])(w))
-        assert_allclose(found, matrix_of(w), atol=1e-11)
+        assert_allclose(found, rotation_matrix(w), atol=1e-11)
 
 
 def test_an_upper_arm_bends_to_a_circle(cell):

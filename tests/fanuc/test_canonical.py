@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
-from compgen.core.rotations import from_wpr, matrix_of
+from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.writer import pose_numbers, speed_said, speed_text
 from compgen.fanuc.configuration import apply_turns, config_letters, postures_of, turn_digits
@@ -115,7 +115,7 @@ def test_write_read_write_is_stable(seed, count, posture, units):
     program = replace(
         demo(),
         position=rng.uniform(-3, 3, (count, 3)),
-        rotation=matrix_of(rng.normal(size=(count, 3))),
+        rotation=rotation_matrix(rng.normal(size=(count, 3))),
         posture=posture,
         turns=rng.integers(-2, 3, (count, 3)),
         speed=speed,
@@ -157,7 +157,7 @@ def many(count, seed):
     return replace(
         demo(),
         position=rng.uniform(-3, 9.9, (count, 3)) * 10.0 ** rng.integers(-6, 1, (count, 1)),
-        rotation=matrix_of(rng.normal(size=(count, 3))),
+        rotation=rotation_matrix(rng.normal(size=(count, 3))),
         turns=rng.integers(-12, 13, (count, 3)),
         speed=rng.choice([0.02, 0.2, 125 * 0.01 / 60, 0.00254], count - 1),
         fine=np.concatenate([[True], rng.random(count - 1) < 0.3]),
@@ -234,12 +234,12 @@ def test_columns_are_shared_out_with_the_same_meaning():
 
     text = ls.compose(many(20_000, 7))
     alone = ls.interpret(text)
-    evaluation.use(None, 3)
+    evaluation.configure(None, 3)
     try:
         assert ls.compose(many(20_000, 7)) == text
         shared = reader._by_columns(text)
     finally:
-        evaluation.use(None)
+        evaluation.configure(None)
     assert shared is not None
     for name in ("position", "rotation", "turns", "speed", "fine"):
         assert np.array_equal(getattr(alone, name), getattr(shared, name)), name
@@ -303,7 +303,7 @@ def test_numbers_beyond_nine_characters_are_refused():
 def test_a_naive_reader_sees_the_same_numbers():
     """Line by line, no shared code."""
     rng = np.random.default_rng(9)
-    program = replace(demo(), position=rng.uniform(-2, 2, (3, 3)), rotation=matrix_of(rng.normal(size=(3, 3))))
+    program = replace(demo(), position=rng.uniform(-2, 2, (3, 3)), rotation=rotation_matrix(rng.normal(size=(3, 3))))
     numbers, current = [], []
     for line in ls.compose(program).decode().split("\r\n"):
         if line.startswith("P["):
@@ -380,7 +380,7 @@ def test_config_of_the_check_values(robot):
 
 
 def test_w_near_180_reads_as_the_same_rotation():
-    tilt = matrix_of(np.array([[1e-7, 0, 0], [-1e-7, 0, 0]])) @ np.diag([1.0, -1.0, -1.0])
+    tilt = rotation_matrix(np.array([[1e-7, 0, 0], [-1e-7, 0, 0]])) @ np.diag([1.0, -1.0, -1.0])
     numbers = pose_numbers(np.zeros((2, 3)), tilt)
     assert set(np.abs(numbers[:, 3])) == {180.0}
     assert_allclose(from_wpr(*(numbers[:, 3:] * DEG).T), tilt, atol=2e-7)
@@ -437,7 +437,7 @@ def test_more_decimals_are_written_and_read(seed, count, decimals):
     program = replace(
         demo(),
         position=rng.uniform(-3, 3, (count, 3)) * 10.0 ** rng.integers(-6, 1, (count, 1)),
-        rotation=matrix_of(rng.normal(size=(count, 3))),
+        rotation=rotation_matrix(rng.normal(size=(count, 3))),
         turns=rng.integers(-2, 3, (count, 3)),
         speed=np.full(count - 1, 0.2),
         fine=np.ones(count, dtype=bool),

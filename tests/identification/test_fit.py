@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import least_squares
 from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warming, with_outliers
 
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.identification.cross_validation import held_out
 from compgen.identification.evidence import Scales, normal_of, posterior
 from compgen.identification.fit import fit, linearise
@@ -67,7 +67,7 @@ def test_slopes_are_difference_quotients(truth, small):
             d = np.zeros(15)
             d[k] = sign * 1e-6
             frames = InstrumentFrames(
-                matrix_of(d[None, :3]) @ truth.frames.rotation, truth.frames.origin + d[3:6],
+                rotation_matrix(d[None, :3]) @ truth.frames.rotation, truth.frames.origin + d[3:6],
                 truth.frames.reflector + d[6:].reshape(3, 3),
             )  # fmt: skip
             z.append(data.position - frames.seen(data, *model.pose(data, p)))
@@ -80,7 +80,7 @@ def test_orientation_rows_have_the_right_slope(truth, small):
     zero = np.zeros(len(active))
     _, R = model.pose(small, zero)
     seen = truth.frames.rotation[0] @ R[small.pose]
-    data = replace(small, rotation=seen @ matrix_of(np.full((len(seen), 3), 1e-4)))
+    data = replace(small, rotation=seen @ rotation_matrix(np.full((len(seen), 3), 1e-4)))
     turn = np.tile(np.eye(3), (3, 1, 1))
     linear = linearise(model, model.slopes(active), data, active, zero, truth.frames, turn)
     assert_allclose(linear.turn, 1e-4, rtol=1e-6)
@@ -141,7 +141,7 @@ def by_scipy(model, data, active, start):
     def residual(x):
         p = np.zeros(len(active))
         p[active] = x[:40] * scale
-        frames = InstrumentFrames(matrix_of(x[None, 40:43]) @ start.rotation, start.origin + x[43:46],
+        frames = InstrumentFrames(rotation_matrix(x[None, 40:43]) @ start.rotation, start.origin + x[43:46],
                         start.reflector + x[46:].reshape(3, 3))  # fmt: skip
         z = data.position - frames.seen(data, *model.pose(data, p))
         return np.concatenate([z.ravel() / NOISE, x[:40]])

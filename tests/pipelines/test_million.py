@@ -284,11 +284,11 @@ def test_workers_and_stretches_change_no_byte(tmp_path):
 
     runs = []
     for workers in (1, 2, 3):
-        evaluation.use(evaluation.find_compiler(tmp_path), workers)
+        evaluation.configure(evaluation.find_compiler(tmp_path), workers)
         job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=60"])
         planned, done = generate.generate(job, quiet)
         runs.append((done.text, report_json(planned, done), b"".join(waypoints_blocks(planned, done))))
-    evaluation.use(None)
+    evaluation.configure(None)
     assert runs[0] == runs[1] == runs[2]
 
 
@@ -298,10 +298,10 @@ def test_one_text_means_one_pose_in_a_file_of_any_length(tmp_path):
     from compgen.core.rotations import from_wpr
 
     angles = np.random.default_rng(10).uniform(-3, 3, (3, 5000))
-    evaluation.use(evaluation.find_compiler(tmp_path))
+    evaluation.configure(evaluation.find_compiler(tmp_path))
     whole = from_wpr(*angles)
     assert np.array_equal(whole[100:200], from_wpr(*angles[:, 100:200]))
-    evaluation.use(None)
+    evaluation.configure(None)
     assert np.array_equal(whole, from_wpr(*angles))
 
 

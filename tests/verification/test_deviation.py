@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
 from compgen.planning import curves, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
@@ -20,7 +20,7 @@ def ridden(path, samples, seed=1):
     segment = whole.astype(np.int64)
     place, rotation, travel = path.at(segment, fraction)
     position = place + rng.normal(size=(samples, 3)) * 100 * UM
-    turned = rotation @ matrix_of(rng.normal(size=(samples, 3)) * 1e-4)
+    turned = rotation @ rotation_matrix(rng.normal(size=(samples, 3)) * 1e-4)
     none = np.zeros((samples, 6))
     return Ride(segment, fraction, np.arange(float(samples)), none, none, position, turned), place, rotation, travel
 

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from flawed import flawed_file
 
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
 from compgen.error_model.model import build_error_model
 from compgen.error_model.sources import DirectionState, direction_states, reversal_widths
@@ -16,7 +16,7 @@ from compgen.verification.twin import Twin
 from compgen.verification.twin.faulty_arm import Past, TwinError, _kept, came_from, real_arm
 from compgen.verification.twin_of import flaws_of
 
-TOOL = (np.array([0.05, -0.03, 0.25]), matrix_of(np.array([0.2, -0.4, 0.1])))
+TOOL = (np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1])))
 ATOL_M, ATOL_RAD = 1e-10, 1e-11
 
 

@@ -1,8 +1,9 @@
 """The one bridge from CasADi to numpy: an SX function on many points at once, rows in, rows out.
 
-Where there is a compiler and enough rows, the function runs as C, several rows in the lanes of a vector register and
-shares of the rows on each core. Else numpy runs its list of instructions over blocks of rows. Either way there is no
-Python call and no ``DM`` a row, and a row's numbers do not depend on how many rows or workers there are.
+Where there is a compiler and enough rows, the function runs as C (``codegen``, ``compiler``), several rows in the
+lanes of a vector register and shares of the rows on each core (``threads``). Else numpy runs its list of instructions
+over blocks of rows (``interpreter``). Either way there is no Python call and no ``DM`` a row, and a row's numbers do
+not depend on how many rows or workers there are.
 """
 
 import ctypes
@@ -14,48 +15,49 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.evaluation.codegen import c_source, identity
-from compgen.core.evaluation.compiler import Compiler, find_compiler, load
-from compgen.core.evaluation.interpreter import BLOCK, Picked, Rows, instructions_of, run
-from compgen.core.evaluation.threads import beside, blocks_of, by_rows, share_out, use_workers
+from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
+from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instructions_of, run
+from compgen.core.evaluation.threads import map_blocks, map_rows, parallel_for, run_in_background, set_workers
 
 __all__ = [
     "BLOCK",
     "Compiler",
-    "Picked",
+    "IndexedRows",
     "Rows",
-    "beside",
-    "blocks_of",
-    "by_rows",
+    "configure",
     "evaluate",
     "find_compiler",
-    "share_out",
-    "use",
+    "map_blocks",
+    "map_rows",
+    "parallel_for",
+    "run_in_background",
 ]
 
-FEW = 2048  # rows below which compiling is not worth the wait; which way a row goes depends on the inputs only
+#: below so many rows compiling is not worth the wait; which way a row goes depends on the inputs only
+MIN_COMPILED_ROWS = 2048
 
 _compiler: Compiler | None = None
 _compiled: dict[int, Any] = {}
 
 
-def _silent(note: str) -> None:
-    """Says nothing."""
+def _ignore(note: str) -> None:
+    """Do nothing with a note."""
 
 
-_tell: Callable[[str], None] = _silent
+_notify: Callable[[str], None] = _ignore
 
 
-def use(compiler: Compiler | None, workers: int = 1, tell: Callable[[str], None] = _silent) -> None:
-    """What evaluates from here on: a compiler or numpy, and how many threads. Set once, by the command line.
+def configure(compiler: Compiler | None, workers: int = 1, notify: Callable[[str], None] = _ignore) -> None:
+    """Set what evaluates from here on; called once, by the command line.
 
     Args:
         compiler: None for numpy.
         workers: Threads that share the rows.
-        tell: Called with a note when many rows must do without a compiler.
+        notify: Called with a note when many rows must do without a compiler.
     """
-    global _compiler, _tell
-    _compiler, _tell = compiler, tell
-    use_workers(workers)
+    global _compiler, _notify
+    _compiler, _notify = compiler, notify
+    set_workers(workers)
     _compiled.clear()
 
 
@@ -64,63 +66,67 @@ def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ..
 
     Args:
         function: Each input a column vector (k, 1), each output dense.
-        rows: One array per input, (N, k), or the ``Picked`` rows of a table; a single row (1, k) serves all points.
+        rows: One array per input, (N, k), or the ``IndexedRows`` of a table; a single row (1, k) serves all points.
         exact: The same bits for a row however many there are: numpy always.
 
     Returns:
         One array per output, (N, entries in column-major order).
+
+    Raises:
+        IndexError: An index lies outside its table.
     """
-    sizes = [len(r) for r in rows]
-    N = max(sizes) if min(sizes) else 0
-    outs = [np.zeros((N, function.numel_out(k))) for k in range(function.n_out())]
-    compiled = _compile(function) if N >= FEW and not exact else None
+    counts = [len(r) for r in rows]
+    N = max(counts) if min(counts) else 0
+    outputs = [np.zeros((N, function.numel_out(k))) for k in range(function.n_out())]
+    compiled = _compile(function) if N >= MIN_COMPILED_ROWS and not exact else None
     if compiled is None:
-        program = instructions_of(function)
-        share_out(N, lambda start, stop: run(program, rows, outs, start, stop))
-        return tuple(outs)
-    kept, arguments = _arguments(rows, outs)
-    share_out(N, partial(_called, compiled, arguments, (kept, outs)))
-    return tuple(outs)
+        instructions = instructions_of(function)
+        parallel_for(N, lambda start, stop: run(instructions, rows, outputs, start, stop))
+        return tuple(outputs)
+    buffers, arguments = _arguments(rows, outputs)
+    parallel_for(N, partial(_call, compiled, arguments, (buffers, outputs)))
+    return tuple(outputs)
 
 
-def _called(compiled: Any, arguments: tuple[Any, ...], alive: Any, start: int, stop: int) -> None:
-    """Pointers are all that C gets: who calls it holds what they lead to, also when the run is stopped meanwhile."""
+def _call(compiled: Any, arguments: tuple[Any, ...], buffers: Any, start: int, stop: int) -> None:
+    """Call a compiled function, which gets pointers only: ``buffers`` keeps alive what they point to."""
     compiled(start, stop, *arguments)
 
 
 def _compile(function: Any) -> Any:
+    """The compiled function, kept for the next call; None where there is no compiler or it fails."""
     if _compiler is None:
-        _tell("no C compiler: numpy evaluates instead, with the same numbers and some times slower")
+        _notify("no C compiler: numpy evaluates instead, with the same numbers and some times slower")
         return None
     key = function.__hash__()
     if key not in _compiled:
-        found = load(_compiler, identity(function), lambda: c_source(instructions_of(function)))
-        _compiled[key] = function, found  # the function is kept, so that its identity stays its own
-        if found is None:
-            _tell("the C compiler failed: numpy evaluates instead, with the same numbers and some times slower")
+        compiled = load_function(_compiler, identity(function), lambda: c_source(instructions_of(function)))
+        _compiled[key] = function, compiled  # the function is kept, so that its identity stays its own
+        if compiled is None:
+            _notify("the C compiler failed: numpy evaluates instead, with the same numbers and some times slower")
     return _compiled[key][1]
 
 
-def _arguments(rows: tuple[Rows, ...], outs: list[Array]) -> tuple[list[Any], tuple[Any, ...]]:
-    """Pointers for the compiled function, and what must stay alive while they are used."""
+def _arguments(rows: tuple[Rows, ...], outputs: list[Array]) -> tuple[list[Any], tuple[Any, ...]]:
+    """What must stay alive while the compiled function runs, and its arguments, pointers into it."""
     tables, indices, strides = [], [], []
     for r in rows:
-        table = _side_by_side(r.table if isinstance(r, Picked) else r)
-        index = np.ascontiguousarray(r.index, dtype=np.int64) if isinstance(r, Picked) else None
+        table = _contiguous_rows(r.table if isinstance(r, IndexedRows) else r)
+        index = np.ascontiguousarray(r.index, dtype=np.int64) if isinstance(r, IndexedRows) else None
         if index is not None and len(index) and not (0 <= index.min() and index.max() < len(table)):
-            raise IndexError("a picked row lies outside its table")
+            raise IndexError("an index lies outside its table")
         tables.append(table)
         indices.append(index)
         strides.append(0 if index is None and len(table) == 1 else table.strides[0] // table.itemsize)
-    ins = (ctypes.c_void_p * len(rows))(*(t.ctypes.data for t in tables))
-    picks = (ctypes.c_void_p * len(rows))(*(None if i is None else i.ctypes.data for i in indices))
-    steps = (ctypes.c_longlong * len(rows))(*strides)
-    targets = (ctypes.c_void_p * len(outs))(*(o.ctypes.data for o in outs))
-    return [tables, indices], (ins, picks, steps, targets)
+    table_pointers = (ctypes.c_void_p * len(rows))(*(t.ctypes.data for t in tables))
+    index_pointers = (ctypes.c_void_p * len(rows))(*(None if i is None else i.ctypes.data for i in indices))
+    stride_array = (ctypes.c_longlong * len(rows))(*strides)
+    output_pointers = (ctypes.c_void_p * len(outputs))(*(o.ctypes.data for o in outputs))
+    return [tables, indices], (table_pointers, index_pointers, stride_array, output_pointers)
 
 
-def _side_by_side(table: Array) -> Array:
-    """The same rows, however far apart, with the entries of each side by side."""
-    there = table.dtype == np.float64 and table.flags.aligned and table.strides[0] % table.itemsize == 0
-    together = table.shape[1] == 1 or table.strides[1] == table.itemsize
-    return table if there and together else np.ascontiguousarray(table, dtype=np.float64)
+def _contiguous_rows(table: Array) -> Array:
+    """A table of doubles whose rows may lie apart, but the entries of each side by side; a copy where it must be."""
+    is_aligned = table.dtype == np.float64 and table.flags.aligned and table.strides[0] % table.itemsize == 0
+    is_contiguous = table.shape[1] == 1 or table.strides[1] == table.itemsize
+    return table if is_aligned and is_contiguous else np.ascontiguousarray(table, dtype=np.float64)

@@ -13,7 +13,7 @@ import casadi as ca
 
 from compgen.core.evaluation.interpreter import Instructions
 
-NAME = "rows"  # of the function that the library exports
+FUNCTION_NAME = "rows"  # of the function that the library exports
 
 _HEAD = """#include <math.h>
 #if defined(__AVX512F__)
@@ -156,7 +156,7 @@ def c_source(program: Instructions) -> str | None:
         [
             _HEAD,
             *helpers,
-            f"void {NAME}(long long start, long long stop, const double *const *in,",
+            f"void {FUNCTION_NAME}(long long start, long long stop, const double *const *in,",
             "    const long long *const *index, const long long *stride, double *const *out) {",
             "  for (long long row = start; row < stop; row += LANES) {",
             "  long long at[LANES];",

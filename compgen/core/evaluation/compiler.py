@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any
 
 from compgen.core import interrupts
-from compgen.core.evaluation.codegen import NAME
+from compgen.core.evaluation.codegen import FUNCTION_NAME
 
 #: nobody reads errno or floating-point traps; told so, the compiler takes roots and floors of all lanes at once
 FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math", "-march=native", "-std=gnu11", "-w", "-fPIC", "-shared")
-PATIENCE = 300.0  # s for one function
+TIMEOUT = 300.0  # s for one function
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ def _processor() -> str:
         return " ".join(os.uname())
 
 
-def load(compiler: Compiler, identity: str, write: Callable[[], str | None]) -> Any:
+def load_function(compiler: Compiler, identity: str, write: Callable[[], str | None]) -> Any:
     """A compiled function, from the folder or built now; None where it has no C or the compiler cannot.
 
     Args:
@@ -78,7 +78,7 @@ def load(compiler: Compiler, identity: str, write: Callable[[], str | None]) -> 
     if not _whole(place) and ((source := write()) is None or not _build(compiler, source, place)):
         return None
     try:
-        function = getattr(ctypes.CDLL(str(place)), NAME)
+        function = getattr(ctypes.CDLL(str(place)), FUNCTION_NAME)
     except (OSError, AttributeError):
         return None
     pointers = ctypes.c_void_p
@@ -99,7 +99,7 @@ def _build(compiler: Compiler, source: str, place: Path) -> bool:
     ours = f".{os.uname().nodename}-"
     try:
         _tidy(compiler.folder, ours)
-        with interrupts.workplace(compiler.folder / f"{ours}{os.getpid()}-{secrets.token_hex(4)}") as stage:
+        with interrupts.temporary_folder(compiler.folder / f"{ours}{os.getpid()}-{secrets.token_hex(4)}") as stage:
             text, made = stage / "rows.c", stage / "rows.so"
             text.write_text(source)
             if not _compiled(compiler, text, made):
@@ -119,7 +119,7 @@ def _compiled(compiler: Compiler, text: Path, made: Path) -> bool:
         for libraries in (("-lmvec", "-lm"), ("-lm",)):
             call = [*compiler.command, *flags, str(text), "-o", str(made), *libraries]
             done = subprocess.run(
-                call, stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False, env=surroundings
+                call, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIMEOUT, check=False, env=surroundings
             )
             if done.returncode == 0:
                 return True
@@ -130,5 +130,5 @@ def _tidy(folder: Path, ours: str) -> None:
     """Remove what runs on this machine that were killed have left: their names tell a process that is gone."""
     for left in folder.glob(f"{glob.escape(ours)}*"):
         process = left.name.removeprefix(ours).split("-")[0]
-        if process.isdigit() and not interrupts.alive(int(process)):
+        if process.isdigit() and not interrupts.process_exists(int(process)):
             shutil.rmtree(left, ignore_errors=True)

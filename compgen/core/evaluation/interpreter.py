@@ -13,7 +13,7 @@ BLOCK = 4096  # rows at a time: the work arrays stay in cache
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Picked:
+class IndexedRows:
     """Rows of a table, one for each point: row n is ``table[index[n]]``, without a copy of it."""
 
     table: Array  # (T, k)
@@ -23,7 +23,7 @@ class Picked:
         return len(self.index)
 
 
-Rows = Array | Picked
+Rows = Array | IndexedRows
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,7 +75,7 @@ def run(program: Instructions, rows: Sequence[Rows], outs: Sequence[Array], star
 
 
 def _columns(rows: Rows, first: int, last: int) -> Array:
-    if isinstance(rows, Picked):
+    if isinstance(rows, IndexedRows):
         return np.ascontiguousarray(rows.table[rows.index[first:last]].T)
     return rows.T if len(rows) == 1 else np.ascontiguousarray(rows[first:last].T)
 

@@ -1,6 +1,6 @@
-"""Work shared out over threads: rows, blocks in order, and one thing beside another; the same results for any number.
+"""Work on several threads: ranges of rows, blocks in order, and one task in the background; any number, same results.
 
-A thread that works for others does its own shares alone: no threads of threads.
+A thread of a pool works through its own rows alone: pools do not nest.
 """
 
 import threading
@@ -14,98 +14,108 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.evaluation.interpreter import BLOCK
 
-LONGEST = 32 * BLOCK  # rows at a time: between them a run can be stopped
+MAX_ROWS_PER_CALL = 32 * BLOCK  # a run can be interrupted between calls
+MIN_BLOCKS_PER_WORKER = 4  # fewer are done before a thread has started
+RANGES_PER_WORKER = 4
+MIN_BACKGROUND_ROWS = 16 * BLOCK
 
 T = TypeVar("T")
-SHARE = 4  # blocks of rows that a thread at least does: less is done before it has started
-MANY = 16 * BLOCK  # rows from which on something goes on beside something else
 
-_count = 1
-_here = threading.local()
+_worker_count = 1
+_this_thread = threading.local()
 
 
-def use_workers(count: int) -> None:
-    """How many threads share work from here on; set once, by the command line."""
-    global _count
-    _count = max(1, count)
+def set_workers(count: int) -> None:
+    """Set how many threads share work from here on; called once, by the command line."""
+    global _worker_count
+    _worker_count = max(1, count)
 
 
-def _workers() -> int:
-    return 1 if getattr(_here, "busy", False) else _count
+def _available_workers() -> int:
+    return 1 if getattr(_this_thread, "in_pool", False) else _worker_count
 
 
-def _busy() -> None:
-    _here.busy = True
+def _enter_pool() -> None:
+    _this_thread.in_pool = True
 
 
-def share_out(count: int, work: Callable[[int, int], None]) -> None:
-    """Call work(start, stop) over all of a count, in whole blocks, on each worker a part."""
+def parallel_for(count: int, body: Callable[[int, int], None]) -> None:
+    """Call ``body(start, stop)`` over all rows of a count, in whole blocks, a share of them on each worker."""
     blocks = -(-count // BLOCK)
-    hands = min(_workers(), max(1, blocks // SHARE))
-    if hands <= 1:
-        for at in range(0, count, LONGEST):
-            work(at, min(count, at + LONGEST))
+    workers = min(_available_workers(), max(1, blocks // MIN_BLOCKS_PER_WORKER))
+    if workers <= 1:
+        for start in range(0, count, MAX_ROWS_PER_CALL):
+            body(start, min(count, start + MAX_ROWS_PER_CALL))
         return
-    edges = [min(count, BLOCK * (blocks * k // (4 * hands))) for k in range(4 * hands)] + [count]
-    with ThreadPoolExecutor(hands, initializer=_busy) as pool:
-        list(pool.map(lambda pair: work(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
+    ranges = RANGES_PER_WORKER * workers
+    edges = [min(count, BLOCK * (blocks * k // ranges)) for k in range(ranges)] + [count]
+    with ThreadPoolExecutor(workers, initializer=_enter_pool) as pool:
+        list(pool.map(lambda pair: body(*pair) if pair[0] < pair[1] else None, zip(edges, edges[1:])))
 
 
-def blocks_of(count: int, work: Callable[[int, int], T], rows: int = 2 * BLOCK) -> Iterator[T]:
-    """The results of work(start, stop) over all of a count, in order, each worker a block at a time."""
+def map_blocks(count: int, function: Callable[[int, int], T], rows: int = 2 * BLOCK) -> Iterator[T]:
+    """Results of ``function(start, stop)`` over all rows of a count, in order, each worker a block at a time."""
     starts = range(0, count, rows)
-    hands = _workers()
-    if hands == 1 or len(starts) < 2:
-        yield from (work(at, min(count, at + rows)) for at in starts)
+    workers = _available_workers()
+    if workers == 1 or len(starts) < 2:
+        yield from (function(start, min(count, start + rows)) for start in starts)
         return
-    with ThreadPoolExecutor(hands, initializer=_busy) as pool:
-        ahead: deque[Future[T]] = deque()
-        for at in starts:  # a few blocks ahead, so that they do not pile up
-            ahead.append(pool.submit(work, at, min(count, at + rows)))
-            if len(ahead) > 2 * hands:
-                yield ahead.popleft().result()
-        while ahead:
-            yield ahead.popleft().result()
+    with ThreadPoolExecutor(workers, initializer=_enter_pool) as pool:
+        pending: deque[Future[T]] = deque()
+        for start in starts:  # a few blocks ahead, so that they do not pile up
+            pending.append(pool.submit(function, start, min(count, start + rows)))
+            if len(pending) > 2 * workers:
+                yield pending.popleft().result()
+        while pending:
+            yield pending.popleft().result()
 
 
-def by_rows(work: Callable[..., Array], *rows: Array) -> Array:
-    """A numpy function of arrays row by row, over blocks that stay in cache, each worker a part of them."""
+def map_rows(function: Callable[..., Array], *rows: Array) -> Array:
+    """A numpy function of arrays that works row by row, over blocks that stay in cache, a share on each worker.
+
+    Args:
+        function: Takes M rows of each array and returns M rows.
+        rows: (N, ...) each.
+
+    Returns:
+        What the function returns for all rows, (N, ...).
+    """
     N = len(rows[0])
     if N <= 2 * BLOCK:
-        return work(*rows)
-    first = work(*(r[:1] for r in rows))
+        return function(*rows)
+    first = function(*(r[:1] for r in rows))
     out = np.empty((N, *first.shape[1:]), dtype=first.dtype)
 
-    def part(start: int, stop: int) -> None:
-        for at in range(start, stop, BLOCK):
-            end = min(stop, at + BLOCK)
-            out[at:end] = work(*(r[at:end] for r in rows))
+    def fill(start: int, stop: int) -> None:
+        for begin in range(start, stop, BLOCK):
+            end = min(stop, begin + BLOCK)
+            out[begin:end] = function(*(r[begin:end] for r in rows))
 
-    share_out(N, part)
+    parallel_for(N, fill)
     return out
 
 
-def beside(work: Callable[[], T], rows: int) -> Callable[[], T]:
-    """Start work on so many rows beside what follows, on a thread of its own where there are two or more.
+def run_in_background(task: Callable[[], T], rows: int) -> Callable[[], T]:
+    """Start a task of so many rows on a thread of its own; at once and here where it is small or there is one worker.
 
     Returns:
-        Call it for the result, as often as wanted: it waits, and raises what the work raised.
+        Call it for the result, as often as wanted: it waits, and raises what the task raised.
     """
-    done: Future[T] = Future()
+    future: Future[T] = Future()
 
     def run() -> None:
-        _busy()
+        _enter_pool()
         try:
-            done.set_result(work())
-        except Exception as failure:  # raised again where the result is asked for
-            done.set_exception(failure)
+            future.set_result(task())
+        except Exception as exception:  # raised again where the result is asked for
+            future.set_exception(exception)
 
-    if _workers() == 1 or rows < MANY:
-        busy = getattr(_here, "busy", False)
+    if _available_workers() == 1 or rows < MIN_BACKGROUND_ROWS:
+        in_pool = getattr(_this_thread, "in_pool", False)
         try:
             run()
         finally:
-            _here.busy = busy
+            _this_thread.in_pool = in_pool
     else:  # a daemon: an interrupted command does not wait for it
         threading.Thread(target=run, daemon=True).start()
-    return done.result
+    return future.result

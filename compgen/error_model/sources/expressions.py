@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.robot.kinematics import is_zero
 
 TERMS = 12  # of the sine series below: 1e-12 up to half a turn
@@ -33,7 +33,7 @@ def rotation_expr(w: Any, terms: int = TERMS) -> Any:
     R = I + a [w] + b [w]^2,  a = sum (-t)^k / (2k + 1)!,  b = sum (-t)^k / (2k + 2)!,  t = w . w; up to half a turn.
     """
     if not isinstance(w, ca.SX):
-        return ca.DM(matrix_of(np.asarray(w, dtype=float).ravel()))
+        return ca.DM(rotation_matrix(np.asarray(w, dtype=float).ravel()))
     t = ca.dot(w, w)
     a: Any = 1.0
     b: Any = 1.0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import between
+from compgen.core.rotations import interpolate_rotation
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Drive
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
@@ -47,7 +47,7 @@ def on_the_way(poses: Poses, drive: Drive, station: IntArray, fraction: Array) -
     position = poses.position[there] - (1 - fraction)[:, None] * step
     rotation = poses.rotation[there].copy()
     way = np.flatnonzero(fraction < 1)
-    rotation[way] = between(poses.rotation[here[way]], poses.rotation[there[way]], fraction[way])
+    rotation[way] = interpolate_rotation(poses.rotation[here[way]], poses.rotation[there[way]], fraction[way])
     return position, rotation
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, dot
-from compgen.core.rotations import vector_of
+from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, INCH, MINUTE, MM
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.listing.lines import end_of_line
@@ -150,7 +150,7 @@ def _angles(poses: Poses, pose: IntArray) -> Array:
     if not len(poses.row) or not len(pose):
         return np.full(len(pose), np.nan)
     here, there = pose[1:], pose[:-1]
-    turn = vector_of(np.swapaxes(poses.rotation[there], 1, 2) @ poses.rotation[here])
+    turn = rotation_vector(np.swapaxes(poses.rotation[there], 1, 2) @ poses.rotation[here])
     known = (here != NONE) & (there != NONE)
     return np.concatenate([[np.nan], np.where(known, np.linalg.norm(turn, axis=1), np.nan)])
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
-from compgen.core.evaluation import share_out
+from compgen.core.evaluation import parallel_for
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
@@ -153,7 +153,7 @@ def _motions(data: bytes, line: int, edge: IntArray) -> tuple[Array, BoolArray]:
             speed[here] = np.array([speed_said(number.decode()) for number, _ in said])[which]
             fine[here] = np.array([end == b"FINE" for _, end in said])[which]
 
-    share_out(len(speed), part)
+    parallel_for(len(speed), part)
     return speed, fine
 
 
@@ -179,7 +179,7 @@ def _positions(data: bytes, small: Program, edge: IntArray) -> tuple[Array, Arra
             turns[here] = np.array([[int(n) for n in digits] for _, *digits in said])[which]
             fill_poses(units, frame.decimals, position[here], rotation[here])
 
-    share_out(N, part)
+    parallel_for(N, part)
     return position, rotation, turns
 
 

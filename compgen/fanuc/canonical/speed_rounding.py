@@ -12,7 +12,7 @@ the largest w: error diffusion along the path. A speed that a unit says exactly 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
-from compgen.core.evaluation import by_rows
+from compgen.core.evaluation import map_rows
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
 from compgen.fanuc.canonical.writer import EXACT, FEED_TOLERANCE, UNITS
@@ -39,7 +39,7 @@ def written_feeds(speed: Array, length: Array) -> Array:
     """
     if not len(speed):
         return np.zeros(0)
-    number, step, late, win, free = by_rows(_rounded_down, speed, length).T
+    number, step, late, win, free = map_rows(_rounded_down, speed, length).T
     slow = number * step < _SLOWEST * speed
     if slow.any():
         n = int(np.argmax(slow))

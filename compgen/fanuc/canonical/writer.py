@@ -7,9 +7,9 @@ from io import BytesIO
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, frozen
-from compgen.core.evaluation import blocks_of, share_out
+from compgen.core.evaluation import map_blocks, parallel_for
 from compgen.core.exceptions import InputError
-from compgen.core.rotations import fill_rotations, to_wpr
+from compgen.core.rotations import fill_rotation_matrices, to_wpr
 from compgen.core.units import DEG, INCH, MINUTE, MM
 from compgen.fanuc.canonical.digits import BLOCK, DECIMALS, fits
 from compgen.fanuc.canonical.layout import Frame, motions, positions
@@ -89,7 +89,7 @@ def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
     def block(first: int, last: int) -> bytes | memoryview:
         return motions(line + first, first + 2, last + 2, tails, which[first:last])
 
-    return blocks_of(len(which), block, BLOCK)
+    return map_blocks(len(which), block, BLOCK)
 
 
 def _positions(program: Program) -> Iterator[bytes | memoryview]:
@@ -104,7 +104,7 @@ def _positions(program: Program) -> Iterator[bytes | memoryview]:
         units = pose_units(program.position, angles, slice(first, last), program.decimals)
         return positions(frame, first + 1, units, configs, which[first:last])
 
-    return blocks_of(len(which), block, BLOCK)
+    return map_blocks(len(which), block, BLOCK)
 
 
 def pose_units(position: Array, angles: tuple[Array, Array, Array], rows: slice, decimals: int) -> IntArray:
@@ -154,7 +154,7 @@ def printed(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple
             here = slice(at, min(at + BLOCK, stop))
             fill_poses(pose_units(position, angles, here, decimals), decimals, found[0][here], found[1][here])
 
-    share_out(len(position), part)
+    parallel_for(len(position), part)
     return found
 
 
@@ -162,7 +162,7 @@ def fill_poses(units: IntArray, decimals: int, position: Array, rotation: Array)
     """Positions (n, 3) [m] and rotations (n, 3, 3) that units of the last digit (6, n) say."""
     numbers = numbers_of(units, decimals)
     np.multiply(numbers[:3], MM, out=position.T)
-    fill_rotations([_cosine_and_sine(angle, decimals) for angle in units[3:]], rotation.reshape(-1, 9))
+    fill_rotation_matrices([_cosine_and_sine(angle, decimals) for angle in units[3:]], rotation.reshape(-1, 9))
 
 
 def _cosine_and_sine(units: IntArray, decimals: int) -> tuple[Array, Array]:

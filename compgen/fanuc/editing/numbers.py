@@ -3,7 +3,7 @@
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import from_wpr, to_wpr, vector_of
+from compgen.core.rotations import from_wpr, rotation_vector, to_wpr
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import J1, NONE, Poses
 from compgen.fanuc.configuration import CONFIG, turn_digits
@@ -132,7 +132,7 @@ def _jacobian(robot: Robot, pendant: Array, tcp: Array, lever: Array) -> Array:
     for i in range(6):
         shift = np.eye(6)[i] * size
         (p0, r0), (p1, r1) = tool(pendant - shift), tool(pendant + shift)
-        turn = vector_of(np.swapaxes(r0, 1, 2) @ r1)
+        turn = rotation_vector(np.swapaxes(r0, 1, 2) @ r1)
         columns.append(np.hstack([p1 - p0, lever[:, None] * turn]) / (2 * size))
     return np.stack(columns, axis=2)
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.evaluation import blocks_of
+from compgen.core.evaluation import map_blocks
 from compgen.core.exceptions import ImpossibleError
 from compgen.fanuc.canonical.writer import compose
 from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
@@ -61,7 +61,7 @@ def split_canonical(
         size = ProgramSize(len(remarks[k]) + FRAME_LINES + count, count, memory)
         return Page(names[k], data, loads[k], motions, size, ())
 
-    pages = tuple(blocks_of(len(ranges), page, 1))
+    pages = tuple(map_blocks(len(ranges), page, 1))
     name = program.name[: capacity.name_length]
     return PagedProgram(name, main_program_text(head, name, pages, main_heading), pages)
 

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, frozen
-from compgen.core.evaluation import blocks_of
+from compgen.core.evaluation import map_blocks
 from compgen.core.exceptions import CompgenError
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
@@ -219,7 +219,7 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
     for name in order:
         if name not in pages:
             raise JoinError(f"page {name}: the main program calls it, but it is not there")
-    programs = list(blocks_of(len(order), lambda k, _: interpret(pages[order[k]]), 1))
+    programs = list(map_blocks(len(order), lambda k, _: interpret(pages[order[k]]), 1))
     for name, page in zip(order, programs):
         if page.name != name:
             raise JoinError(f"page {name}: it calls itself {page.name}")

@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Progress
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import J1, Poses, read_poses, require_frames
@@ -173,7 +173,7 @@ def _written(
     which = np.flatnonzero(each.changed & (size > NOTHING))
     c = each.correction[which]
     position = poses.position[which] + c[:, :3]
-    rotation = poses.rotation[which] @ matrix_of(c[:, 3:])
+    rotation = poses.rotation[which] @ rotation_matrix(c[:, 3:])
     still = np.zeros((len(which), 3), dtype=np.int64)
 
     def changed(nudge: IntArray, joints: BoolArray) -> LsProgram:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, dot
-from compgen.core.rotations import vector_of
+from compgen.core.rotations import rotation_vector
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import commanded, on_the_way, samples
 from compgen.fanuc.analysis.traversal import Drive
@@ -69,7 +69,7 @@ def fly(
 def off(flight: Flight, position: Array, rotation: Array) -> tuple[Array, Array]:
     """Size of the position error (M,) [m] and angle between actual and meant tool (M,) [rad]."""
     error = flight.position - position
-    turn = vector_of(np.swapaxes(rotation, 1, 2) @ flight.rotation)
+    turn = rotation_vector(np.swapaxes(rotation, 1, 2) @ flight.rotation)
     return np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, distinct
+from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import CompgenError
 from compgen.core.findings import Level
 from compgen.error_model.model import ErrorModel, build_error_model
@@ -50,7 +50,7 @@ class Geometry:
 
     def thinned(self, count: int) -> "Geometry":
         """At some of the samples only, both ends among them."""
-        some = distinct(np.linspace(0, len(self.now) - 1, count).astype(int))
+        some = np.unique(np.linspace(0, len(self.now) - 1, count).astype(int))
         few = {n: getattr(self, n)[some] for n in ("segment", "fraction", "now", "theta")}
         return replace(self, **few)
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, distinct, own
+from compgen.core.arrays import Array, own
 from compgen.pipelines.job import Job
 from compgen.pipelines.study.evaluate import displacement, lay_out
 from compgen.thermal import history
@@ -44,7 +44,7 @@ def timeline(job: Job) -> Timeline:
     end = max(sum(d.duration for d in duties), job.clock + float(geometry.leg.time[-1]))
     edges = np.cumsum([0.0, *(d.duration for d in duties)])
     even = np.linspace(0.0, end, POINTS)
-    time = distinct(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))
+    time = np.unique(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))
     starts = job.clock + np.array(job.runs)
     rise = history(job.heat, duties, time, air=job.air)
     run_rise = history(job.heat, duties, starts, air=job.air)

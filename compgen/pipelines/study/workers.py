@@ -61,7 +61,7 @@ def _on_cores(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[lis
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(workers, len(chunks)), context, initializer=_begin, initargs=(study,)) as pool:
         try:
-            with interrupts.for_children():
+            with interrupts.block_sigint_in_children():
                 waiting = {pool.submit(_compute, chunk) for chunk in chunks}
             while waiting:
                 ready, waiting = wait(waiting, return_when=FIRST_COMPLETED)

@@ -19,10 +19,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
-from compgen.core.arrays import Array, IntArray, distinct, own
+from compgen.core.arrays import Array, IntArray, own
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import CompgenError
-from compgen.core.rotations import matrix_of
+from compgen.core.rotations import rotation_matrix
 from compgen.robot.robot import Robot
 from compgen.verification.twin.nominal_arm import AGREE, build_chain, build_join, build_loads, build_model
 
@@ -144,7 +144,7 @@ class RealArm:
         rows = [part for turn, place in parts for part in (place, turn.reshape(-1, 9))]
         position, rotation = evaluate(build_chain(), angles, *rows)
         rotation = rotation.reshape(-1, 3, 3)
-        some = distinct(np.append(np.arange(0, len(theta), every), len(theta) - 1))
+        some = np.unique(np.append(np.arange(0, len(theta), every), len(theta) - 1))
         self._confirm(some, theta, (torque, believed), angles, parts, (rotation, position))
         left = Past(theta[-1], believed[-1], side[-1], tuple(t[-1] for t in going))
         return position + self._mapped(believed, going), rotation, left
@@ -269,7 +269,7 @@ class RealArm:
         """E: the flaw of the frame behind row i; i = 0 is World."""
         f = self.flaws
         if i == 0:
-            found: Placed = (matrix_of(f.base[3:])[None], f.base[None, :3])
+            found: Placed = (rotation_matrix(f.base[3:])[None], f.base[None, :3])
         else:
             d, a, alpha, beta = f.link[i - 1]
             twist = float(self.robot.alpha[i - 1])
@@ -280,9 +280,9 @@ class RealArm:
             if bend.row == i:
                 turn = bend.rate * rise[:, bend.node, None] * bend.axis
                 aside = np.cross(turn, bend.lever) + bend.shift * rise[:, bend.node, None] * bend.axis
-                found = _join(found, (matrix_of(turn), aside))
+                found = _join(found, (rotation_matrix(turn), aside))
         if i == 6:
-            found = _join(found, (matrix_of(f.tool[3:])[None], f.tool[None, :3]))
+            found = _join(found, (rotation_matrix(f.tool[3:])[None], f.tool[None, :3]))
         return found
 
 

@@ -9,7 +9,7 @@ product of all k so far; a stretch as long as that product stays a number is sum
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.evaluation import BLOCK, share_out
+from compgen.core.evaluation import BLOCK, parallel_for
 
 FADED = 200.0  # time constants over which a mode is summed in one go
 
@@ -42,7 +42,7 @@ def warmed(rate: Array, state: Array, time: Array, goals: Array) -> Array:
             past = (time[at:end] - time[edge[k]])[:, None]
             out[at:end] = goal + (corner[k] - goal) * np.exp(-past * rate)
 
-    share_out(len(goals), fade)
+    parallel_for(len(goals), fade)
     return out
 
 

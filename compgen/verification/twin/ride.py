@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, distinct, extent, norm, own
-from compgen.core.evaluation import Picked, blocks_of, evaluate
-from compgen.core.rotations import turns
+from compgen.core.arrays import Array, IntArray, column_extremes, norm, own
+from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
+from compgen.core.rotations import relative_rotation
 from compgen.fanuc.configuration import apply_turns, has_posture
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
@@ -97,7 +97,7 @@ class Leg:
             return ride
 
         # flaws remember what was driven before: then one stretch after the other
-        stretches = blocks_of(S, driven, CHUNK) if self.twin.flaws is None else _in_turn(S, driven)
+        stretches = map_blocks(S, driven, CHUNK) if self.twin.flaws is None else _in_turn(S, driven)
         for k, ride in enumerate(stretches, 1):
             yield ride
             progress(min(1.0, k * CHUNK / S))
@@ -122,8 +122,9 @@ class Leg:
         )
         places, rows = self.program.position, self.program.rotation.reshape(-1, 9)
         theta, position, rotation, wrong = evaluate(
-            drive, Picked(places, line), Picked(places, line + 1), Picked(rows, line), Picked(self.turn, line),
-            Picked(self.theta, line), Picked(self.theta, line + 1), fraction[:, None], growth,
+            drive, IndexedRows(places, line), IndexedRows(places, line + 1), IndexedRows(rows, line),
+            IndexedRows(self.turn, line), IndexedRows(self.theta, line), IndexedRows(self.theta, line + 1),
+            fraction[:, None], growth,
         )  # fmt: skip
         if wrong[:, 0].min() < 0:
             raise TwinError(f"P[{line[int(np.argmin(wrong[:, 0]))] + 1}]: out of the controller's reach")
@@ -148,7 +149,12 @@ class Leg:
             goal = heat.steady("moving", self.driven[first:last])
             since, per = (now - self.time[line])[:, None], self.twin.growths().reshape(1, -1)
             rise, growth = evaluate(
-                build_warmth(K), Picked(self.rise, line), Picked(goal, line - first), heat.tau[None], per, since
+                build_warmth(K),
+                IndexedRows(self.rise, line),
+                IndexedRows(goal, line - first),
+                heat.tau[None],
+                per,
+                since,
             )
             if self.air.is_still:
                 return rise, growth
@@ -213,7 +219,7 @@ class Twin:
         points = self._joints_at(program)
         time, driven = clock(self.robot, program, length, points)
         warm = self.heated(time, points, driven, duties, air)
-        turn = turns(program.rotation[:-1], program.rotation[1:])
+        turn = relative_rotation(program.rotation[:-1], program.rotation[1:])
         pieces = 2 * np.maximum(1, np.ceil(length / (2 * GRID) - 1e-9)).astype(np.int64)
         return Leg(self, program, time, driven=driven, theta=points, turn=turn, pieces=pieces, **warm)
 
@@ -275,7 +281,7 @@ class Twin:
 
     def agree(self, theta: Array, growth: Array, pose: tuple[Array, ...], every: int) -> None:
         """Raises TwinError unless pinocchio agrees on every so many of the samples, and on the last."""
-        some = distinct(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
+        some = np.unique(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
         found = (pose[0][some], pose[1][some])
         far = disagreement(self.robot, self.tool_position, self.tool_rotation, theta[some], growth[some], found)
         if not far <= AGREE:
@@ -339,7 +345,7 @@ def _in_turn(count: int, work: Callable[[int, int], Ride]) -> Iterator[Ride]:
 
 def theta_over(robot: Robot, theta: Array) -> float:
     """How far any joint is beyond its limits, at most [rad]; below zero inside."""
-    lowest, highest = extent(theta)
+    lowest, highest = column_extremes(theta)
     return float(max((robot.lower - lowest).max(), (highest - robot.upper).max()))
 
 
