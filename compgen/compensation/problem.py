@@ -13,8 +13,8 @@ import numpy as np
 from compgen.compensation.expressions import CorrectionFunctions, build_commanded_pose, build_correction_functions
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.evaluation import evaluate
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import NO_DIRECTION, DirectionState
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 

@@ -14,8 +14,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from compgen.core.arrays import Array, norm
+from compgen.error_model.direction_memory import NO_DIRECTION, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import NO_DIRECTION, Source, ThermalGrowth, direction_states, reversal_widths
+from compgen.error_model.source import Source
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.planning import toolpath
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path

@@ -19,7 +19,8 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.evaluation import evaluate
 from compgen.core.rotations import rotation_vector_expr
-from compgen.error_model.sources import NO_DIRECTION, DirectionState, Source, State
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
+from compgen.error_model.source import Source, State
 from compgen.robot.kinematics import nominal_chain
 from compgen.robot.robot import Robot
 

@@ -163,7 +163,7 @@ class JointBoxTable(Table):
 class SourcesTable(Table):
     """All error sources of a robot."""
 
-    thermal_growth: ThermalGrowthTable | None = None
+    thermal_growth: ThermalGrowthTable = ThermalGrowthTable()
     link_offsets: LinkOffsetsTable | None = None
     joint_zeros: JointZerosTable | None = None
     joint_coupling: JointCouplingTable | None = None

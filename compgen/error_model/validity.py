@@ -7,8 +7,10 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, column_extremes
 from compgen.core.findings import Finding, Level
 from compgen.core.units import DEG, MM, UM
+from compgen.error_model.direction_memory import DirectionState, reversal_widths, unknown_share
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import AxisMap, DirectionState, Source, reversal_widths, unknown_share
+from compgen.error_model.source import Source
+from compgen.error_model.sources.measured_map import AxisMap
 from compgen.robot.robot import Robot
 
 SLACK = 1e-6  # m, rad

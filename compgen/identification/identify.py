@@ -10,7 +10,7 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
-from compgen.error_model.sources import Known
+from compgen.error_model.uncertainty import Known
 from compgen.identification.cross_validation import HeldOut, better, held_out
 from compgen.identification.fit import Fit, fit
 from compgen.identification.identifiability import Identifiability, identifiable

@@ -18,7 +18,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.evaluation import evaluate
-from compgen.error_model.sources import Source, State
+from compgen.error_model.source import Source, State
 from compgen.identification.measurements import Measurements
 from compgen.robot.kinematics import nominal_chain
 from compgen.robot.robot import Robot

@@ -1,34 +1,23 @@
 """Which parameters of which sources measurements may move, and in which order models grow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
-from compgen.core.units import DEG, HOUR
-from compgen.error_model.sources import (
-    GearHarmonics,
-    Hysteresis,
-    JointCompliance,
-    JointCoupling,
-    JointRipple,
-    JointZeros,
-    Known,
-    LinkOffsets,
-    Loads,
-    ThermalBend,
-    ThermalGrowth,
-    parallel,
-    prior_of,
-)
+from compgen.core.units import HOUR
+from compgen.error_model.loads import loads_of
+from compgen.error_model.reader import source_of
+from compgen.error_model.schema import LoadsTable
+from compgen.error_model.source import ArmFacts, Entry, LoadDependent, RiseDependent, Rung, Visibility
+from compgen.error_model.sources import ORDER
+from compgen.error_model.uncertainty import Known, prior_of
 from compgen.identification.model import Part, Term, WarmState
 from compgen.robot.robot import Robot
 
-RIPPLE = tuple(range(3, 33))  # orders above the first two
-WIDTH = 0.2 * DEG  # over which a reversal is done, where the robot file says nothing
 WARM_RISE = 8.0  # K: typical of a node in a warm-up without temperatures
 WARM_TAU = 2 * HOUR  # s: typical; its logarithm has a prior of 1
 
@@ -46,20 +35,15 @@ def ladder(groups: Sequence[str]) -> list[Candidate]:
 
     What the warm-up shows is in all but the first, or the cold parameters would answer for it.
     """
-    steps = (
-        ("joint zeros", ("joint_zeros",)),
-        ("geometry", ("link_offsets",)),
-        ("joints", ("compliance", "hysteresis", "gear_harmonics", "joint_coupling")),
-        ("ripple", ("joint_ripple",)),
-    )
-    found = [Candidate("frames only", ())]
-    kept = [g for g in groups if g.split(".")[0] in ("thermal_growth", "thermal_bend", "warm_up")]
-    for name, sources in steps:
-        own = [g for g in groups if g.split(".")[0] in sources]
+    rung = {kind.NAME: kind.FITTING.rung for kind in ORDER if kind.FITTING} | {"warm_up": "temperature"}
+    candidates = [Candidate("frames only", ())]
+    kept = [g for g in groups if rung[g.split(".")[0]] == "temperature"]
+    for name in get_args(Rung)[1:]:
+        own = [g for g in groups if rung[g.split(".")[0]] == name]
         if own:
             kept = [*kept, *own]
-            found.append(Candidate(name, tuple(kept)))
-    return found
+            candidates.append(Candidate(name, tuple(kept)))
+    return candidates
 
 
 def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool, log: bool = True) -> list[Part]:
@@ -75,108 +59,60 @@ def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool,
         warm: Whether a warm-up was measured.
         log: Whether its temperatures are known; else growth stays at the file's cte, and the rises are what is fitted.
     """
-    have = {type(k.source): k for k in known}
-    joints = np.flatnonzero(moved).tolist()
-    hayati = parallel(robot.alpha)
-    loads = next((k.source.loads for k in known if isinstance(k.source, (JointCompliance, Hysteresis))), None)
-    heavy = loads is not None and bool(loads.mass.any() or loads.payload)
-    have = {kind: unpushed(own) for kind, own in have.items()}
+    own = {k.source.NAME: without_force(k) for k in known}
+    loads = next((k.source.loads for k in own.values() if isinstance(k.source, LoadDependent)), None)
+    unloaded = loads_of(LoadsTable(), robot)
+    arm = ArmFacts(robot, (), (np.zeros((6, 0)), np.zeros((6, 0))), unloaded if loads is None else loads)
+    visible = Visibility(robot, tuple(np.flatnonzero(moved).tolist()), warm, log)
     parts: list[Part] = []
-    growth = have.get(ThermalGrowth)
-    if growth is not None:
-        grown = {
-            f: [(i,) for i in range(6) if getattr(growth.source, f[-1])[i].any()] for f in ("excess_a", "excess_d")
-        }
-        parts.append(_part(growth.source, growth.prior, grown if warm and log else {}, False))
-    parts.append(
-        _of(have, LinkOffsets(*np.zeros((4, 6))), {
-            "d": [(i,) for i in range(1, 5) if not hayati[i]],
-            "a": [(i,) for i in range(5)],
-            "alpha": [(i,) for i in range(5)],
-            "beta": [(i,) for i in np.flatnonzero(hayati).tolist()],
-        }, False)
-    )  # fmt: skip
-    parts.append(_of(have, JointZeros(np.zeros(6)), {"offset": [(i,) for i in joints if 0 < i < 5]}, True))
-    ratios = [(i, j) for i in range(6) for j in joints]
-    parts.append(_of(have, JointCoupling(np.zeros((6, 6)), robot.pendant_zero), {"ratio": ratios}, True))
-    if heavy and loads is not None:
-        loads = replace(loads, force=np.zeros(3))
-        give = [(i,) for i in range(1, 6)]
-        parts.append(_of(have, JointCompliance(np.zeros(6), loads), {"compliance": give}, True))
-    first = [(i, h) for i in joints for h in range(2)]
-    waves = GearHarmonics(np.zeros((6, 2)), np.zeros((6, 2)), np.ones(6))
-    parts.append(_of(have, waves, {"sine": first, "cosine": first}, True, ("1", "2")))
-    more = [(i, h) for i in joints for h in range(len(RIPPLE))]
-    zeros = np.zeros((6, len(RIPPLE)))
-    ripple = JointRipple(zeros, zeros, np.array(RIPPLE))
-    parts.append(_part(ripple, prior_of(ripple), {"sine": more, "cosine": more}, True, [str(n) for n in RIPPLE]))
-    light = Loads(np.zeros(6), np.zeros((6, 3)), 0.0, np.zeros(3), np.zeros(3), np.zeros(3))
-    lash = Hysteresis(np.zeros(6), np.zeros(6), np.full(6, WIDTH), loads if loads is not None else light)
-    lags = {"backlash": [(i,) for i in joints], "windup": [(i,) for i in joints] if heavy else []}
-    parts.append(_of(have, lash, lags, True))
-    bend = have.get(ThermalBend)
-    if bend is not None:
-        bent = {"rate": [(i,) for i in range(len(bend.prior["rate"]))]} if warm else {}
-        parts.append(_part(bend.source, bend.prior, bent, False))
+    for kind in ORDER:
+        if kind.FITTING is None:
+            continue
+        start = own.get(kind.NAME)
+        if kind.FITTING.table is not None and (start is None or kind.FITTING.replaces):
+            source = source_of(kind, kind.FITTING.table, arm, kind.NAME)
+            start = Known(source, prior_of(source), {}, "")
+        if start is not None:
+            parts.append(_part(start, start.source.entries_to_fit(visible)))
     return parts
 
 
 def warm_states(known: Sequence[Known], nodes: int) -> tuple[WarmState, ...]:
     """Unknown states of the nodes that something grows or bends with; each with its own clock."""
-    used = np.zeros(nodes, dtype=bool)
-    for k in known:
-        if isinstance(k.source, ThermalGrowth):
-            used |= (k.source.a != 0).any(axis=0) | (k.source.d != 0).any(axis=0)
-        elif isinstance(k.source, ThermalBend):
-            used[k.source.node] = True
-    return tuple(WarmState(k, WARM_RISE, WARM_TAU, str(k)) for k in np.flatnonzero(used).tolist())
+    used = set[int]().union(*(k.source.nodes() for k in known if isinstance(k.source, RiseDependent)))
+    return tuple(WarmState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used))
 
 
-def unpushed(known: Known) -> Known:
-    """The same without the process force: nothing pushes on the tool while it is measured."""
-    source = known.source
-    if not isinstance(source, (JointCompliance, Hysteresis)):
+def without_force(known: Known) -> Known:
+    """A source without the process force: nothing pushes on the tool while it is measured."""
+    source: Any = known.source
+    if not isinstance(known.source, LoadDependent):
         return known
-    return replace(known, source=replace(source, loads=replace(source.loads, force=np.zeros(3))))
+    return replace(known, source=replace(source, loads=known.source.loads.without_force()))
 
 
-def _of(
-    have: Mapping[type, Known], usual: Any, free: Mapping[str, Sequence[tuple[int, ...]]], joint: bool,
-    orders: Sequence[str] | None = None,
-) -> Part:  # fmt: skip
-    """A part from the robot file's own source, or from the usual one."""
-    own = have.get(type(usual))
-    if own is None:
-        return _part(usual, prior_of(usual), free, joint, orders)
-    return _part(own.source, own.prior, free, joint, orders)
-
-
-def _part(
-    source: Any,
-    prior: Mapping[str, Array],
-    free: Mapping[str, Sequence[tuple[int, ...]]],
-    joint: bool,
-    orders: Sequence[str] | None = None,
-) -> Part:
-    """A source with symbols at the free entries; zero, nominal, at the others of a fitted field."""
+def _part(start: Known, entries: Sequence[Entry]) -> Part:
+    """A source with symbols at the entries to fit, where their prior is not zero; the others stay as they are."""
+    source: Any = start.source
     fields: dict[str, Any] = {}
     numbers: dict[str, Array] = {}
     symbols: list[Any] = []
     terms: list[Term] = []
     for p in source.PARAMETERS:
         value = np.array(getattr(source, p.field))
-        index = [i for i in free.get(p.field, ()) if prior[p.field][i] > 0]
         numbers[p.field] = value
-        if not index:
+        free = [e for e in entries if e.field == p.field and start.prior[p.field][e.index] > 0]
+        if not free:
             continue
         filled = ca.SX(ca.DM(value))
-        for place in index:
-            symbol = ca.SX.sym("_".join([source.NAME, p.field, *map(str, place)]))
-            filled[place if len(place) > 1 else place[0]] = symbol
-            group = f"{source.NAME}.{orders[place[1]]}" if orders else f"{source.NAME}.{p.field}"
-            spread = float(prior[p.field][place])
-            terms.append(Term(source.NAME, p.field, place, p.key, p.unit, spread, group, place[0] if joint else None))
+        for entry in free:
+            index = entry.index
+            symbol = ca.SX.sym("_".join([source.NAME, p.field, *map(str, index)]))
+            filled[index if len(index) > 1 else index[0]] = symbol
+            group = f"{source.NAME}.{entry.group or p.field}"
+            deviation = float(start.prior[p.field][index])
+            terms.append(Term(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint))
             symbols.append(symbol)
         fields[p.field] = filled
-    made = replace(source, **fields) if fields else source
-    return Part(made, source, ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1), tuple(terms), numbers)
+    fitted = replace(source, **fields) if fields else source
+    return Part(fitted, source, ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1), tuple(terms), numbers)

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.units import DEG, MDEG
-from compgen.error_model.sources import GearHarmonics, Hysteresis, JointRipple, Known, ThermalBend, table_of
+from compgen.core.units import DEG
+from compgen.error_model.sources.thermal_bend import ThermalBend
+from compgen.error_model.uncertainty import Known, table_of
 from compgen.robot.robot import Robot
 
 _HEADER = re.compile(r"^\s*\[+\s*([A-Za-z0-9_.]+)\s*\]+", re.MULTILINE)
@@ -31,20 +32,8 @@ def robot_text(
     names = {f"sources.{k.source.NAME}" for k in fresh} | {"sources.box", "identified"}
     kept = _without(text, names).rstrip()
     tables = [_table("identified", record), _box(robot, box)]
-    tables += [_table(f"sources.{k.source.NAME}", {**facts_of(k), **table_of(k), "provenance": told}) for k in fresh]
+    tables += [_table(f"sources.{k.source.NAME}", {**table_of(k), "provenance": told}) for k in fresh]
     return kept + "\n\n" + "\n\n".join(tables) + "\n"
-
-
-def facts_of(known: Known) -> dict[str, Any]:
-    """What the table of a source says beside its parameters."""
-    match known.source:
-        case GearHarmonics(cycles=cycles):
-            return {"cycles": cycles.tolist()}
-        case JointRipple(order=order):
-            return {"order": [int(n) for n in order]}
-        case Hysteresis(width=width):
-            return {"width_mdeg": [float(f"{v:.9g}") for v in width / MDEG]}
-    return {}
 
 
 def _box(robot: Robot, box: Array) -> str:

@@ -8,12 +8,14 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.error_model.sources import AxisMap, BaseFrame, Known, ToolFrame
+from compgen.error_model.sources.frames import BaseFrame, ToolFrame
+from compgen.error_model.sources.measured_map import AxisMap
+from compgen.error_model.uncertainty import Known
 from compgen.identification.fit import fit
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import Part, build_model
-from compgen.identification.parameters import unpushed
+from compgen.identification.parameters import without_force
 from compgen.identification.plausibility import check_enough, check_plausible
 from compgen.robot.robot import Robot
 
@@ -56,7 +58,7 @@ def validate(
     """
     parts = [
         Part(k.source, k.source, ca.SX.zeros(0, 1), (), {})
-        for k in map(unpushed, known)
+        for k in map(without_force, known)
         if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
     ]
     nominal, real = build_model(robot, [], nodes), build_model(robot, parts, nodes)

@@ -15,8 +15,8 @@ from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.units import UM
+from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import outside_joints, outside_map, unknown_start
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops

@@ -7,7 +7,8 @@ import numpy as np
 
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, own
-from compgen.error_model.sources import Known, Source
+from compgen.error_model.source import Source
+from compgen.error_model.uncertainty import Known
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import Pieces
 from compgen.planning.surfaces import Quadric

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.toml import check, override, read_toml, shipped, suggest
-from compgen.error_model.sources import Known, ThermalGrowth
-from compgen.error_model.tables import read_box, read_sources
+from compgen.error_model.loads import loads_of
+from compgen.error_model.reader import read_joint_box, read_sources
+from compgen.error_model.source import ArmFacts
+from compgen.error_model.uncertainty import Known
 from compgen.identification.tables import IdentifiedTable
 from compgen.pipelines.job import Cell
 from compgen.pipelines.schema import RobotFile
@@ -68,11 +71,11 @@ def load_arm(name: str) -> Arm:
     where = str(source)
     robot = _nominal(facts, where)
     nodes: tuple[str, ...] = ()
-    growth = ThermalGrowth(np.zeros((6, 1)), np.zeros((6, 1)))
+    growth = np.zeros((6, 1)), np.zeros((6, 1))
     if facts.thermal is not None:
         heat, _, growth = _warmth(facts, robot, where)
         nodes = heat.names
-    known = read_sources(facts.sources, growth, robot, nodes, where)
+    known = read_sources(facts.sources, ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot)), where)
     return Arm(where, source.read_text(encoding="utf-8"), robot, nodes, known, facts.identified)
 
 
@@ -107,7 +110,8 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> Cell:
     robot = _nominal(facts, where)
     check_arm_class(robot)
     heat, profiles, growth = _warmth(facts, robot, where)
-    known = read_sources(facts.sources, growth, robot, heat.names, where)
+    arm = ArmFacts(robot, heat.names, growth, loads_of(facts.sources.loads, robot))
+    known = read_sources(facts.sources, arm, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
     return Cell(
         robot=robot,
@@ -115,7 +119,7 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> Cell:
         profiles=profiles,
         known=known,
         sources=tuple(k.source for k in known),
-        joint_box=read_box(facts.sources, where),
+        joint_box=read_joint_box(facts.sources, where),
         sensors=facts.thermal.sensors if facts.thermal else {},
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
@@ -172,8 +176,8 @@ def _refuse_double(facts: RobotFile, where: str) -> None:
 
 def _warmth(
     facts: RobotFile, robot: Robot, where: str
-) -> tuple[NodeModel | Network, tuple[Profile, ...], ThermalGrowth]:
-    """The heat model, the profiles along its links, and how they grow."""
+) -> tuple[NodeModel | Network, tuple[Profile, ...], tuple[Array, Array]]:
+    """The heat model, the profiles along its links, and the growth of a and d, (6, K) [m/K]."""
     if facts.thermal is None:
         raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
     profiles = tables.profiles(facts.thermal, robot, where)
@@ -181,4 +185,4 @@ def _warmth(
     heat: NodeModel | Network = nodes
     if facts.thermal.model == "network":
         heat, profiles = tables.network(facts.thermal, robot, nodes, where)
-    return heat, profiles, ThermalGrowth(*tables.growth(robot, heat.names, heat.reference_rise, profiles))
+    return heat, profiles, tables.growth(robot, heat.names, heat.reference_rise, profiles)

@@ -6,8 +6,8 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import HOUR
+from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.sources import DirectionState
 from compgen.pipelines.job import Job
 
 LONGEST = 16 * HOUR

@@ -109,6 +109,13 @@ def flange_pose(robot: Robot, theta: Array) -> tuple[Array, Array]:
     return position, rotation
 
 
+def frames_at_zero(robot: Robot) -> tuple[Array, Array]:
+    """Places (7, 3) [m] and axes (7, 3, 3) of the frames behind the DH rows at pendant zero; the first is World's."""
+    frames = nominal_chain(robot, ca.DM(robot.pendant_zero)).joint_frames()
+    place, axes = zip(*frames)
+    return np.array([np.asarray(ca.evalf(p)).ravel() for p in place]), np.array([np.asarray(ca.evalf(a)) for a in axes])
+
+
 def _compose(pose: Frame, frame: Frame | None) -> Frame:
     """The pose of a frame that is given in another pose; without a frame the pose itself."""
     if frame is None:

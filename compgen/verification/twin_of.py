@@ -5,23 +5,20 @@ from typing import Any
 
 import numpy as np
 
-from compgen.error_model.sources import (  # fmt: skip
-    AxisMap,
-    BaseFrame,
-    GearHarmonics,
-    Hysteresis,
-    JointCompliance,
-    JointCoupling,
-    JointRipple,
-    JointZeros,
-    LinkOffsets,
-    Loads,
-    Source,
-    ThermalBend,
-    ThermalGrowth,
-    ThermalShift,
-    ToolFrame,
-)
+from compgen.error_model.loads import Loads
+from compgen.error_model.source import Source
+from compgen.error_model.sources.compliance import JointCompliance
+from compgen.error_model.sources.frames import BaseFrame, ToolFrame
+from compgen.error_model.sources.gear_harmonics import GearHarmonics
+from compgen.error_model.sources.hysteresis import Hysteresis
+from compgen.error_model.sources.joint_coupling import JointCoupling
+from compgen.error_model.sources.joint_ripple import JointRipple
+from compgen.error_model.sources.joint_zeros import JointZeros
+from compgen.error_model.sources.link_offsets import LinkOffsets
+from compgen.error_model.sources.measured_map import AxisMap
+from compgen.error_model.sources.thermal_bend import ThermalBend
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
+from compgen.error_model.sources.thermal_shift import ThermalShift
 from compgen.verification.twin.faulty_arm import Bend, Flaws, Line
 
 

@@ -13,7 +13,7 @@ from compgen.compensation.problem import Problem, Settings
 from compgen.compensation.smoothness import smoothing_matrix, waypoint_lengths
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
-from compgen.error_model.sources import ThermalGrowth
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 

@@ -4,7 +4,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.evaluation import evaluate
-from compgen.error_model.sources import JointRipple, State
+from compgen.error_model.source import State
+from compgen.error_model.sources.joint_ripple import JointRipple
 from compgen.robot.kinematics import Chain, nominal_chain
 
 ORDER = np.array([3, 14, 26])

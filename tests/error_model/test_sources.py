@@ -11,14 +11,31 @@ from scipy.interpolate import CubicSpline
 
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MDEG, MM, UM
-from compgen.error_model import sources as so
+from compgen.error_model.direction_memory import (
+    NO_DIRECTION,
+    DirectionState,
+    direction_states,
+    first_order_lag,
+    reversal_widths,
+    unknown_share,
+)
+from compgen.error_model.expressions import rotation_expr
+from compgen.error_model.loads import Loads
 from compgen.error_model.model import build_error_model
-from compgen.error_model.sources.direction_memory import first_order_lag
-from compgen.error_model.sources.expressions import rotation_expr
-from compgen.error_model.sources.measured_map import _basis_expr
-from compgen.error_model.tables import rows_at_zero
+from compgen.error_model.source import State
+from compgen.error_model.sources import ORDER
+from compgen.error_model.sources.compliance import JointCompliance
+from compgen.error_model.sources.frames import BaseFrame, ToolFrame
+from compgen.error_model.sources.gear_harmonics import GearHarmonics
+from compgen.error_model.sources.hysteresis import Hysteresis
+from compgen.error_model.sources.joint_coupling import JointCoupling
+from compgen.error_model.sources.joint_zeros import JointZeros
+from compgen.error_model.sources.link_offsets import LinkOffsets, parallel
+from compgen.error_model.sources.measured_map import AxisMap, _basis_expr
+from compgen.error_model.sources.thermal_bend import ThermalBend
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.robot_file import load_cell
-from compgen.robot.kinematics import Chain, nominal_chain
+from compgen.robot.kinematics import Chain, frames_at_zero, nominal_chain
 
 TOOL = (np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3])))
 FLANGE = (np.zeros(3), np.eye(3))
@@ -35,7 +52,7 @@ def symbols(cell, tool=TOOL):
     theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", 5)
     direction, travel = ca.SX.sym("u", 6), ca.SX.sym("t", 3)
     chain = nominal_chain(cell.robot, theta, tool)
-    return chain, so.State(chain, rise, direction, travel), ca.vertcat(theta, rise, direction, travel)
+    return chain, State(chain, rise, direction, travel), ca.vertcat(theta, rise, direction, travel)
 
 
 def outputs(chain):
@@ -58,7 +75,7 @@ def emptied(source):
 def error(cell, found, theta, rise=None, direction=None, travel=None, tool=FLANGE):
     """Position error of one pose [m], and how far the tool turned [rad] in World axes."""
     model = build_error_model(cell.robot, found, 5, *tool)
-    motion = so.DirectionState(
+    motion = DirectionState(
         np.zeros((1, 6)) if direction is None else np.array([direction]),
         np.zeros((1, 3)) if travel is None else np.array([travel]),
     )
@@ -71,7 +88,7 @@ def error(cell, found, theta, rise=None, direction=None, travel=None, tool=FLANG
 def test_parameters_that_are_zero_add_nothing_to_the_graph(cell, number):
     chain, state, x = symbols(cell)
     source = emptied(cell.sources[number])
-    if isinstance(source, so.ThermalGrowth):
+    if isinstance(source, ThermalGrowth):
         source = replace(source, a=np.zeros((6, 5)), d=np.zeros((6, 5)))
     plain = ca.Function("plain", [x], [outputs(chain)])
     with_it = ca.Function("with", [x], [outputs(source.distort(chain, state))])
@@ -125,14 +142,14 @@ def test_every_source_states_its_parameters(cell):
             assert p.prior > 0
             assert p.unit > 0
             assert p.meaning
-    assert [s.NAME for s in so.ORDER] == list(dict.fromkeys(s.NAME for s in cell.sources))
+    assert [s.NAME for s in ORDER] == list(dict.fromkeys(s.NAME for s in cell.sources))
 
 
 def test_wrong_shapes_are_refused(cell):
     with pytest.raises(ValueError, match=r"JointZeros.offset: shape \(5,\)"):
-        so.JointZeros(np.zeros(5))
+        JointZeros(np.zeros(5))
     with pytest.raises(ValueError, match=r"AxisMap\.reverse"):
-        so.AxisMap(np.zeros((3, 3)), np.zeros((4, 3)), 0, np.arange(3.0), np.zeros(3), 0.01)
+        AxisMap(np.zeros((3, 3)), np.zeros((4, 3)), 0, np.arange(3.0), np.zeros(3), 0.01)
 
 
 # pendant zero: upper arm up, forearm forward; J1, J2 at (150, 0, 0), J3 at (150, 0, 870), flange at (1341, 0, 1040) mm
@@ -157,24 +174,24 @@ def test_link_offsets_move_and_turn_what_follows(cell, field, row, turn, move):
     size = 1e-5
     zero = {k: np.zeros(6) for k in ("d", "a", "alpha", "beta")}
     zero[field][row] = size
-    e, w = error(cell, [so.LinkOffsets(**zero)], cell.robot.pendant_zero)
+    e, w = error(cell, [LinkOffsets(**zero)], cell.robot.pendant_zero)
     if move is not None:
         assert_allclose(e, size * np.array(move), atol=1e-15)
         return
-    place, axes = rows_at_zero(cell.robot)
+    place, axes = frames_at_zero(cell.robot)
     axis = axes[row + 1][:, turn]
     assert_allclose(e, size * np.cross(axis, HOME - place[row + 1]), atol=2e-10)  # second order
     assert_allclose(w, size * axis, atol=1e-10)
 
 
 def test_hayati_angles_belong_to_parallel_axes(cell):
-    assert so.parallel(cell.robot.alpha).tolist() == [False, True, False, False, False, False]
+    assert parallel(cell.robot.alpha).tolist() == [False, True, False, False, False, False]
 
 
 def test_joint_zeros_turn_about_the_joints_axis(cell):
     offset = np.zeros(6)
     offset[0] = 1e-5
-    e, w = error(cell, [so.JointZeros(offset)], cell.robot.pendant_zero)
+    e, w = error(cell, [JointZeros(offset)], cell.robot.pendant_zero)
     assert_allclose(e, [0, 1.341e-5, 0], atol=1e-10)
     assert_allclose(w, [0, 0, 1e-5], atol=1e-15)
 
@@ -182,7 +199,7 @@ def test_joint_zeros_turn_about_the_joints_axis(cell):
 def test_coupling_turns_a_joint_by_the_ratio_of_anothers_way(cell):
     ratio = np.zeros((6, 6))
     ratio[2, 1] = 1e-4
-    coupling = so.JointCoupling(ratio, cell.robot.pendant_zero)
+    coupling = JointCoupling(ratio, cell.robot.pendant_zero)
     theta = cell.robot.pendant_zero.copy()
     assert not error(cell, [coupling], theta)[0].any()  # mastered
     theta[1] += 0.3
@@ -191,7 +208,7 @@ def test_coupling_turns_a_joint_by_the_ratio_of_anothers_way(cell):
 
 
 def loads(payload=0.0, force=(0, 0, 0), mass=0.0):
-    return so.Loads(
+    return Loads(
         mass=np.array([0, mass, 0, 0, 0, 0]), centre=np.array([[0, 0, 0], [-0.435, 0, 0], *4 * [[0, 0, 0]]]),
         payload=payload, payload_centre=np.zeros(3), gravity=np.array([0, 0, -10.0]), force=np.array(force),
     )  # fmt: skip
@@ -199,7 +216,7 @@ def loads(payload=0.0, force=(0, 0, 0), mass=0.0):
 
 def test_a_payload_bends_joint_two_by_its_moment(cell):
     k = np.array([0, 1e-6, 0, 0, 0, 0])
-    e, w = error(cell, [so.JointCompliance(k, loads(payload=50))], cell.robot.pendant_zero)
+    e, w = error(cell, [JointCompliance(k, loads(payload=50))], cell.robot.pendant_zero)
     phi = 1e-6 * 50 * 10 * 1.191  # 500 N on 1.191 m from joint 2: forward and down
     assert_allclose(w, [0, phi, 0], atol=1e-15)
     assert_allclose(e, np.cross([0, phi, 0], HOME - [0.15, 0, 0]), atol=phi**2)
@@ -209,14 +226,14 @@ def test_a_payload_bends_joint_two_by_its_moment(cell):
 def test_a_link_bends_joint_two_by_its_own_moment(cell):
     k = np.array([0, 1e-6, 0, 0, 0, 0])
     theta = cell.robot.to_theta(np.array([[0, 90, 0, 0, 0, 0]]) * DEG)[0]  # upper arm along x, its centre halfway
-    _, w = error(cell, [so.JointCompliance(k, loads(mass=100))], theta)
+    _, w = error(cell, [JointCompliance(k, loads(mass=100))], theta)
     assert_allclose(w, [0, 1e-6 * 100 * 10 * 0.435, 0], atol=1e-15)
 
 
 def test_a_force_on_the_tool_turns_joint_one(cell):
     """At home the tool's z is World x, its y World -y: 100 N along -y of World turn joint 1 clockwise."""
     k = np.array([2e-7, 0, 0, 0, 0, 0])
-    _, w = error(cell, [so.JointCompliance(k, loads(force=(0, 100, 0)))], cell.robot.pendant_zero)
+    _, w = error(cell, [JointCompliance(k, loads(force=(0, 100, 0)))], cell.robot.pendant_zero)
     assert_allclose(w, [0, 0, -2e-7 * 100 * 1.341], atol=1e-15)
 
 
@@ -225,7 +242,7 @@ def test_harmonics_are_a_sine_and_a_cosine_of_the_commanded_joint(cell):
     sine[0], cosine[0] = (1e-5, -2e-5), (3e-5, 4e-5)
     theta = cell.robot.pendant_zero.copy()
     theta[0] = 0.7
-    _, w = error(cell, [so.GearHarmonics(sine, cosine, np.full(6, 2.0))], theta)
+    _, w = error(cell, [GearHarmonics(sine, cosine, np.full(6, 2.0))], theta)
     expected = 1e-5 * np.sin(1.4) - 2e-5 * np.sin(2.8) + 3e-5 * np.cos(1.4) + 4e-5 * np.cos(2.8)
     assert_allclose(w, [0, 0, expected], atol=1e-15)
 
@@ -233,7 +250,7 @@ def test_harmonics_are_a_sine_and_a_cosine_of_the_commanded_joint(cell):
 def test_hysteresis_is_a_half_width_on_either_side(cell):
     lash, wind = np.zeros(6), np.zeros(6)
     lash[1], wind[1] = 1e-5, 1e-8
-    source = so.Hysteresis(lash, wind, np.full(6, 0.01), loads(payload=50))
+    source = Hysteresis(lash, wind, np.full(6, 0.01), loads(payload=50))
     half = 1e-5 + 1e-8 * np.hypot(50 * 10 * 1.191, 1)
     for u in (1, -1, 0.25):
         _, w = error(cell, [source], cell.robot.pendant_zero, direction=[0, u, 0, 0, 0, 0])
@@ -242,14 +259,12 @@ def test_hysteresis_is_a_half_width_on_either_side(cell):
 
 def test_frames_move_the_arm_and_the_tool(cell):
     turn = np.array([0, 0, 2e-5])
-    e, w = error(cell, [so.BaseFrame(np.array([1e-4, 0, 0]), turn)], cell.robot.pendant_zero)
+    e, w = error(cell, [BaseFrame(np.array([1e-4, 0, 0]), turn)], cell.robot.pendant_zero)
     assert_allclose(e, [1e-4, 1.341 * 2e-5, 0], atol=1e-9)
     assert_allclose(w, turn, atol=1e-15)
     # at home the flange's z is World x, its x World z, its y World -y
     tool = (np.array([0, 0, 0.25]), np.eye(3))
-    e, w = error(
-        cell, [so.ToolFrame(np.array([1e-4, 0, 0]), np.array([0, 2e-5, 0]))], cell.robot.pendant_zero, tool=tool
-    )
+    e, w = error(cell, [ToolFrame(np.array([1e-4, 0, 0]), np.array([0, 2e-5, 0]))], cell.robot.pendant_zero, tool=tool)
     assert_allclose(e - np.cross([0, -2e-5, 0], [0.25, 0, 0]), [0, 0, 1e-4], atol=1e-9)
     assert_allclose(w, [0, -2e-5, 0], atol=1e-15)
 
@@ -267,7 +282,7 @@ def test_large_turns_of_a_frame_are_exact():
 def test_an_upper_arm_bends_to_a_circle(cell):
     """12 K at the study's 2.4 arcsec/K: 28.8 arcsec, the elbow moves by half of that over the arm's length."""
     theta, rise = cell.robot.pendant_zero, [0, 12.0, 0, 0, 0]
-    source = next(s for s in cell.sources if isinstance(s, so.ThermalBend))
+    source = next(s for s in cell.sources if isinstance(s, ThermalBend))
     alone = np.where((source.row == 2) & (np.abs(source.axis[:, 2]) > 0.5), 2.4 * ARCSEC, 0.0)
     assert np.count_nonzero(alone) == 1
     e, w = error(cell, [replace(source, rate=alone)], theta, rise)
@@ -280,7 +295,7 @@ def test_an_upper_arm_bends_to_a_circle(cell):
 
 def test_a_bent_forearm_ends_at_the_circles_end(cell):
     theta, rise = cell.robot.pendant_zero, [0, 0, 10.0, 0, 0]
-    source = next(s for s in cell.sources if isinstance(s, so.ThermalBend))
+    source = next(s for s in cell.sources if isinstance(s, ThermalBend))
     alone = np.where((source.row == 3) & (source.node == 2), 1.0 * ARCSEC, 0.0)
     assert np.count_nonzero(alone) == 1
     e, w = error(cell, [replace(source, rate=alone)], theta, rise)
@@ -292,7 +307,7 @@ def test_a_bent_forearm_ends_at_the_circles_end(cell):
 
 def test_a_column_bends_about_its_foot(cell):
     theta, rise = cell.robot.pendant_zero, [10.0, 0, 0, 0, 0]
-    source = next(s for s in cell.sources if isinstance(s, so.ThermalBend))
+    source = next(s for s in cell.sources if isinstance(s, ThermalBend))
     alone = np.where((source.row == 0) & (source.axis[:, 1] == 1), 1.0 * ARCSEC, 0.0)
     e, w = error(cell, [replace(source, rate=alone)], theta, rise)
     phi = 10 * ARCSEC
@@ -320,7 +335,7 @@ def line(values, reverse=None):
     station = np.array([1.0, 1.1, 1.25, 1.4, 1.5])
     forward = np.column_stack([values, np.zeros(5), np.zeros(5)])
     other = forward if reverse is None else np.column_stack([reverse, np.zeros(5), np.zeros(5)])
-    return so.AxisMap(forward, other, 0, station, np.zeros(3), 0.01)
+    return AxisMap(forward, other, 0, station, np.zeros(3), 0.01)
 
 
 def test_a_map_is_its_stations_for_each_direction_and_a_spline_between():
@@ -329,7 +344,7 @@ def test_a_map_is_its_stations_for_each_direction_and_a_spline_between():
     s, t = ca.SX.sym("s"), ca.SX.sym("t", 3)
     none = 6 * (0.0,)
     chain = Chain(none, none, none, none, tool=(ca.vertcat(s, 0, 0), np.eye(3)))  # nothing but a TCP at s
-    shift = source.distort(chain, so.State(chain, ca.SX.zeros(1), ca.SX.zeros(6), t)).shift
+    shift = source.distort(chain, State(chain, ca.SX.zeros(1), ca.SX.zeros(6), t)).shift
     f = ca.Function("f", [s, t], [shift])
     for k, at in enumerate(source.station):
         assert_allclose(np.asarray(f(at, [1, 0, 0])).ravel(), [forward[k], 0, 0], atol=1e-17)
@@ -347,19 +362,19 @@ def test_a_map_of_two_stations_is_a_line():
 
 
 def test_the_memory_of_a_direction_is_the_widths(cell):
-    memory = so.reversal_widths(cell.sources)
+    memory = reversal_widths(cell.sources)
     assert_allclose(memory.joint, 600 * MDEG)
     assert_allclose(memory.travel, 40 * MM)
-    assert so.reversal_widths([cell.sources[0]]) is None
-    assert so.direction_states(None, np.zeros((5, 6)), np.zeros((5, 3))) is so.NO_DIRECTION
+    assert reversal_widths([cell.sources[0]]) is None
+    assert direction_states(None, np.zeros((5, 6)), np.zeros((5, 3))) is NO_DIRECTION
 
 
 def test_direction_does_not_depend_on_how_a_way_is_cut(cell):
-    memory = so.reversal_widths(cell.sources)
+    memory = reversal_widths(cell.sources)
     coarse = np.array([0, 0.02, 0.03, 0.01, -0.02])[:, None] * np.ones(6)
     fine = np.interp(np.linspace(0, 4, 41), range(5), coarse[:, 0])[:, None] * np.ones(6)
     places = [np.column_stack([t[:, 0], t[:, 0], 0 * t[:, 0]]) for t in (coarse, fine)]
-    found = [so.direction_states(memory, t, p) for t, p in zip((coarse, fine), places)]
+    found = [direction_states(memory, t, p) for t, p in zip((coarse, fine), places)]
     assert_allclose(found[0].direction, found[1].direction[::10], atol=1e-13)
     assert_allclose(found[0].travel, found[1].travel[::10], atol=1e-13)
     left = np.exp(-0.02 / (600 * MDEG))
@@ -367,12 +382,12 @@ def test_direction_does_not_depend_on_how_a_way_is_cut(cell):
 
 
 def test_a_way_driven_in_parts_is_remembered_as_the_whole(cell):
-    memory = so.reversal_widths(cell.sources)
+    memory = reversal_widths(cell.sources)
     rng = np.random.default_rng(1)
     theta, place = 0.01 * rng.normal(size=(50, 6)).cumsum(axis=0), 0.01 * rng.normal(size=(50, 3)).cumsum(axis=0)
-    whole = so.direction_states(memory, theta, place)
-    first = so.direction_states(memory, theta[:21], place[:21])
-    second = so.direction_states(memory, theta[20:], place[20:], first)
+    whole = direction_states(memory, theta, place)
+    first = direction_states(memory, theta[:21], place[:21])
+    second = direction_states(memory, theta[20:], place[20:], first)
     for name in ("direction", "travel"):
         assert_allclose(getattr(second, name), getattr(whole, name)[20:], atol=1e-14)
         assert np.abs(getattr(first, name)[-1]).max() > 0.1  # the set-up bites
@@ -394,15 +409,15 @@ def test_relaxed_is_the_recursion(steps):
 def test_what_is_unknown_of_the_start_fades_with_motion(cell):
     theta = np.array([[0.0], [0.01], [0.0], [0.0]]) * np.ones(6)
     place = np.array([[0, 0, 0], [0.03, 0, 0.04], [0, 0, 0], [0, 0, 0]])
-    left = so.unknown_share(so.reversal_widths(cell.sources), theta, place)
+    left = unknown_share(reversal_widths(cell.sources), theta, place)
     assert_allclose(left.direction[:, 0], np.exp(-np.array([0, 0.01, 0.02, 0.02]) / (600 * MDEG)))
     assert_allclose(left.travel[:, 0], np.exp(-np.array([0, 0.05, 0.1, 0.1]) / 0.04))
 
 
 def test_link_centres_are_read_from_each_joint_in_world_axes(cell):
     """As the file has them: link 2 from joint 2 at (150, 0, 0), link 4 from joint 4's origin at (150, 0, 1040) mm."""
-    carried = next(s.loads for s in cell.sources if isinstance(s, so.JointCompliance))
-    place, axes = rows_at_zero(cell.robot)
+    carried = next(s.loads for s in cell.sources if isinstance(s, JointCompliance))
+    place, axes = frames_at_zero(cell.robot)
     in_world = place[1:] + np.einsum("kij,kj->ki", axes[1:], carried.centre)
     assert_allclose(in_world[1], [0.17, 0.01, 0.4], atol=1e-12)
     assert_allclose(in_world[3], [0.45, 0, 1.04], atol=1e-12)

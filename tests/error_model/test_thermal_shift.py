@@ -7,7 +7,8 @@ from numpy.testing import assert_allclose
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.error_model.model import build_error_model
-from compgen.error_model.sources import ThermalBend, ThermalShift
+from compgen.error_model.sources.thermal_bend import ThermalBend
+from compgen.error_model.sources.thermal_shift import ThermalShift
 from compgen.pipelines.robot_file import load_cell
 from compgen.verification.twin import Twin
 from compgen.verification.twin_of import flaws_of

@@ -19,7 +19,12 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model import validity
-from compgen.error_model.sources import NO_DIRECTION, AxisMap, Hysteresis, LinkOffsets, ThermalGrowth, table_of
+from compgen.error_model.direction_memory import NO_DIRECTION
+from compgen.error_model.sources.hysteresis import Hysteresis
+from compgen.error_model.sources.link_offsets import LinkOffsets
+from compgen.error_model.sources.measured_map import AxisMap
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
+from compgen.error_model.uncertainty import table_of
 from compgen.fanuc.frames import known_without_a_table
 from compgen.pipelines import correct, generate
 from compgen.pipelines.path_file import load_job

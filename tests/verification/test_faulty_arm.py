@@ -9,8 +9,8 @@ from flawed import flawed_file
 
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
+from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import build_error_model
-from compgen.error_model.sources import DirectionState, direction_states, reversal_widths
 from compgen.pipelines.robot_file import load_cell
 from compgen.verification.twin import Twin
 from compgen.verification.twin.faulty_arm import Past, TwinError, _kept, came_from, real_arm

@@ -9,9 +9,19 @@ within the rated payload.
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from compgen.error_model.sources.expressions import entries, plus
-from compgen.error_model.sources.loads import Loads, torque_expr
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.expressions import entries, plus
+from compgen.error_model.loads import Loads, torque_expr
+from compgen.error_model.schema import ComplianceTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
@@ -26,12 +36,23 @@ class JointCompliance:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("compliance", "compliance_urad_Nm", (6,), 1e-6, 1e-6, "turn of each joint per torque about it"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = Fitting("joints", ComplianceTable())
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
+
+    @staticmethod
+    def derive(table: ComplianceTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """What the joints carry."""
+        return {"loads": arm.loads}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """All joints that gravity loads: not the first, which stands upright; none where no mass is known."""
+        return [Entry("compliance", (i,), joint=i) for i in range(1, 6)] if self.loads.have_weight else []
 
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its joints yielding."""
+        """The chain with its joints turned by what they carry."""
         give = entries(self.compliance, 6)
         if all(is_zero(k) for k in give):
             return chain

@@ -10,8 +10,18 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from compgen.core.units import MDEG, UM
-from compgen.error_model.sources.expressions import column, rotation_expr
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.expressions import column, rotation_expr
+from compgen.error_model.schema import FrameTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
@@ -27,9 +37,20 @@ class BaseFrame:
         Parameter("position", "position_um", (3,), UM, 1000 * UM, "of the arm in World"),
         Parameter("rotation", "rotation_mdeg", (3,), MDEG, 50 * MDEG, "of the arm in World, rotation vector"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = None
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
+
+    @staticmethod
+    def derive(table: FrameTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Nothing: the table says it all."""
+        return {}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """None: the frame of the instrument takes its place."""
+        return []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain on its real base."""
@@ -48,9 +69,20 @@ class ToolFrame:
         Parameter("position", "position_um", (3,), UM, 500 * UM, "of the tool in the flange"),
         Parameter("rotation", "rotation_mdeg", (3,), MDEG, 100 * MDEG, "of the tool in the flange, rotation vector"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = None
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
+
+    @staticmethod
+    def derive(table: FrameTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Nothing: the table says it all."""
+        return {}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """None: the places of the reflectors take its place."""
+        return []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its real tool."""

@@ -15,7 +15,17 @@ import casadi as ca
 
 from compgen.core.arrays import Array, own
 from compgen.core.units import MDEG
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.schema import GearHarmonicsTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
@@ -32,13 +42,29 @@ class GearHarmonics:
         Parameter("sine", "sine_mdeg", (6, 2), MDEG, 5 * MDEG, "first and second order, of each joint"),
         Parameter("cosine", "cosine_mdeg", (6, 2), MDEG, 5 * MDEG, "first and second order, of each joint"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = (Fact("cycles", "cycles", 1.0),)
+    FITTING: ClassVar[Fitting | None] = Fitting("joints", GearHarmonicsTable())
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
         own(self, cycles=(6,))
 
+    @staticmethod
+    def derive(table: GearHarmonicsTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Nothing: the table says it all."""
+        return {}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """Both orders of the joints that move; each order has a scale of its own."""
+        return [
+            Entry(field, (i, n), joint=i, group=str(n + 1))
+            for field in ("sine", "cosine")
+            for i in visible.joints
+            for n in range(2)
+        ]
+
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its joints running out."""
+        """The chain with first and second orders added to its joints."""
         theta = []
         for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta)):
             for n in (1, 2):

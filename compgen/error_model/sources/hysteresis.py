@@ -12,12 +12,24 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import casadi as ca
+import numpy as np
 
 from compgen.core.arrays import Array, own
 from compgen.core.units import MDEG
-from compgen.error_model.sources.expressions import entries
-from compgen.error_model.sources.loads import Loads, torque_expr
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.expressions import entries
+from compgen.error_model.loads import Loads, torque_expr
+from compgen.error_model.schema import HysteresisTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    ReversalWidths,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
@@ -35,13 +47,29 @@ class Hysteresis:
         Parameter("backlash", "backlash_mdeg", (6,), MDEG, 3 * MDEG, "half the width, of each joint"),
         Parameter("windup", "windup_urad_Nm", (6,), 1e-6, 0.02e-6, "half the width per load about the joint"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = (Fact("width", "width_mdeg", MDEG),)
+    FITTING: ClassVar[Fitting | None] = Fitting("joints", HysteresisTable(width_mdeg=6 * [200.0]))
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
         own(self, width=(6,))
 
+    @staticmethod
+    def derive(table: HysteresisTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """What the joints carry."""
+        return {"loads": arm.loads}
+
+    def reversal_widths(self) -> ReversalWidths:
+        """The joints' own; nothing depends on the TCP's travel."""
+        return ReversalWidths(self.width, np.full(3, np.inf))
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """The joints that move; windup only where they carry something."""
+        fields = ("backlash", "windup") if self.loads.have_weight else ("backlash",)
+        return [Entry(field, (i,), joint=i) for field in fields for i in visible.joints]
+
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its joints lagging behind."""
+        """The chain with its joints behind by half their width."""
         lash, wind = entries(self.backlash, 6), entries(self.windup, 6)
         loaded = not all(is_zero(w) for w in wind)
         torque = torque_expr(self.loads, state.nominal) if loaded else 6 * [0.0]

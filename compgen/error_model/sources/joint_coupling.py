@@ -13,8 +13,18 @@ from typing import Any, ClassVar
 import casadi as ca
 
 from compgen.core.arrays import Array, own
-from compgen.error_model.sources.expressions import plus
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.expressions import plus
+from compgen.error_model.schema import JointCouplingTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
@@ -29,13 +39,24 @@ class JointCoupling:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("ratio", "ratio_ppm", (6, 6), 1e-6, 200e-6, "error of the row's joint per motion of the column's"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = Fitting("joints", JointCouplingTable())
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
         own(self, zero=(6,))
 
+    @staticmethod
+    def derive(table: JointCouplingTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Where the arm is mastered."""
+        return {"zero": arm.robot.pendant_zero}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """Of every joint, what follows a joint that moves."""
+        return [Entry("ratio", (i, j), joint=i) for i in range(6) for j in visible.joints]
+
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its joints driven along."""
+        """The chain with its joints driven by others."""
         turned = [q - float(z) for q, z in zip(state.nominal.theta, self.zero)]
         theta = []
         for i, q in enumerate(chain.theta):

@@ -14,8 +14,21 @@ import casadi as ca
 
 from compgen.core.arrays import IntArray, own
 from compgen.core.units import MDEG
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.schema import JointRippleTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
+
+#: what identification begins with: orders above the gears' first two
+USUAL = JointRippleTable(order=list(range(3, 33)), sine_mdeg=6 * [30 * [0.0]], cosine_mdeg=6 * [30 * [0.0]])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,15 +44,31 @@ class JointRipple:
         Parameter("sine", "sine_mdeg", (6, "H"), MDEG, 0.2 * MDEG, "of each joint and order"),
         Parameter("cosine", "cosine_mdeg", (6, "H"), MDEG, 0.2 * MDEG, "of each joint and order"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = (Fact("order", "order", 1),)
+    FITTING: ClassVar[Fitting | None] = Fitting("ripple", USUAL, replaces=True)
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
         own(self, order=("H",))
         if self.sine.shape[1] != len(self.order):
             raise ValueError(f"JointRipple.sine: {self.sine.shape[1]} columns for {len(self.order)} orders")
 
+    @staticmethod
+    def derive(table: JointRippleTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Nothing: the table says it all."""
+        return {}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """All orders of the joints that move; each order has a scale of its own."""
+        return [
+            Entry(field, (i, h), joint=i, group=str(n))
+            for field in ("sine", "cosine")
+            for i in visible.joints
+            for h, n in enumerate(self.order.tolist())
+        ]
+
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its joints waving."""
+        """The chain with waves added to its joints."""
         theta = []
         for i, (q, commanded) in enumerate(zip(chain.theta, state.nominal.theta)):
             for h, n in enumerate(self.order.tolist()):

@@ -7,8 +7,18 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from compgen.core.units import MDEG
-from compgen.error_model.sources.expressions import entries, plus
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.expressions import entries, plus
+from compgen.error_model.schema import JointZerosTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain
 
 
@@ -22,10 +32,21 @@ class JointZeros:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("offset", "offset_mdeg", (6,), MDEG, 50 * MDEG, "zero of each joint theta"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = Fitting("joint zeros", JointZerosTable())
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
+
+    @staticmethod
+    def derive(table: JointZerosTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Nothing: the table says it all."""
+        return {}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """Joints that move, less the first and the last: the frames of instrument and reflectors hold those."""
+        return [Entry("offset", (i,), joint=i) for i in visible.joints if 0 < i < 5]
 
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its joints turned."""
+        """The chain with constants added to its joints."""
         return replace(chain, theta=tuple(plus(q, o) for q, o in zip(chain.theta, entries(self.offset, 6))))

@@ -15,8 +15,18 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.units import MDEG, UM
-from compgen.error_model.sources.expressions import entries, plus
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.expressions import entries, plus
+from compgen.error_model.schema import LinkOffsetsTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain
 
 PARALLEL = 1e-3  # rad: twists nearer to 0 or 180 deg than this make their axes parallel
@@ -38,12 +48,32 @@ class LinkOffsets:
         Parameter("alpha", "alpha_mdeg", (6,), MDEG, 50 * MDEG, "twist of each link"),
         Parameter("beta", "beta_mdeg", (6,), MDEG, 50 * MDEG, "Hayati angle, where axes are parallel"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = Fitting("geometry", LinkOffsetsTable())
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
+
+    @staticmethod
+    def derive(table: LinkOffsetsTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Nothing: the table says it all."""
+        return {}
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """Of each row d, or beta where axes are parallel, a and alpha.
+
+        The frames of instrument and reflectors hold the first d and the last row.
+        """
+        hayati = parallel(visible.robot.alpha)
+        return [
+            *(Entry("d", (i,)) for i in range(1, 5) if not hayati[i]),
+            *(Entry("a", (i,)) for i in range(5)),
+            *(Entry("alpha", (i,)) for i in range(5)),
+            *(Entry("beta", (i,)) for i in range(6) if hayati[i]),
+        ]
 
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its rows changed."""
+        """The chain with constants added to its DH rows."""
         more = {name: entries(getattr(self, name), 6) for name in ("d", "a", "alpha", "beta")}
         return replace(
             chain, **{name: tuple(plus(v, m) for v, m in zip(getattr(chain, name), new)) for name, new in more.items()}

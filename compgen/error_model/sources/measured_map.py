@@ -22,8 +22,20 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from compgen.core.arrays import Array, own
-from compgen.core.units import UM
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.core.exceptions import InputError
+from compgen.core.units import MM, UM
+from compgen.error_model.schema import MapTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    ReversalWidths,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
@@ -43,10 +55,37 @@ class AxisMap:
         Parameter("forward", "forward_um", ("S", 3), UM, 300 * UM, "deviation moving to larger coordinates"),
         Parameter("reverse", "reverse_um", ("S", 3), UM, 300 * UM, "deviation moving to smaller coordinates"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = None
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
         own(self, station=("S",), place=(3,))
+
+    @staticmethod
+    def derive(table: MapTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Where the line was measured, and over which way a reversal blends."""
+        station = np.array(table.station_mm) * MM
+        if not (np.diff(station) > 0).all():
+            raise InputError(f"{key}.station_mm: stations must rise; sort the rows, each place once")
+        for name in ("forward_um", "reverse_um"):
+            count = len(getattr(table, name))
+            if count != len(station):
+                raise InputError(f"{key}.{name}: {count} rows for {len(station)} stations; give one each")
+        return {
+            "axis": "xyz".index(table.axis),
+            "station": station,
+            "place": np.array(table.at_mm) * MM,
+            "width": table.width_mm * MM,
+        }
+
+    def reversal_widths(self) -> ReversalWidths:
+        """The line's own along its axis; nothing depends on the joints' directions."""
+        return ReversalWidths(np.full(6, np.inf), np.where(np.arange(3) == self.axis, self.width, np.inf))
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """None: poses that are measured with reflectors say nothing of lines that are measured with a tool."""
+        return []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its TCP moved."""

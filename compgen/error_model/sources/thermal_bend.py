@@ -15,11 +15,26 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import casadi as ca
+import numpy as np
 
 from compgen.core.arrays import Array, IntArray, own
-from compgen.error_model.sources.expressions import cross, entries, rotation_expr
-from compgen.error_model.sources.source import Parameter, State, settle
-from compgen.robot.kinematics import Chain, is_zero
+from compgen.core.exceptions import InputError
+from compgen.core.toml import suggest
+from compgen.core.units import MM
+from compgen.error_model.expressions import cross, entries, rotation_expr
+from compgen.error_model.schema import ThermalBendTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
+from compgen.robot.kinematics import Chain, frames_at_zero, is_zero
+from compgen.robot.robot import Robot
 
 ARCSEC = 4.84813681109536e-06  # rad
 
@@ -38,10 +53,51 @@ class ThermalBend:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("rate", "rate_arcsec_K", ("B",), ARCSEC, 3 * ARCSEC, "turn of the link's end per kelvin"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = Fitting("temperature")
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
         own(self, row=("B",), axis=("B", 3), lever=("B", 3), node=("B",))
+
+    @staticmethod
+    def derive(table: ThermalBendTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Row, axis, lever and node of each bend; positive rates turn as joint 2 does, or about World x and y."""
+        count = len(table.link)
+        for name in ("plane", "node", "rate_arcsec_K"):
+            if len(getattr(table, name)) != count:
+                raise InputError(f"{key}.{name}: {len(getattr(table, name))} entries for {count} links; give one each")
+        row: list[int] = []
+        axis: list[Array] = []
+        lever: list[Array] = []
+        node: list[int] = []
+        for i, (link, plane, name) in enumerate(zip(table.link, table.plane, table.node)):
+            if name not in arm.nodes:
+                raise InputError(f"{key}.node.{i}: '{name}' is unknown{suggest(name, list(arm.nodes))}")
+            if plane != "twist" and (link == "column") != (plane in "xy"):
+                fit = "'x' or 'y'" if link == "column" else "'arm' or 'side'"
+                raise InputError(f"{key}.plane.{i}: '{plane}' does not fit the link '{link}'; say {fit}")
+            if link != "column" and not (arm.robot.d[3] if link == "d4" else arm.robot.a[int(link[1]) - 1]):
+                raise InputError(f"{key}.link.{i}: {link} has no length in this arm; name one that has")
+            node.append(arm.nodes.index(name))
+            place = _bend_of(link, plane, arm.robot, table.column_mm * MM)
+            row.append(place[0])
+            axis.append(place[1])
+            lever.append(place[2])
+        return {
+            "row": np.array(row, dtype=int),
+            "axis": np.array(axis).reshape(count, 3),
+            "lever": np.array(lever).reshape(count, 3),
+            "node": np.array(node, dtype=int),
+        }
+
+    def nodes(self) -> set[int]:
+        """Nodes that something bends with."""
+        return set(self.node.tolist())
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """All bends, in a warm-up."""
+        return [Entry("rate", (i,)) for i in range(len(self.row))] if visible.warm_up else []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its links bent."""
@@ -51,3 +107,25 @@ class ThermalBend:
             w = rate * state.rise[int(self.node[b])] * ca.DM(self.axis[b])
             chain = chain.inserted(int(self.row[b]), cross(w, ca.DM(self.lever[b])), rotation_expr(w, 2))
         return chain
+
+
+def _bend_of(link: str, plane: str, robot: Robot, column: float) -> tuple[int, Array, Array]:
+    """Row, axis and lever of a link's bend in the frame it is put into."""
+    if link == "column":
+        if plane == "twist":
+            return 0, np.eye(3)[2], np.zeros(3)
+        return 0, np.eye(3)["xy".index(plane)], np.array([0.0, 0.0, column / 2])
+    _, axes = frames_at_zero(robot)
+    index = int(link[1])
+    if link == "d4":  # begins at frame 3, before joint 4 turns it
+        row, vector, lever = 3, np.array([0.0, 0.0, robot.d[3]]), -0.5
+    else:  # ends at its own frame
+        row, vector, lever = index, np.array([robot.a[index - 1], 0.0, 0.0]), 0.5
+    if plane == "twist":
+        return row, vector / np.linalg.norm(vector), np.zeros(3)
+    joint = axes[1 if link == "a1" else row - 1][:, 2]
+    sense = -1.0 if joint @ axes[1][:, 2] < 0 else 1.0
+    turn = axes[row].T @ joint * sense
+    if plane == "side":
+        turn = np.cross(vector / np.linalg.norm(vector), turn)
+    return row, np.round(turn, 15), lever * vector

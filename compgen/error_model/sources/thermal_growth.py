@@ -12,8 +12,18 @@ from typing import Any, ClassVar
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.error_model.sources.expressions import entries, weighted
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.error_model.expressions import entries, weighted
+from compgen.error_model.schema import ThermalGrowthTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.dh_lengths import DH_LENGTHS, LengthName
 from compgen.robot.kinematics import Chain, is_zero
 
@@ -32,10 +42,28 @@ class ThermalGrowth:
         Parameter("excess_a", "excess_a", (6,), 1.0, 0.3, "own cte of each a over the file's, less one"),
         Parameter("excess_d", "excess_d", (6,), 1.0, 0.3, "own cte of each d over the file's, less one"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = Fitting("temperature")
 
     def __post_init__(self) -> None:
         own(self, a=(6, "K"), d=(6, "K"))
-        settle(self)
+        freeze_parameters(self)
+
+    @staticmethod
+    def derive(table: ThermalGrowthTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """The growth that the thermal profiles give."""
+        return dict(zip(("a", "d"), arm.growth))
+
+    def nodes(self) -> set[int]:
+        """Nodes that some length grows with."""
+        return set(np.flatnonzero(self.a.any(axis=0) | self.d.any(axis=0)).tolist())
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """Lengths that grow, in a warm-up with known temperatures."""
+        if not (visible.warm_up and visible.temperatures):
+            return []
+        rows = (("excess_a", self.a), ("excess_d", self.d))
+        return [Entry(field, (i,)) for field, growth in rows for i in range(6) if growth[i].any()]
 
     def without(self, length: LengthName) -> "ThermalGrowth":
         """The growth of all lengths but one."""

@@ -10,11 +10,26 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import casadi as ca
+import numpy as np
 
 from compgen.core.arrays import Array, IntArray, own
-from compgen.error_model.sources.expressions import entries
-from compgen.error_model.sources.source import Parameter, State, settle
+from compgen.core.exceptions import InputError
+from compgen.core.toml import suggest
+from compgen.error_model.expressions import entries
+from compgen.error_model.schema import ThermalShiftTable
+from compgen.error_model.source import (  # fmt: skip
+    ArmFacts,
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
+
+FLANGE_AXIS = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -30,10 +45,38 @@ class ThermalShift:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("rate", "rate_um_K", ("B",), 1e-6, 3e-6, "shift per kelvin"),
     )
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+    FITTING: ClassVar[Fitting | None] = None
 
     def __post_init__(self) -> None:
-        settle(self)
+        freeze_parameters(self)
         own(self, row=("B",), axis=("B", 3), node=("B",))
+
+    @staticmethod
+    def derive(table: ThermalShiftTable, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Row, axis and node of each shift.
+
+        A fixture that moves takes the part away, so the tool is off the other way.
+        """
+        for name in ("node", "rate_um_K"):
+            if len(getattr(table, name)) != len(table.of):
+                raise InputError(
+                    f"{key}.{name}: {len(getattr(table, name))} entries for {len(table.of)}; give one each"
+                )
+        for i, name in enumerate(table.node):
+            if name not in arm.nodes:
+                raise InputError(f"{key}.node.{i}: '{name}' is unknown{suggest(name, list(arm.nodes))}")
+        tools = [of == "tool" for of in table.of]
+        axes = [FLANGE_AXIS if of == "tool" else -np.eye(3)["xyz".index(of[-1])] for of in table.of]
+        return {
+            "row": np.where(tools, 6, 0).astype(int),
+            "axis": np.array(axes).reshape(-1, 3),
+            "node": np.array([arm.nodes.index(n) for n in table.node], dtype=int),
+        }
+
+    def entries_to_fit(self, visible: Visibility) -> list[Entry]:
+        """None: the reflectors sit on the flange."""
+        return []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its tool or its part moved."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray
-from compgen.error_model.sources import NO_DIRECTION, DirectionState, direction_states, reversal_widths
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, direction_states, reversal_widths
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import commanded, on_the_way, samples
 from compgen.fanuc.analysis.traversal import Drive

@@ -14,8 +14,8 @@ import numpy as np
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem, Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
-from compgen.error_model.sources import NO_DIRECTION, DirectionState
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Drive
 from compgen.fanuc.configuration import postures_of

@@ -13,7 +13,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE, MM, UM
-from compgen.error_model.sources import ThermalGrowth
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.job import Job
 from compgen.pipelines.start_window import late_rise
 from compgen.pipelines.study.evaluate import displacement, lay_out, ridden

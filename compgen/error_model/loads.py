@@ -8,17 +8,18 @@ axes. tau is the load's torque about the axis: positive where it turns the joint
 left out: smoothing is slow. Errors of the pose change tau by parts in 10^3 and are left out too.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.error_model.sources.expressions import cross
-from compgen.robot.kinematics import Chain
-
-STANDARD = (0.0, 0.0, -9.80665)  # m/s2
+from compgen.core.units import MM
+from compgen.error_model.expressions import cross
+from compgen.error_model.schema import LoadsTable
+from compgen.robot.kinematics import Chain, frames_at_zero
+from compgen.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,6 +35,30 @@ class Loads:
 
     def __post_init__(self) -> None:
         own(self, mass=(6,), centre=(6, 3), payload_centre=(3,), gravity=(3,), force=(3,))
+
+    @property
+    def have_weight(self) -> bool:
+        """Whether a mass of link or payload is known."""
+        return bool(self.mass.any() or self.payload)
+
+    def without_force(self) -> "Loads":
+        """Links and payload alone."""
+        return replace(self, force=np.zeros(3))
+
+
+def loads_of(table: LoadsTable, robot: Robot) -> Loads:
+    """The loads that a robot file tells."""
+    place, axes = frames_at_zero(robot)
+    from_joint = np.array(table.link_centre_mm) * MM
+    centre = np.einsum("kji,kj->ki", axes[1:], place[:-1] + from_joint - place[1:])
+    return Loads(
+        mass=np.array(table.link_kg),
+        centre=centre,
+        payload=table.payload_kg,
+        payload_centre=np.array(table.payload_centre_mm) * MM,
+        gravity=np.array(table.gravity_m_s2),
+        force=np.array(table.force_N),
+    )
 
 
 def torque_expr(loads: Loads, nominal: Chain) -> list[Any]:

@@ -17,9 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, own
-from compgen.error_model.sources.hysteresis import Hysteresis
-from compgen.error_model.sources.measured_map import AxisMap
-from compgen.error_model.sources.source import Source
+from compgen.error_model.source import DirectionDependent, ReversalWidths, Source
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -40,26 +38,12 @@ class DirectionState:
 NO_DIRECTION = DirectionState(np.zeros((1, 6)), np.zeros((1, 3)))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ReversalWidths:
-    """How far motion must go to be forgotten; infinite where nothing depends on it."""
-
-    joint: Array  # (6,) [rad]
-    travel: Array  # (3,) [m] for the travel along each World axis
-
-    def __post_init__(self) -> None:
-        own(self, joint=(6,), travel=(3,))
-
-
 def reversal_widths(sources: Sequence[Source]) -> ReversalWidths | None:
-    """The memory that some sources give the arm; None when no source asks for a direction."""
-    joint, travel = np.full(6, np.inf), np.full(3, np.inf)
-    for source in sources:
-        if isinstance(source, Hysteresis):
-            joint = np.minimum(joint, source.width)
-        elif isinstance(source, AxisMap):
-            travel[source.axis] = min(travel[source.axis], source.width)
-    return None if np.isinf(joint).all() and np.isinf(travel).all() else ReversalWidths(joint, travel)
+    """The shortest widths that some sources ask for; None when none depends on a direction."""
+    widths = [source.reversal_widths() for source in sources if isinstance(source, DirectionDependent)]
+    if not widths:
+        return None
+    return ReversalWidths(np.min([w.joint for w in widths], axis=0), np.min([w.travel for w in widths], axis=0))
 
 
 def direction_states(

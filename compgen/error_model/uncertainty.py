@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.error_model.sources.source import Source
+from compgen.error_model.source import Source
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,9 +26,11 @@ def prior_of(source: Source) -> dict[str, Array]:
 
 
 def table_of(known: Known) -> dict[str, Any]:
-    """The parameters as the robot file has them: values, sigma, prior where it is not the declared one, provenance."""
+    """A source's table in the robot file: facts, provenance, values, sigma, prior where it is not the declared one."""
     source = known.source
-    table: dict[str, Any] = {"provenance": known.provenance} if known.provenance else {}
+    table: dict[str, Any] = {f.key: _listed(getattr(source, f.field), f.unit) for f in source.FACTS}
+    if known.provenance:
+        table["provenance"] = known.provenance
     declared = prior_of(source)
     for p in source.PARAMETERS:
         table[p.key] = _listed(getattr(source, p.field), p.unit)
@@ -44,5 +46,9 @@ def table_of(known: Known) -> dict[str, Any]:
 
 
 def _listed(value: Any, unit: float) -> Any:
-    # nine digits: the file's numbers are read by people
-    return [float(f"{v:.9g}") for v in value / unit] if value.ndim == 1 else [_listed(row, unit) for row in value]
+    """Numbers of a file, with nine digits for its readers; whole numbers stay whole."""
+    if value.ndim > 1:
+        return [_listed(row, unit) for row in value]
+    if np.issubdtype(value.dtype, np.integer):
+        return value.tolist()
+    return [float(f"{v:.9g}") for v in value / unit]

@@ -1,0 +1,100 @@
+"""From the tables of a robot file to error sources in SI, each with how well it is known."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.toml import suggest
+from compgen.core.units import DEG
+from compgen.error_model.schema import SourcesTable, SourceTable
+from compgen.error_model.source import ArmFacts, Parameter, Source
+from compgen.error_model.sources import ORDER
+from compgen.error_model.uncertainty import Known, prior_of
+
+
+def read_sources(tables: SourcesTable, arm: ArmFacts, where: str) -> tuple[Known, ...]:
+    """The sources of a robot file in the order in which they are folded.
+
+    Args:
+        tables: The file's ``sources``.
+        arm: What else the file says of the arm.
+        where: The file, for messages.
+
+    Raises:
+        InputError: A shape, node or key does not fit, named.
+    """
+    axes = [row.axis for row in tables.map]
+    if twice := next((a for a in axes if axes.count(a) > 1), None):
+        raise InputError(f"{where}: sources.map: two lines along {twice}; their contributions would add, keep one")
+    known: list[Known] = []
+    for kind in ORDER:
+        table = getattr(tables, kind.NAME)
+        if isinstance(table, list):
+            rows = enumerate(table)
+            known += [_known(kind, row, arm, f"{where}: sources.{kind.NAME}.{i}") for i, row in rows]
+        elif table is not None:
+            known.append(_known(kind, table, arm, f"{where}: sources.{kind.NAME}"))
+    return tuple(known)
+
+
+def read_joint_box(tables: SourcesTable, where: str) -> Array | None:
+    """Pendant angles that the parameters hold in, (6, 2) [rad]."""
+    if tables.box is None:
+        return None
+    box = np.array([tables.box.low_deg, tables.box.high_deg]).T * DEG
+    if not (box[:, 0] < box[:, 1]).all():
+        i = int(np.argmin(box[:, 1] - box[:, 0]))
+        raise InputError(f"{where}: sources.box.high_deg.{i}: {tables.box.high_deg[i]:g} must be above low_deg")
+    return box
+
+
+def source_of(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -> Source:
+    """The source that a table describes.
+
+    Args:
+        kind: Its class.
+        table: Its table.
+        arm: What else the robot file says.
+        key: File and table, for messages.
+
+    Raises:
+        InputError: The table does not fit the arm or itself.
+    """
+    derived = kind.derive(table, arm, key)
+    columns = [(c.field, c.key, c.unit) for c in kind.PARAMETERS] + [(c.field, c.key, c.unit) for c in kind.FACTS]
+    given = {field: np.array(getattr(table, key)) * unit for field, key, unit in columns}
+    make: Any = kind
+    try:
+        source: Source = make(**given, **derived)
+    except ValueError as failure:  # rows of unequal length, or not as many columns as orders
+        raise InputError(f"{key}: {failure}; give each row an entry for each order") from None
+    return source
+
+
+def _known(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -> Known:
+    source = source_of(kind, table, arm, key)
+    prior = prior_of(source) | _deviations(table.prior, source, f"{key}.prior")
+    return Known(source, prior, _deviations(table.sigma, source, f"{key}.sigma"), table.provenance)
+
+
+def _deviations(rows: Mapping[str, Any], source: Source, key: str) -> dict[str, Array]:
+    """Standard deviations by field; one number serves all entries."""
+    parameters: dict[str, Parameter] = {p.key: p for p in source.PARAMETERS}
+    deviations = {}
+    for name, value in rows.items():
+        if name not in parameters:
+            raise InputError(f"{key}.{name}: unknown key{suggest(name, list(parameters))}")
+        parameter = parameters[name]
+        shape = np.shape(getattr(source, parameter.field))
+        try:
+            deviation = np.broadcast_to(np.array(value, dtype=float), shape)
+        except (ValueError, TypeError):
+            expected = " x ".join(map(str, shape))
+            raise InputError(f"{key}.{name}: must be one number, or {expected} as the values are") from None
+        if not (np.isfinite(deviation).all() and (deviation >= 0).all()) or isinstance(value, (bool, str)):
+            raise InputError(f"{key}.{name}: a standard deviation is a number from 0 up")
+        deviations[parameter.field] = np.array(deviation) * parameter.unit
+    return deviations

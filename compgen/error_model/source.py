@@ -1,0 +1,191 @@
+"""The contract of an error source: what it may know of a moment, and what it declares of itself."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
+
+import casadi as ca
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.error_model.loads import Loads
+from compgen.error_model.schema import SourceTable
+from compgen.robot.kinematics import Chain
+from compgen.robot.robot import Robot
+
+#: the steps of identification's ladder of models; "temperature" is in every model but the one of frames only
+Rung = Literal["temperature", "joint zeros", "geometry", "joints", "ripple"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class State:
+    """A moment as symbols, or as numbers.
+
+    ``direction`` and ``travel`` are states with a memory, from ``direction_memory``: they blend through a reversal and
+    are zero where nothing is known of the motion before.
+    """
+
+    nominal: Chain  # what the controller believes: commanded joints, nominal lengths, the tool
+    rise: Any  # (K, 1) [K] of the heat model's nodes and gradients
+    direction: Any  # (6, 1) [-1, 1] of the motion of each joint theta
+    travel: Any  # (3, 1) [-1, 1] of the TCP's motion along each World axis
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A field of a source that measurements may fit.
+
+    In the robot file its key carries the unit; ``value_SI = value_file * unit``.
+    """
+
+    field: str
+    key: str
+    shape: tuple[int | str, ...]  # a letter stands for as many as the source has
+    unit: float
+    prior: float  # [SI] standard deviation of each entry before any measurement
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A field of a source that its table gives and that no measurement fits; ``value_SI = value_file * unit``."""
+
+    field: str
+    key: str
+    unit: float
+
+
+@dataclass(frozen=True, slots=True)
+class ArmFacts:
+    """What the robot file says of the arm outside a source's own table."""
+
+    robot: Robot
+    nodes: tuple[str, ...]  # names of the K rises
+    growth: tuple[Array, Array]  # of a and d at the file's cte, (6, K) [m/K]
+    loads: Loads
+
+
+@dataclass(frozen=True, slots=True)
+class Fitting:
+    """How identification begins with a source."""
+
+    rung: Rung  # the step of the ladder at which it enters
+    table: SourceTable | None = None  # to begin with where the robot file has none; None: fitted only if it has one
+    replaces: bool = False  # begin with ``table`` whatever the robot file has
+
+
+@dataclass(frozen=True, slots=True)
+class Visibility:
+    """What measurements of the flange can show."""
+
+    robot: Robot
+    joints: tuple[int, ...]  # that move, from 0
+    warm_up: bool  # the arm warmed up while it was measured
+    temperatures: bool  # and its temperatures are known
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An entry of a parameter that measurements may fit."""
+
+    field: str
+    index: tuple[int, ...]
+    joint: int | None = None  # from 0, where it belongs to one
+    group: str = ""  # entries of a group share the scale of their prior; by default those of the field
+
+
+class Source(Protocol):
+    """What makes the real arm differ from the nominal one: a frozen dataclass whose parameters are numbers or SX."""
+
+    NAME: ClassVar[str]  # its table in the robot file
+    PARAMETERS: ClassVar[tuple[Parameter, ...]]
+    FACTS: ClassVar[tuple[Fact, ...]]
+    FITTING: ClassVar[Fitting | None]  # None: identification leaves it as the robot file has it
+
+    @staticmethod
+    def derive(table: Any, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """The fields that are neither parameters nor facts of the table alone.
+
+        Args:
+            table: The source's own.
+            arm: What else the robot file says.
+            key: File and table, for messages.
+
+        Raises:
+            InputError: The table does not fit the arm or itself.
+        """
+        ...
+
+    def entries_to_fit(self, visible: Visibility) -> Sequence[Entry]:
+        """What measurements can tell apart from the frames of instrument and reflectors, in order of PARAMETERS."""
+        ...
+
+    def distort(self, chain: Chain, state: State) -> Chain:
+        """The chain with this error in it; parameters that are exactly zero leave it as it is."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ReversalWidths:
+    """How far a motion must go to be forgotten; infinite where nothing depends on it."""
+
+    joint: Array  # (6,) [rad]
+    travel: Array  # (3,) [m] of the TCP along each World axis
+
+    def __post_init__(self) -> None:
+        own(self, joint=(6,), travel=(3,))
+
+
+@runtime_checkable
+class DirectionDependent(Protocol):
+    """A source that depends on where joints or TCP come from."""
+
+    def reversal_widths(self) -> ReversalWidths:
+        """Over which the direction blends after a reversal."""
+        ...
+
+
+@runtime_checkable
+class RiseDependent(Protocol):
+    """A source of the arm that depends on rises."""
+
+    def nodes(self) -> set[int]:
+        """Columns of the rises that it depends on."""
+        ...
+
+
+@runtime_checkable
+class LoadDependent(Protocol):
+    """A source that depends on what the joints carry."""
+
+    @property
+    def loads(self) -> Loads:
+        """Masses and forces."""
+        ...
+
+
+def freeze_parameters(source: Any) -> None:
+    """Make the parameters of a frozen source read-only copies of their declared shape; expressions stay as they are.
+
+    A vector (n,) may be an SX column (n, 1), a matrix (n, m) an SX of that shape.
+
+    Raises:
+        ValueError: A parameter has another shape.
+    """
+    shapes = {p.field: p.shape for p in source.PARAMETERS}
+    lengths: dict[str, int] = {}
+    for name in shapes:
+        value = getattr(source, name)
+        if isinstance(value, (list, tuple)) and any(isinstance(v, ca.SX) for v in value):
+            value = ca.vertcat(*value)
+        shape = shapes[name]
+        have = value.shape if isinstance(value, ca.SX) else np.shape(value)
+        if isinstance(value, ca.SX) and len(shape) == 1 and have == (have[0], 1):
+            have = have[:1]
+        want = tuple(lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, have))
+        if len(have) != len(shape) or have != want:
+            raise ValueError(f"{type(source).__name__}.{name}: shape {have}, expected {shape}")
+        if not isinstance(value, ca.SX):
+            value = np.array(value, dtype=float)
+            value.flags.writeable = False
+        object.__setattr__(source, name, value)
