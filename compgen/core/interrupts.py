@@ -130,7 +130,7 @@ def _handle(number: int, frame: FrameType | None) -> None:
     _received = number
     _ignore_signals()
     if _loading:
-        os.write(2, f"compgen: {_message(number)}\n".encode())
+        os.write(2, f"cgen: {_message(number)}\n".encode())
         os._exit(128 + number)
     raise Interrupted(number)
 
