@@ -16,31 +16,20 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray, own
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.statements import (
+    ARC_LETTERS,
+    BRACKETS,
+    END,
+    LABEL,
+    POINT_LOGIC,
+    POINT_LOGIC_END,
+    POSITION,
+    POSITION_BEFORE_EQUALS,
+    REMARKS,
+    TIME_AFTER_STOP,
+)
 
 _LINE_END = re.compile(rb"\r\n|\n|\r")
-_RULE = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*-{3,}[ \t]*(?=[\r\n]|\Z)")
-_OWN_LISTING = re.compile(r"P-SPS", re.IGNORECASE)
-_IGNORED = ("!", "//", "--")
-
-_START = r"(?:^|(?<![A-Za-z_]))"  # a word's begin: the start of a statement, or inside the options of a motion
-#: what opens, what closes
-_BRACKETS = (
-    (r"^IF\b.*\bTHEN\s*$", r"^ENDIF\b"),
-    (r"^FOR\b", r"^ENDFOR\b"),
-    (r"^LOCK\s+PREG\b", r"^UNLOCK\s+PREG\b"),
-    (_START + r"(?:Arc|Weld)\s+Start\b", _START + r"(?:Arc|Weld)\s+End\b"),
-    (_START + r"Weave\s+(?!End\b)", _START + r"Weave\s+End\b"),
-    (_START + r"Track\s+(?!End\b)", _START + r"Track\s+End\b"),
-    (_START + r"Touch\s+Offset\s+(?!End\b)", _START + r"Touch\s+Offset\s+End\b"),
-    (_START + r"Search\s+Start\b", _START + r"Search\s+End\b"),
-    (r"^LINE_?TRACK\b", r"^STOP_?TRACKING\b"),
-    (r"^MONITOR\s+(?!END\b)", r"^MONITOR\s+END\b"),
-)
-_BRACKET = [tuple(re.compile(form, re.IGNORECASE) for form in pair) for pair in _BRACKETS]
-_LABEL = re.compile(r"(?<![A-Za-z_])LBL\[\s*(\d*)", re.IGNORECASE)
-_END = re.compile(r"(?:^|,)\s*END\s*$", re.IGNORECASE)
-_P = re.compile(r"(?<![A-Za-z_$])P\[\s*(\d*)", re.IGNORECASE)
-_P_WRITTEN = re.compile(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,14 +74,14 @@ def read_flow(program: LsProgram) -> Flow:
     text = dict(_texts(program.data, begin, end, np.flatnonzero(motion == NO_NUMBER)))
     moves = np.flatnonzero(motion != NO_NUMBER)
     options = {int(s): m.options[motion[s]] for s in moves[_marks(m.options, bool)[motion[moves]]]}
-    for s in [s for s, option in options.items() if _OWN_LISTING.search(option)]:
+    for s in [s for s, option in options.items() if POINT_LOGIC.search(option)]:
         options[s] = " ".join(program.text((begin[s], end[s])).split())  # with the listing that follows
     said = dict(sorted({**text, **options}.items()))
     fine = {text for text in set(m.termination) if text.upper() == "FINE"}
     stop = np.zeros(S, dtype=bool)
     stop[moves] = _marks(m.termination, fine.__contains__)[motion[moves]]
     for s, option in options.items():
-        if re.search(r"(?<![A-Z_])TA\s+[\d.]", option, re.IGNORECASE):
+        if TIME_AFTER_STOP.search(option):
             stop[s] = False  # its logic runs after the stop
     mention_unit, mention = _mentions(program, motion, owner, said)
     branches = [*_brackets(said, S), *_labels(said)]
@@ -119,9 +108,9 @@ def _units(program: LsProgram) -> tuple[IntArray, IntArray, IntArray]:
     if not len(line):
         return begin, begin, line
     first, stop = int(begin[0]), _section_end(data, int(begin[-1]))
-    listed = [i for i, option in enumerate(program.motions.options) if option and _OWN_LISTING.search(option)]
+    listed = [i for i, option in enumerate(program.motions.options) if option and POINT_LOGIC.search(option)]
     if listed:
-        rules = [r.start() for r in _RULE.finditer(data, first, stop)]
+        rules = [r.start() for r in POINT_LOGIC_END.finditer(data, first, stop)]
         keep = np.ones(len(line), dtype=bool)
         for i in listed:
             at = int(np.searchsorted(line, program.motions.line[i]))
@@ -143,7 +132,7 @@ def _texts(data: bytes, begin: IntArray, end: IntArray, which: IntArray) -> Iter
         lines = _LINE_END.split(data[begin[s] : end[s]])
         said = " ".join(line.partition(b":")[2].decode("latin-1") for line in lines if b":" in line)
         said = " ".join(said.partition(";")[0].split())
-        if said and not said.startswith(_IGNORED):
+        if said and not said.startswith(REMARKS):
             yield s, said
 
 
@@ -157,7 +146,7 @@ def _mentions(program: LsProgram, motion: IntArray, owner: IntArray, said: dict[
         target = list(chain.from_iterable(m.target))
         keep[elsewhere] &= np.array([target[i][:2] == "P[" for i in elsewhere.tolist()])
     units, numbers = np.repeat(owner, many)[keep], number[keep]
-    texts = [(s, found.group(1)) for s, text in said.items() for found in _P.finditer(text)]
+    texts = [(s, found.group(1)) for s, text in said.items() for found in POSITION.finditer(text)]
     if texts:
         units = np.append(units, [s for s, _ in texts])
         numbers = np.append(numbers, [int(n) if n else NO_NUMBER for _, n in texts])
@@ -172,13 +161,13 @@ def _marks(texts: Collection[str], test: Callable[[str], bool]) -> BoolArray:
 
 def _brackets(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
     """From each opening to its closing; what is never closed reaches to the end."""
-    for opens, closes in _BRACKET:
+    for bracket in BRACKETS:
         stack: list[int] = []
         for s, text in said.items():
-            if closes.search(text):
+            if bracket.closes.search(text):
                 if stack:
                     yield stack.pop(), s
-            elif opens.search(text):
+            elif bracket.opens.search(text):
                 stack.append(s)
         yield from ((s, count) for s in stack)
 
@@ -187,7 +176,7 @@ def _labels(said: dict[int, str]) -> Iterator[tuple[int, int]]:
     """From the first to the last mention of each label; a label found at run time may be any."""
     where: dict[str, list[int]] = {}
     for s, text in said.items():
-        for found in _LABEL.finditer(text):
+        for found in LABEL.finditer(text):
             where.setdefault(found.group(1), []).append(s)
     if "" in where:
         everywhere = [s for units in where.values() for s in units]
@@ -197,22 +186,22 @@ def _labels(said: dict[int, str]) -> Iterator[tuple[int, int]]:
 
 def _ends(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
     """After an END nothing may be called any more: all of them stand in the last part."""
-    yield from ((s, count) for s, text in said.items() if _END.search(text))
+    yield from ((s, count) for s, text in said.items() if END.search(text))
 
 
 def _arcs(program: LsProgram, motion: IntArray) -> Iterator[tuple[int, int]]:
     """Motions before an A or S: its curve needs them."""
-    if not {"A", "S"} & set(program.motions.letter):
+    if not set(ARC_LETTERS) & set(program.motions.letter):
         return
     moves = np.flatnonzero(motion != NO_NUMBER)
     letters = [program.motions.letter[i] for i in motion[moves].tolist()]
-    yield from ((int(a), int(b)) for a, b, letter in zip(moves[:-1], moves[1:], letters[1:]) if letter in ("A", "S"))
+    yield from ((int(a), int(b)) for a, b, letter in zip(moves[:-1], moves[1:], letters[1:]) if letter in ARC_LETTERS)
 
 
 def _written(said: dict[int, str], unit: IntArray, mention: IntArray) -> Iterator[tuple[int, int]]:
     """All mentions of a position that is written at run time: another program would have its own."""
     for text in said.values():
-        if found := _P_WRITTEN.search(text):
+        if found := POSITION_BEFORE_EQUALS.search(text):
             number = int(found.group(1)) if found.group(1) else NO_NUMBER
             same = unit if number == NO_NUMBER else unit[(mention == number) | (mention == NO_NUMBER)]
             yield int(same.min()), int(same.max())

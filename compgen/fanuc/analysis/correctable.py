@@ -1,6 +1,5 @@
 """Which stations of a program may be corrected; all others pass through untouched, with the reason."""
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,20 +11,11 @@ from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
 from compgen.fanuc.analysis.traversal import Drive, other_statements
 from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.statements import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
 from compgen.robot.robot import Robot
 
-#: what begins a stretch whose executed path is not the programmed one -> what ends it
-_STRETCHES = (
-    (r"\bWeave\s+(?!End)\w+", r"\bWeave\s+End\b", "between weaving statements"),
-    (r"\bLINE_TRACK\b|\bLINE\[[^\]]*\]\s*ON\b", r"\bSTOP_TRACKING\b|\bLINE\[[^\]]*\]\s*OFF\b", "while line tracking"),
-    (r"\bTrack\s+(?:TAST|AVC|MPS)", r"\bTrack\s+End\b", "while seam tracking"),
-    (r"\bTouch\s+Offset\s+(?!End)\w+", r"\bTouch\s+Offset\s+End\b", "shifted by a touch offset"),
-    (r"\bSearch\s+Start\b", r"\bSearch\s+End\b", "inside a search"),
-)
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
-_WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[((?:[^\[\]]|\[[^\]]*\])*)\]\s*=")
-_USED = re.compile(r"(?<![A-Za-z])P\[\s*(\d+)", re.IGNORECASE)
-_ANY = re.compile(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,7 +46,7 @@ def read_scope(program: LsProgram, poses: Poses, drive: Drive, robot: Robot) -> 
         told = " ".join(text.rstrip("; ").split())[:60]
         if (around & ~held).any() and number not in named:
             unsafe.append(Unsafe(number, told, "it uses a position as a value, which is left as it is"))
-        elif _ANY.search(text) and number not in named:
+        elif INDIRECT_POSITION.search(text) and number not in named:
             unsafe.append(Unsafe(number, told, "it may use any position as a value, corrected where the others are"))
         held |= around
     for start, end, why in _stretches(program):
@@ -108,10 +98,10 @@ def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
     """Stations that a statement holds: it names their position, or writes their frame or tool."""
     p = program.positions
     held = np.zeros(len(row), dtype=bool)
-    for used in _USED.findall(text):
-        held |= p.number[row] == int(used)
-    held |= any(_ANY.findall(text))
-    if written := _WRITTEN.search(text):
+    for number in POSITION.findall(text):
+        held |= p.number[row] == int(number or NO_NUMBER)
+    held |= any(INDIRECT_POSITION.findall(text))
+    if written := FRAME_WRITTEN.search(text):
         column = p.uframe if written[1] == "FRAME" else p.utool
         index = written[2].partition(":")[0].strip()
         held |= (column[row] == int(index)) if index.isdigit() else np.ones(len(row), dtype=bool)
@@ -122,16 +112,16 @@ def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
     """Line numbers between which the executed path is not the programmed one."""
     found = []
     statements = other_statements(program)
-    for begin, end, why in _STRETCHES:
+    for diversion in DIVERSIONS:
         start: int | None = None
         for number, text in statements:
-            if start is None and re.search(begin, text, re.IGNORECASE):
+            if start is None and diversion.opens.search(text):
                 start = number
-            elif start is not None and re.search(end, text, re.IGNORECASE):
-                found.append((start, number, why))
+            elif start is not None and diversion.closes.search(text):
+                found.append((start, number, diversion.reason))
                 start = None
         if start is not None:
-            found.append((start, np.iinfo(np.int64).max, why))
+            found.append((start, np.iinfo(np.int64).max, diversion.reason))
     return found
 
 

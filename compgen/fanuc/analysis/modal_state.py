@@ -14,28 +14,14 @@ from compgen.core.arrays import BoolArray, IntArray
 from compgen.fanuc.analysis.control_flow import Flow
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-
-#: what a setting is called -> its statement; those that stay with the controller, those that end with their program
-_STAY = {
-    "UFRAME_NUM": r"UFRAME_NUM\s*(?:\[[^\]]*\])?\s*=",
-    "UTOOL_NUM": r"UTOOL_NUM\s*(?:\[[^\]]*\])?\s*=",
-    "PAYLOAD": r"PAYLOAD\s*\[",
-}
-_END = {
-    "TOOL_OFFSET CONDITION": r"TOOL_OFFSET\s+CONDITION\b",
-    "OFFSET CONDITION": r"(?<![A-Z_])OFFSET\s+CONDITION\b",
-    "VOFFSET CONDITION": r"VOFFSET\s+CONDITION\b",
-    "SKIP CONDITION": r"SKIP\s+CONDITION\b",
-    "COL DETECT": r"COL\s+DETECT\b",
-    "COL GUARD ADJUST": r"COL\s+GUARD\s+ADJUST\b",
-    "JOINT_MAX_SPEED": r"JOINT_MAX_SPEED\s*(?:\[[^\]]*\])?\s*=",
-    "LINEAR_MAX_SPEED": r"LINEAR_MAX_SPEED\s*=",
-}
-_LIVE = {"SKIP CONDITION"}  # looked at while the robot moves, not when it is said
-_FORMS = {name: re.compile(form, re.IGNORECASE) for name, form in {**_STAY, **_END}.items()}
-_CALL = re.compile(r"(?:^|,\s*|\s)(?:CALL|RUN)\s+[A-Z_]", re.IGNORECASE)
-_REGISTER = re.compile(r"(?<![A-Z_$])(P?R)\[\s*(\d*)", re.IGNORECASE)
-_NUMBER = re.compile(r"=\s*(\d+)\s*$")
+from compgen.fanuc.statements import (
+    ASSIGNED_NUMBER,
+    CALL,
+    MODAL_STATEMENTS,
+    REGISTER,
+    REGISTER_WRITTEN,
+    ModalStatement,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,57 +52,57 @@ class InForce:
 def read_settings(program: LsProgram, flow: Flow) -> InForce:
     """The settings of a program."""
     S = len(flow.line)
-    rows: list[tuple[str, str, int]] = []  # kind, which of it, unit
+    statements: list[tuple[ModalStatement, str, int]] = []  # kind, which of it, unit
     calls: list[int] = []
-    written: list[tuple[str, str, int]] = []
+    written: list[tuple[str, str, int]] = []  # registers: kind, number, unit
     for s, text in flow.text.items():
-        found = [(name, form.search(text)) for name, form in _FORMS.items()]
-        rows += [(name, re.sub(r"[\s=]", "", m.group()).upper(), s) for name, m in found if m]
-        if _CALL.search(text):
+        matches = [(statement, statement.pattern.search(text)) for statement in MODAL_STATEMENTS]
+        statements += [(kind, re.sub(r"[\s=]", "", match.group()).upper(), s) for kind, match in matches if match]
+        if CALL.search(text):
             calls.append(s)
-        if assigned := re.search(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=", text, re.IGNORECASE):
-            written.append((assigned.group(1).upper(), assigned.group(2), s))
+        if register := REGISTER_WRITTEN.search(text):
+            written.append((register.group(1).upper(), register.group(2), s))
     frames = _frames_of_motions(program, flow)
     settings = []
     forbidden = np.zeros(S, dtype=bool)
-    for i, (name, which, s) in enumerate(rows):
-        until, why = _sure(name, which, s, flow, calls, written, frames)
-        settings.append(Setting(which, s, until, why))
-        if name in _END:
-            stop = next((t for _, w, t in rows[i + 1 :] if w == which), S)
+    for i, (kind, name, s) in enumerate(statements):
+        until, reason = _known_until(kind, name, s, flow, calls, written, frames)
+        settings.append(Setting(name, s, until, reason))
+        if kind.ends_with_program:
+            stop = next((unit for _, other, unit in statements[i + 1 :] if other == name), S)
             forbidden[max(until + 1, s) : stop] = True
     return InForce(tuple(settings), forbidden)
 
 
-def _sure(
+def _known_until(
+    kind: ModalStatement,
     name: str,
-    which: str,
     s: int,
     flow: Flow,
     calls: list[int],
     written: list[tuple[str, str, int]],
     frames: dict[str, tuple[IntArray, IntArray]],
 ) -> tuple[int, str]:
-    """Up to which unit it is sure that the setting holds, and why not longer."""
+    """Up to which unit the setting is known to hold, and why not longer."""
     text, S = flow.text[s], len(flow.line)
-    if not flow.sure[s] or not _FORMS[name].match(text):
+    if not flow.sure[s] or not kind.pattern.match(text):
         return s - 1, f"line {flow.line[s]} sets it on a condition"
-    until, why = S, ""
-    for kind, number in _REGISTER.findall(text) if name not in _LIVE else ():
-        later = [w for k, n, w in written if w > s and k == kind.upper() and (n == number or not n or not number)]
+    until, reason = S, ""
+    for letters, number in REGISTER.findall(text) if not kind.evaluated_live else ():
+        later = [w for k, n, w in written if w > s and k == letters.upper() and (n == number or not n or not number)]
         later += [c for c in calls if c > s]
         if later and min(later) <= until:
-            until, why = min(later) - 1, f"line {flow.line[min(later)]} may change the register it is taken from"
-    if name in _STAY:
+            until, reason = min(later) - 1, f"line {flow.line[min(later)]} may change the register it is taken from"
+    if not kind.ends_with_program:
         if after := [c for c in calls if c > s and c <= until]:
-            until, why = after[0] - 1, f"line {flow.line[after[0]]} calls a program that may change it"
-        found = _NUMBER.search(text)
-        if found and which in frames:
-            units, values = frames[which]
-            other = units[(units > s) & (values != int(found.group(1)))]
+            until, reason = after[0] - 1, f"line {flow.line[after[0]]} calls a program that may change it"
+        assigned = ASSIGNED_NUMBER.search(text)
+        if assigned and name in frames:
+            units, values = frames[name]
+            other = units[(units > s) & (values != int(assigned.group(1)))]
             if len(other) and other[0] <= until:
-                until, why = int(other[0]) - 1, f"line {flow.line[other[0]]} goes to a position in another frame"
-    return until, why
+                until, reason = int(other[0]) - 1, f"line {flow.line[other[0]]} goes to a position in another frame"
+    return until, reason
 
 
 def _frames_of_motions(program: LsProgram, flow: Flow) -> dict[str, tuple[IntArray, IntArray]]:

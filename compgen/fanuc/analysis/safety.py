@@ -4,7 +4,6 @@ The correction is computed for the place, frame and tool that the file names. Wh
 a place that the file does not hold, is passed through untouched and said.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,34 +13,7 @@ from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-
-#: option word -> why a motion with it cannot be corrected off-line
-_OPTIONS = {
-    "INC": "INC moves relative to where it starts: a shift of both ends is wrong",
-    "TOOL_OFFSET": "Tool_Offset is added at run time: the nominal place is not where it works",
-    "OFFSET": "Offset is added at run time: the nominal place is not where it works",
-    "VOFFSET": "VOFFSET is added at run time: the nominal place is not where it works",
-    "RTCP": "RTCP: the frame is moved by another group",
-    "COORD": "COORD: the frame is moved by another group",
-    "SKIP": "Skip may end the motion anywhere",
-    "WEAVE": "weaving changes the executed path",
-    "TRACK": "tracking changes the executed path",
-}
-#: text in any other statement -> why
-_STATEMENTS = {
-    r"\bOFFSET CONDITION\b": "OFFSET CONDITION adds an offset at run time to what follows",
-    r"\bTOOL_OFFSET CONDITION\b": "TOOL_OFFSET CONDITION adds an offset at run time to what follows",
-    r"\bUFRAME\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UFRAME[] is written: the frame is not the one of the table",
-    r"\bUTOOL\s*\[(?:[^\[\]]|\[[^\]]*\])*\]\s*=": "UTOOL[] is written: the tool is not the one of the table",
-    r"\bLINE_TRACK\b|\bSTOP_TRACKING\b": "line tracking changes the executed path",
-    r"\bWeave\b": "weaving changes the executed path",
-    r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)": "sensing changes the executed path",
-    r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=": "a position is written at run time, not the file's",
-}
-_APPL = {
-    "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",
-    "LINE_TRACK_SCHEDULE": "line tracking changes the executed path",
-}
+from compgen.fanuc.statements import UNSAFE_HEADERS, unsafe_options, unsafe_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +34,7 @@ def unsafe_statements(program: LsProgram) -> tuple[Unsafe, ...]:
 def _motions(program: LsProgram) -> list[Unsafe]:
     m = program.motions
     defined = set(program.positions.number.tolist())
-    why = {options: _of_options(options) for options in set(m.options)}
+    why = {options: unsafe_options(options) for options in set(m.options)}
     doubtful = [
         i
         for i, (numbers, options, speed, off) in enumerate(zip(m.position, m.options, m.speed, m.disabled.tolist()))
@@ -84,11 +56,6 @@ def _motions(program: LsProgram) -> list[Unsafe]:
         text = " ".join(program.text(m.span[i]).split())
         found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
     return found
-
-
-def _of_options(options: str) -> list[str]:
-    words = options.upper()
-    return [why for word, why in _OPTIONS.items() if re.search(rf"(?<![A-Z_]){word}\b", words)] if words else []
 
 
 def _positions(program: LsProgram) -> list[Unsafe]:
@@ -116,14 +83,14 @@ def _others(program: LsProgram) -> list[Unsafe]:
     found = []
     for number, text in other_statements(program):
         short = " ".join(text.rstrip("; ").split())[:60]
-        found += [Unsafe(number, short, why) for form, why in _STATEMENTS.items() if re.search(form, text)]
+        found += [Unsafe(number, short, why) for why in unsafe_words(text)]
     return found
 
 
 def _headers(program: LsProgram) -> list[Unsafe]:
     found = []
     head = program.data[: program.data.find(b"/MN")].decode("latin-1")
-    for word, why in _APPL.items():
+    for word, why in UNSAFE_HEADERS.items():
         if (at := head.find(word)) >= 0:
             found.append(Unsafe(line_of(program.data, at), " ".join(word.split()), why))
     mask = dict(program.attributes).get("DEFAULT_GROUP", "1")

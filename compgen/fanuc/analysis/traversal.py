@@ -6,27 +6,22 @@ the tool turns on the spot. A joint motion at p percent takes the longest of its
 speeds; a motion in seconds takes those. WAIT in seconds pauses.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, dot
 from compgen.core.rotations import rotation_vector
-from compgen.core.units import DEG, INCH, MINUTE, MM
+from compgen.core.units import DEG
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.listing.lines import end_of_line
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.statements import CONSTANT_SPEED, FLOW, PERCENT, RATES, REMARKS, TIMES, TURN_RATE, WAIT
 from compgen.robot.robot import Robot
 
 RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses
 ASSUMED = {"J": 0.25, "L": 0.1}  # share of joint speed, m/s: where a program leaves the speed to run time
-RATES = {"mm/sec": MM, "cm/min": 10 * MM / MINUTE, "inch/min": INCH / MINUTE}
-TIMES = {"sec": 1.0, "msec": 1e-3}
-_SPEED = re.compile(r"(\d*\.?\d+)\s*(\S+)$")
-_WAIT = re.compile(r"WAIT\s+(\d*\.?\d+)\s*\(?\s*sec\s*\)?", re.IGNORECASE)
-_FLOW = re.compile(r"(?:IF|JMP|FOR|ENDFOR|SELECT|CALL|RUN|LBL|WHEN|ELSE|ENDIF|SKIP CONDITION|MONITOR)\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,7 +61,7 @@ def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
     length = _lengths(position, letter == "C", last)
     turn = np.abs(np.diff(theta, axis=0, prepend=np.full((1, 6), np.nan)))
     value, unit = (column[motion] for column in speeds_said(m.speed))
-    percent = unit == "%"
+    percent = unit == PERCENT
     rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
     seconds = np.array([TIMES.get(u, np.nan) for u in unit.tolist()])
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -76,13 +71,13 @@ def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
         by_joint = fastest / share
         ride = np.fmax(length / speed, fastest)
         spin = np.fmax(_angles(poses, pose) / (value * DEG), fastest)
-        duration = np.where(letter == "J", by_joint, np.where(unit == "deg/sec", spin, ride))
+        duration = np.where(letter == "J", by_joint, np.where(unit == TURN_RATE, spin, ride))
         gear = turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
         ramp = (gear / (RAMP * robot.acceleration)).max(axis=1) + (robot.acceleration / robot.jerk).max()
     begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
     duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
     duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
-    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == "deg/sec"))
+    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
     loose[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     pause, flow = _others(program, m.line[motion])
     return Drive(
@@ -106,7 +101,7 @@ def other_statements(program: LsProgram) -> list[tuple[int, str]]:
     found = []
     for line, at in zip(program.statements[other].tolist(), program.place[other].tolist()):
         text = program.data[at : end_of_line(program.data, at)].decode("latin-1").partition(":")[2].strip()
-        if not text.startswith(("!", "//", "--")):
+        if not text.startswith(REMARKS):
             found.append((line, text))
     return found
 
@@ -159,7 +154,7 @@ def speeds_said(texts: tuple[str, ...]) -> tuple[Array, np.ndarray]:
     """Number and unit of each speed; NaN and "" where run time decides."""
     seen: dict[str, tuple[float, str]] = {}
     for text in set(texts):
-        found = _SPEED.match(text)
+        found = CONSTANT_SPEED.match(text)
         seen[text] = (float(found[1]), found[2].lower()) if found else (np.nan, "")
     pairs = list(map(seen.__getitem__, texts))
     return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs], dtype="U8")
@@ -169,9 +164,9 @@ def _others(program: LsProgram, line: IntArray) -> tuple[Array, tuple[int, ...]]
     """Pause before each station (S,) [s], and lines of statements that may change the order."""
     pause, flow = np.zeros(len(line)), []
     for number, text in other_statements(program):
-        if _FLOW.match(text):
+        if FLOW.match(text):
             flow.append(number)
-        elif wait := _WAIT.match(text):
+        elif wait := WAIT.match(text):
             k = int(np.searchsorted(line, number))
             if k < len(pause):
                 pause[k] += float(wait[1])

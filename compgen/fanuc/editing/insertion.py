@@ -14,12 +14,10 @@ from compgen.fanuc.analysis.traversal import Drive
 from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram, edited
+from compgen.fanuc.statements import ACCELERATION, SPEED_OF_WHOLE_MOTION, TIMED_BEFORE_END
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
-
-_ACC = re.compile(r"ACC\s*(?:\d+|R\[[^\]]*\])", re.IGNORECASE)
-_TIMED = re.compile(r"\b(?:DB\s*(\d*\.?\d+)\s*mm|T[AB]\s*(\d*\.?\d+)\s*sec)", re.IGNORECASE)
 
 
 def room_for_points(program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray) -> IntArray:
@@ -34,13 +32,13 @@ def room_for_points(program: LsProgram, poses: Poses, drive: Drive, pieces: IntA
     allowed = np.ones(len(pieces), dtype=np.int64)
     for s in np.flatnonzero(pieces > 1).tolist():
         i, j = int(drive.motion[s]), int(drive.motion[s - 1])
-        of_line = re.search(r"(?<![/a-z])m?sec$|deg/sec$", m.speed[i], re.IGNORECASE)
+        of_line = SPEED_OF_WHOLE_MOTION.search(m.speed[i])
         jumps = bool(((flow > m.line[j]) & (flow < m.line[i])).any())
         alone = groups[poses.number[drive.pose[s]]] == 1
         if jumps or not alone or of_line or poses.joint_form[drive.pose[s]]:
             continue
         reach = 0.0
-        for distance, time in _TIMED.findall(m.options[i]):
+        for distance, time in TIMED_BEFORE_END.findall(m.options[i]):
             pace = drive.length[s] / max(float(drive.duration[s]), 1e-9)
             reach = max(reach, float(distance) * MM if distance else float(time) * pace)
         most = int(drive.length[s] / reach) if reach > 0 else int(pieces[s])
@@ -72,7 +70,7 @@ def insert_points(
         start = int(m.span[i, 0])
         begin = max(program.data.rfind(b"\n", 0, start), program.data.rfind(b"\r", 0, start)) + 1
         mark = re.sub(rb"\d", b" ", program.data[begin:start])
-        acc = _ACC.search(m.options[i])
+        acc = ACCELERATION.search(m.options[i])
         tail = f"{m.speed[i]} CNT100{f' {acc[0]}' if acc else ''}    ;".encode("latin-1")
         lines = [mark + b"L P[%d] " % n + tail + eol for n in numbers[station == s].tolist()]
         edits[begin, begin] = b"".join(lines)

@@ -4,31 +4,20 @@ Two traps of real files are met here: a remark that wraps to a line looking like
 point logic.
 """
 
-import re
 from dataclasses import dataclass, field
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.position_parser import NO_NUMBER, Span
+from compgen.fanuc.statements import (
+    LINE_NUMBER,
+    MOTION,
+    NUMBER_AND_NAME,
+    SPEED,
+    SPEED_NUMBER,
+    TARGET,
+    TERMINATION,
+)
 
-_NUMBERED = re.compile(rb"[ \t]*+(\d*+)[ \t]*+:")
-_MOVE = re.compile(rb"[ \t]*+(//)?+[ \t]*+([JLCAS])[ \t]++(?=PR?\[)", re.IGNORECASE)
-_NUMBER = rb"(?:\d++\.?\d*+|\.\d++)"
-_UNIT = rb"(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)"
-_TARGET = re.compile(
-    rb"[ \t]*(PR?)\[([^\r\n]*?)\](?=[ \t]+(?:"
-    + _NUMBER
-    + rb"[ \t]*"
-    + _UNIT
-    + rb"|A?R\[|WELD_SPEED|max_speed|PR?\[)|[ \t]*$)",
-    re.IGNORECASE,
-)
-_SPEED = re.compile(
-    rb"[ \t]*(?:(" + _NUMBER + rb"|A?R\[[^\r\n]*?\])[ \t]*(" + _UNIT + rb")|(WELD_SPEED|max_speed))",
-    re.IGNORECASE,
-)
-_END_OF_MOVE = re.compile(rb"[ \t]*(FINE|CNT[ \t]*(?:\d+|R\[[^\r\n]*?\])|C[RD][ \t]*\d+)", re.IGNORECASE)
-_AMOUNT = re.compile(_NUMBER)
-_OWN = re.compile(rb"\s*(\d+)\s*(?::(.*))?$", re.DOTALL)
 LARGEST = 999_999_999  # of all numbers of positions
 
 
@@ -77,7 +66,7 @@ class Statements:
         data = self.data
         while stop > at and data[stop - 1] in b"\r\n":
             stop -= 1
-        mark = _NUMBERED.match(data, at, stop)
+        mark = LINE_NUMBER.match(data, at, stop)
         if mark is None:
             return
         if mark[1]:
@@ -87,7 +76,7 @@ class Statements:
         limit = close if close >= 0 else stop
         if self.state == "":
             self.lines.append(number)
-            if found := _MOVE.match(data, body, limit):
+            if found := MOTION.match(data, body, limit):
                 self.state, body = "C", found.end()
                 self.move = Move(number, found[2].decode().upper(), bool(found[1]), span=(found.start(2), limit))
             elif data[body:limit].lstrip()[:1] == b"!":
@@ -119,7 +108,7 @@ class Statements:
 
 def _targets(data: bytes, move: Move, at: int, limit: int) -> int:
     """Adds the targets from a place on; gives where they end."""
-    while target := _TARGET.match(data, at, limit):
+    while target := TARGET.match(data, at, limit):
         move.kind.append(target[1].decode().upper())
         move.target.append(target.span(2))
         at = target.end()
@@ -129,10 +118,10 @@ def _targets(data: bytes, move: Move, at: int, limit: int) -> int:
 def _tail(data: bytes, move: Move, at: int, limit: int) -> str:
     """Takes what is still missing of speed and termination from a place on; gives the rest."""
     if move.speed[1] == 0:
-        found = _SPEED.match(data, at, limit)
+        found = SPEED.match(data, at, limit)
         at = found.end() if found else at
         move.speed = (found.start(1 if found[1] else 3), at) if found else (at, at)
-    if found := _END_OF_MOVE.match(data, at, limit):
+    if found := TERMINATION.match(data, at, limit):
         move.termination, at = found.span(1), found.end()
     return data[at:limit].decode("latin-1").strip()
 
@@ -155,7 +144,7 @@ def target_text(data: bytes, move: Move, i: int) -> str:
 
 def own_parts(data: bytes, move: Move, i: int) -> tuple[Span, Span]:
     """Where n and the name of a target P[n:name] stand; nowhere when it is another target."""
-    found = _OWN.match(data, *move.target[i]) if move.kind[i] == "P" else None
+    found = NUMBER_AND_NAME.match(data, *move.target[i]) if move.kind[i] == "P" else None
     return (found.span(1), found.span(2)) if found else ((-1, -1), (-1, -1))
 
 
@@ -167,11 +156,11 @@ def own_number(data: bytes, move: Move, i: int) -> int:
 
 def speed_number(data: bytes, move: Move) -> Span:
     """Where the number of a speed stands; nowhere when it is a register or a word."""
-    found = _AMOUNT.match(data, *move.speed)
+    found = SPEED_NUMBER.match(data, *move.speed)
     return found.span() if found else (-1, -1)
 
 
 def line_number(data: bytes, at: int, stop: int) -> Span | None:
     """Where the number of a numbered line stands."""
-    found = _NUMBERED.match(data, at, stop)
+    found = LINE_NUMBER.match(data, at, stop)
     return found.span(1) if found and found[1] else None

@@ -4,7 +4,6 @@ Each page is read on its own, in the order in which the main program calls it. W
 start at the position where the first stopped, to the last digit of the text.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -20,13 +19,10 @@ from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.listing.templates import found
-from compgen.fanuc.paging.plan import TARGET_MODIFIER
 from compgen.fanuc.program import Program
+from compgen.fanuc.statements import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE, TARGET_MODIFIER
 
 T = TypeVar("T")
-_CALL = re.compile(r"^CALL\s+([^\s(;]+)$", re.IGNORECASE)
-_MESSAGE_OR_PAUSE = re.compile(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$", re.IGNORECASE)
-_FRAME = re.compile(r"^(UFRAME_NUM|UTOOL_NUM)\s*=\s*(.*?)\s*$", re.IGNORECASE)
 
 
 class JoinError(CompgenError):
@@ -56,9 +52,9 @@ def called_programs(main: bytes) -> tuple[str, ...]:
     flow = read_flow(loads(main))
     names = []
     for s, text in flow.text.items():
-        if call := _CALL.match(text):
+        if call := CALL_ALONE.match(text):
             names.append(call.group(1))
-        elif not _MESSAGE_OR_PAUSE.match(text):
+        elif not MESSAGE_OR_PAUSE.match(text):
             raise JoinError(f"main program: line {flow.line[s]}: '{text}' is not a call of a page")
     if len(set(names)) != len(names):
         raise JoinError("main program: it calls a page twice")
@@ -94,7 +90,7 @@ def motion_sequence(program: LsProgram, frames: Mapping[str, str] | None = None)
     flow, m = read_flow(program), program.motions
     in_force, count, motion_frames = dict(frames or {}), 0, list[tuple[tuple[str, str], ...]]()
     for s, text in flow.text.items():
-        if frame := _FRAME.match(text):
+        if frame := FRAME_NUMBER.match(text):
             before = int(np.searchsorted(flow.move_unit, s, side="right"))
             motion_frames += [tuple(sorted(in_force.items()))] * (before - count)
             in_force[frame.group(1).upper()], count = frame.group(2), before

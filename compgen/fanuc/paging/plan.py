@@ -1,6 +1,5 @@
 """Where a long program is split: as few pages as possible, each as long as the controller allows."""
 
-import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -16,13 +15,9 @@ from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
 from compgen.fanuc.paging.capacity import Capacity, ProgramSize, UnitSizes, unit_sizes
 from compgen.fanuc.paging.names import page_names
+from compgen.fanuc.statements import CALL, LOCAL_REGISTER, TARGET_MODIFIER
 
 RangeT = TypeVar("RangeT")
-
-_LOCAL_REGISTER = re.compile(r"(?<![A-Z_])(AR|LR)\[", re.IGNORECASE)
-#: Options of a motion that ends elsewhere than at its position.
-TARGET_MODIFIER = re.compile(r"(?<![A-Z_])(?:TOOL_OFFSET|V?OFFSET|INC|SKIP|SKIPJUMP|COORD|RTCP)\b", re.IGNORECASE)
-_CALLED = re.compile(r"(?:CALL|RUN)\s+([^\s(;]+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +59,7 @@ def plan_pages(
     _refuse_local_registers(program, flow)
     settings = read_settings(program, flow)
     sizes = unit_sizes(program, flow)
-    called = [name for text in flow.text.values() for name in _CALLED.findall(text)]
+    called = [name for text in flow.text.values() for name in CALL.findall(text)]
 
     def ranges_within(page_capacity: Capacity) -> tuple[list[PageRange], list[float]]:
         return _page_ranges(program, flow, settings, sizes, page_capacity, head_lines)
@@ -178,10 +173,10 @@ def _refuse_local_registers(program: LsProgram, flow: Flow) -> None:
     """Raises ImpossibleError for arguments and local registers of a program: a page would not have them."""
     m = program.motions
     texts = [(int(flow.line[s]), text) for s, text in flow.text.items()]
-    if any(_LOCAL_REGISTER.search(f"{speed} {options}") for speed, options in set(zip(m.speed, m.options))):
+    if any(LOCAL_REGISTER.search(f"{speed} {options}") for speed, options in set(zip(m.speed, m.options))):
         texts += [(int(m.line[i]), f"{m.speed[i]} {m.options[i]}") for i in np.flatnonzero(~m.disabled).tolist()]
     for line, text in texts:
-        if local := _LOCAL_REGISTER.search(text):
+        if local := LOCAL_REGISTER.search(text):
             raise ImpossibleError(
                 f"program {program.name}: line {line}: {local.group(1).upper()}[] is known to this program only, its "
                 "pages would not have it; hand it over in a register R[]"

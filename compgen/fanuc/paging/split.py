@@ -22,6 +22,7 @@ from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
 from compgen.fanuc.paging.capacity import USUAL_MOTION, Capacity, ProgramSize
 from compgen.fanuc.paging.plan import PageRange, page_positions, plan_pages
+from compgen.fanuc.statements import SPEED_NEEDS_LENGTH
 
 #: Remarks at a page's head, from its number (from 0), the count of pages, and how many motions come before it.
 Heading = Callable[[int, int, int], Sequence[str]]
@@ -148,7 +149,7 @@ def _entry_statement(program: LsProgram, i: int, joint_entry: int | None) -> byt
         return f"J {target} {joint_entry}% FINE".encode("latin-1")
     joint = m.letter[i] == "J"
     speed = m.speed[i]
-    if re.search(r"(?:sec|WELD_SPEED)$", speed, re.IGNORECASE) and not re.search(r"/sec$", speed, re.IGNORECASE):
+    if SPEED_NEEDS_LENGTH.search(speed):
         speed = "10%" if joint else "100mm/sec"  # a motion of no length takes no time
     return f"{'J' if joint else 'L'} {target} {speed} FINE".encode("latin-1")
 
