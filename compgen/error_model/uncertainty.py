@@ -47,8 +47,6 @@ def table_of(known: Known) -> dict[str, Any]:
 
 def _listed(value: Any, unit: float) -> Any:
     """Numbers of a file, with nine digits for its readers; whole numbers stay whole."""
-    if value.ndim > 1:
-        return [_listed(row, unit) for row in value]
-    if np.issubdtype(value.dtype, np.integer):
-        return value.tolist()
-    return [float(f"{v:.9g}") for v in value / unit]
+    if np.ndim(value):
+        return [_listed(entry, unit) for entry in value]
+    return int(value) if isinstance(value, np.integer) else float(f"{value / unit:.9g}")
