@@ -24,8 +24,8 @@ def correction_summary(result: Correction) -> dict[str, Any]:
     """Everything that ``correct`` found, in plain types; docs/report.md has the schema."""
     plan, heat = result.plan, result.cell.heat
     before, after = _numbers(result, result.error), _numbers(result, result.residual)
-    start = result.plan.solved.start
-    end = plan.solved.rise[-1] if len(plan.solved.rise) else start
+    start = result.plan.stations.start
+    end = plan.stations.rise[-1] if len(plan.stations.rise) else start
     return {
         "schema": SCHEMA,
         "name": result.name,
@@ -41,7 +41,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
             "new": result.added,
             "unchanged": len(set(plan.poses.number.tolist())) - result.changed,
         },
-        "duration_s": float(plan.solved.time[-1]) if len(plan.solved.time) else 0.0,
+        "duration_s": float(plan.stations.time[-1]) if len(plan.stations.time) else 0.0,
         "thermal": {
             "start_K": dict(zip(heat.names, start.tolist())),
             "end_K": dict(zip(heat.names, end.tolist())),
@@ -99,20 +99,20 @@ def correction_csv(result: Correction) -> bytes:
     head = "station,line,position,time_s,x_mm,y_mm,z_mm,before_um,after_um,corrected," + ",".join(
         f"rise_{n}_K" for n in result.cell.heat.names
     )
-    rows = np.flatnonzero(result.flight.fraction == 1)
-    station = result.flight.station[rows]
+    rows = np.flatnonzero(result.ride.fraction == 1)
+    station = result.ride.station[rows]
     pose = plan.drive.pose[station]
     line = plan.program.motions.line[plan.drive.motion[station]]
     columns = [
         station + 1,
         line,
         plan.poses.number[pose],
-        np.round(plan.solved.time[station], 4) + 0.0,
+        np.round(plan.stations.time[station], 4) + 0.0,
         *(np.round(plan.poses.position[pose].T / MM, 4) + 0.0),
         np.round(result.error[0][rows] / UM, 3) + 0.0,
         np.round(result.residual[0][rows] / UM, 3) + 0.0,
         result.judged[rows].astype(int),
-        *(np.round(plan.solved.rise[station].T, 5) + 0.0),
+        *(np.round(plan.stations.rise[station].T, 5) + 0.0),
     ]
     body = "".join(",".join(map(str, row)) + "\n" for row in zip(*(c.tolist() for c in columns)))
     return f"{head}\n{body}".encode("ascii")
@@ -135,7 +135,7 @@ def correction_html(result: Correction) -> bytes:
         verdict = "No position of this program can be corrected: it is unchanged."
     style = data["verdict"] if data["before"] else "predicted"
     body = f'{lead}<p class="big {style}">{verdict}</p>{findings_list(result.findings)}{_table(data)}'
-    if len(result.flight.station):
+    if len(result.ride.station):
         body += f"<h2>Error over time</h2>{div(_error(result), 'time')}"
         body += f"<h2>The program, coloured by its error before</h2>{div(_space(result), 'space')}"
         body += f"<h2>Temperature while the program runs</h2>{div(_heat(result), 'heat')}"
@@ -170,7 +170,7 @@ def _provenance(result: Correction) -> dict[str, Any]:
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
             for d in result.before
         ],
-        "start_K": dict(zip(result.cell.heat.names, result.plan.solved.start.tolist())),
+        "start_K": dict(zip(result.cell.heat.names, result.plan.stations.start.tolist())),
         "options": {
             "split": options.split,
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),
@@ -211,16 +211,16 @@ def _error(result: Correction) -> Figure:
     for name, values, colour in (("before", result.error[0], WARM), ("after", result.residual[0], COOL)):
         keep = thin(values)
         look = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": colour, "width": 1.4}}
-        x, y = np.round(result.flight.time[keep], 3), np.round(values[keep] / UM, 3)
+        x, y = np.round(result.ride.time[keep], 3), np.round(values[keep] / UM, 3)
         traces.append(trace("scatter", x, y, name=name, **look))
     return figure(traces, 320, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
 
 
 def _space(result: Correction) -> Figure:
     plan = result.plan
-    rows = np.flatnonzero(result.flight.fraction == 1)
+    rows = np.flatnonzero(result.ride.fraction == 1)
     rows = rows[thin(result.error[0][rows])]
-    pose = plan.drive.pose[result.flight.station[rows]]
+    pose = plan.drive.pose[result.ride.station[rows]]
     xyz = (np.round(v / MM, 2) for v in plan.poses.position[pose].T)
     marker = {
         "size": 3,
@@ -241,7 +241,7 @@ def _space(result: Correction) -> Figure:
 
 
 def _heat(result: Correction) -> Figure:
-    solved = result.plan.solved
+    solved = result.plan.stations
     keep = thin(np.arange(len(solved.time), dtype=float))
     time = np.round(solved.time[keep], 3)
     traces = []

@@ -104,7 +104,7 @@ def test_random_programs_are_not_taken_for_marked():
     for _ in range(20_000):
         n = int(rng.integers(5, 40))
         units = rng.integers(-180_000, 180_000, (n, 6))
-        taken += watermark.carries(units, rng.random(n) < rng.choice([0.0, 0.5, 1.0]))
+        taken += watermark.is_marked(units, rng.random(n) < rng.choice([0.0, 0.5, 1.0]))
     assert taken == 0
 
 
@@ -113,9 +113,9 @@ def test_programs_on_a_grid_are_not_taken_for_marked():
     for pitch in (1000, 5000, 10_000, 50_000, 100_000):
         for tilt in ((0, 0, 0), (180_000, 0, 0), (-180_000, 0, 90_000), (0, 90_000, 0)):
             grid = np.array([(x * pitch, y * pitch, 500_000, *tilt) for x in range(8) for y in range(8)])
-            assert not watermark.carries(grid, np.zeros(len(grid), dtype=bool)), (pitch, tilt)
+            assert not watermark.is_marked(grid, np.zeros(len(grid), dtype=bool)), (pitch, tilt)
     still = np.tile([1_000_000, 0, 500_000, 180_000, 0, 0], (50, 1))
-    assert not watermark.carries(still, np.zeros(50, dtype=bool))
+    assert not watermark.is_marked(still, np.zeros(50, dtype=bool))
 
 
 @pytest.mark.skipif(not REAL, reason="no programs of other people here")

@@ -1,4 +1,4 @@
-"""New positions in a program that means the same: points put into long straight lines, shared positions parted."""
+"""New positions in a program that keep its meaning: points in long straight lines, own numbers for shared positions."""
 
 import re
 from collections.abc import Sequence
@@ -20,36 +20,36 @@ from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
 
 
-def room_for_points(program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray) -> IntArray:
-    """Pieces that each straight way can be cut into, (S,): 1 where its statement does not allow it.
+def allowed_pieces(program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray) -> IntArray:
+    """Into how many pieces each straight way may be cut, (S,): 1 where its statement does not allow it.
 
     Not where a jump may arrive between its ends, not where its speed is the time of the whole line, not where another
     group moves along; and the last piece keeps the length that its DB, TB or TA reaches back.
     """
     m, p = program.motions, program.positions
-    groups = np.bincount(p.number, minlength=int(p.number.max(initial=0)) + 1)
+    definitions = np.bincount(p.number, minlength=int(p.number.max(initial=0)) + 1)
     flow = np.array(drive.flow, dtype=np.int64)
     allowed = np.ones(len(pieces), dtype=np.int64)
     for s in np.flatnonzero(pieces > 1).tolist():
         i, j = int(drive.motion[s]), int(drive.motion[s - 1])
-        of_line = SPEED_OF_WHOLE_MOTION.search(m.speed[i])
-        jumps = bool(((flow > m.line[j]) & (flow < m.line[i])).any())
-        alone = groups[poses.number[drive.pose[s]]] == 1
-        if jumps or not alone or of_line or poses.joint_form[drive.pose[s]]:
+        is_duration = SPEED_OF_WHOLE_MOTION.search(m.speed[i])
+        jump_target = bool(((flow > m.line[j]) & (flow < m.line[i])).any())
+        single_group = definitions[poses.number[drive.pose[s]]] == 1
+        if jump_target or not single_group or is_duration or poses.joint_form[drive.pose[s]]:
             continue
         reach = 0.0
         for distance, time in TIMED_BEFORE_END.findall(m.options[i]):
-            pace = drive.length[s] / max(float(drive.duration[s]), 1e-9)
-            reach = max(reach, float(distance) * MM if distance else float(time) * pace)
-        most = int(drive.length[s] / reach) if reach > 0 else int(pieces[s])
-        allowed[s] = max(1, min(int(pieces[s]), most))
+            speed = drive.length[s] / max(float(drive.duration[s]), 1e-9)
+            reach = max(reach, float(distance) * MM if distance else float(time) * speed)
+        limit = int(drive.length[s] / reach) if reach > 0 else int(pieces[s])
+        allowed[s] = max(1, min(int(pieces[s]), limit))
     return allowed
 
 
 def insert_points(
     program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray, robot: Robot, frames: Frames
 ) -> LsProgram:
-    """The program with each straight way cut into equal pieces; each statement keeps its own end and all its options.
+    """The program with each straight way cut into equal pieces; each statement keeps its target and all its options.
 
     New points are CNT100 at the speed of their line; new lines carry no number, which a controller gives them.
     """
@@ -68,53 +68,52 @@ def insert_points(
     for s in ways.tolist():
         i = int(drive.motion[s])
         start = int(m.span[i, 0])
-        begin = max(program.data.rfind(b"\n", 0, start), program.data.rfind(b"\r", 0, start)) + 1
-        mark = re.sub(rb"\d", b" ", program.data[begin:start])
+        line_start = max(program.data.rfind(b"\n", 0, start), program.data.rfind(b"\r", 0, start)) + 1
+        prefix = re.sub(rb"\d", b" ", program.data[line_start:start])
         acc = ACCELERATION.search(m.options[i])
         tail = f"{m.speed[i]} CNT100{f' {acc[0]}' if acc else ''}    ;".encode("latin-1")
-        lines = [mark + b"L P[%d] " % n + tail + eol for n in numbers[station == s].tolist()]
-        edits[begin, begin] = b"".join(lines)
+        lines = [prefix + b"L P[%d] " % n + tail + eol for n in numbers[station == s].tolist()]
+        edits[line_start, line_start] = b"".join(lines)
     copies = [(int(poses.row[drive.pose[s]]), int(n)) for s, n in zip(station, numbers)]
-    _append(program, copies, edits, eol)
-    grown = edited(program, edits)
-    new = read_poses(grown, robot, frames)
-    which = np.flatnonzero(new.number >= first)
-    theta = _joints(robot, poses, drive, station, position, rotation)
-    plain = np.zeros((len(which), 3), dtype=np.int64)
-    edits = number_edits(grown, new, robot, which, position, rotation, theta, plain, plain[:, 0] > 0)
-    return edited(grown, edits)
+    _append_positions(program, copies, edits, eol)
+    extended = edited(program, edits)
+    new_poses = read_poses(extended, robot, frames)
+    which = np.flatnonzero(new_poses.number >= first)
+    theta = _joints_between(robot, poses, drive, station, position, rotation)
+    nudge = np.zeros((len(which), 3), dtype=np.int64)
+    edits = number_edits(extended, new_poses, robot, which, position, rotation, theta, nudge, nudge[:, 0] > 0)
+    return edited(extended, edits)
 
 
-def split_positions(program: LsProgram, poses: Poses, drive: Drive, parts: Sequence[tuple[int, int]]) -> LsProgram:
-    """The program with some stations on positions of their own: (station, new number) each."""
+def split_positions(program: LsProgram, poses: Poses, drive: Drive, assigned: Sequence[tuple[int, int]]) -> LsProgram:
+    """The program with some stations on positions of their own, ``assigned`` as pairs of station and new number."""
     edits: Edits = {}
-    owner: dict[int, int] = {}
-    for s, number in parts:
-        owner.setdefault(number, int(poses.row[drive.pose[s]]))
-        place = target_place(program, drive, s)
-        edits[place] = b"%d" % number
-    _append(program, [(row, number) for number, row in owner.items()], edits, _line_end(program.data))
+    copied: dict[int, int] = {}  # new number to the row that it copies
+    for s, number in assigned:
+        copied.setdefault(number, int(poses.row[drive.pose[s]]))
+        edits[target_number_span(program, drive, s)] = b"%d" % number
+    _append_positions(program, [(row, number) for number, row in copied.items()], edits, _line_end(program.data))
     return edited(program, edits)
 
 
-def target_place(program: LsProgram, drive: Drive, station: int) -> tuple[int, int]:
+def target_number_span(program: LsProgram, drive: Drive, station: int) -> tuple[int, int]:
     """Where the number of a station's P[n] stands in the text.
 
     Raises:
-        InputError: It is not found; names the line.
+        InputError: It is not there; names the line.
     """
     m = program.motions
     i = int(drive.motion[station])
     start, end = m.span[i].tolist()
     # the via point comes first; the end of a C is its second target
     order = 0 if drive.via[station] or len(m.position[i]) == 1 else 1
-    found = list(re.finditer(rb"(?<![A-Za-z])P\[\s*(\d+)", program.data[start:end], re.IGNORECASE))
-    if len(found) <= order:
+    targets = list(re.finditer(rb"(?<![A-Za-z])P\[\s*(\d+)", program.data[start:end], re.IGNORECASE))
+    if len(targets) <= order:
         raise InputError(f"program {program.name}: line {m.line[i]}: its target cannot be changed; part it by hand")
-    return start + found[order].start(1), start + found[order].end(1)
+    return start + targets[order].start(1), start + targets[order].end(1)
 
 
-def _append(program: LsProgram, copies: Sequence[tuple[int, int]], edits: Edits, eol: bytes) -> None:
+def _append_positions(program: LsProgram, copies: Sequence[tuple[int, int]], edits: Edits, eol: bytes) -> None:
     """Copies of positions under new numbers, after the last one."""
     p = program.positions
     texts = []
@@ -125,7 +124,9 @@ def _append(program: LsProgram, copies: Sequence[tuple[int, int]], edits: Edits,
     edits[last, last] = b"".join(eol + text for text in texts)
 
 
-def _joints(robot: Robot, poses: Poses, drive: Drive, station: IntArray, position: Array, rotation: Array) -> Array:
+def _joints_between(
+    robot: Robot, poses: Poses, drive: Drive, station: IntArray, position: Array, rotation: Array
+) -> Array:
     """Joints at places on straight ways, on the posture and near the turns of their ends, (n, 6) [rad]."""
     pose = drive.pose[station]
     theta = np.empty((len(station), 6))

@@ -1,4 +1,4 @@
-"""Corrected poses to the bytes of a program: its own decimals, its own way of writing zeros, nothing else touched."""
+"""Corrected poses as bytes of a program: with its own decimals and way of writing zeros, nothing else touched."""
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 Edits = dict[tuple[int, int], bytes]
-LEVER, FLANGE_LEVER = 0.01, 0.2  # m: how much an angle counts when joints are rounded; where the tool is not known
+#: [m] how much an angle counts against a distance when joints are rounded; where the tool is not known
+TCP_LEVER, FLANGE_LEVER = 0.01, 0.2
 _BLOCK = 16
 _NEIGHBOURS = np.array([0.0, -1, 1, -2, 2])[np.ascontiguousarray(np.indices(6 * (5,)).reshape(6, -1).T)]
 
@@ -31,30 +32,30 @@ def number_edits(
     nudge: IntArray,
     marked: BoolArray,
 ) -> Edits:
-    """What to write where so that positions say other poses.
+    """Edits that make positions say other poses.
 
     Args:
         program: As read.
-        poses: Of its positions.
+        poses: Those of its positions.
         robot: For the digits of CONFIG.
         which: Rows of ``poses`` to change, (n,).
         position: TCP in World, (n, 3) [m].
         rotation: TCP in World, (n, 3, 3).
         theta: Joints of these poses, (n, 6) [rad].
-        nudge: Units of the last digit to add to W, P and R, (n, 3); see ``mark``.
+        nudge: Units of the last digit to add to W, P and R, (n, 3); see ``watermark``.
         marked: Joint-form positions that shall carry the mark, (n,).
 
     Returns:
-        Place to new text; only where the text differs from what stands there.
+        Span to new text; only where the text differs from what stands there.
     """
-    bare = any(
+    omit_zero = any(
         program.data[a : a + 2].lstrip(b"+-")[:1] == b"."
         for a in program.positions.span[poses.row[:200]][:, :12, 0].ravel().tolist()
         if a
     )
     edits: Edits = {}
     cartesian = np.flatnonzero(~poses.joint_form[which])
-    numbers, places = np.empty((len(which), 6)), np.empty((len(which), 6), dtype=np.int64)
+    numbers, columns = np.empty((len(which), 6)), np.empty((len(which), 6), dtype=np.int64)
     value = program.positions.value[poses.row[which]]
     if len(cartesian):
         k = which[cartesian]
@@ -63,23 +64,23 @@ def number_edits(
         numbers[cartesian, :3] = np.einsum("nji,nj->ni", axes, position[cartesian] - origin) / MM
         turned = np.swapaxes(axes, 1, 2) @ rotation[cartesian]
         numbers[cartesian, 3:] = nearest_wpr(turned, value[cartesian, 3:6])
-        places[cartesian] = np.arange(6)
+        columns[cartesian] = np.arange(6)
     joint = np.flatnonzero(poses.joint_form[which])
     if len(joint):
-        step = np.asarray(10.0 ** -decimals_of(program, poses, which[joint]), dtype=float)
+        step = np.asarray(10.0 ** -decimal_places(program, poses, which[joint]), dtype=float)
         tools = [poses.tool_of(t) for t in poses.tool[which[joint]].tolist()]
         pendant = robot.to_pendant(theta[joint]) / DEG
-        lever = np.where(poses.tool[which[joint]] == NONE, FLANGE_LEVER, LEVER)
-        numbers[joint] = rounded_joints(robot, pendant, step, np.array([t[0] for t in tools]), lever, marked[joint])
-        places[joint] = np.arange(J1, J1 + 6)
+        lever = np.where(poses.tool[which[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
+        numbers[joint] = round_joints(robot, pendant, step, np.array([t[0] for t in tools]), lever, marked[joint])
+        columns[joint] = np.arange(J1, J1 + 6)
     rounded = numbers.copy()
     for n, k in enumerate(which.tolist()):
-        spans = program.positions.span[poses.row[k]][places[n]].tolist()
+        spans = program.positions.span[poses.row[k]][columns[n]].tolist()
         for i, (start, end) in enumerate(spans):
             old_text = program.data[start:end]
-            more = int(nudge[n, i - 3]) if i >= 3 else 0
-            angle = i >= 3 and not poses.joint_form[which[n]]
-            text = like(old_text, float(numbers[n, i]), bare, angle, more)
+            extra_units = int(nudge[n, i - 3]) if i >= 3 else 0
+            is_angle = i >= 3 and not poses.joint_form[which[n]]
+            text = format_like(old_text, float(numbers[n, i]), omit_zero, is_angle, extra_units)
             rounded[n, i] = float(text)
             if text != old_text:
                 edits[start, end] = text
@@ -88,8 +89,8 @@ def number_edits(
     return edits
 
 
-def rounded_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever: Array, marked: BoolArray) -> Array:
-    r"""Pendant angles on the grid of a program's digits that leave the tool nearest to where it shall be.
+def round_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever: Array, marked: BoolArray) -> Array:
+    r"""Pendant angles on the grid of a program's digits that leave the tool nearest to the wanted pose.
 
     Rounding each joint for itself moves the tool by up to 26 um. Of the 5^6 neighbours of the nearest grid point the
     one is taken that minimises, to first order, \\|dp\\|^2 + lever^2 \\|dw\\|^2.
@@ -97,32 +98,32 @@ def rounded_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever:
     Args:
         robot: Nominal arm.
         pendant: Wanted angles, (n, 6) [deg].
-        step: Of the grid, (n, 6) [deg].
-        tcp: In the flange, (n, 3) [m].
+        step: Spacing of the grid, (n, 6) [deg].
+        tcp: Tool centre point in the flange, (n, 3) [m].
         lever: How much an angle counts against a distance, (n,) [m].
         marked: Only neighbours that carry the mark are taken, (n,).
 
     Returns:
         Angles on the grid, (n, 6) [deg].
     """
-    out = np.empty_like(pendant)
+    rounded = np.empty_like(pendant)
     for first in range(0, len(pendant), _BLOCK):
         rows = slice(first, first + _BLOCK)
-        want, grid = pendant[rows], step[rows]
-        jacobian = _jacobian(robot, want, tcp[rows], lever[rows])
-        units = np.rint(want / grid)[:, None, :] + _NEIGHBOURS
-        move = np.einsum("nij,nkj->nki", jacobian, units * grid[:, None, :] - want[:, None, :])
+        wanted, grid = pendant[rows], step[rows]
+        jacobian = _jacobian(robot, wanted, tcp[rows], lever[rows])
+        units = np.rint(wanted / grid)[:, None, :] + _NEIGHBOURS
+        move = np.einsum("nij,nkj->nki", jacobian, units * grid[:, None, :] - wanted[:, None, :])
         cost = (move**2).sum(axis=2)
         for n in np.flatnonzero(marked[rows]).tolist():
             cost[n, watermark.joint_remainder(units[n].astype(np.int64)) != 0] = np.inf
         best = np.argmin(cost, axis=1)
-        out[rows] = np.take_along_axis(units, best[:, None, None], axis=1)[:, 0] * grid
-    return out
+        rounded[rows] = np.take_along_axis(units, best[:, None, None], axis=1)[:, 0] * grid
+    return rounded
 
 
 def _jacobian(robot: Robot, pendant: Array, tcp: Array, lever: Array) -> Array:
     """Movement of the tool for each pendant angle, (n, 6, 6): [m/deg], and lever [m] times [rad/deg]."""
-    size = 0.01
+    step = 0.01  # [deg]
 
     def tool(angles: Array) -> tuple[Array, Array]:
         position, rotation = flange_pose(robot, robot.to_theta(angles * DEG))
@@ -130,52 +131,52 @@ def _jacobian(robot: Robot, pendant: Array, tcp: Array, lever: Array) -> Array:
 
     columns = []
     for i in range(6):
-        shift = np.eye(6)[i] * size
+        shift = np.eye(6)[i] * step
         (p0, r0), (p1, r1) = tool(pendant - shift), tool(pendant + shift)
         turn = rotation_vector(np.swapaxes(r0, 1, 2) @ r1)
-        columns.append(np.hstack([p1 - p0, lever[:, None] * turn]) / (2 * size))
+        columns.append(np.hstack([p1 - p0, lever[:, None] * turn]) / (2 * step))
     return np.stack(columns, axis=2)
 
 
-def like(old: bytes, value: float, bare: bool, angle: bool = False, more: int = 0) -> bytes:
+def format_like(old: bytes, value: float, omit_zero: bool, is_angle: bool = False, extra_units: int = 0) -> bytes:
     """A number as the program writes its own: decimals of the old one, ``.5`` or ``0.5``; the old text when equal.
 
     Args:
-        old: What stands there.
-        value: mm or deg.
-        bare: The program leaves out the zero before the point.
-        angle: Whole turns mean nothing: kept within 180 deg where the old one is.
-        more: Units of the last digit to add.
+        old: Text to be replaced.
+        value: [mm] or [deg].
+        omit_zero: The program leaves out the zero before the point.
+        is_angle: Whole turns make no difference: kept within 180 deg where the old one is.
+        extra_units: Units of the last digit to add.
     """
     body = old.lstrip(b"+-")
     decimals = len(body.partition(b".")[2])
     scale = 10**decimals
-    units = round(value * scale) + more
-    stood = round(float(old) * scale)
-    turn = 360 * scale if angle else 0
-    if turn and abs(stood) * 2 <= turn and abs(units) * 2 > turn:
+    units = round(value * scale) + extra_units
+    old_units = round(float(old) * scale)
+    turn = 360 * scale if is_angle else 0
+    if turn and abs(old_units) * 2 <= turn and abs(units) * 2 > turn:
         units -= turn if units > 0 else -turn
-    if units == stood or (turn and (units - stood) % turn == 0):
+    if units == old_units or (turn and (units - old_units) % turn == 0):
         return old
     whole, rest = divmod(abs(units), scale)
     fraction = f".{rest:0{decimals}d}" if decimals else ("." if b"." in body else "")
-    head = "" if bare and whole == 0 and decimals and units else str(whole)
+    integer = "" if omit_zero and whole == 0 and decimals and units else str(whole)
     sign = "-" if units < 0 else ("+" if old[:1] == b"+" else "")
-    return f"{sign}{head}{fraction}".encode("ascii")
+    return f"{sign}{integer}{fraction}".encode("ascii")
 
 
-def decimals_of(program: LsProgram, poses: Poses, which: IntArray) -> IntArray:
+def decimal_places(program: LsProgram, poses: Poses, which: IntArray) -> IntArray:
     """Decimals of each of the six numbers of positions, (n, 6)."""
-    found = np.zeros((len(which), 6), dtype=np.int64)
+    decimals = np.zeros((len(which), 6), dtype=np.int64)
     for n, k in enumerate(which.tolist()):
         first = J1 if poses.joint_form[k] else 0
         for i, (start, end) in enumerate(program.positions.span[poses.row[k]][first : first + 6].tolist()):
-            found[n, i] = len(program.data[start:end].partition(b".")[2])
-    return found
+            decimals[n, i] = len(program.data[start:end].partition(b".")[2])
+    return decimals
 
 
 def nearest_wpr(rotation: Array, old: Array) -> Array:
-    """W, P, R [deg] of rotations, of all that say the same the nearest to the old ones, (n, 3).
+    """W, P, R [deg] of rotations: of all equivalent triples the nearest to the old ones, (n, 3).
 
     (W, P, R) and (W + 180, 180 - P, R + 180) turn alike, and so does each with whole turns more. Near P = 90 deg, where
     only W -/+ R is fixed, R stays and W takes the change.
@@ -188,8 +189,8 @@ def nearest_wpr(rotation: Array, old: Array) -> Array:
     steep = np.abs(np.cos(old[:, 1] * DEG)) < 1e-4
     for k in np.flatnonzero(steep).tolist():
         tilt = from_wpr(*(np.array([a]) for a in (0.0, best[k, 1] * DEG, old[k, 2] * DEG)))[0]
-        left = tilt.T @ rotation[k]  # Rx(W)
-        angle = np.arctan2(left[2, 1] - left[1, 2], left[1, 1] + left[2, 2]) / DEG
+        about_x = tilt.T @ rotation[k]  # Rx(W)
+        angle = np.arctan2(about_x[2, 1] - about_x[1, 2], about_x[1, 1] + about_x[2, 2]) / DEG
         best[k] = [old[k, 0] + (angle - old[k, 0] + 180) % 360 - 180, best[k, 1], old[k, 2]]
     return np.asarray(best)
 
@@ -197,7 +198,7 @@ def nearest_wpr(rotation: Array, old: Array) -> Array:
 def _config_edits(
     program: LsProgram, poses: Poses, robot: Robot, which: IntArray, numbers: Array, theta: Array
 ) -> Edits:
-    """CONFIG's digits for the joints of the poses as printed, continuous with the planned ones."""
+    """Edits of CONFIG's turn digits for the joints of the poses as printed, continuous with the planned ones."""
     edits: Edits = {}
     origin = np.array([b[0] for b in poses.bases])[poses.base[which]]
     axes = np.array([b[1] for b in poses.bases])[poses.base[which]]
@@ -211,10 +212,10 @@ def _config_edits(
         for n, wanted in zip(rows.tolist(), digits):
             i = int(poses.row[which[n]])
             text = program.positions.config[i] or ""
-            found = CONFIG.match(text)
-            if found and [int(t or 0) for t in found.groups()[3:]] != wanted and found[4] is not None:
+            config = CONFIG.match(text)
+            if config and [int(t or 0) for t in config.groups()[3:]] != wanted and config[4] is not None:
                 start = int(program.positions.config_span[i, 0])
                 for group, digit in zip((4, 5, 6), wanted):
-                    if int(found[group]) != digit:
-                        edits[start + found.start(group), start + found.end(group)] = str(digit).encode("ascii")
+                    if int(config[group]) != digit:
+                        edits[start + config.start(group), start + config.end(group)] = str(digit).encode("ascii")
     return edits

@@ -1,4 +1,4 @@
-"""The story of one correction: read, warm up, correct, write, read again, fly, judge."""
+"""One correction from end to end: read, warm up, correct, write, read back, ride on the twin, judge."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,20 +15,20 @@ from compgen.fanuc.analysis.poses import J1, Poses, read_poses, require_frames
 from compgen.fanuc.analysis.stations import on_the_way, straight
 from compgen.fanuc.analysis.traversal import read_drive
 from compgen.fanuc.editing import watermark
-from compgen.fanuc.editing.insertion import insert_points, room_for_points, split_positions
-from compgen.fanuc.editing.numbers import decimals_of, number_edits
-from compgen.fanuc.editing.shared_positions import parting, shared, straightness
+from compgen.fanuc.editing.insertion import allowed_pieces, insert_points, split_positions
+from compgen.fanuc.editing.numbers import decimal_places, number_edits
+from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
-from compgen.pipelines.correct import findings as say
-from compgen.pipelines.correct.proof import fly, off
+from compgen.pipelines.correct.findings import correction_findings
+from compgen.pipelines.correct.proof import pose_errors, ride_program
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
-from compgen.pipelines.correct.station_corrections import error_models, pointwise, solve
+from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
 
-NOTHING = 1e-9  # m, rad: a correction below this is none
-MOST_PIECES = 1000  # of one straight line
-ROUNDS = 5  # of cutting lines whose halves still stray
+NEGLIGIBLE = 1e-9  # [m], [rad] a correction below this is none
+MAX_PIECES = 1000  # of one straight way
+MAX_ROUNDS = 5  # of cutting ways whose pieces still deviate midway
 
 
 def correct(
@@ -38,9 +38,9 @@ def correct(
 
     Args:
         data: The program file.
-        cell: The robot, its warmth and its errors.
+        cell: The robot, its heat model and its errors.
         frames: What UF and UT numbers mean.
-        before: What the cell did before.
+        before: What the cell did before the program starts.
         options: What may be done.
         progress: Called with the stage and the share done.
 
@@ -54,50 +54,54 @@ def correct(
     """
     progress("reading", 0.0)
     planned = program = loads(data)
-    plan = _plan(program, cell, frames, before, options, progress)
+    plan = _plan_correction(program, cell, frames, before, options, progress)
     if not options.again:
         _refuse_marked(plan)
-    for _ in range(ROUNDS if options.insert is not None else 0):
-        pieces = _pieces(plan, cell, options.insert or 1.0)
+    for _ in range(MAX_ROUNDS if options.insert is not None else 0):
+        pieces = _pieces_needed(plan, cell, options.insert or 1.0)
         if not (pieces > 1).any():
             break
         program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, frames)
-        plan = _plan(program, cell, frames, before, options, progress)
+        plan = _plan_correction(program, cell, frames, before, options, progress)
     if options.split:
         first = int(program.positions.number.max(initial=0)) + 1
-        parts = parting(plan.drive, plan.free, plan.solved.correction, first)
-        if parts:
-            program = split_positions(program, plan.poses, plan.drive, parts)
-            plan = _plan(program, cell, frames, before, options, progress)
-    return _written(planned, plan, cell, frames, before, options, progress)
+        new_positions = assign_new_positions(plan.drive, plan.free, plan.stations.correction, first)
+        if new_positions:
+            program = split_positions(program, plan.poses, plan.drive, new_positions)
+            plan = _plan_correction(program, cell, frames, before, options, progress)
+    return _write_and_verify(planned, plan, cell, frames, before, options, progress)
 
 
-def _plan(
+def _plan_correction(
     program: LsProgram, cell: Cell, frames: Frames, before: Sequence[Duty], options: Options, progress: Progress
 ) -> CorrectionPlan:
+    """What is known of a program before its numbers change: poses, ways, and the correction of each station."""
     _refuse_unfit(program)
     require_frames(program, frames)
     poses = read_poses(program, cell.robot, frames)
     drive = read_drive(program, poses, cell.robot)
     scope = read_scope(program, poses, drive, cell.robot)
     if options.strict and scope.unsafe:
-        u = scope.unsafe[0]
+        first = scope.unsafe[0]
         raise InputError(
-            f"program {program.name}: line {u.line}: {u.text}: {u.reason}; {len(scope.unsafe)} in all are refused by "
-            "--strict; without it they are passed through untouched"
+            f"program {program.name}: line {first.line}: {first.text}: {first.reason}; {len(scope.unsafe)} in all are "
+            "refused by --strict; without it they are passed through untouched"
         )
-    solved = solve(cell, poses, drive, scope.free, before, options.settings, lambda s: progress("correction", s))
+    stations = correct_stations(
+        cell, poses, drive, scope.free, before, options.settings, lambda share: progress("correction", share)
+    )
     free = scope.free.copy()
-    free[[s for s, _ in solved.held]] = False
-    return CorrectionPlan(program, poses, drive, scope, solved, free)
+    free[[station for station, _ in stations.held]] = False
+    return CorrectionPlan(program, poses, drive, scope, stations, free)
 
 
 def _refuse_unfit(program: LsProgram) -> None:
-    m, p = program.motions, program.positions
+    """Raises InputError for a program that moves no group, or uses a position that it does not define."""
+    m = program.motions
     mask = dict(program.attributes).get("DEFAULT_GROUP", "1")
     if len(m.line) and "1" not in mask:
         raise InputError(f"program {program.name}: DEFAULT_GROUP = {mask} moves no group, but the program has motions")
-    defined = set(p.number.tolist())
+    defined = set(program.positions.number.tolist())
     for i in np.flatnonzero(~m.disabled).tolist():
         for n in m.position[i]:
             if n >= 0 and n not in defined:
@@ -107,44 +111,45 @@ def _refuse_unfit(program: LsProgram) -> None:
 
 
 def _refuse_marked(plan: CorrectionPlan) -> None:
-    program = plan.program
-    ours = next((r for r in program.remarks if r.startswith("compgen ")), None)
+    """Raises InputError for a program that carries compgen's mark, in a remark or in its numbers."""
+    program, joint_form = plan.program, plan.poses.joint_form
+    remark = next((r for r in program.remarks if r.startswith("compgen ")), None)
     planned = any(r.startswith("planned, not corrected") for r in program.remarks)
-    which = _markable(plan)
-    if (ours and not planned) or (
-        len(which) and watermark.carries(_units(program, plan.poses, which), plan.poses.joint_form[which])
+    rows = _markable_rows(plan)
+    if (remark and not planned) or (
+        len(rows) and watermark.is_marked(_last_digit_units(program, plan.poses, rows), joint_form[rows])
     ):
-        told = f"its remark says '{ours}'" if ours else "the last digits of its positions do"
+        evidence = f"its remark says '{remark}'" if remark else "the last digits of its positions do"
         raise InputError(
-            f"program {program.name}: it carries compgen's mark ({told}): it would be corrected twice; "
+            f"program {program.name}: it carries compgen's mark ({evidence}): it would be corrected twice; "
             "start from the planned program, get it back with --restore, or say --again"
         )
 
 
-def _markable(plan: CorrectionPlan) -> IntArray:
+def _markable_rows(plan: CorrectionPlan) -> IntArray:
     """Rows of free positions in the order they are driven to, each once."""
     rows = plan.drive.pose[plan.scope.free]
     _, first = np.unique(rows, return_index=True)
     return np.asarray(rows[np.sort(first)])
 
 
-def _units(program: LsProgram, poses: Poses, which: IntArray) -> IntArray:
+def _last_digit_units(program: LsProgram, poses: Poses, rows: IntArray) -> IntArray:
     """Numbers of positions in units of their last digit, (n, 6)."""
-    value = program.positions.value[poses.row[which]]
-    value = np.where(poses.joint_form[which][:, None], value[:, J1 : J1 + 6], value[:, :6])
-    return np.rint(value * 10.0 ** decimals_of(program, poses, which)).astype(np.int64)
+    value = program.positions.value[poses.row[rows]]
+    value = np.where(poses.joint_form[rows][:, None], value[:, J1 : J1 + 6], value[:, :6])
+    return np.rint(value * 10.0 ** decimal_places(program, poses, rows)).astype(np.int64)
 
 
-def _pieces(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray:
-    """Into how many pieces each straight way must be cut, (S,): what it strays shrinks with the square."""
+def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray:
+    """Into how many pieces each straight way must be cut, (S,): its deviation falls with the square of their count."""
     pieces = np.ones(len(plan.free), dtype=np.int64)
-    ways = _ways(plan)
+    ways = _straight_ways(plan)
     if len(ways):
-        pieces[ways] = np.ceil(np.sqrt(_strays(plan, cell) / allowed)).astype(np.int64).clip(1, MOST_PIECES)
-    return room_for_points(plan.program, plan.poses, plan.drive, pieces)
+        pieces[ways] = np.ceil(np.sqrt(_midway_deviations(plan, cell) / allowed)).astype(np.int64).clip(1, MAX_PIECES)
+    return allowed_pieces(plan.program, plan.poses, plan.drive, pieces)
 
 
-def _middle(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:
+def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:
     """The correction wanted midway on straight ways, (n, 6)."""
     position, rotation = on_the_way(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
     ends = plan.drive.pose[ways]
@@ -152,12 +157,12 @@ def _middle(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:
         plan.poses, position=position, rotation=rotation, theta=plan.poses.theta[ends],
         tool=plan.poses.tool[ends], posture=plan.poses.posture[ends],
     )  # fmt: skip
-    rise = (plan.solved.rise[ways] + plan.solved.rise[ways - 1]) / 2
+    rise = (plan.stations.rise[ways] + plan.stations.rise[ways - 1]) / 2
     row = np.arange(len(ways))
-    return pointwise(cell, error_models(cell, poses, row), poses, row, rise, plan.solved.midway.at(ways))[0]
+    return cancel_errors(cell, error_models(cell, poses, row), poses, row, rise, plan.stations.midway.at(ways))[0]
 
 
-def _written(
+def _write_and_verify(
     planned: LsProgram,
     plan: CorrectionPlan,
     cell: Cell,
@@ -166,37 +171,38 @@ def _written(
     options: Options,
     progress: Progress,
 ) -> Correction:
-    """The numbers changed, read again, flown and judged."""
+    """The program with its numbers changed, read back, ridden on the twin and judged."""
     program, poses, drive = plan.program, plan.poses, plan.drive
-    each = shared(drive, plan.free, plan.solved.correction, plan.solved.theta, len(poses.row))
-    size = np.abs(each.correction).max(axis=1)
-    which = np.flatnonzero(each.changed & (size > NOTHING))
-    c = each.correction[which]
-    position = poses.position[which] + c[:, :3]
-    rotation = poses.rotation[which] @ rotation_matrix(c[:, 3:])
-    still = np.zeros((len(which), 3), dtype=np.int64)
+    shared = average_shared(drive, plan.free, plan.stations.correction, plan.stations.theta, len(poses.row))
+    size = np.abs(shared.correction).max(axis=1)
+    which = np.flatnonzero(shared.changed & (size > NEGLIGIBLE))
+    correction = shared.correction[which]
+    position = poses.position[which] + correction[:, :3]
+    rotation = poses.rotation[which] @ rotation_matrix(correction[:, 3:])
+    nudge = np.zeros((len(which), 3), dtype=np.int64)
 
-    def changed(nudge: IntArray, joints: BoolArray) -> LsProgram:
-        pose = position, rotation, each.theta[which]
-        edits = number_edits(program, poses, cell.robot, which, *pose, nudge, joints)
+    def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
+        pose = position, rotation, shared.theta[which]
+        edits = number_edits(program, poses, cell.robot, which, *pose, nudges, marked_joints)
         return edited(program, edits) if edits else program
 
-    written = changed(still, still[:, 0] > 0)
-    marked = _marked_rows(plan, which)
-    told = written.data != program.data and watermark.enough(poses.joint_form[marked])
-    if told:
-        at = np.searchsorted(which, marked)
-        still[at] = watermark.nudges(_units(written, poses, marked)) * ~poses.joint_form[marked][:, None]
-        written = changed(still, np.isin(np.arange(len(which)), at))
+    written = write(nudge, nudge[:, 0] > 0)
+    rows = _marked_rows(plan, which)
+    marked = written.data != program.data and watermark.is_detectable(poses.joint_form[rows])
+    if marked:
+        at = np.searchsorted(which, rows)
+        nudge[at] = watermark.nudges(_last_digit_units(written, poses, rows)) * ~poses.joint_form[rows][:, None]
+        written = write(nudge, np.isin(np.arange(len(which)), at))
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
-    meant = fly(cell, poses, drive, before, lambda share: progress("twin before", share))
-    target = on_the_way(poses, drive, meant.station, meant.fraction)
-    now = read_poses(written, cell.robot, frames)
+    planned_ride = ride_program(cell, poses, drive, before, lambda share: progress("twin before", share))
+    target = on_the_way(poses, drive, planned_ride.station, planned_ride.fraction)
+    new_poses = read_poses(written, cell.robot, frames)
+    new_drive = read_drive(written, new_poses, cell.robot)
     progress("twin after", 0.0)
-    flight = fly(cell, now, read_drive(written, now, cell.robot), before, lambda share: progress("twin after", share))
-    moved = plan.free & each.changed[drive.pose] if len(poses.row) else plan.free
-    judged = moved[flight.station] & np.where(flight.fraction < 1, moved[flight.station - 1], True)
+    ride = ride_program(cell, new_poses, new_drive, before, lambda share: progress("twin after", share))
+    moved = plan.free & shared.changed[drive.pose] if len(poses.row) else plan.free
+    judged = moved[ride.station] & np.where(ride.fraction < 1, moved[ride.station - 1], True)
     result = Correction(
         name=program.name,
         cell=cell,
@@ -205,35 +211,36 @@ def _written(
         planned=planned.data,
         text=written.data,
         plan=plan,
-        shared=each,
+        shared=shared,
         changed=int(differs.any(axis=1).sum()),
         added=len(program.positions.number) - len(planned.positions.number),
-        flight=flight,
-        error=off(meant, *target),
-        residual=off(flight, *target),
+        ride=ride,
+        error=pose_errors(planned_ride, *target),
+        residual=pose_errors(ride, *target),
         judged=judged,
-        marked=told,
+        marked=marked,
         findings=(),
     )
-    stray = _strays(plan, cell)
-    return replace(result, findings=say.findings(result, stray))
+    return replace(result, findings=correction_findings(result, _midway_deviations(plan, cell)))
 
 
 def _marked_rows(plan: CorrectionPlan, which: IntArray) -> IntArray:
     """The first corrected positions, in rising order of row."""
-    rows = _markable(plan)
+    rows = _markable_rows(plan)
     rows = rows[np.isin(rows, which)]
-    return np.sort(rows[: watermark.COUNT])
+    return np.sort(rows[: watermark.MARKED_POSITIONS])
 
 
-def _strays(plan: CorrectionPlan, cell: Cell) -> Array:
-    """How far each straight way's own correction strays from the line between its ends, (n,) [m]."""
-    ways = _ways(plan)
-    return straightness(plan.solved.correction, _middle(plan, cell, ways), ways) if len(ways) else np.zeros(0)
+def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:
+    """How far the correction wanted midway on straight ways is from the line between their ends, (n,) [m]."""
+    ways = _straight_ways(plan)
+    if not len(ways):
+        return np.zeros(0)
+    return midway_deviation(plan.stations.correction, _midway_corrections(plan, cell, ways), ways)
 
 
-def _ways(plan: CorrectionPlan) -> IntArray:
+def _straight_ways(plan: CorrectionPlan) -> IntArray:
     """Stations reached by straight lines between corrected ends."""
-    found = straight(plan.poses, plan.drive) & plan.free
-    found[1:] &= plan.free[:-1]
-    return np.flatnonzero(found)
+    free = straight(plan.poses, plan.drive) & plan.free
+    free[1:] &= plan.free[:-1]
+    return np.flatnonzero(free)

@@ -1,4 +1,4 @@
-"""The proof of a correction: what the twin does with the written text, against the planned poses."""
+"""The proof of a correction: where the twin goes with the written text, against the planned poses."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,22 +10,22 @@ from compgen.core.rotations import rotation_vector
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import commanded, on_the_way, samples
 from compgen.fanuc.analysis.traversal import Drive
-from compgen.pipelines.correct.station_corrections import legs
+from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty, opening
 from compgen.thermal.network import powered
 from compgen.verification.twin import Twin
 from compgen.verification.twin_of import flaws_of
 
-INSIDE = 4  # parts of each straight line that are looked at
-FINE = 32  # the same for an arm whose errors depend on where it comes from
+SUBDIVISIONS = 4  # of each straight line, where it is judged
+FINE_SUBDIVISIONS = 32  # for an arm whose errors depend on the direction of motion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Flight:
-    """Where the real tool is, at M samples: each station that can be told, and three places on each straight line."""
+class ProgramRide:
+    """Where the actual tool is, at M samples: each station with known joints, and places on each straight line."""
 
-    station: IntArray  # (M,) the one ahead, or reached
+    station: IntArray  # (M,) the next one, or the one reached
     fraction: Array  # (M,) of the way to it; 1 is the station itself
     time: Array  # (M,) [s]
     rise: Array  # (M, K) [K]
@@ -33,14 +33,14 @@ class Flight:
     rotation: Array  # (M, 3, 3)
 
 
-def fly(
+def ride_program(
     cell: Cell,
     poses: Poses,
     drive: Drive,
     before: Sequence[Duty],
     progress: Callable[[float], None] = lambda share: None,
-) -> Flight:
-    """Ride a program as read from its text on the twin.
+) -> ProgramRide:
+    """A program as read from its text, ridden on the twin.
 
     The twin steps its own heat through the program's times, commands the joints that CONFIG or the joint form name,
     and confirms each with pinocchio's nominal arm.
@@ -49,9 +49,9 @@ def fly(
         TwinError: The controller's inverse and pinocchio disagree.
     """
     flaws = flaws_of(cell.sources)
-    parts = INSIDE if flaws is None else FINE
-    station, fraction = samples(poses, drive, np.arange(1, parts) / parts)
-    time, rise = _warmth(cell, poses, drive, before, station, fraction)
+    subdivisions = SUBDIVISIONS if flaws is None else FINE_SUBDIVISIONS
+    station, fraction = samples(poses, drive, np.arange(1, subdivisions) / subdivisions)
+    time, rise = _rise_at_samples(cell, poses, drive, before, station, fraction)
     position, rotation = on_the_way(poses, drive, station, fraction)
     pose = drive.pose[station]
     theta, flange = commanded(cell.robot, poses, drive, station, fraction, position, rotation)
@@ -63,35 +63,35 @@ def fly(
     real = twin.reach(theta, rise, lambda share: progress(0.5 + share / 2), tool)
     if tool is None:
         real = real[0] + np.einsum("nij,nj->ni", real[1], tcp), real[1] @ turn
-    return Flight(station, fraction, time, rise, *real)
+    return ProgramRide(station, fraction, time, rise, *real)
 
 
-def off(flight: Flight, position: Array, rotation: Array) -> tuple[Array, Array]:
-    """Size of the position error (M,) [m] and angle between actual and meant tool (M,) [rad]."""
-    error = flight.position - position
-    turn = rotation_vector(np.swapaxes(rotation, 1, 2) @ flight.rotation)
+def pose_errors(ride: ProgramRide, position: Array, rotation: Array) -> tuple[Array, Array]:
+    """Size of the position error (M,) [m] and angle between actual and target tool (M,) [rad]."""
+    error = ride.position - position
+    turn = rotation_vector(np.swapaxes(rotation, 1, 2) @ ride.rotation)
     return np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn))
 
 
-def _warmth(
+def _rise_at_samples(
     cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty], station: IntArray, fraction: Array
 ) -> tuple[Array, Array]:
-    """Time and rise of samples, stepping each mode through every pause and way."""
-    rate, motion = cell.heat.rate, legs(poses, drive)
-    every = cell.heat.goals(motion)
-    still, goals = every[0::2], every[1::2]
-    now, state = 0.0, opening(cell.heat)
+    """Time (M,) [s] and rise (M, K) [K] of samples, stepping each mode through every pause and way."""
+    rate, motion = cell.heat.rate, heat_motion(poses, drive)
+    goals = cell.heat.goals(motion)
+    pause_goals, way_goals = goals[0::2], goals[1::2]
+    time, state = 0.0, opening(cell.heat)
     for duty in powered(cell.heat, before, motion):
         goal = cell.heat.goal(duty)
         state = goal - (goal - state) * np.exp(-duty.duration * rate)
     begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
     for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist())):
         if pause:
-            state = still[s] + (state - still[s]) * np.exp(-pause * rate)
-        begin[s], start[s] = now + pause, state
-        state = goals[s] + (state - goals[s]) * np.exp(-way * rate)
-        now += pause + way
-    spent = fraction * drive.duration[station]
-    fade = np.exp(-spent[:, None] * rate)
-    states = goals[station] + (start[station] - goals[station]) * fade
-    return begin[station] + spent, states @ cell.heat.outputs.T
+            state = pause_goals[s] + (state - pause_goals[s]) * np.exp(-pause * rate)
+        begin[s], start[s] = time + pause, state
+        state = way_goals[s] + (state - way_goals[s]) * np.exp(-way * rate)
+        time += pause + way
+    elapsed = fraction * drive.duration[station]
+    decay = np.exp(-elapsed[:, None] * rate)
+    states = way_goals[station] + (start[station] - way_goals[station]) * decay
+    return begin[station] + elapsed, states @ cell.heat.outputs.T

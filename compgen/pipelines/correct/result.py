@@ -1,4 +1,4 @@
-"""What a correction starts from and what it ends with."""
+"""The options of a correction, its plan, and the corrected program with its proof."""
 
 from dataclasses import dataclass, field
 
@@ -9,20 +9,20 @@ from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.traversal import Drive
-from compgen.fanuc.editing.shared_positions import Shared
-from compgen.pipelines.correct.proof import Flight
-from compgen.pipelines.correct.station_corrections import Solved
+from compgen.fanuc.editing.shared_positions import SharedCorrections
+from compgen.pipelines.correct.proof import ProgramRide
+from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What may be done to a program beyond moving its positions, and what is promised."""
+    """What may be done to a program beyond moving its positions, and the bound that it must keep."""
 
-    split: bool = False  # shared positions that need different corrections get numbers of their own
-    insert: float | None = None  # [m] points go into straight lines that stray farther than this
-    strict: bool = False  # refuse a program with statements that would be passed through
+    split: bool = False  # uses of a position that need different corrections get positions of their own
+    insert: float | None = None  # [m] points go into straight lines that deviate by more than this
+    strict: bool = False  # refuse a program with statements that cannot be corrected
     again: bool = False  # take a program that carries the mark
     bound: float | None = None  # [m] largest error allowed after correction
     settings: Settings = field(default_factory=Settings)
@@ -36,7 +36,7 @@ class CorrectionPlan:
     poses: Poses
     drive: Drive
     scope: Scope
-    solved: Solved
+    stations: StationCorrections
     free: BoolArray  # (S,) stations that take a correction
 
 
@@ -51,10 +51,10 @@ class Correction:
     planned: bytes
     text: bytes
     plan: CorrectionPlan
-    shared: Shared
+    shared: SharedCorrections
     changed: int  # positions that read differently
     added: int  # positions that are new
-    flight: Flight  # of the written text
+    ride: ProgramRide  # of the written text
     error: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the planned and unchanged program, at the same samples
     residual: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the written text
     judged: BoolArray  # (M,) samples at or between corrected stations

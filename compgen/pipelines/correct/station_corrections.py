@@ -1,9 +1,8 @@
 r"""The correction of each free station, on the posture, frame and tool that its position names.
 
 At first each for itself: c <- c - e(c), which shrinks the error about a thousandfold a step. Where straight lines
-follow each other closer than the smoothing period, ``compensate.optimise`` takes the whole run, as for a planned path,
-so that what is put onto the part stays smooth. A correction beyond the clamp or a joint limit is not taken: the
-station is held.
+follow each other closer than the smoothing period, the whole run is optimised as for a planned path, so that the
+workpiece stays smooth. A correction beyond the clamp or a joint limit is not taken: the station is held.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,20 +18,19 @@ from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Drive
 from compgen.fanuc.configuration import postures_of
-from compgen.pipelines.correct.directions import course
+from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.job import Cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.joint_path import nearest_turns
-from compgen.thermal import Duty, after, during
-from compgen.thermal import JointMotion as Driven
+from compgen.thermal import Duty, JointMotion, after, during
 from compgen.thermal.network import powered
 
-STEPS = 6
-SAME_PLACE = 1e-6  # m
+ITERATIONS = 6  # of c <- c - e(c)
+SAME_PLACE = 1e-6  # [m]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Solved:
+class StationCorrections:
     """Corrections of S stations; zero where one is held."""
 
     correction: Array  # (S, 6) [m] in World axes, [rad] in tool axes
@@ -45,38 +43,38 @@ class Solved:
     midway: DirectionState  # halfway on the way to each station
 
 
-def warmth(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
+def rise_at_stations(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
     """Time (S,) [s] and rise (S, K) [K] at each station, and rise at the start (K,).
 
-    A pause is standing with the servo on.
+    During a pause the robot stands with its servo on.
     """
-    motion = legs(poses, drive)
+    motion = heat_motion(poses, drive)
     rise, _ = during(cell.heat, after(cell.heat, powered(cell.heat, before, motion)), motion)
     return motion.time[2::2], rise[2::2], rise[0]
 
 
-def legs(poses: Poses, drive: Drive) -> Driven:
-    """A program as heat takes it: a pause and a way to each station, (2 S + 1) places."""
-    spent = np.column_stack([drive.pause, drive.duration]).ravel()
+def heat_motion(poses: Poses, drive: Drive) -> JointMotion:
+    """A program as the heat model takes it: a pause and a way to each station, (2 S + 1) places."""
+    durations = np.column_stack([drive.pause, drive.duration]).ravel()
     with np.errstate(invalid="ignore", divide="ignore"):
-        driven = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
-    speeds = np.column_stack([np.zeros(len(driven)), driven]).ravel()
-    return Driven(np.concatenate([[0.0], np.cumsum(spent)]), _stood(poses, drive), speeds)
+        speed = np.nan_to_num(drive.length / drive.duration, nan=0.0, posinf=0.0)
+    speeds = np.column_stack([np.zeros(len(speed)), speed]).ravel()
+    return JointMotion(np.concatenate([[0.0], np.cumsum(durations)]), _joint_sequence(poses, drive), speeds)
 
 
-def _stood(poses: Poses, drive: Drive) -> Array:
+def _joint_sequence(poses: Poses, drive: Drive) -> Array:
     """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""
     if not len(drive.pose):
         return np.zeros((1, 6))
     theta = np.full((len(drive.pose), 6), np.nan)
-    told = drive.pose != NONE
-    theta[told] = poses.theta[drive.pose[told]]
-    known = np.maximum.accumulate(np.where(np.isnan(theta).any(axis=1), 0, np.arange(len(theta))))
-    theta = np.nan_to_num(theta[known])  # a position without joints: as if the robot stayed
+    defined = drive.pose != NONE
+    theta[defined] = poses.theta[drive.pose[defined]]
+    last_known = np.maximum.accumulate(np.where(np.isnan(theta).any(axis=1), 0, np.arange(len(theta))))
+    theta = np.nan_to_num(theta[last_known])  # a position without joints: as if the robot stayed
     return np.vstack([theta[:1], np.repeat(np.vstack([theta[:1], theta]), 2, axis=0)[1:-1]])
 
 
-def solve(
+def correct_stations(
     cell: Cell,
     poses: Poses,
     drive: Drive,
@@ -84,45 +82,45 @@ def solve(
     before: Sequence[Duty],
     settings: Settings,
     progress: Callable[[float], None] = lambda share: None,
-) -> Solved:
+) -> StationCorrections:
     """Corrections of all free stations."""
-    time, rise, start = warmth(cell, poses, drive, before)
+    time, rise, start = rise_at_stations(cell, poses, drive, before)
     S = len(free)
     correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
     limited: list[tuple[int, str]] = []
     rows = np.flatnonzero(free)
     if not len(rows):
-        return Solved(correction, theta, rise, time, (), (), start, NO_DIRECTION)
+        return StationCorrections(correction, theta, rise, time, (), (), start, NO_DIRECTION)
     models = error_models(cell, poses, drive.pose[rows])
-    motion, midway = course(cell, poses, drive)
-    correction[rows], theta[rows] = pointwise(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
+    motion, midway = station_directions(cell, poses, drive)
+    correction[rows], theta[rows] = cancel_errors(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows))
     runs = dense_runs(poses, drive, free, settings.curvature_period)
     for i, (first, last) in enumerate(runs):
         rows = np.arange(first, last + 1)
         arc = np.concatenate([[0.0], np.cumsum(drive.length[first + 1 : last + 1])])
-        run = _problem(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows), arc, drive.stop[rows])
+        run = _build_problem(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows), arc, drive.stop[rows])
         solution = optimise.optimise(run, settings)
         correction[rows], theta[rows] = solution.correction, solution.theta
         if solution.status is optimise.Status.FAILED:
-            correction[rows] = np.nan  # none of them is legal
+            correction[rows] = np.nan  # none is legal
         limited += [(first + n - 1, limit) for n, limit in solution.active_limits]
         progress((i + 1) / len(runs))
-    refused = _refused(cell, poses, correction, theta, drive.pose, free, settings)
-    for station, _ in refused:
+    illegal = _illegal_corrections(cell, poses, correction, theta, drive.pose, free, settings)
+    for station, _ in illegal:
         correction[station] = 0.0
         theta[station] = poses.theta[drive.pose[station]]
-    return Solved(correction, theta, rise, time, tuple(refused), tuple(limited), start, midway)
+    return StationCorrections(correction, theta, rise, time, tuple(illegal), tuple(limited), start, midway)
 
 
 def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorModel]:
-    """An error model for each tool that some positions use."""
+    """The error model of each tool that the positions in rows ``pose`` use, by the tool's row."""
     return {
         t: build_error_model(cell.robot, cell.sources, len(cell.heat.names), *poses.tool_of(t))
         for t in np.unique(poses.tool[pose]).tolist()
     }
 
 
-def pointwise(
+def cancel_errors(
     cell: Cell, models: dict[int, ErrorModel], poses: Poses, pose: IntArray, rise: Array, motion: DirectionState
 ) -> tuple[Array, Array]:
     """The correction that cancels each position's own error (n, 6), and the joints it leads to (n, 6) [rad]."""
@@ -130,16 +128,16 @@ def pointwise(
     kinds = np.column_stack([poses.tool, poses.posture])[pose]
     for kind in np.unique(kinds, axis=0):
         rows = np.flatnonzero((kinds == kind).all(axis=1))
-        still = np.zeros(len(rows))
-        here = _problem(cell, models, poses, pose[rows], rise[rows], motion.at(rows), still, still.astype(bool))
+        zero = np.zeros(len(rows))
+        problem = _build_problem(cell, models, poses, pose[rows], rise[rows], motion.at(rows), zero, zero.astype(bool))
         c = np.zeros((len(rows), 6))
-        for _ in range(STEPS):
-            c = c - here.residual(c)
-        correction[rows], theta[rows] = c, here.joints(c)[0]
+        for _ in range(ITERATIONS):
+            c = c - problem.residual(c)
+        correction[rows], theta[rows] = c, problem.joints(c)[0]
     return correction, theta
 
 
-def _problem(
+def _build_problem(
     cell: Cell,
     models: dict[int, ErrorModel],
     poses: Poses,
@@ -149,7 +147,7 @@ def _problem(
     arc: Array,
     stop: BoolArray,
 ) -> Problem:
-    """Positions of one tool and one posture as the optimiser takes them."""
+    """Positions of one tool and one posture as a problem for the optimiser."""
     tool = int(poses.tool[pose[0]])
     return Problem(
         cell.robot, models[tool], ALL_POSTURES[int(poses.posture[pose[0]])], *poses.tool_of(tool),
@@ -169,28 +167,28 @@ def dense_runs(poses: Poses, drive: Drive, free: BoolArray, period: float) -> li
     ]
 
 
-def _refused(
+def _illegal_corrections(
     cell: Cell, poses: Poses, correction: Array, theta: Array, pose: IntArray, free: BoolArray, settings: Settings
 ) -> list[tuple[int, str]]:
     """Stations whose correction is not legal, and why."""
-    found = []
+    illegal = []
     robot = cell.robot
     rows = np.flatnonzero(free)
     c, q, planned = correction[rows], theta[rows], poses.theta[pose[rows]]
     with np.errstate(invalid="ignore"):
-        far = ~(np.abs(c[:, :3]).max(axis=1) <= settings.clamp_position)
-        far |= ~(np.abs(c[:, 3:]).max(axis=1) <= settings.clamp_rotation)
+        clamped = ~(np.abs(c[:, :3]).max(axis=1) <= settings.clamp_position)
+        clamped |= ~(np.abs(c[:, 3:]).max(axis=1) <= settings.clamp_rotation)
         over = np.maximum(robot.lower - q, q - robot.upper)
         swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
     letters = postures_of(robot, np.nan_to_num(q))
     for k, station in enumerate(rows.tolist()):
         if np.isnan(c[k]).any():
-            found.append((station, "no legal correction was found for its run of lines"))
-        elif far[k]:
-            found.append((station, "its correction is beyond the clamp: the error model cannot be trusted there"))
+            illegal.append((station, "no legal correction was found for its run of lines"))
+        elif clamped[k]:
+            illegal.append((station, "its correction is beyond the clamp: the error model cannot be trusted there"))
         elif (over[k] > 1e-9).any():
             i = int(np.argmax(over[k]))
-            found.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
+            illegal.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
         elif swing[k] or letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
-            found.append((station, "its correction would change the posture letters of CONFIG"))
-    return found
+            illegal.append((station, "its correction would change the posture letters of CONFIG"))
+    return illegal
