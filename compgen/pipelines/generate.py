@@ -21,7 +21,7 @@ from compgen.error_model.validity import outside_joints, outside_map, unknown_st
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops
 from compgen.pipelines import delivery, findings
-from compgen.pipelines.delivery import Delivery, Start
+from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import kept_waypoints, plan_motion
 from compgen.pipelines.program_text import DATE, compose_program, planned_program
@@ -206,7 +206,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *judge(deviation, job.bounds),
         *limited,
         *findings.below_feed(job, planned.feed, path, trajectory, written),
-        *delivery.findings(job, delivered, planned.page_stops),
+        *delivery.size_findings(job, delivered, planned.page_stops),
         *findings.clocks_apart(trajectory, leg),
         *planned.findings,
     ]
@@ -270,11 +270,11 @@ def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Arra
 def _delivered(planned: Planned, solution: Solution, program: Program) -> Delivery:
     """The program's files: pages when they are needed and possible."""
     if planned.page_stops is None or planned.page_stops.obstacle:
-        return delivery.one_file(program)
+        return delivery.deliver_file(program)
 
-    def starts_at(first: IntArray) -> list[Start]:
+    def starts_at(first: IntArray) -> list[PageStart]:
         windows = start_windows(planned, solution, first)
         time, rise = planned.trajectory.time[first], planned.rise[first]
-        return [Start(*now) for now in zip(time.tolist(), rise, windows.tolist())]
+        return [PageStart(*now) for now in zip(time.tolist(), rise, windows.tolist())]
 
-    return delivery.in_pages(planned.job, program, starts_at)
+    return delivery.deliver_pages(planned.job, program, starts_at)

@@ -105,8 +105,8 @@ def test_what_was_read_must_be_what_was_meant(change, monkeypatch):
     read = ls.interpret(ls.compose(whole))
     for rows in (7, 40, 1000):
         monkeypatch.setattr(delivery, "ROWS", rows)
-        delivery._same(read, whole)
+        delivery._require_equal(read, whole)
         with pytest.raises(JoinError):
-            delivery._same(change(read), whole)
+            delivery._require_equal(change(read), whole)
         with pytest.raises(JoinError, match="length"):
-            delivery._same(read, excerpt(whole, 0, 38))
+            delivery._require_equal(read, excerpt(whole, 0, 38))

@@ -31,14 +31,14 @@ SMALL = ("robot.controller.max_lines=60", "process.page_stops=anywhere")
 def made():
     """A line in three pages; the undivided program that went in is caught on its way."""
     caught = {}
-    real = delivery.in_pages
+    real = delivery.deliver_pages
 
     def catch(job, program, start_at):
         caught["program"] = program
         return real(job, program, start_at)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(delivery, "in_pages", catch)
+        patch.setattr(delivery, "deliver_pages", catch)
         job = load_job(path_file("line_x"), None, SMALL)
         planned, corrected = generate.generate(job, quiet)
     return planned, corrected, caught["program"]
