@@ -76,7 +76,7 @@ def refine(
         parts = np.ceil(np.minimum(needed, np.maximum(np.floor(periods), 1))).astype(np.int64)
         if not (parts > 1).any():
             break
-        path = toolpath.refined(path, np.maximum(parts, 1))
+        path = toolpath.subdivided(path, np.maximum(parts, 1))
         theta = joint_path.follow_branch(robot, *flange(path.position, path.rotation), posture)
     return path, theta
 

@@ -89,7 +89,7 @@ def _farthest_rows(path: ToolPath, correction: Array, tolerance: float, last: In
 def _is_within(path: ToolPath, correction: Array, first: IntArray, last: IntArray, tolerance: float) -> BoolArray:
     """Whether lines between rows of one piece stay within the tolerance, (M,)."""
     span = np.column_stack([path.span[first, 0], path.span[last - 1, 1]])
-    chord = path.geometry.chord(path.piece[first], span)
+    chord = path.exact.chord(path.piece[first], span)
     middle = (first + last) // 2
     fraction = ((path.arc[middle] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
     bend = norm(correction[middle] - (1 - fraction) * correction[first] - fraction * correction[last])

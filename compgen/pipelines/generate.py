@@ -231,7 +231,7 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     trajectory, stops = planned.trajectory, planned.page_stops
     thinned = replace(
         planned,
-        path=path.only(rows),
+        path=path.subset(rows),
         page_stops=stops and replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
         theta=planned.theta[rows],
         motion=planned.motion.at(rows),

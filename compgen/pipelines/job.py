@@ -10,7 +10,7 @@ from compgen.core.arrays import Array, own
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import Known
 from compgen.planning.boundaries import Boundary
-from compgen.planning.curves import Pieces
+from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.surfaces import Quadric
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
@@ -42,7 +42,7 @@ class Job:
     name: str
     source: str  # the path file, for messages
     title: str
-    pattern: Pieces
+    pattern: PiecewiseCurve
     surface: Quadric
     boundary: Boundary
     chord: float  # [m] largest distance of the path from the line between two waypoints

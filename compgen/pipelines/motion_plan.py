@@ -55,7 +55,7 @@ def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -
     """
     progress("path", 0.0)
     try:
-        path = toolpath.build(
+        path = toolpath.plan_tool_path(
             job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing
         )
     except InputError as failure:
@@ -85,7 +85,7 @@ def plan_written_motion(job: Job, feed: float) -> MotionPlan:
     if job.thin is None:
         return plan
     rows = kept_waypoints(job, plan.path, plan.feed, np.zeros_like(plan.path.position))
-    path, theta = plan.path.only(rows), plan.theta[rows]
+    path, theta = plan.path.subset(rows), plan.theta[rows]
     trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, plan.feed)
     return replace(plan, path=path, page_stops=None, theta=theta, trajectory=trajectory)
 

@@ -19,7 +19,7 @@ from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
 from compgen.pipelines.schedule import plan
 from compgen.pipelines.schema import PathFile, path_model
-from compgen.planning.tables import boundary_of, pattern_of, surface_of
+from compgen.planning.tables import boundary_from_table, pattern_from_table, surface_from_table
 from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, Duty, tables
 from compgen.thermal.drive_losses import mean_losses
@@ -81,8 +81,8 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
     if not source.stem.isprintable():
         raise InputError(f"{source.stem!r}: a path file's name must be printable text; rename it")
-    boundary = boundary_of(path.boundary, str(source))
-    pattern, edge = pattern_of(path.path, boundary, str(source))
+    boundary = boundary_from_table(path.boundary, str(source))
+    pattern, edge = pattern_from_table(path.path, boundary, str(source))
     job = Job(
         air=air,
         cycle=(),
@@ -93,7 +93,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         source=str(source),
         title=path.title,
         pattern=pattern,
-        surface=surface_of(path.surface, path.path, str(source)),
+        surface=surface_from_table(path.surface, path.path, str(source)),
         boundary=edge,
         chord=path.process.chord_um * UM,
         spacing=path.process.spacing_mm * MM,

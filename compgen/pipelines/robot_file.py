@@ -22,7 +22,7 @@ from compgen.pipelines.job import Cell
 from compgen.pipelines.schema import RobotFile
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.robot import Robot
-from compgen.robot.tables import robot_of
+from compgen.robot.tables import robot_from_tables
 from compgen.thermal import NodeModel, Profile, tables
 from compgen.thermal.network import Network
 
@@ -148,7 +148,9 @@ def refuse_unprintable(overrides: Sequence[str]) -> None:
 
 
 def _nominal(facts: RobotFile, where: str) -> Robot:
-    return robot_of(facts.name, facts.dh, facts.pendant, facts.limits, facts.singularity, facts.controller, where)
+    return robot_from_tables(
+        facts.name, facts.dh, facts.pendant, facts.limits, facts.singularity, facts.controller, where
+    )
 
 
 def _refuse_double(facts: RobotFile, where: str) -> None:

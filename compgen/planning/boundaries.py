@@ -24,43 +24,43 @@ class Boundary:
     def __post_init__(self) -> None:
         own(self, normals=("K", 2), offsets=("K",))
 
-    def table(self) -> Array:
-        """What ``room_expr`` takes: each side's normal and offset, and the radius, (1, 3 K + 1)."""
+    def coefficients(self) -> Array:
+        """Each side's normal and offset, and the radius, (1, 3 K + 1), as ``inside_distance_expr`` takes them."""
         sides = np.column_stack([self.normals, self.offsets + EDGE_M])
         return np.append(sides.ravel(), self.radius + EDGE_M)[None]
 
     def contains(self, xy: Array) -> BoolArray:
         """Whether points lie inside or on the edge, (M, 2) to (M,)."""
-        return np.asarray(evaluate(_room(len(self.normals)), self.table(), xy)[0][:, 0] >= 0)
+        return np.asarray(evaluate(_build_inside_distance(len(self.normals)), self.coefficients(), xy)[0][:, 0] >= 0)
 
     def clip(self, y: Array | float) -> Array:
-        """Where lines at these y enter and leave [m], (..., 2); not numbers where a line misses."""
+        """x at which lines of constant y enter and leave the part, (...) to (..., 2) [m]; NaN where a line misses."""
         y = np.asarray(y, dtype=float)
         low, high, meets = np.full(y.shape, -np.inf), np.full(y.shape, np.inf), np.full(y.shape, True)
         if np.isfinite(self.radius):
             high = np.sqrt(np.maximum(self.radius**2 - y**2, 0.0))
             low = -high
         for (nx, ny), offset in zip(self.normals, self.offsets):
-            room = offset - ny * y
+            remainder = offset - ny * y  # of nx x
             if abs(nx) < 1e-12:
-                meets &= room >= 0
+                meets &= remainder >= 0
             elif nx > 0:
-                high = np.minimum(high, room / nx)
+                high = np.minimum(high, remainder / nx)
             else:
-                low = np.maximum(low, room / nx)
+                low = np.maximum(low, remainder / nx)
         meets &= high - low > EDGE_M
         return np.where(meets[..., None], np.stack([low, high], axis=-1), np.nan)
 
-    def widest(self, y0: Array | float, y1: Array | float) -> Array:
-        """Smallest and largest x of the part between two lines that meet it [m], (..., 2)."""
+    def x_range(self, y0: Array | float, y1: Array | float) -> Array:
+        """Smallest and largest x of the part between two lines of constant y that meet it, (..., 2) [m]."""
         ends = self.clip(y0), self.clip(y1)
         low, high = np.minimum(ends[0][..., 0], ends[1][..., 0]), np.maximum(ends[0][..., 1], ends[1][..., 1])
-        for x, y in self._extremes():
+        for x, y in self._vertices():
             between = (np.minimum(y0, y1) < y) & (y < np.maximum(y0, y1))
             low, high = np.where(between, np.minimum(low, x), low), np.where(between, np.maximum(high, x), high)
         return np.stack([low, high], axis=-1)
 
-    def _extremes(self) -> list[tuple[float, float]]:
+    def _vertices(self) -> list[tuple[float, float]]:
         """Corners, or the circle's points of smallest and largest x."""
         if not len(self.normals):
             return [(-self.radius, 0.0), (self.radius, 0.0)]
@@ -82,18 +82,19 @@ class Boundary:
         return float(min(self.radius, self.circumradius() * np.abs(np.sin(angles)).max()))
 
 
-def room_expr(edge: Any, xy: Any) -> Any:
-    """How far a point (2, 1) lies inside an edge, a row of ``Boundary.table``: negative outside [m]."""
-    room = edge[-1] - ca.norm_2(xy)
+def inside_distance_expr(edge: Any, xy: Any) -> Any:
+    """How far a point (2, 1) lies inside a boundary of these coefficients [m]: negative outside."""
+    distance = edge[-1] - ca.norm_2(xy)
     for k in range(edge.numel() // 3):
-        room = ca.fmin(room, edge[3 * k + 2] - ca.dot(edge[3 * k : 3 * k + 2], xy))
-    return room
+        distance = ca.fmin(distance, edge[3 * k + 2] - ca.dot(edge[3 * k : 3 * k + 2], xy))
+    return distance
 
 
 @lru_cache(maxsize=4)
-def _room(sides: int) -> Any:
+def _build_inside_distance(sides: int) -> Any:
+    """(boundary (3 sides + 1), point (2)) -> distance inside."""
     edge, xy = ca.SX.sym("edge", 3 * sides + 1), ca.SX.sym("xy", 2)
-    return ca.Function("room", [edge, xy], [room_expr(edge, xy)])
+    return ca.Function("inside_distance", [edge, xy], [inside_distance_expr(edge, xy)])
 
 
 def unbounded() -> Boundary:
@@ -102,12 +103,12 @@ def unbounded() -> Boundary:
 
 
 def circle(diameter: float) -> Boundary:
-    """A round part."""
+    """A round part of a diameter [m]."""
     return Boundary(np.zeros((0, 2)), np.zeros(0), diameter / 2)
 
 
 def hexagon(corner_to_corner: float, rotation: float) -> Boundary:
-    """A regular hexagon; at rotation 0 [rad] two corners lie on the x axis."""
+    """A regular hexagon, corner to corner [m]; at rotation 0 [rad] two corners lie on the x axis."""
     angles = rotation + np.pi / 6 + np.arange(6) * np.pi / 3
     inradius = corner_to_corner / 2 * np.cos(np.pi / 6)
     return Boundary(np.column_stack([np.cos(angles), np.sin(angles)]), np.full(6, inradius), np.inf)

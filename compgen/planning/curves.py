@@ -1,4 +1,4 @@
-r"""Pieces of plane curve: every pattern is a table of them.
+r"""Piecewise plane curves: every pattern is one.
 
 One formula covers straight sweeps, arcs, Archimedean spirals, smooth turns and moves along the tool axis, so that
 nothing downstream asks which it is. On each piece, t from 0 to 1:
@@ -25,8 +25,8 @@ DEGREE = 7
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Pieces:
-    """K pieces, in the order they are driven."""
+class PiecewiseCurve:
+    """A plane curve of K pieces, in the order they are driven, with its height above the surface."""
 
     poly: Array  # (K, 8, 2) [m] c_k
     polar: Array  # (K, 4) [m, m, rad, rad] r0, r1, f0, f1
@@ -37,37 +37,39 @@ class Pieces:
     def __post_init__(self) -> None:
         own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), lift=("K", 2), stop=("K",), working=("K",))
 
-    def table(self) -> Array:
-        """What ``curve_expr`` and ``height_expr`` take of each piece, (K, 22)."""
+    def coefficients(self) -> Array:
+        """A row for each piece, (K, 22), as ``curve_expr`` and ``height_expr`` take it."""
         return np.hstack([self.poly.reshape(len(self.poly), -1), self.polar, self.lift])
 
-    def plane_curve(self, piece: IntArray, t: Array) -> tuple[Array, Array, Array]:
-        """p, dp/dt and d2p/dt2 at parameter t of a piece, (M, 2) each [m]."""
-        p, d1, d2, _, _ = evaluate(_curve(), IndexedRows(self.table(), piece), np.asarray(t, dtype=float)[:, None])
+    def derivatives(self, piece: IntArray, t: Array) -> tuple[Array, Array, Array]:
+        """p, dp/dt and d2p/dt2 at parameters t (M,) of pieces (M,), (M, 2) each [m]."""
+        p, d1, d2, _, _ = evaluate(
+            _build_derivatives(), IndexedRows(self.coefficients(), piece), np.asarray(t, dtype=float)[:, None]
+        )
         return p, d1, d2
 
     def height(self, piece: IntArray, t: Array) -> tuple[Array, Array]:
-        """h and dh/dt, (M,) each [m]."""
+        """h and dh/dt at parameters t (M,) of pieces (M,), (M,) each [m]."""
         h0, h1 = self.lift[piece].T
         return h0 + h1 * t, h1
 
-    def only(self, rows: IntArray) -> "Pieces":
-        """Some of the pieces, in this order."""
-        return Pieces(*(getattr(self, name)[rows] for name in Pieces.__slots__))
+    def subset(self, rows: IntArray) -> "PiecewiseCurve":
+        """The pieces at these rows, in their order."""
+        return PiecewiseCurve(*(getattr(self, name)[rows] for name in PiecewiseCurve.__slots__))
 
     def end(self) -> tuple[float, float]:
         """Where the last piece ends [m]."""
-        p, _, _ = self.plane_curve(np.array([len(self.poly) - 1]), np.array([1.0]))
+        p, _, _ = self.derivatives(np.array([len(self.poly) - 1]), np.array([1.0]))
         return float(p[0, 0]), float(p[0, 1])
 
     def start(self) -> tuple[float, float]:
         """Where the first piece starts [m]."""
-        p, _, _ = self.plane_curve(np.array([0]), np.array([0.0]))
+        p, _, _ = self.derivatives(np.array([0]), np.array([0.0]))
         return float(p[0, 0]), float(p[0, 1])
 
 
 def curve_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
-    """p, dp/dt and d2p/dt2, (2, 1) each, of a row of ``Pieces.table`` (22, 1) at a parameter."""
+    """p, dp/dt and d2p/dt2, (2, 1) each [m], of a piece's coefficients (22, 1) at a parameter."""
     c, (r0, r1, f0, f1) = ca.reshape(piece[:16], 2, DEGREE + 1), ca.vertsplit(piece[16:20])
     p, d1, d2 = c[:, DEGREE], ca.SX.zeros(2), ca.SX.zeros(2)
     for k in range(DEGREE - 1, -1, -1):
@@ -79,33 +81,34 @@ def curve_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
 
 
 def height_expr(piece: Any, t: Any) -> tuple[Any, Any]:
-    """h and dh/dt of a row of ``Pieces.table`` at a parameter."""
+    """h and dh/dt [m] of a piece's coefficients (22, 1) at a parameter."""
     return piece[20] + piece[21] * t, piece[21]
 
 
 @lru_cache(maxsize=1)
-def _curve() -> Any:
+def _build_derivatives() -> Any:
+    """(piece (22), t) -> p (2), dp/dt (2), d2p/dt2 (2), h, dh/dt."""
     piece, t = ca.SX.sym("piece", 22), ca.SX.sym("t")
     return ca.Function("curve", [piece, t], [*curve_expr(piece, t), *height_expr(piece, t)])
 
 
-def join(*parts: Pieces) -> Pieces:
-    """One after the other."""
-    return Pieces(*(np.concatenate([getattr(p, f) for p in parts]) for f in Pieces.__slots__))
+def join(*curves: PiecewiseCurve) -> PiecewiseCurve:
+    """Curves one after the other."""
+    return PiecewiseCurve(*(np.concatenate([getattr(c, f) for c in curves]) for f in PiecewiseCurve.__slots__))
 
 
-def line(start: Sequence[float], end: Sequence[float], *, stop: bool = False, working: bool = True) -> Pieces:
-    """Straight from start to end, (x, y) or (x, y, height) [m]."""
+def line(start: Sequence[float], end: Sequence[float], *, stop: bool = False, working: bool = True) -> PiecewiseCurve:
+    """A straight line from start to end, (x, y) or (x, y, height) [m]."""
     return lines(np.array([start], dtype=float), np.array([end], dtype=float), np.array([stop]), np.array([working]))
 
 
-def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> Pieces:
-    """The same for many, one after the other, (K, 2) or (K, 3) [m] and (K,)."""
+def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> PiecewiseCurve:
+    """K straight lines from starts to ends, (K, 2) or (K, 3) [m]; ``stop`` and ``working`` (K,)."""
     poly, lift = np.zeros((len(start), DEGREE + 1, 2)), np.zeros((len(start), 2))
     poly[:, 0], poly[:, 1] = start[:, :2], end[:, :2] - start[:, :2]
     if start.shape[1] == 3:
         lift[:, 0], lift[:, 1] = start[:, 2], end[:, 2] - start[:, 2]
-    return Pieces(poly, np.zeros((len(start), 4)), lift, stop, working)
+    return PiecewiseCurve(poly, np.zeros((len(start), 4)), lift, stop, working)
 
 
 def spiral(
@@ -115,8 +118,11 @@ def spiral(
     *,
     stop: bool = False,
     working: bool = True,
-) -> Pieces:
-    """Archimedean spiral about a centre, cut into quarter turns; equal radii make an arc."""
+) -> PiecewiseCurve:
+    """Archimedean spiral about a centre (x, y) [m], radii [m] over angles [rad]; equal radii make an arc.
+
+    It is cut into quarter turns; ``stop`` holds at the end of the last.
+    """
     quarters = max(1, int(np.ceil(abs(angles[1] - angles[0]) / (pi / 2) - 1e-9)))
     r, f = np.linspace(*radii, quarters + 1), np.linspace(*angles, quarters + 1)
     poly = np.zeros((quarters, DEGREE + 1, 2))
@@ -124,21 +130,21 @@ def spiral(
     polar = np.column_stack([r[:-1], np.diff(r), f[:-1], np.diff(f)])
     stops = np.zeros(quarters, dtype=bool)
     stops[-1] = stop
-    return Pieces(poly, polar, np.zeros((quarters, 2)), stops, np.full(quarters, working))
+    return PiecewiseCurve(poly, polar, np.zeros((quarters, 2)), stops, np.full(quarters, working))
 
 
-def turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float], reach: float) -> Pieces:
-    r"""Smooth way back: leaves along ``heading``, arrives against it, with no curvature at either end.
+def u_turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float], reach: float) -> PiecewiseCurve:
+    r"""A smooth turn back: leaves along ``heading``, arrives against it, with no curvature at either end.
 
     Septic Hermite with p' = +/- ``reach`` heading and p'' = p''' = 0 at the ends, so that curvature and its rate
     run on without a jump and the robot need not stop.
     """
     a, b, v = (np.array([x], dtype=float) for x in (start, end, heading))
-    return turns(a, b, v, reach)
+    return u_turns(a, b, v, reach)
 
 
-def turns(start: Array, end: Array, heading: Array, reach: float) -> Pieces:
-    """The same for many, (K, 2) each."""
+def u_turns(start: Array, end: Array, heading: Array, reach: float) -> PiecewiseCurve:
+    """K smooth turns back as ``u_turn`` has them; start, end [m] and heading (K, 2) each, reach [m]."""
     K = len(start)
     c = np.zeros((K, DEGREE + 1, 2))
     c[:, 0], c[:, 1] = start, reach * heading
@@ -146,5 +152,5 @@ def turns(start: Array, end: Array, heading: Array, reach: float) -> Pieces:
     # c4..c7 from p(1), p'(1), p''(1) = 0, p'''(1) = 0
     system = np.array([[1, 1, 1, 1], [4, 5, 6, 7], [12, 20, 30, 42], [24, 60, 120, 210]], dtype=float)
     c[:, 4:] = np.linalg.solve(system, np.stack([gap, slope, 0 * gap, 0 * gap], axis=1))
-    off = np.zeros(K, dtype=bool)
-    return Pieces(c, np.zeros((K, 4)), np.zeros((K, 2)), off, off)
+    never = np.zeros(K, dtype=bool)
+    return PiecewiseCurve(c, np.zeros((K, 4)), np.zeros((K, 2)), never, never)

@@ -1,4 +1,8 @@
-"""The exact path, and what is asked of it: expressions of a piece, a surface and a parameter, at many points."""
+"""The exact path: a piecewise curve on a surface, and its points, lengths and chords by piece and parameter.
+
+Everything is a CasADi expression of a piece's coefficients (22), the surface's (15) and the parameter t, evaluated at
+many points at once.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,9 +14,9 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import IndexedRows, evaluate
-from compgen.planning.boundaries import Boundary, room_expr
-from compgen.planning.curves import Pieces, curve_expr, height_expr
-from compgen.planning.surfaces import Quadric, along_expr, lift_expr, refuse_ended
+from compgen.planning.boundaries import Boundary, inside_distance_expr
+from compgen.planning.curves import PiecewiseCurve, curve_expr, height_expr
+from compgen.planning.surfaces import Quadric, check_extent, curve_derivatives_expr, lift_expr
 
 MAX_SPACING = 10e-3  # m; the actual path between waypoints is curved by some 1e-4 / m: 1 nm at this spacing
 INNER = (0.2, 0.35, 0.5, 0.65, 0.8)  # of a segment, where its chord is measured
@@ -24,92 +28,109 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)  # of lengths over -1 to 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Geometry:
-    """Pieces on a surface with an edge; the tool's z axis points into the surface."""
+class ExactPath:
+    """A piecewise curve on a surface with an edge; the tool's z axis points into the surface."""
 
-    pieces: Pieces
+    curve: PiecewiseCurve
     surface: Quadric
     boundary: Boundary
     spin: float  # [rad] the tool's x axis against base x, about base z
-    table: Array = field(init=False)  # (K, 22) of the pieces
+    coefficients: Array = field(init=False)  # (K, 22) of the curve's pieces
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "table", frozen(self.pieces.table()))
+        object.__setattr__(self, "coefficients", frozen(self.curve.coefficients()))
 
-    def spacing(self, piece: IntArray, t: Array, chord: float, widest: float = MAX_SPACING) -> tuple[Array, Array]:
-        """|dP/dt| and the waypoint spacing there, (M,) each [m]."""
-        limits = np.array([[chord, widest]])
-        speed, spacing, there = self._ask(functions().spacing, piece, t[:, None], limits)
-        refuse_ended(there)
+    def speed_and_spacing(
+        self, piece: IntArray, t: Array, chord: float, max_spacing: float = MAX_SPACING
+    ) -> tuple[Array, Array]:
+        """|dP/dt| and the spacing of waypoints whose chords keep to ``chord`` [m], (M,) each [m].
+
+        Raises:
+            InputError: The surface ends inside the path; so do the methods below.
+        """
+        limits = np.array([[chord, max_spacing]])
+        speed, spacing, extent = self._evaluate(path_functions().spacing, piece, t[:, None], limits)
+        check_extent(extent)
         return speed[:, 0], spacing[:, 0]
 
     def pose(self, piece: IntArray, t: Array) -> tuple[Array, Array, BoolArray]:
         """Tool position and rotation, (M, 3) [m] and (M, 3, 3), and whether the part is there, (M,)."""
-        edge = self.boundary.table()
-        position, rotation, there, room = self._ask(
-            build_pose(edge.shape[1] // 3), piece, t[:, None], self.axis(), edge
+        edge = self.boundary.coefficients()
+        position, rotation, extent, inside = self._evaluate(
+            build_pose(edge.shape[1] // 3), piece, t[:, None], self.spin_vector(), edge
         )
-        refuse_ended(there)
-        return position, rotation.reshape(-1, 3, 3), room[:, 0] >= 0
+        check_extent(extent)
+        return position, rotation.reshape(-1, 3, 3), inside[:, 0] >= 0
 
     def length(self, piece: IntArray, start: Array, end: Array) -> Array:
         """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
-        found, there = self._ask(functions().length, piece, np.column_stack([start, end]))
-        refuse_ended(there)
-        return found[:, 0]
+        length, extent = self._evaluate(path_functions().length, piece, np.column_stack([start, end]))
+        check_extent(extent)
+        return length[:, 0]
 
-    def measured(self, piece: IntArray, span: Array) -> tuple[Array, Array]:
-        """Arc length of spans (M,) [m], and how fast the parameter runs over it at both ends, (M, 2).
+    def length_and_slope(self, piece: IntArray, span: Array) -> tuple[Array, Array]:
+        """Arc length of spans (M,) [m], and the slope of t over the share of that length at both ends, (M, 2).
 
-        The latter, the slope of t over the share of the length, is not a number where the span is not even: there only
-        Newton finds t, elsewhere a cubic is exact to 1e-13 of the length.
+        The slope is NaN where the span is not even: there only Newton finds t, elsewhere a cubic is exact to 1e-13 of
+        the length.
         """
-        length, slope, there = self._ask(functions().measured, piece, span)
-        refuse_ended(there)
+        length, slope, extent = self._evaluate(path_functions().length_and_slope, piece, span)
+        check_extent(extent)
         return length[:, 0], slope
 
     def chord(self, piece: IntArray, span: Array) -> Array:
         """Distance of the path from the line between a span's ends, the largest of five inner points, (M,) [m]."""
-        found, there = self._ask(functions().chord, piece, span)
-        refuse_ended(there)
-        return found[:, 0]
+        distance, extent = self._evaluate(path_functions().chord, piece, span)
+        check_extent(extent)
+        return distance[:, 0]
 
     def at(
-        self, piece: IntArray, span: Array, whole: Array, slope: Array, fraction: Array
+        self, piece: IntArray, span: Array, length: Array, slope: Array, fraction: Array
     ) -> tuple[Array, Array, Array]:
-        """Pose and direction of travel at a fraction of the arc length of a span, (M, 3), (M, 3, 3) and (M, 3).
+        """Pose and direction of travel at a fraction of the arc length of a span.
 
-        ``whole`` (M,) and ``slope`` (M, 2) are what ``measured`` says of the spans.
+        Args:
+            piece: (M,).
+            span: Parameters at both ends, (M, 2).
+            length: Of the spans, (M,) [m], as ``length_and_slope`` has it.
+            slope: (M, 2), as ``length_and_slope`` has it.
+            fraction: (M,), 0 to 1.
+
+        Returns:
+            Position (M, 3) [m], rotation (M, 3, 3), unit vector of travel (M, 3).
         """
-        t = even_expr(span.T, slope.T, fraction)
+        t = parameter_expr(span.T, slope.T, fraction)
         uneven = np.flatnonzero(np.isnan(t))
-        t[uneven] = self.uneven(piece[uneven], span[uneven], whole[uneven], fraction[uneven])
-        position, rotation, travel = self._ask(functions().place, piece, t[:, None], self.axis())
+        t[uneven] = self.parameter_by_newton(piece[uneven], span[uneven], length[uneven], fraction[uneven])
+        position, rotation, travel = self._evaluate(
+            path_functions().pose_and_travel, piece, t[:, None], self.spin_vector()
+        )
         return position, rotation.reshape(-1, 3, 3), travel
 
-    def uneven(self, piece: IntArray, span: Array, whole: Array, fraction: Array) -> Array:
-        """The parameter at a fraction of the arc length of a span, by Newton, (M,)."""
+    def parameter_by_newton(self, piece: IntArray, span: Array, length: Array, fraction: Array) -> Array:
+        """The parameter at a fraction of the arc length of a span, by Newton's method, (M,)."""
         if not len(piece):
             return np.zeros(0)
-        return self._ask(functions().at, piece, np.column_stack([span, whole, fraction]))[0][:, 0]
+        rows = np.column_stack([span, length, fraction])
+        return self._evaluate(path_functions().parameter, piece, rows)[0][:, 0]
 
-    def _ask(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
-        return evaluate(function, IndexedRows(self.table, piece), self.surface.table(), *rows)
-
-    def axis(self) -> Array:
+    def spin_vector(self) -> Array:
         """Cosine and sine of the spin, (1, 2)."""
         return np.array([[np.cos(self.spin), np.sin(self.spin)]])
 
+    def _evaluate(self, function: Any, piece: IntArray, *rows: Array) -> tuple[Array, ...]:
+        return evaluate(function, IndexedRows(self.coefficients, piece), self.surface.coefficients(), *rows)
 
-def even_expr(span: Any, slope: Any, u: Any) -> Any:
-    """The parameter at a fraction of the arc length of an even span, of the span's two ends and two slopes."""
+
+def parameter_expr(span: Any, slope: Any, u: Any) -> Any:
+    """The parameter at a fraction u of the arc length of an even span: a cubic of its two ends and two slopes."""
     step = span[1] - span[0]
     t = span[0] + u * (slope[0] + u * (3 * step - 2 * slope[0] - slope[1]))
     return t + u * u * u * (slope[0] + slope[1] - 2 * step)
 
 
-class Functions:
-    """CasADi functions of a row of ``Pieces.table`` (22) and one of ``Quadric.table`` (15), each built when asked for.
+class PathFunctions:
+    """CasADi functions of a piece (22) and a surface (15) with further inputs, each built when asked for.
 
     A point's expression is a function of its own, called for every node: SX is put together in C++ then, not in Python.
     """
@@ -117,119 +138,121 @@ class Functions:
     def __init__(self) -> None:
         piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
         curve, height = curve_expr(piece, t), height_expr(piece, t)
-        self._inputs, self._t, self._two = [piece, surface], t, ca.SX.sym("two", 2)
-        self._along = ca.Function("along", [piece, surface, t], [*along_expr(surface, curve, height)])
+        self._inputs, self._t, self._pair = [piece, surface], t, ca.SX.sym("pair", 2)
+        derivatives = curve_derivatives_expr(surface, curve, height)
+        self._derivatives = ca.Function("derivatives", [piece, surface, t], [*derivatives])
         self._lift = ca.Function("lift", [piece, surface, t], [*lift_expr(surface, curve[0], height[0])])
 
-    def along(self, t: Any) -> Any:
-        """As ``along_expr``."""
-        return self._along(*self._inputs, t)
+    def derivatives(self, t: Any) -> Any:
+        """P', P'' and the extent of the surface, as ``curve_derivatives_expr`` has them."""
+        return self._derivatives(*self._inputs, t)
 
     def lift(self, t: Any) -> Any:
-        """As ``lift_expr``."""
+        """Position, normal, local z and the extent of the surface, as ``lift_expr`` has them."""
         return self._lift(*self._inputs, t)
 
-    def _built(self, name: str, given: Sequence[Any], out: Sequence[Any]) -> Any:
-        return ca.Function(name, [*self._inputs, *given], [*out])
+    def _build(self, name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> Any:
+        return ca.Function(name, [*self._inputs, *inputs], [*outputs])
 
     @cached_property
     def spacing(self) -> Any:
-        """And t, (chord, widest) -> |dP/dt|, spacing, there."""
-        p1, p2, there = self.along(self._t)
+        """t, (chord, largest spacing) -> |dP/dt|, spacing, extent."""
+        p1, p2, extent = self.derivatives(self._t)
         speed = ca.norm_2(p1)
         bend = ca.norm_2(ca.cross(p1, p2))
-        spacing = ca.fmin(ca.sqrt(8 * self._two[0] * speed**3 / bend), self._two[1])
-        return self._built("spacing", [self._t, self._two], [speed, spacing, there])
+        spacing = ca.fmin(ca.sqrt(8 * self._pair[0] * speed**3 / bend), self._pair[1])
+        return self._build("spacing", [self._t, self._pair], [speed, spacing, extent])
 
     @cached_property
-    def place(self) -> Any:
-        """And t, (cos, sin) -> position, rotation, travel (3)."""
+    def pose_and_travel(self) -> Any:
+        """t, (cos, sin) of the spin -> position (3), rotation (9, row by row), travel (3)."""
         axis = ca.SX.sym("axis", 2)
         position, rotation, _ = pose_expr(self.lift(self._t), axis)
-        travel = self.along(self._t)[0]
-        return self._built("place", [self._t, axis], ca.cse([position, ca.vec(rotation.T), travel / ca.norm_2(travel)]))
+        travel = self.derivatives(self._t)[0]
+        outputs = ca.cse([position, ca.vec(rotation.T), travel / ca.norm_2(travel)])
+        return self._build("pose_and_travel", [self._t, axis], outputs)
 
     def _length(self, start: Any, end: Any) -> tuple[Any, Any]:
+        """Arc length and the smallest extent, by Gauss-Legendre quadrature."""
         middle, half = (start + end) / 2, (end - start) / 2
-        found = [self.along(middle + half * float(node)) for node in NODES]
-        total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(WEIGHTS, found))
-        there = found[0][2]
-        for _, _, more in found[1:]:
-            there = ca.fmin(there, more)
-        return total * half, there
+        derivatives = [self.derivatives(middle + half * float(node)) for node in NODES]
+        total = sum(float(w) * ca.norm_2(p1) for w, (p1, _, _) in zip(WEIGHTS, derivatives))
+        smallest = derivatives[0][2]
+        for _, _, extent in derivatives[1:]:
+            smallest = ca.fmin(smallest, extent)
+        return total * half, smallest
 
     @cached_property
     def length(self) -> Any:
-        """And (start, end) -> length, there."""
-        return self._built("length", [self._two], self._length(self._two[0], self._two[1]))
+        """(start, end) -> length, extent."""
+        return self._build("length", [self._pair], self._length(self._pair[0], self._pair[1]))
 
     @cached_property
     def chord(self) -> Any:
-        """And (start, end) -> distance, there."""
-        two = self._two
-        begin, finish = self.lift(two[0]), self.lift(two[1])
-        line = finish[0] - begin[0]
-        size = ca.dot(line, line)
-        size = ca.if_else(size > 0, size, 1.0)
-        farthest, held = 0.0, ca.fmin(begin[3], finish[3])
+        """(start, end) -> distance, extent."""
+        start, end = self._pair[0], self._pair[1]
+        first, last = self.lift(start), self.lift(end)
+        line = last[0] - first[0]
+        length_squared = ca.dot(line, line)
+        length_squared = ca.if_else(length_squared > 0, length_squared, 1.0)
+        farthest, smallest = 0.0, ca.fmin(first[3], last[3])
         for u in INNER:
-            point, _, _, more = self.lift(two[0] + u * (two[1] - two[0]))
-            off = point - begin[0]
-            off = off - ca.dot(off, line) / size * line
-            farthest, held = ca.fmax(farthest, ca.norm_2(off)), ca.fmin(held, more)
-        return self._built("chord", [two], [farthest, held])
+            point, _, _, extent = self.lift(start + u * (end - start))
+            offset = point - first[0]
+            offset = offset - ca.dot(offset, line) / length_squared * line
+            farthest, smallest = ca.fmax(farthest, ca.norm_2(offset)), ca.fmin(smallest, extent)
+        return self._build("chord", [self._pair], [farthest, smallest])
 
     @cached_property
-    def at(self) -> Any:
-        """And (start, end, length, fraction) -> t."""
-        four = ca.SX.sym("four", 4)
-        start, end, whole, fraction = (four[k] for k in range(4))
-        found = start + fraction * (end - start)
+    def parameter(self) -> Any:
+        """(start, end, length, fraction) -> t."""
+        span = ca.SX.sym("span", 4)
+        start, end, length, fraction = (span[k] for k in range(4))
+        t = start + fraction * (end - start)
         for _ in range(ROUNDS):
-            found = found - (self._length(start, found)[0] - fraction * whole) / ca.norm_2(self.along(found)[0])
-        return self._built("at", [four], [found])
+            t = t - (self._length(start, t)[0] - fraction * length) / ca.norm_2(self.derivatives(t)[0])
+        return self._build("parameter", [span], [t])
 
     @cached_property
-    def measured(self) -> Any:
-        """And (start, end) -> length, slopes (2), there."""
-        two = self._two
-        step = two[1] - two[0]
-        first, middle, last = (ca.norm_2(self.along(two[0] + u * step)[0]) for u in (0.0, 0.5, 1.0))
-        total, held = self._length(two[0], two[1])
+    def length_and_slope(self) -> Any:
+        """(start, end) -> length, slopes (2), extent."""
+        start, end = self._pair[0], self._pair[1]
+        step = end - start
+        first, middle, last = (ca.norm_2(self.derivatives(start + u * step)[0]) for u in (0.0, 0.5, 1.0))
+        length, extent = self._length(start, end)
         even = ca.fabs(last - first) < EVEN[0] * middle
         even = ca.logic_and(even, ca.fabs(first + last - 2 * middle) < EVEN[1] * middle)
         simpson = (first + 4 * middle + last) / 6 * step
-        even = ca.logic_and(even, ca.fabs(simpson - total) < EVEN[2] * total)
-        slope = ca.if_else(even, total / ca.vertcat(first, last), ca.SX.nan(2))
-        return self._built("measured", [two], ca.cse([total, slope, held]))
+        even = ca.logic_and(even, ca.fabs(simpson - length) < EVEN[2] * length)
+        slope = ca.if_else(even, length / ca.vertcat(first, last), ca.SX.nan(2))
+        return self._build("length_and_slope", [self._pair], ca.cse([length, slope, extent]))
 
 
 @lru_cache(maxsize=1)
-def functions() -> Functions:
-    """The expressions, built once."""
-    return Functions()
+def path_functions() -> PathFunctions:
+    """The functions, built once."""
+    return PathFunctions()
 
 
 def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any) -> tuple[Any, Any, Any]:
-    """Tool position, rotation and extent of the surface of what ``lift_expr`` says; axis: (cos, sin) of the spin."""
-    position, normal, _, there = lifted
+    """Tool position, rotation and extent of the outputs of ``lift_expr``; axis: (cos, sin) of the spin."""
+    position, normal, _, extent = lifted
     z = -normal
     along_x = ca.vertcat(axis, 0)
     x = along_x - z * ca.dot(z, along_x)
     x = x / ca.norm_2(x)
-    return position, ca.horzcat(x, ca.cross(z, x), z), there
+    return position, ca.horzcat(x, ca.cross(z, x), z), extent
 
 
 @lru_cache(maxsize=8)
 def build_pose(sides: int) -> Any:
-    """Of a row of ``Pieces.table``, one of ``Quadric.table``, t, (cos, sin) and a ``Boundary.table`` of so many sides.
+    """(piece (22), surface (15), t, (cos, sin) of the spin, boundary (3 sides + 1)) -> pose, extent, distance inside.
 
-    Gives position, rotation (9, row by row), there, and how far inside the edge.
+    The pose is a position (3) and a rotation (9, row by row).
     """
     piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
     axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * sides + 1)
     xy = curve_expr(piece, t)[0]
-    position, rotation, there = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis)
-    room = room_expr(edge, xy)
-    outputs = ca.cse([position, ca.vec(rotation.T), there, room])
+    position, rotation, extent = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis)
+    outputs = ca.cse([position, ca.vec(rotation.T), extent, inside_distance_expr(edge, xy)])
     return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

@@ -86,7 +86,7 @@ def last_before(edges: Array, places: Array) -> IntArray:
     return np.repeat(np.arange(-1, len(edges)), np.diff(first, prepend=0, append=len(places)))
 
 
-def curve(arc: Array, theta: Array, stop: BoolArray) -> JointCurve:
+def fit_joint_curve(arc: Array, theta: Array, stop: BoolArray) -> JointCurve:
     """The knots of joint angles theta (N, 6) [rad] at rising arc lengths (N,) [m], with stops (N,) at both ends."""
     rows = _knots(arc, theta, stop)
     knots = np.column_stack([arc[rows], theta[rows]])

@@ -143,12 +143,12 @@ def retime(
     if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
         raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
     followable = np.minimum(feed, length / robot.controller.period)
-    joints = joint_curve.curve(arc, theta, stop)
+    joints = joint_curve.fit_joint_curve(arc, theta, stop)
     cut = _cut(arc, np.flatnonzero(stop))
     progress(0.1)
     blocks = _allowed(robot, joints, cut, _followable(arc, followable, cut), feed, arc)
     progress(0.5)
-    *table, owner = speed_profile.phases(blocks)
+    *table, owner = speed_profile.constant_jerk_phases(blocks)
     start = np.concatenate([[0.0], np.cumsum(table[0])])
     phases = Phases(start[:-1], *table)
     progress(0.7)
@@ -297,7 +297,9 @@ def _edge_speeds(cut: _Cut, length: Array, V: Array, A: Array, J: Array) -> tupl
             rises = goal[far] > v[near]
             new = goal[far].copy()
             some = todo[rises]
-            new[rises] = np.minimum(new[rises], speed_profile.reach(v[near[rises]], length[some], A[some], J[some]))
+            new[rises] = np.minimum(
+                new[rises], speed_profile.reachable_speed(v[near[rises]], length[some], A[some], J[some])
+            )
             changed = new != v[far]
             v[far[changed]] = new[changed]
             todo = todo[changed & ~bound[todo]] + step

@@ -37,12 +37,12 @@ class Blocks:
     j: Array  # (B,) [m/s3]
 
 
-def duration(dv: Array, a: Array, j: Array) -> Array:
+def change_duration(dv: Array, a: Array, j: Array) -> Array:
     """Time of a change of speed by dv >= 0 [s]."""
     return np.where(dv > a * a / j, dv / a + a / j, 2 * np.sqrt(dv / j))
 
 
-def reach(v0: Array, length: Array, a: Array, j: Array) -> Array:
+def reachable_speed(v0: Array, length: Array, a: Array, j: Array) -> Array:
     """Highest speed at the end of a length, from v0, with zero acceleration at both ends [m/s].
 
     (v0 + dv / 2) T = length: a square where a is reached, else j x^3 + 2 v0 x = length with x = sqrt(dv / j).
@@ -83,7 +83,7 @@ def rising_root(f: Callable[[Array], tuple[Array, Array]], low: Array, high: Arr
     return x
 
 
-def phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Array, IntArray]:
+def constant_jerk_phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Array, IntArray]:
     """Duration, and s, v, a, j at its start, and block of every stretch of constant jerk, in order, (P,) each.
 
     Raises:
@@ -134,7 +134,7 @@ def _needed(b: Blocks, peak: Array) -> tuple[Array, Array]:
     """Length that going up to a speed and down again takes [m], and how it grows with that speed [s]."""
     way, slope = np.zeros_like(peak), np.zeros_like(peak)
     for v in (b.v0, b.v1):
-        time = duration(peak - v, b.a, b.j)
+        time = change_duration(peak - v, b.a, b.j)
         faster = 1 / np.maximum(np.minimum(b.a, np.sqrt(b.j * (peak - v))), TINY)
         way += (v + peak) / 2 * time
         slope += time / 2 + (v + peak) / 2 * faster

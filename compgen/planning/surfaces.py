@@ -30,8 +30,8 @@ class Quadric:
     def __post_init__(self) -> None:
         own(self, origin=(3,), A=(3, 3), b=(3,))
 
-    def table(self) -> Array:
-        """What the expressions below take of the surface, (1, 15): origin, A row by row, b."""
+    def coefficients(self) -> Array:
+        """Origin, A row by row and b, (1, 15), as ``lift_expr`` and ``curve_derivatives_expr`` take them."""
         return np.concatenate([self.origin, self.A.ravel(), self.b])[None]
 
     def height(self, xy: Array) -> Array:
@@ -40,15 +40,15 @@ class Quadric:
         Raises:
             InputError: The surface does not extend to a point.
         """
-        return self._lifted(xy, np.zeros(len(xy)))[2][:, 0]
+        return self._lift(xy, np.zeros(len(xy)))[2][:, 0]
 
     def lift(self, xy: Array, height: Array) -> tuple[Array, Array]:
         """Base position at a height above the surface, and the normal there, (M, 3) [m] and (M, 3)."""
-        position, normal, _ = self._lifted(xy, height)
+        position, normal, _ = self._lift(xy, height)
         return position, normal
 
-    def along(self, xy: tuple[Array, Array, Array], height: tuple[Array, Array]) -> tuple[Array, Array]:
-        """First and second derivative of the lifted point along a plane curve; see ``along_expr``.
+    def curve_derivatives(self, xy: tuple[Array, Array, Array], height: tuple[Array, Array]) -> tuple[Array, Array]:
+        """First and second derivative of the lifted point along a plane curve; see ``curve_derivatives_expr``.
 
         Args:
             xy: Plane curve and its first two derivatives, (M, 2) each [m].
@@ -57,24 +57,26 @@ class Quadric:
         Returns:
             P' and P'', (M, 3) each [m].
         """
-        first, second, there = evaluate(_along(), self.table(), *xy, *(h[:, None] for h in height))
-        refuse_ended(there)
+        first, second, extent = evaluate(
+            _build_curve_derivatives(), self.coefficients(), *xy, *(h[:, None] for h in height)
+        )
+        check_extent(extent)
         return first, second
 
-    def _lifted(self, xy: Array, height: Array) -> tuple[Array, Array, Array]:
-        position, normal, z, there = evaluate(_lift(), self.table(), xy, height[:, None])
-        refuse_ended(there)
+    def _lift(self, xy: Array, height: Array) -> tuple[Array, Array, Array]:
+        position, normal, z, extent = evaluate(_build_lift(), self.coefficients(), xy, height[:, None])
+        check_extent(extent)
         return position, normal, z
 
 
-def refuse_ended(there: Array) -> None:
-    """Raises InputError unless the surface extends to all points, by what ``lift_expr`` says of them."""
-    if not np.all(there > 0):
+def check_extent(extent: Array) -> None:
+    """Raises InputError unless the surface extends to all points: ``extent`` of ``lift_expr`` above zero."""
+    if not np.all(extent > 0):
         raise InputError("surface: it ends inside the path; raise radius_of_curvature_m or make the path smaller")
 
 
 def lift_expr(surface: Any, xy: Any, height: Any) -> tuple[Any, Any, Any, Any]:
-    """Base position (3, 1), normal (3, 1), local z, and a number above zero where the surface extends to the point."""
+    """Base position (3, 1) [m], normal (3, 1), local z [m], and extent: above zero where the surface has the point."""
     A, b = ca.reshape(surface[3:12], 3, 3), surface[12:15]
     x, y = xy[0], xy[1]
     a0 = A[0, 0] * x * x + A[1, 1] * y * y + 2 * A[0, 1] * x * y + b[0] * x + b[1] * y
@@ -84,39 +86,42 @@ def lift_expr(surface: Any, xy: Any, height: Any) -> tuple[Any, Any, Any, Any]:
     p = ca.vertcat(xy, z)
     g = 2 * (A @ p) + b
     n = g / ca.norm_2(g)
-    there = ca.if_else(under_root >= 0, a1, -1.0)
-    return surface[:3] + p + height * n, n, z, there
+    extent = ca.if_else(under_root >= 0, a1, -1.0)
+    return surface[:3] + p + height * n, n, z, extent
 
 
-def along_expr(surface: Any, xy: tuple[Any, Any, Any], height: tuple[Any, Any]) -> tuple[Any, Any, Any]:
-    r"""First and second derivative of the lifted point along a plane curve, (3, 1) each, and as ``lift_expr`` says.
+def curve_derivatives_expr(surface: Any, xy: tuple[Any, Any, Any], height: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+    r"""First and second derivative of the lifted point along a plane curve, (3, 1) each [m], and the extent.
 
     With g . p' = 0 and g . p'' + 2 p'^T A p' = 0 on the surface, and n' = (g' - n (n . g')) / |g|, g' = 2 A p':
 
         P' = p' + h' n + h n',        P'' = p'' (at height zero, or where the plane curve stands still)
     """
     A, b = ca.reshape(surface[3:12], 3, 3), surface[12:15]
-    _, n, z, there = lift_expr(surface, xy[0], height[0])
+    _, n, z, extent = lift_expr(surface, xy[0], height[0])
     g = 2 * (A @ ca.vertcat(xy[0], z)) + b
     p1 = ca.vertcat(xy[1], -ca.dot(g[:2], xy[1]) / g[2])
     bend = 2 * ca.dot(p1, A @ p1)
     p2 = ca.vertcat(xy[2], -(ca.dot(g[:2], xy[2]) + bend) / g[2])
     g1 = 2 * (A @ p1)
     n1 = (g1 - n * ca.dot(n, g1)) / ca.norm_2(g)
-    return p1 + height[1] * n + height[0] * n1, p2, there
+    return p1 + height[1] * n + height[0] * n1, p2, extent
 
 
 @lru_cache(maxsize=1)
-def _lift() -> Any:
+def _build_lift() -> Any:
+    """(surface (15), xy (2), height) -> position (3), normal (3), local z, extent."""
     surface, xy, height = ca.SX.sym("surface", 15), ca.SX.sym("xy", 2), ca.SX.sym("h")
     return ca.Function("lift", [surface, xy, height], [*lift_expr(surface, xy, height)])
 
 
 @lru_cache(maxsize=1)
-def _along() -> Any:
+def _build_curve_derivatives() -> Any:
+    """(surface (15), xy and its two derivatives (2 each), h, h') -> P' (3), P'' (3), extent."""
     surface, h0, h1 = ca.SX.sym("surface", 15), ca.SX.sym("h0"), ca.SX.sym("h1")
     xy = [ca.SX.sym(f"xy{k}", 2) for k in range(3)]
-    return ca.Function("along", [surface, *xy, h0, h1], [*along_expr(surface, (xy[0], xy[1], xy[2]), (h0, h1))])
+    derivatives = curve_derivatives_expr(surface, (xy[0], xy[1], xy[2]), (h0, h1))
+    return ca.Function("curve_derivatives", [surface, *xy, h0, h1], [*derivatives])
 
 
 def plane(origin: Array) -> Quadric:

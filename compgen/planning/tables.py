@@ -11,7 +11,7 @@ from compgen.core.toml import Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
 from compgen.planning.boundaries import Boundary
-from compgen.planning.curves import Pieces
+from compgen.planning.curves import PiecewiseCurve
 
 MAX_SWEEPS = 1e4
 
@@ -103,7 +103,7 @@ class ProcessTable(Table):
     page_stops: Literal["off the part", "anywhere"] = "off the part"
 
 
-def boundary_of(table: BoundaryTable | None, where: str) -> Boundary | None:
+def boundary_from_table(table: BoundaryTable | None, where: str) -> Boundary | None:
     """The part's edge; None without one.
 
     Raises:
@@ -124,7 +124,7 @@ def boundary_of(table: BoundaryTable | None, where: str) -> Boundary | None:
     return boundaries.hexagon(size * MM, (table.rotation_deg or 0.0) * DEG)
 
 
-def pattern_of(table: PatternTable, boundary: Boundary | None, where: str) -> tuple[Pieces, Boundary]:
+def pattern_from_table(table: PatternTable, boundary: Boundary | None, where: str) -> tuple[PiecewiseCurve, Boundary]:
     """The pattern's pieces and the edge that marks contact.
 
     Raises:
@@ -161,7 +161,7 @@ def pattern_of(table: PatternTable, boundary: Boundary | None, where: str) -> tu
     raise InputError(f"{where}: path.pattern: not known to the reader")
 
 
-def _spiral(table: SpiralTable, boundary: Boundary | None, where: str) -> Pieces:
+def _spiral(table: SpiralTable, boundary: Boundary | None, where: str) -> PiecewiseCurve:
     if (table.turns is None) == (table.stepover_mm is None):
         raise InputError(f"{where}: path.turns: give turns or stepover_mm, one of them")
     whole = 2 * boundary.circumradius() if boundary else None
@@ -179,7 +179,7 @@ def _spiral(table: SpiralTable, boundary: Boundary | None, where: str) -> Pieces
     return patterns.spiral(diameter, turns)
 
 
-def surface_of(table: SurfaceTable, pattern: PatternTable, where: str) -> surfaces.Quadric:
+def surface_from_table(table: SurfaceTable, pattern: PatternTable, where: str) -> surfaces.Quadric:
     """What the path lies on.
 
     Raises:

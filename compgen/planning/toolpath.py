@@ -1,4 +1,4 @@
-r"""The planned path: pieces laid onto a surface, cut into waypoints, each with the pose the tool shall have.
+r"""The planned path: a piecewise curve laid onto a surface, cut into waypoints, each with the pose the tool shall have.
 
 Waypoints follow curvature: on a curve of curvature K a chord of length ds leaves it by K ds^2 / 8, so the spacing is
 ds = sqrt(8 chord / K), never above ``MAX_SPACING``. Between waypoints the true path stays available: ``at`` gives the
@@ -11,10 +11,10 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.core.exceptions import InputError
-from compgen.planning import curves as pc
+from compgen.planning import curves
 from compgen.planning.boundaries import Boundary
-from compgen.planning.curves import Pieces
-from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, Geometry
+from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath
 from compgen.planning.surfaces import Quadric
 
 MIN_SEGMENTS = 3  # a piece, so that its joint motion is a curve and not a chord
@@ -30,7 +30,7 @@ CHUNK = 512  # pieces at a time
 class ToolPath:
     """N waypoints with N - 1 segments between them."""
 
-    geometry: Geometry
+    exact: ExactPath
     position: Array  # (N, 3) [m] base frame
     rotation: Array  # (N, 3, 3) tool axes as columns
     arc: Array  # (N,) [m] arc length from the first waypoint
@@ -38,7 +38,7 @@ class ToolPath:
     stop: BoolArray  # (N,) the robot stops here
     piece: IntArray  # (N - 1,) which piece a segment lies on
     span: Array  # (N - 1, 2) its parameters there
-    slope: Array  # (N - 1, 2) as ``Geometry.measured`` says
+    slope: Array  # (N - 1, 2) as ``ExactPath.length_and_slope`` has it
 
     def __post_init__(self) -> None:
         own(
@@ -60,11 +60,11 @@ class ToolPath:
             (M, 3) [m], (M, 3, 3), (M, 3) unit vectors.
         """
         first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1
-        whole = np.diff(self.arc[first : last + 1])[segment - first]
-        return self.geometry.at(self.piece[segment], self.span[segment], whole, self.slope[segment], fraction)
+        length = np.diff(self.arc[first : last + 1])[segment - first]
+        return self.exact.at(self.piece[segment], self.span[segment], length, self.slope[segment], fraction)
 
-    def only(self, rows: IntArray) -> "ToolPath":
-        """The path with fewer waypoints: rising rows, both ends of every piece among them."""
+    def subset(self, rows: IntArray) -> "ToolPath":
+        """The path with the waypoints at these rows only: rising, both ends of every piece among them."""
         span = np.column_stack([self.span[rows[:-1], 0], self.span[rows[1:] - 1, 1]])
         piece = self.piece[rows[:-1]]
         return replace(
@@ -76,12 +76,12 @@ class ToolPath:
             stop=self.stop[rows],
             piece=piece,
             span=span,
-            slope=self.geometry.measured(piece, span)[1],
+            slope=self.exact.length_and_slope(piece, span)[1],
         )
 
 
-def build(
-    pattern: Pieces,
+def plan_tool_path(
+    pattern: PiecewiseCurve,
     surface: Quadric,
     boundary: Boundary,
     *,
@@ -93,7 +93,7 @@ def build(
     """Waypoints of a pattern on a surface, with an approach and a retract along the tool axis.
 
     Args:
-        pattern: The way in the local plane.
+        pattern: The curve in the surface's local plane.
         surface: What it lies on.
         boundary: The part's edge; waypoints outside are not in contact.
         spin: The tool's x axis against base x [rad].
@@ -102,21 +102,21 @@ def build(
         spacing: Largest distance of two waypoints [m].
 
     Raises:
-        InputError: The path has no length.
+        InputError: The path has no length, needs too many waypoints, or leaves the surface.
     """
-    everything = np.arange(len(pattern.poly))
-    zeros = np.zeros(len(everything))
-    bare = Geometry(pattern, surface, boundary, spin)
-    if bare.length(everything, zeros, zeros + 1).sum() < MIN_LENGTH:
+    pieces = np.arange(len(pattern.poly))
+    zeros = np.zeros(len(pieces))
+    bare = ExactPath(pattern, surface, boundary, spin)
+    if bare.length(pieces, zeros, zeros + 1).sum() < MIN_LENGTH:
         raise InputError("path: it has zero length; give it a size")
     if lift > 0:
         (x0, y0), (x1, y1) = pattern.start(), pattern.end()
         top = float(pattern.height(np.array([len(pattern.poly) - 1]), np.array([1.0]))[0][0])
-        down = pc.line((x0, y0, lift), (x0, y0, 0.0), stop=True, working=False)
-        up = pc.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
-        pattern = pc.join(down, pattern, up)
-    geometry = Geometry(pattern, surface, boundary, spin)
-    done, where, wanted = _running_work(geometry, chord, spacing)
+        down = curves.line((x0, y0, lift), (x0, y0, 0.0), stop=True, working=False)
+        up = curves.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
+        pattern = curves.join(down, pattern, up)
+    exact = ExactPath(pattern, surface, boundary, spin)
+    share, parameter, wanted = _segment_density(exact, chord, spacing)
     keep = wanted > 1e-6
     if wanted.sum() > MAX_WAYPOINTS:
         raise InputError(
@@ -128,26 +128,26 @@ def build(
     before = np.maximum.accumulate(np.where(keep, np.arange(len(keep)), -1))[~keep & stops]
     stops[before[before >= 0]] = True
     segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), MIN_SEGMENTS), 0).astype(np.int64)
-    some = np.flatnonzero(segments)
+    pieces = np.flatnonzero(segments)
     for _ in range(REFINEMENTS):
-        piece, span = _spans(some, segments[some], done, where)
-        over = geometry.chord(piece, span) / (SAFETY * chord)
-        worst = np.maximum.reduceat(over, np.cumsum(segments[some]) - segments[some])
-        some, worst = some[worst > 1], worst[worst > 1]
-        if not len(some):
+        piece, span = _spans(pieces, segments[pieces], share, parameter)
+        ratio = exact.chord(piece, span) / (SAFETY * chord)
+        worst = np.maximum.reduceat(ratio, np.cumsum(segments[pieces]) - segments[pieces])
+        pieces, worst = pieces[worst > 1], worst[worst > 1]
+        if not len(pieces):
             break
-        segments[some] = np.ceil(segments[some] * np.sqrt(worst) + 0.5)
-    everything = np.flatnonzero(segments)
+        segments[pieces] = np.ceil(segments[pieces] * np.sqrt(worst) + 0.5)
+    pieces = np.flatnonzero(segments)
     if len(piece) < segments.sum():
-        piece, span = _spans(everything, segments[everything], done, where)
+        piece, span = _spans(pieces, segments[pieces], share, parameter)
     stop = np.zeros(len(piece) + 1, dtype=bool)
-    stop[np.cumsum(segments[everything])] = stops[everything]
+    stop[np.cumsum(segments[pieces])] = stops[pieces]
     stop[[0, -1]] = True
-    return _path(geometry, piece, span, stop)
+    return _path(exact, piece, span, stop)
 
 
-def refined(path: ToolPath, parts: IntArray) -> ToolPath:
-    """The same way with each segment cut into so many parts of equal parameter, (N - 1,); stops stay where they are."""
+def subdivided(path: ToolPath, parts: IntArray) -> ToolPath:
+    """The path with each segment cut into ``parts`` (N - 1,) of equal parameter; stops stay where they are."""
     owner = np.repeat(np.arange(len(parts)), parts)
     step = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
     start, size = path.span[owner, 0], np.diff(path.span[owner], axis=1)[:, 0]
@@ -155,24 +155,24 @@ def refined(path: ToolPath, parts: IntArray) -> ToolPath:
     end = np.where(last, path.span[owner, 1], start + size * (step + 1) / parts[owner])
     span = np.column_stack([start + size * step / parts[owner], end])
     stop = np.concatenate([path.stop[:1], last & path.stop[1:][owner]])
-    return _path(path.geometry, path.piece[owner], span, stop)
+    return _path(path.exact, path.piece[owner], span, stop)
 
 
-def _path(geometry: Geometry, piece: IntArray, span: Array, stop: BoolArray) -> ToolPath:
+def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> ToolPath:
     """The path whose segments run over these parameters of their pieces."""
     point_piece = np.concatenate([[piece[0]], piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
-    position, rotation, there = geometry.pose(point_piece, point_t)
-    length, slope = geometry.measured(piece, span)
+    position, rotation, on_part = exact.pose(point_piece, point_t)
+    length, slope = exact.length_and_slope(piece, span)
     arc = np.concatenate([[0.0], np.cumsum(length)])
-    working = geometry.pieces.working[point_piece]
-    working[:-1] |= geometry.pieces.working[piece]  # a work piece's first point is in contact
+    working = exact.curve.working[point_piece]
+    working[:-1] |= exact.curve.working[piece]  # a work piece's first point is in contact
     return ToolPath(
-        geometry=geometry,
+        exact=exact,
         position=frozen(position),
         rotation=frozen(rotation),
         arc=frozen(arc),
-        contact=frozen(working & there),
+        contact=frozen(working & on_part),
         stop=frozen(stop),
         piece=frozen(piece),
         span=frozen(span),
@@ -180,36 +180,39 @@ def _path(geometry: Geometry, piece: IntArray, span: Array, stop: BoolArray) -> 
     )
 
 
-def _running_work(geometry: Geometry, chord: float, widest: float) -> tuple[Array, Array, Array]:
-    """How many segments each piece wants, (K,), and how they run along it.
+def _segment_density(exact: ExactPath, chord: float, max_spacing: float) -> tuple[Array, Array, Array]:
+    """How many segments each piece wants, and how densely they lie along it.
 
-    Piece k occupies [k, k + 1] on both axes of the running curve: share of its segments done, over parameter.
+    Piece k occupies [k, k + 1] on both axes of one running curve: the share of its segments over its parameter.
+
+    Returns:
+        The curve's shares and parameters, (K (CELLS + 1),) each, and the number of segments wanted, (K,).
     """
-    K = len(geometry.pieces.poly)
+    K = len(exact.curve.poly)
     edges = np.linspace(0, 1, CELLS + 1)
     half = 0.5 / CELLS
-    places = ((edges[:-1] + half)[:, None] + half * NODES).ravel()
+    nodes = ((edges[:-1] + half)[:, None] + half * NODES).ravel()
     cells = np.empty((K, CELLS))
     for begin in range(0, K, CHUNK):
-        some = np.arange(begin, min(begin + CHUNK, K))
-        at = np.repeat(some, len(places)), np.tile(places, len(some))
-        speed, spacing = geometry.spacing(*at, SAFETY**2 * chord, widest)
-        share = np.tile(WEIGHTS * half, len(some) * CELLS) * speed / spacing
-        cells[some] = share.reshape(len(some), CELLS, len(NODES)).sum(axis=2)
+        pieces = np.arange(begin, min(begin + CHUNK, K))
+        points = np.repeat(pieces, len(nodes)), np.tile(nodes, len(pieces))
+        speed, spacing = exact.speed_and_spacing(*points, SAFETY**2 * chord, max_spacing)
+        count = np.tile(WEIGHTS * half, len(pieces) * CELLS) * speed / spacing
+        cells[pieces] = count.reshape(len(pieces), CELLS, len(NODES)).sum(axis=2)
     wanted: Array = np.asarray(cells.sum(axis=1))
     share = np.cumsum(cells, axis=1) / np.where(wanted > 0, wanted, 1.0)[:, None]
     start = np.arange(K, dtype=float)[:, None]
     return (start + np.column_stack([np.zeros(K), share])).ravel(), (start + edges).ravel(), wanted
 
 
-def _spans(pieces: IntArray, segments: IntArray, done: Array, where: Array) -> tuple[IntArray, Array]:
+def _spans(pieces: IntArray, segments: IntArray, share: Array, parameter: Array) -> tuple[IntArray, Array]:
     """Each segment's piece and its parameters, (S,) and (S, 2), of pieces cut into so many segments, (K,) each."""
     piece = np.repeat(pieces, segments)
     last = np.cumsum(segments) - 1
     first = last + 1 - segments
     step = np.arange(1, len(piece) + 1) - np.repeat(first, segments)
     span = np.empty((len(piece), 2))
-    span[:, 1] = np.interp(piece + step / np.repeat(segments, segments), done, where) - piece
+    span[:, 1] = np.interp(piece + step / np.repeat(segments, segments), share, parameter) - piece
     span[last, 1] = 1.0
     span[1:, 0] = span[:-1, 1]
     span[first, 0] = 0.0

@@ -97,7 +97,7 @@ class PostureTable(Table):
     wrist: Literal["no flip", "flip"] = "no flip"
 
 
-def robot_of(
+def robot_from_tables(
     name: str,
     dh: DhTable,
     pendant: PendantTable,

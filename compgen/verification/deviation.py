@@ -12,7 +12,7 @@ from compgen.core.arrays import Array, frozen, own, row_norms
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MDEG, UM
-from compgen.planning.exact_path import even_expr, functions
+from compgen.planning.exact_path import parameter_expr, path_functions
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.twin import Ride
 
@@ -102,16 +102,16 @@ def _compared(path: ToolPath, ride: Ride) -> tuple[Array, Array, Array]:
     segment, fraction = ride.segment, ride.fraction
     first, last = int(segment[0]), int(segment[-1]) + 1
     gaps = np.diff(path.arc[first : last + 1])
-    geometry, piece = path.geometry, path.piece[segment]
+    exact, piece = path.exact, path.piece[segment]
     known = np.full((1, 1), UNKNOWN)
     odd = np.isnan(path.slope[first:last, 0])
     if odd.any():
         rows = np.flatnonzero(odd[segment - first])
         known = np.full((len(segment), 1), UNKNOWN)
         mine = segment[rows]
-        known[rows, 0] = geometry.uneven(piece[rows], path.span[mine], gaps[mine - first], fraction[rows])
+        known[rows, 0] = exact.parameter_by_newton(piece[rows], path.span[mine], gaps[mine - first], fraction[rows])
     error, parts = evaluate(
-        _parts(), IndexedRows(geometry.pieces.table(), piece), geometry.surface.table(), geometry.axis(),
+        _parts(), IndexedRows(exact.coefficients, piece), exact.surface.coefficients(), exact.spin_vector(),
         IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], known,
         ride.position, ride.rotation.reshape(-1, 9),
     )  # fmt: skip
@@ -122,14 +122,14 @@ def _compared(path: ToolPath, ride: Ride) -> tuple[Array, Array, Array]:
 def _parts() -> Any:
     """Of a place on the path and an actual pose: the error in base axes (3); along feed, across, normal, of the axis.
 
-    Inputs: piece (22), surface (15) and axis (2) as ``Geometry`` has them; the segment's span (2) and slope (2), the
+    Inputs: piece (22), surface (15) and axis (2) as ``ExactPath`` has them; the segment's span (2) and slope (2), the
     fraction of it; its parameter there, where that is known; actual position (3), rotation (9, row by row).
     """
     widths = {"piece": 22, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
     inputs = [ca.SX.sym(name, size) for name, size in widths.items()]
     piece, surface, axis, span, slope, u, known, q, s = inputs
-    t = ca.if_else(known > UNKNOWN, known, even_expr(span, slope, u))
-    p, r, travel = functions().place(piece, surface, t, axis)
+    t = ca.if_else(known > UNKNOWN, known, parameter_expr(span, slope, u))
+    p, r, travel = path_functions().pose_and_travel(piece, surface, t, axis)
     rotation = ca.reshape(r, 3, 3).T
     axis, real, error = rotation[:, 2], ca.vertcat(s[2], s[5], s[8]), q - p
     # approach and retract run along the axis: cross feed is then the tool's y, feed its x

@@ -15,7 +15,7 @@ NM = 1e-3 * UM
 def straight(length, spacing=0.5 * MM):
     table = curves.line((0.0, 0.0), (length, 0.0))
     settings = {"spin": 0.0, "chord": 1.5 * UM, "lift": 0.0, "spacing": spacing}
-    return toolpath.build(table, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
+    return toolpath.plan_tool_path(table, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
 
 
 def lifted(path, heave):

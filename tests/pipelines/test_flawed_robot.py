@@ -127,7 +127,9 @@ def test_the_general_program_agrees_with_every_source_on(raster):
 
 def test_waypoints_come_closer_where_the_error_bends(raster):
     job, planned, _ = raster
-    plain = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    plain = toolpath.plan_tool_path(
+        job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift
+    )
     assert len(planned.path.arc) > len(plain.arc) + 20
     new = planned.path.arc[~np.isclose(planned.path.arc[:, None], plain.arc).any(axis=1)]
     stops = planned.path.arc[planned.path.stop]
@@ -141,9 +143,11 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
 
 
 def test_a_path_cut_finer_is_the_same_path(job):
-    path = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    path = toolpath.plan_tool_path(
+        job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift
+    )
     parts = 1 + np.arange(len(path.arc) - 1) % 3
-    finer = toolpath.refined(path, parts)
+    finer = toolpath.subdivided(path, parts)
     old = np.concatenate([[0], np.cumsum(parts)])
     assert_allclose(finer.position[old], path.position, atol=1e-15)
     assert_allclose(finer.arc[old], path.arc, atol=1e-12)

@@ -29,7 +29,7 @@ ROBOT = load_job(path_file("circle_1300")).robot
 
 def on_plane(pattern, **more):
     settings = {"spin": 0.0, "chord": 1.5 * UM, "lift": 0.0, **more}
-    return toolpath.build(pattern, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
+    return toolpath.plan_tool_path(pattern, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
 
 
 def problem_of(run, rows=slice(None)):
@@ -163,17 +163,17 @@ def test_ramps_take_the_time_that_ruckig_takes():
     v, a, j = rng.uniform(0.02, 1.5, B), 10 ** rng.uniform(-1, 1.5, B), 10 ** rng.uniform(0, 3, B)
     length = 10 ** rng.uniform(-3, -0.5, B)
     v0 = v * rng.choice([0.0, 0.3, 1.0], B)
-    top = np.minimum(v, speed_profile.reach(v0, length, a, j))
+    top = np.minimum(v, speed_profile.reachable_speed(v0, length, a, j))
     v1 = np.where(rng.random(B) < 0.5, top * rng.uniform(0, 1, B), top)
-    back = np.minimum(v, speed_profile.reach(v1, length, a, j))
+    back = np.minimum(v, speed_profile.reachable_speed(v1, length, a, j))
     v0 = np.minimum(v0, back)
-    v1 = np.minimum(v1, speed_profile.reach(v0, length, a, j))
-    keep = speed_profile.reach(v1, length, a, j) >= v0
+    v1 = np.minimum(v1, speed_profile.reachable_speed(v0, length, a, j))
+    keep = speed_profile.reachable_speed(v1, length, a, j) >= v0
     blocks = speed_profile.Blocks(*(x[keep] for x in (np.zeros(B), length, v0, v1, v, a, j)))
     solver, request, answer = Ruckig(1), InputParameter(1), Trajectory(1)
     for n in range(0, keep.sum(), 3):
         one = speed_profile.Blocks(*(getattr(blocks, f)[n : n + 1] for f in speed_profile.Blocks.__slots__))
-        total = speed_profile.phases(one)[0].sum()
+        total = speed_profile.constant_jerk_phases(one)[0].sum()
         request.current_position, request.target_position = [0.0], [float(one.length[0])]
         request.current_velocity, request.target_velocity = [float(one.v0[0])], [float(one.v1[0])]
         request.max_velocity, request.max_acceleration = [float(one.v[0])], [float(one.a[0])]
@@ -185,7 +185,7 @@ def test_ramps_take_the_time_that_ruckig_takes():
 def test_the_cubic_from_length_to_parameter_is_newtons():
     table = curves.join(
         curves.spiral((0, 0), (0.2, 0.25), (0, 2 * np.pi)), curves.line((0.25, 0.0), (0.4, 0.0)),
-        curves.turn((0.4, 0.0), (0.4, 0.02), (1.0, 0.0), 0.032),
+        curves.u_turn((0.4, 0.0), (0.4, 0.02), (1.0, 0.0), 0.032),
     )  # fmt: skip
     path = on_plane(table)
     segment = np.random.default_rng(5).integers(0, len(path.piece), 4000)
@@ -203,14 +203,14 @@ def test_sparing_keeps_the_fewest_that_stay_within_the_tolerance():
     path = on_plane(table, chord=0.05 * UM, spacing=0.2 * MM)
     none = np.zeros((len(path.arc), 3))
     rows = simplify.simplify(path, none, 1.5 * UM, 0.0)
-    thin = path.only(rows)
+    thin = path.subset(rows)
     assert len(rows) < len(path.arc) / 5
-    chord = thin.geometry.chord(thin.piece, thin.span)
+    chord = thin.exact.chord(thin.piece, thin.span)
     assert chord.max() <= 1.5 * UM
     # dropping any kept row, ends of pieces aside, would leave the tolerance
     inner = np.flatnonzero(thin.piece[1:] == thin.piece[:-1])
     span = np.column_stack([thin.span[inner, 0], thin.span[inner + 1, 1]])
-    assert thin.geometry.chord(thin.piece[inner], span).min() > 1.5 * UM
+    assert thin.exact.chord(thin.piece[inner], span).min() > 1.5 * UM
     # a correction that wriggles is followed
     wave = none.copy()
     wave[:, 2] = 20 * UM * np.sin(path.arc / 1e-3)

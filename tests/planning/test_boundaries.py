@@ -112,15 +112,15 @@ def test_widest_is_the_reach_of_the_rim_between_two_lines(rotation_deg):
     for y0, y1 in np.random.default_rng(4).uniform(-top, top, (40, 2)):
         between = rim[(rim[:, 1] >= min(y0, y1)) & (rim[:, 1] <= max(y0, y1)), 0]
         want = [between.min(), between.max()]
-        assert_allclose(part.widest(float(y0), float(y1)), want, atol=2e-4)  # m, steps of 36 um along the rim
-        assert np.array_equal(part.widest(float(y0), float(y1)), part.widest(float(y1), float(y0)))
+        assert_allclose(part.x_range(float(y0), float(y1)), want, atol=2e-4)  # m, steps of 36 um along the rim
+        assert np.array_equal(part.x_range(float(y0), float(y1)), part.x_range(float(y1), float(y0)))
 
 
 def test_widest_sees_a_corner_between_the_lines_and_a_circle_its_diameter():
-    assert_allclose(hexagon(0).widest(-0.01, 0.02), [-SIZE / 2, SIZE / 2], atol=ATOL_M)
-    assert_allclose(hexagon(0).widest(0.01, 0.02), hexagon(0).clip(0.01), atol=ATOL_M)
-    assert_allclose(boundaries.circle(1.3).widest(-0.1, 0.2), [-0.65, 0.65], atol=ATOL_M)
-    assert_allclose(boundaries.circle(1.3).widest(0.25, 0.39), [-0.6, 0.6], atol=ATOL_M)
+    assert_allclose(hexagon(0).x_range(-0.01, 0.02), [-SIZE / 2, SIZE / 2], atol=ATOL_M)
+    assert_allclose(hexagon(0).x_range(0.01, 0.02), hexagon(0).clip(0.01), atol=ATOL_M)
+    assert_allclose(boundaries.circle(1.3).x_range(-0.1, 0.2), [-0.65, 0.65], atol=ATOL_M)
+    assert_allclose(boundaries.circle(1.3).x_range(0.25, 0.39), [-0.6, 0.6], atol=ATOL_M)
 
 
 def test_hexagon_sizes_by_hand():

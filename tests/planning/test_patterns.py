@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.planning import boundaries, patterns
-from compgen.planning.curves import Pieces
+from compgen.planning.curves import PiecewiseCurve
 
 ATOL_M = 1e-12
 TURN_DEPTH = 0.55  # of the stepover: 11/32 of 1.6, the septic's middle
@@ -26,29 +26,29 @@ SIZES_M = [(0.02, 0.03), (0.02, 0.005), (0.0203, 0.005), (0.0137, 0.0), (0.1, 0.
 
 
 @cache
-def raster(part: str, stepover: float, lead: float, smooth: bool) -> Pieces:
+def raster(part: str, stepover: float, lead: float, smooth: bool) -> PiecewiseCurve:
     return patterns.raster(PARTS[part], stepover, lead, smooth)
 
 
-def traced(table: Pieces, count: int = 21):
+def traced(table: PiecewiseCurve, count: int = 21):
     """Which piece, and the plane curve with its derivatives, ends of pieces included."""
     K = len(table.poly)
     piece, t = np.repeat(np.arange(K), count), np.tile(np.linspace(0, 1, count), K)
-    return piece, *table.plane_curve(piece, t)
+    return piece, *table.derivatives(piece, t)
 
 
-def length(table: Pieces) -> float:
+def length(table: PiecewiseCurve) -> float:
     """Arc length in the plane, twenty-point Gauss on every piece [m]."""
     K = len(table.poly)
     piece, t = np.repeat(np.arange(K), 20), np.tile((NODES + 1) / 2, K)
-    speed = np.linalg.norm(table.plane_curve(piece, t)[1], axis=1)
+    speed = np.linalg.norm(table.derivatives(piece, t)[1], axis=1)
     return float(speed @ np.tile(WEIGHTS / 2, K))
 
 
-def joints(table: Pieces):
+def joints(table: PiecewiseCurve):
     """Plane curve and derivatives at the end of each piece but the last and at the start of the next."""
     K = len(table.poly)
-    return table.plane_curve(np.arange(K - 1), np.ones(K - 1)), table.plane_curve(np.arange(1, K), np.zeros(K - 1))
+    return table.derivatives(np.arange(K - 1), np.ones(K - 1)), table.derivatives(np.arange(1, K), np.zeros(K - 1))
 
 
 def unit(v):
@@ -75,12 +75,12 @@ def outside(part, xy):
     return np.where(beyond, nearest, 0.0)
 
 
-def is_sweep(table: Pieces):
+def is_sweep(table: PiecewiseCurve):
     """Straight along x: no polar part, no y."""
     return ~table.poly[:, 1:, 1].any(axis=1) & ~table.poly[:, 2:].any(axis=(1, 2)) & ~table.polar.any(axis=1)
 
 
-def sweeps(table: Pieces):
+def sweeps(table: PiecewiseCurve):
     """(y, x at the start, x at the end) of each sweep, its pieces joined."""
     found: list[list[float]] = []
     keep = is_sweep(table)
@@ -125,7 +125,7 @@ def test_spiral_is_as_long_as_the_closed_form(diameter, turns):
 
 def test_spiral_pitch_is_d_over_twice_the_turns():
     table = patterns.spiral(1.3, 8)
-    ends = table.plane_curve(np.arange(3, 32, 4), np.ones(8))[0]  # where each turn crosses the x axis
+    ends = table.derivatives(np.arange(3, 32, 4), np.ones(8))[0]  # where each turn crosses the x axis
     assert_allclose(ends, np.column_stack([1.3 / 16 * np.arange(1, 9), np.zeros(8)]), atol=ATOL_M)
     assert_allclose(table.start(), (0, 0), atol=0)
 

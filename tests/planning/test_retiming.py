@@ -48,7 +48,7 @@ DRIVES = [(name, feed) for name in PATTERNS for feed in (0.2, 1.5)]
 @cache
 def planned(name):
     """Tool path and joint angles at its waypoints."""
-    tool = toolpath.build(*PATTERNS[name], HEXAGON, spin=0.3, chord=1.5e-6, lift=0.02)
+    tool = toolpath.plan_tool_path(*PATTERNS[name], HEXAGON, spin=0.3, chord=1.5e-6, lift=0.02)
     return tool, joint_path.follow_branch(ROBOT, tool.position - tool.rotation @ TOOL, tool.rotation, POSTURE)
 
 

@@ -35,7 +35,7 @@ EVERY = [(p, s) for p in PATTERNS for s in SURFACES]
 @cache
 def path(pattern, surface="bowl", chord=1.5e-6, lift=0.02, boundary=HEXAGON, spin=0.3):
     pattern = PATTERNS[pattern] if isinstance(pattern, str) else pattern
-    return toolpath.build(pattern, SURFACES[surface], boundary, spin=spin, chord=chord, lift=lift)
+    return toolpath.plan_tool_path(pattern, SURFACES[surface], boundary, spin=spin, chord=chord, lift=lift)
 
 
 def off_chord(tool, every=1):
@@ -128,7 +128,7 @@ def test_fractions_split_the_arc_length(pattern, chord_um):
     pick = np.unique(np.linspace(0, len(tool.span) - 1, 16).astype(int))
     for k in pick:
         t = np.linspace(*tool.span[k], 2001)
-        p, _, _ = tool.geometry.pose(np.full(2001, tool.piece[k]), t)
+        p, _, _ = tool.exact.pose(np.full(2001, tool.piece[k]), t)
         run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
         u = np.linspace(0, 1, 9)
@@ -304,7 +304,9 @@ def test_arc_length_rises_at_every_waypoint():
 @pytest.mark.parametrize("name", ["circle_1300", "optic_spiral"])
 def test_shipped_paths_keep_their_chord(name):
     job = load_job(str(PATHS / f"{name}.toml"))
-    tool = toolpath.build(job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift)
+    tool = toolpath.plan_tool_path(
+        job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift
+    )
     assert off_chord(tool, every=11).max() <= job.chord
 
 

@@ -1,6 +1,6 @@
-"""Patterns: each a function from its sizes to a table of pieces in the local plane [m].
+"""Patterns: each a function from its sizes [m] to a piecewise curve in the surface's local plane.
 
-Adding one: a file with the function, a line here, a model in ``config``, a test.
+Adding one: a file with the function, a line here, its table in ``planning.tables``, a test.
 """
 
 from compgen.planning.patterns.circle import circle

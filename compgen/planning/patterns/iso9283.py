@@ -4,10 +4,10 @@ from itertools import pairwise
 from math import pi
 
 from compgen.planning import curves
-from compgen.planning.curves import Pieces
+from compgen.planning.curves import PiecewiseCurve
 
 
-def iso9283(size: float) -> Pieces:
+def iso9283(size: float) -> PiecewiseCurve:
     """Inside a square of side ``size`` [m], lengths in the standard's proportions.
 
     The square (four corners), a circle of 0.8 sides about its centre, a circle of 0.1 sides beside the centre, and
@@ -29,14 +29,15 @@ def iso9283(size: float) -> Pieces:
         (-h, -h),
     ]
     return curves.join(
-        _chain(square),
-        _chain(to_circle),
+        _polyline(square),
+        _polyline(to_circle),
         curves.spiral((0.0, 0.0), (big, big), (-pi / 2, 1.5 * pi), stop=True),
-        _chain(to_small),
+        _polyline(to_small),
         curves.spiral((0.0, 0.0), (small, small), (-pi / 2, 1.5 * pi), stop=True),
-        _chain(meander),
+        _polyline(meander),
     )
 
 
-def _chain(points: list[tuple[float, float]]) -> Pieces:
+def _polyline(points: list[tuple[float, float]]) -> PiecewiseCurve:
+    """Straight lines from point to point [m], with a stop at each."""
     return curves.join(*(curves.line(a, b, stop=True) for a, b in pairwise(points)))
