@@ -2,6 +2,7 @@
 
 import json
 import sys
+import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
@@ -30,7 +31,7 @@ from compgen.identification.pose_files import read_poses
 from compgen.identification.robot_file import robot_text
 from compgen.identification.validation import validate as validate_arm
 from compgen.identification.warm_up import as_warm_up, with_temperatures
-from compgen.pipelines.robot_file import Arm, load_arm
+from compgen.pipelines.robot_file import Arm, arm_of, load_arm
 from compgen.report.identification_page import identification, identification_html, identification_json, validation
 
 RobotArgument = Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)]
@@ -153,7 +154,9 @@ def _text(arm: Arm, found: Identified, files: Sequence[str]) -> str:
     marks = ", ".join(f"{Path(f).name} ({sha256(Path(f).read_bytes()).hexdigest()[:12]})" for f in files)
     told = f"{len(found.data.theta)} poses, model '{found.chosen.candidate.name}', from {marks}"
     known = [replace(k, provenance=told) if k.sigma else k for k in found.known]
-    return robot_text(arm.text, arm.robot, known, found.box, told[:380], found.record())
+    text = robot_text(arm.text, arm.robot, known, found.box, told[:380], found.record())
+    arm_of(tomllib.loads(text), text, arm.source)  # a file that would not load is refused here
+    return text
 
 
 def _show(found: Identified) -> None:

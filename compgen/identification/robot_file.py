@@ -1,85 +1,155 @@
-"""A robot file with what was identified in it: the tables that changed, everything else as it stands."""
+"""A robot file with the identified values in it: what changed, and everything else as the user wrote it."""
 
-import re
-from collections.abc import Mapping, Sequence
+import tomllib
+from collections.abc import Mapping, MutableMapping, Sequence
 from typing import Any
 
 import numpy as np
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import InlineTable, Item, Table
 
 from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.uncertainty import Known, table_of
 from compgen.robot.robot import Robot
 
-_HEADER = re.compile(r"^\s*\[+\s*([A-Za-z0-9_.]+)\s*\]+", re.MULTILINE)
+_MEND = "give each source a table [sources.<name>] of its own"
 
 
 def robot_text(
-    text: str, robot: Robot, known: Sequence[Known], box: Array, told: str, record: Mapping[str, Any]
+    text: str, robot: Robot, known: Sequence[Known], box: Array, provenance: str, record: Mapping[str, Any]
 ) -> str:
-    """The robot file's text with new sources.
+    """The robot file's text with the identified sources; comments, order and all other values stay.
+
+    Values go into the tables that the file has, new tables after its last line. What the file says of priors stays
+    as it is written.
 
     Args:
         text: The file that was identified.
         robot: Its nominal facts.
-        known: Sources; those with a sigma were identified and replace the file's tables of their names.
+        known: Sources; those with a sigma were identified.
         box: Range of theta that the poses cover, (6, 2) [rad].
-        told: Where the values are from.
+        provenance: Where the values are from.
         record: The table ``identified``.
+
+    Raises:
+        InputError: The file's tables are laid out in a way that cannot be updated.
     """
-    fresh = [k for k in known if k.sigma and not isinstance(k.source, ThermalBend)]
-    names = {f"sources.{k.source.NAME}" for k in fresh} | {"sources.box", "identified"}
-    kept = _without(text, names).rstrip()
-    tables = [_table("identified", record), _box(robot, box)]
-    tables += [_table(f"sources.{k.source.NAME}", {**table_of(k), "provenance": told}) for k in fresh]
-    return kept + "\n\n" + "\n\n".join(tables) + "\n"
+    sources = {"box": _box(robot, box)}
+    for entry in known:
+        if entry.sigma and not isinstance(entry.source, ThermalBend):
+            sources[entry.source.NAME] = {**table_of(entry), "provenance": provenance}
+    expected = tomllib.loads(text)
+    try:
+        updated = _update(text, expected, _plain(record), _plain(sources))
+    except TOMLKitError as exception:
+        raise InputError(f"robot file: cannot be updated: {exception}; {_MEND}") from None
+    _check(updated, expected)
+    return updated
 
 
-def _box(robot: Robot, box: Array) -> str:
+def _box(robot: Robot, box: Array) -> dict[str, Any]:
     corners = np.array([robot.to_pendant(box[:, 0]), robot.to_pendant(box[:, 1])]) / DEG
     low, high = corners.min(axis=0), corners.max(axis=0)
-    return _table("sources.box", {"low_deg": np.floor(low * 1000) / 1000, "high_deg": np.ceil(high * 1000) / 1000})
+    return {"low_deg": np.floor(low * 1000) / 1000, "high_deg": np.ceil(high * 1000) / 1000}
 
 
-def _without(text: str, names: set[str]) -> str:
-    """The text less some tables and the tables below them."""
-    cuts = list(_HEADER.finditer(text))
-    kept = [text[: cuts[0].start()] if cuts else text]
-    for here, after in zip(cuts, [*cuts[1:], None]):
-        name = here.group(1)
-        if not any(name == n or name.startswith(f"{n}.") for n in names):
-            kept.append(text[here.start() : after.start() if after else len(text)])
-    return "".join(kept)
-
-
-def _table(name: str, rows: Mapping[str, Any]) -> str:
-    lines = [f"[{name}]"]
-    for key, value in rows.items():
-        if not isinstance(value, Mapping):
-            lines.append(f"{key} = {_value(value)}")
-    for key, value in rows.items():
-        if isinstance(value, Mapping):
-            lines.append(f"[{name}.{key}]")
-            lines += [f"{_key(k)} = {_value(v)}" for k, v in value.items()]
-    return "\n".join(lines)
-
-
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return f'"{escaped}"'
+def _plain(value: Any) -> Any:
+    """Tables and lists of Python's own numbers; floats have the nine digits that the file gives them."""
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
-        inner = [_value(v) for v in value]
-        line = "[" + ", ".join(inner) + "]"
-        nested = len(value) and isinstance(value[0], (list, tuple, np.ndarray))
-        return "[\n" + "".join(f"    {row},\n" for row in inner) + "]" if nested else line
-    if isinstance(value, (bool, np.bool_)):
-        return "true" if value else "false"
-    if isinstance(value, (int, np.integer)):
-        return str(int(value))
-    return f"{float(value):.9g}"
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (float, np.floating)):
+        return float(f"{value:.9g}")
+    return value
+
+
+def _update(text: str, expected: dict[str, Any], record: dict[str, Any], sources: dict[str, Any]) -> str:
+    """The text with new values; ``expected``, what it says, gets them too."""
+    document, added = tomlkit.parse(text), tomlkit.document()
+    _merge(document, expected, added, "identified", record)
+    old_sources: Any = document.get("sources", {})
+    added_sources: Any = old_sources if isinstance(old_sources, InlineTable) else tomlkit.table(is_super_table=True)
+    for name, values in sources.items():
+        _merge(old_sources, expected.setdefault("sources", {}), added_sources, name, values)
+    if added_sources is not old_sources and len(added_sources):
+        added.append("sources", added_sources)
+    updated = tomlkit.dumps(document)
+    return updated.rstrip("\n") + "\n\n" + tomlkit.dumps(added) if len(added) else updated
+
+
+def _merge(tables: Any, expected: dict[str, Any], added: Any, name: str, values: dict[str, Any]) -> None:
+    """Put a table's values into the table of that name, or into a new one, and into what the file shall say."""
+    if name in tables:
+        if "prior" in expected[name]:
+            values = {**values, "prior": expected[name]["prior"]}
+        _set(tables, name, values)
+    else:
+        added[name] = _inline(values) if isinstance(added, InlineTable) else _table(values)
+    expected[name] = values
+
+
+def _set(container: Any, key: Any, value: Any) -> None:
+    """Give an entry its value; what is equal keeps its digits, and all entries keep their comments."""
+    old = container[key]
+    if isinstance(value, dict) and isinstance(old, MutableMapping):
+        for stale in [name for name in old if name not in value]:
+            del old[stale]
+        for name, entry in value.items():
+            if name in old:
+                _set(old, name, entry)
+            else:
+                _append(old, name, _inline(entry) if isinstance(entry, dict) else _item(entry))
+    elif isinstance(value, list) and isinstance(old, list) and len(old) == len(value):
+        for i, entry in enumerate(value):
+            _set(old, i, entry)
+    elif old != value:
+        container[key] = _item(value)
+
+
+def _append(table: Any, name: str, item: Item) -> None:
+    """Add an entry after the last one, above the comments that close the table: those belong to the next."""
+    body = table.value.body if isinstance(table, Table) else []
+    closing = []
+    while body and body[-1][0] is None:
+        closing.append(body.pop())
+    table[name] = item
+    body.extend(reversed(closing))
+
+
+def _item(value: Any) -> Item:
+    if isinstance(value, list):
+        array = tomlkit.array()
+        array.multiline(any(isinstance(entry, list) for entry in value))
+        array.extend(_item(entry) for entry in value)
+        return array
+    item: Item = tomlkit.value(f"{value:.9g}") if isinstance(value, float) else tomlkit.item(value)
+    return item
+
+
+def _table(values: Mapping[str, Any]) -> Item:
+    table = tomlkit.table()
+    for key, value in sorted(values.items(), key=lambda entry: isinstance(entry[1], dict)):  # tables after values
+        table.append(key, _table(value) if isinstance(value, dict) else _item(value))
+    return table
+
+
+def _inline(values: Mapping[str, Any]) -> Item:
+    table = tomlkit.inline_table()
+    for key, value in values.items():
+        table.append(key, _inline(value) if isinstance(value, dict) else _item(value))
+    return table
+
+
+def _check(text: str, expected: Mapping[str, Any]) -> None:
+    """Raises InputError unless a text says what it shall."""
+    try:
+        if tomllib.loads(text) == expected:
+            return
+    except tomllib.TOMLDecodeError:
+        pass
+    raise InputError(f"robot file: cannot be updated: its sources are laid out in an unusual way; {_MEND}")

@@ -67,8 +67,16 @@ def load_arm(name: str) -> Arm:
         InputError: Unknown, or anything wrong in its file.
     """
     source = find_robot(name, Path("."))
-    facts = check(RobotFile, read_toml(source, "robots"), str(source))
-    where = str(source)
+    return arm_of(read_toml(source, "robots"), source.read_text(encoding="utf-8"), str(source))
+
+
+def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
+    """The arm that a robot file's tables describe.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    facts = check(RobotFile, data, where)
     robot = _nominal(facts, where)
     nodes: tuple[str, ...] = ()
     growth = np.zeros((6, 1)), np.zeros((6, 1))
@@ -76,7 +84,7 @@ def load_arm(name: str) -> Arm:
         heat, _, growth = _warmth(facts, robot, where)
         nodes = heat.names
     known = read_sources(facts.sources, ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot)), where)
-    return Arm(where, source.read_text(encoding="utf-8"), robot, nodes, known, facts.identified)
+    return Arm(where, text, robot, nodes, known, facts.identified)
 
 
 def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
