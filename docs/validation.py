@@ -15,7 +15,7 @@ from compgen.core.units import HOUR, MM, UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.robot import inverse_kinematics
-from compgen.thermal import Duty, after, history
+from compgen.thermal import Duty, rise_history, state_after
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
@@ -250,7 +250,7 @@ def rates() -> str:
         spent = minutes * 60.0
         ours = heat.after([Duty("moving", feed, spent)])
         loss = network_fit.loss(network.drives, motion, feed)
-        theirs = network.outputs @ after(network, [Duty("moving", feed, spent, loss=loss)])
+        theirs = network.outputs @ state_after(network, [Duty("moving", feed, spent, loss=loss)])
         for (part, node), value in zip(parts.items(), quoted):
             told = "not linear" if value is None else f"{value:g}"
             told += f" (printed {printed[part]})" if part in printed else ""
@@ -268,7 +268,7 @@ def warming() -> str:
     curves = []
     for name, tint in (("j3", "x"), ("j2", "y")):
         for heat, model, dash in ((nodes, "nodes", ""), (network, "network", "5 4")):
-            rise = history(heat, duties, hours * HOUR)[:, heat.names.index(name)]
+            rise = rise_history(heat, duties, hours * HOUR)[:, heat.names.index(name)]
             curves.append((hours, rise, f"{model}, {name}", TINTS[tint], dash))
     plot("validation_warming.svg", "Six hours at 200 mm/s on the circle, then off", curves,
          [(6, 13), (6, 12), (6, 11), (22, 1)], "hours", "K")  # fmt: skip
@@ -277,7 +277,9 @@ def warming() -> str:
     straight = []
     for heat in (nodes, network):
         part = np.linspace(0, 3, 60)
-        rise = history(heat, duties[:1], part * HOUR)[:, [heat.names.index(n) for n in ("j2", "link1", "j3", "wrist")]]
+        rise = rise_history(heat, duties[:1], part * HOUR)[
+            :, [heat.names.index(n) for n in ("j2", "link1", "j3", "wrist")]
+        ]
         straight.append(max(np.abs(r - np.polyval(np.polyfit(part, r, 1), part)).max() for r in rise.T))
     double = network_fit.doubling(network)
     p = dict(zip(nodes.names, nodes.exponent))

@@ -34,7 +34,7 @@ def modelled(heat: NodeModel, row: dict[str, str]) -> float:
     duties = [Duty("moving", feed * MM, hours * HOUR)]
     if feed == 0:
         duties = [Duty("moving", heat.reference_feed, heat.reference_time), Duty("off", 0.0, hours * HOUR)]
-    return float(heat.after(duties)[heat.names.index(row["node"])])
+    return float(heat.rise_after(duties)[heat.names.index(row["node"])])
 
 
 def misses(heat: NodeModel) -> np.ndarray:

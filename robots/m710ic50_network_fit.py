@@ -20,9 +20,9 @@ from scipy.optimize import least_squares
 from compgen.core.units import HOUR, MM
 from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import Duty, JointMotion, after, history
-from compgen.thermal.drive_losses import Drives, losses
-from compgen.thermal.network import Network, assemble, modes
+from compgen.thermal import Duty, JointMotion, rise_history, state_after
+from compgen.thermal.drive_losses import Drives, segment_losses
+from compgen.thermal.network import NetworkModel, assemble_volumes, modal_form
 
 HERE = Path(__file__).parent
 SENSOR_K = 0.3
@@ -69,9 +69,9 @@ def motion_of(row: dict[str, str]) -> str:
     return "spiral" if "spiral" in source.split("=")[0] or "Table 4" in source else "circle"
 
 
-def base() -> Network:
+def base() -> NetworkModel:
     heat = load_job(str(HERE.parent / "paths" / "circle_1300.toml"), overrides=["robot.thermal.model=network"]).heat
-    assert isinstance(heat, Network)
+    assert isinstance(heat, NetworkModel)
     return heat
 
 
@@ -87,7 +87,10 @@ def parts(name: str, feed: float) -> np.ndarray:
     heat, out = base(), []
     for k in range(3):
         one = replace(heat.drives, **{key: float(k == i) for i, key in enumerate(("holding", "coulomb", "viscous"))})
-        rows = [np.average(losses(heat.robot, one, m)[0], axis=0, weights=np.diff(m.time)) for m in driven(name, feed)]
+        rows = [
+            np.average(segment_losses(heat.robot, one, m)[0], axis=0, weights=np.diff(m.time))
+            for m in driven(name, feed)
+        ]
         out.append(np.mean(rows, axis=0))
     return np.array(out)
 
@@ -96,21 +99,21 @@ def loss(drives: Drives, name: str, feed: float) -> tuple[float, ...]:
     return tuple((np.array([drives.holding, drives.coulomb, drives.viscous]) @ parts(name, feed)).tolist())
 
 
-def modelled(heat: Network, row: dict[str, str]) -> float:
+def modelled(heat: NetworkModel, row: dict[str, str]) -> float:
     feed, hours = float(row["feed_mm_s"]) * MM, float(row["hours"]) * HOUR
     if feed == 0:
         hot = Duty("moving", 0.2, 6 * HOUR, loss=loss(heat.drives, "circle", 0.2))
         duties = [hot, Duty("off", 0.0, hours)]
     else:
         duties = [Duty("moving", feed, hours, loss=loss(heat.drives, motion_of(row), feed))]
-    return float((heat.outputs @ after(heat, duties))[heat.names.index(row["node"])])
+    return float((heat.outputs @ state_after(heat, duties))[heat.names.index(row["node"])])
 
 
-def misses(heat: Network) -> np.ndarray:
+def misses(heat: NetworkModel) -> np.ndarray:
     return np.array([modelled(heat, row) - float(row["rise_K"]) for row in measured()])
 
 
-def with_parameters(heat: Network, v: dict[str, float]) -> Network:
+def with_parameters(heat: NetworkModel, v: dict[str, float]) -> NetworkModel:
     """The network with other numbers; films in W/K are a film per square metre times AREA."""
     film = {name: area * v["base_film_W_m2K" if name in LOWER else "film_W_m2K"] for name, area in AREA.items()}
     bodies = tuple(replace(b, film=film[b.name]) for b in heat.bodies)
@@ -122,8 +125,8 @@ def with_parameters(heat: Network, v: dict[str, float]) -> Network:
     bodies = tuple(
         replace(b, capacity=arm[b.name][0], conductance=arm[b.name][1]) if b.name in arm else b for b in bodies
     )
-    volumes = assemble(bodies, (h1, h2, h3, h4), v["floor_W_K"])
-    rate, shapes = modes(volumes)
+    volumes = assemble_volumes(bodies, (h1, h2, h3, h4), v["floor_W_K"])
+    rate, shapes = modal_form(volumes)
     drives = replace(heat.drives, holding=v["holding"], coulomb=v["coulomb"], viscous=v["viscous"])
     return replace(
         heat,
@@ -137,23 +140,23 @@ def with_parameters(heat: Network, v: dict[str, float]) -> Network:
     )
 
 
-def bends(heat: Network) -> np.ndarray:
+def bends(heat: NetworkModel) -> np.ndarray:
     """How far the first three hours at 200 mm/s leave a straight line, j2, link1, j3, wrist [K] (study line 822)."""
     hours = np.linspace(0, 3, 40)
-    rises = history(heat, [Duty("moving", 0.2, 3 * HOUR, loss=loss(heat.drives, "circle", 0.2))], hours * HOUR)
+    rises = rise_history(heat, [Duty("moving", 0.2, 3 * HOUR, loss=loss(heat.drives, "circle", 0.2))], hours * HOUR)
     seen = rises[:, [heat.names.index(name) for name in ("j2", "link1", "j3", "wrist")]]
     line = np.polynomial.polynomial.polyval(hours, np.polynomial.polynomial.polyfit(hours, seen, 1)).T
     return np.abs(seen - line).max(axis=0)
 
 
-def left(heat: Network) -> np.ndarray:
+def left(heat: NetworkModel) -> np.ndarray:
     """What is left of j2 and j3 16 h after the reference duty [K]: none in the study (line 1428)."""
     hot = Duty("moving", 0.2, 6 * HOUR, loss=loss(heat.drives, "circle", 0.2))
-    rises = heat.outputs @ after(heat, [hot, Duty("off", 0.0, 16 * HOUR)])
+    rises = heat.outputs @ state_after(heat, [hot, Duty("off", 0.0, 16 * HOUR)])
     return rises[[heat.names.index("j2"), heat.names.index("j3")]]
 
 
-def fit(heat: Network) -> tuple[Network, dict[str, float]]:
+def fit(heat: NetworkModel) -> tuple[NetworkModel, dict[str, float]]:
     names = list(PRIOR)
 
     def residuals(x: np.ndarray) -> np.ndarray:
@@ -167,10 +170,11 @@ def fit(heat: Network) -> tuple[Network, dict[str, float]]:
     return with_parameters(heat, best), best
 
 
-def doubling(heat: Network) -> dict[str, float]:
+def doubling(heat: NetworkModel) -> dict[str, float]:
     """How many times higher the steady rises are at 200 than at 100 mm/s on the heating circle."""
     slow, fast = (
-        heat.outputs @ heat.goal(Duty("moving", v, 1.0, loss=loss(heat.drives, "circle", v))) for v in (0.1, 0.2)
+        heat.outputs @ heat.steady_state(Duty("moving", v, 1.0, loss=loss(heat.drives, "circle", v)))
+        for v in (0.1, 0.2)
     )
     return {name: float(f / s) for name, f, s in zip(heat.names, fast, slow)}
 

@@ -12,10 +12,10 @@ from compgen.core.units import DEG
 from compgen.error_model.schema import SourcesTable, SourceTable
 from compgen.error_model.source import ArmFacts, Parameter, Source
 from compgen.error_model.sources import ORDER
-from compgen.error_model.uncertainty import Known, prior_of
+from compgen.error_model.uncertainty import UncertainSource, prior_of
 
 
-def read_sources(tables: SourcesTable, arm: ArmFacts, where: str) -> tuple[Known, ...]:
+def read_sources(tables: SourcesTable, arm: ArmFacts, where: str) -> tuple[UncertainSource, ...]:
     """The sources of a robot file in the order in which they are folded.
 
     Args:
@@ -29,7 +29,7 @@ def read_sources(tables: SourcesTable, arm: ArmFacts, where: str) -> tuple[Known
     axes = [row.axis for row in tables.map]
     if twice := next((a for a in axes if axes.count(a) > 1), None):
         raise InputError(f"{where}: sources.map: two lines along {twice}; their contributions would add, keep one")
-    known: list[Known] = []
+    known: list[UncertainSource] = []
     for kind in ORDER:
         table = getattr(tables, kind.NAME)
         if isinstance(table, list):
@@ -74,10 +74,10 @@ def source_of(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -
     return source
 
 
-def _known(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -> Known:
+def _known(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -> UncertainSource:
     source = source_of(kind, table, arm, key)
     prior = prior_of(source) | _deviations(table.prior, source, f"{key}.prior")
-    return Known(source, prior, _deviations(table.sigma, source, f"{key}.sigma"), table.provenance)
+    return UncertainSource(source, prior, _deviations(table.sigma, source, f"{key}.sigma"), table.provenance)
 
 
 def _deviations(rows: Mapping[str, Any], source: Source, key: str) -> dict[str, Array]:

@@ -11,7 +11,7 @@ from compgen.error_model.source import Source
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Known:
+class UncertainSource:
     """A source, and for each of its parameters how far it may be off, by field, in SI and in the parameter's shape."""
 
     source: Source
@@ -25,7 +25,7 @@ def prior_of(source: Source) -> dict[str, Array]:
     return {p.field: np.full(np.shape(getattr(source, p.field)), p.prior) for p in source.PARAMETERS}
 
 
-def table_of(known: Known) -> dict[str, Any]:
+def table_of(known: UncertainSource) -> dict[str, Any]:
     """A source's table in the robot file: facts, provenance, values, sigma, prior where it is not the declared one."""
     source = known.source
     table: dict[str, Any] = {f.key: _listed(getattr(source, f.field), f.unit) for f in source.FACTS}

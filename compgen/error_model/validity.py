@@ -17,7 +17,7 @@ SLACK = 1e-6  # m, rad
 TELLING = 1e-6  # m of unknown hysteresis at the tool, from where on it is told
 
 
-def outside_map(sources: Sequence[Source], position: Array) -> list[Finding]:
+def map_findings(sources: Sequence[Source], position: Array) -> list[Finding]:
     """Where commanded TCPs (N, 3) [m] leave the box that the measured lines span."""
     lines = [s for s in sources if isinstance(s, AxisMap)]
     if not lines:
@@ -42,7 +42,7 @@ def outside_map(sources: Sequence[Source], position: Array) -> list[Finding]:
     return [Finding(Level.WARNING, "sources.map", message)]
 
 
-def outside_joints(robot: Robot, joint_box: Array | None, theta: Array) -> list[Finding]:
+def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> list[Finding]:
     """Where joints (N, 6) [rad] leave the box that the parameters were identified in."""
     if joint_box is None:
         return []
@@ -59,7 +59,7 @@ def outside_joints(robot: Robot, joint_box: Array | None, theta: Array) -> list[
     return [Finding(Level.WARNING, "sources.box", message)]
 
 
-def unknown_start(
+def unknown_start_findings(
     robot: Robot,
     sources: Sequence[Source],
     model: ErrorModel,

@@ -10,7 +10,7 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
-from compgen.error_model.uncertainty import Known
+from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.cross_validation import HeldOut, better, held_out
 from compgen.identification.fit import Fit, fit
 from compgen.identification.identifiability import Identifiability, identifiable
@@ -45,7 +45,7 @@ class Identified:
     best: int
     sight: Identifiability
     findings: tuple[Finding, ...]
-    known: tuple[Known, ...]  # sources with fitted values and sigmas
+    known: tuple[UncertainSource, ...]  # sources with fitted values and sigmas
     box: Array  # (6, 2) [rad] theta that the poses cover
 
     @property
@@ -79,7 +79,12 @@ class Identified:
 
 
 def identify(
-    robot: Robot, known: Sequence[Known], data: Measurements, nodes: int, temperatures: bool, progress: Progress
+    robot: Robot,
+    known: Sequence[UncertainSource],
+    data: Measurements,
+    nodes: int,
+    temperatures: bool,
+    progress: Progress,
 ) -> Identified:
     """Fit the error sources of a robot to measurements.
 
@@ -187,11 +192,13 @@ def _missing(robot: Robot, data: Measurements, moved: BoolArray) -> str:
     return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'cgen plan-poses' says"
 
 
-def fitted_sources(known: Sequence[Known], parts: Sequence[Part], model: Model, found: Fit) -> tuple[Known, ...]:
+def fitted_sources(
+    known: Sequence[UncertainSource], parts: Sequence[Part], model: Model, found: Fit
+) -> tuple[UncertainSource, ...]:
     """The sources with what was found in them; those that were not fitted stay as they are."""
     have = {k.source.NAME: k for k in known}
     value = dict(zip(model.terms, zip(found.p, found.sigma, found.active)))
-    result: list[Known] = []
+    result: list[UncertainSource] = []
     for part in parts:
         old = have.get(part.before.NAME)
         own = [(t, *value[t]) for t in part.terms if value[t][2]]
@@ -206,6 +213,6 @@ def fitted_sources(known: Sequence[Known], parts: Sequence[Part], model: Model, 
             sigmas.setdefault(term.field, np.zeros(values[term.field].shape))[term.index] = sigma
         prior = dict(old.prior) if old is not None else {}
         told = f"identified from {len(found.wild)} measured places"
-        result.append(Known(replace(part.before, **values), prior, sigmas, told))  # type: ignore[type-var]
+        result.append(UncertainSource(replace(part.before, **values), prior, sigmas, told))  # type: ignore[type-var]
     names = {part.before.NAME for part in parts}
     return (*result, *(k for k in known if k.source.NAME not in names))

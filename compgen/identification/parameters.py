@@ -14,7 +14,7 @@ from compgen.error_model.reader import source_of
 from compgen.error_model.schema import LoadsTable
 from compgen.error_model.source import ArmFacts, Entry, LoadDependent, RiseDependent, Rung, Visibility
 from compgen.error_model.sources import ORDER
-from compgen.error_model.uncertainty import Known, prior_of
+from compgen.error_model.uncertainty import UncertainSource, prior_of
 from compgen.identification.model import Part, Term, WarmState
 from compgen.robot.robot import Robot
 
@@ -46,7 +46,9 @@ def ladder(groups: Sequence[str]) -> list[Candidate]:
     return candidates
 
 
-def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool, log: bool = True) -> list[Part]:
+def parts_of(
+    robot: Robot, known: Sequence[UncertainSource], moved: BoolArray, warm: bool, log: bool = True
+) -> list[Part]:
     """The sources that can be fitted, with symbols, and the others of the robot file as they are.
 
     Left out are what the frames of instrument and reflector hold already: the first d and zero, the last row, base and
@@ -71,19 +73,19 @@ def parts_of(robot: Robot, known: Sequence[Known], moved: BoolArray, warm: bool,
         start = own.get(kind.NAME)
         if kind.FITTING.table is not None and (start is None or kind.FITTING.replaces):
             source = source_of(kind, kind.FITTING.table, arm, kind.NAME)
-            start = Known(source, prior_of(source), {}, "")
+            start = UncertainSource(source, prior_of(source), {}, "")
         if start is not None:
             parts.append(_part(start, start.source.entries_to_fit(visible)))
     return parts
 
 
-def warm_states(known: Sequence[Known], nodes: int) -> tuple[WarmState, ...]:
+def warm_states(known: Sequence[UncertainSource], nodes: int) -> tuple[WarmState, ...]:
     """Unknown states of the nodes that something grows or bends with; each with its own clock."""
     used = set[int]().union(*(k.source.nodes() for k in known if isinstance(k.source, RiseDependent)))
     return tuple(WarmState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used))
 
 
-def without_force(known: Known) -> Known:
+def without_force(known: UncertainSource) -> UncertainSource:
     """A source without the process force: nothing pushes on the tool while it is measured."""
     source: Any = known.source
     if not isinstance(known.source, LoadDependent):
@@ -91,7 +93,7 @@ def without_force(known: Known) -> Known:
     return replace(known, source=replace(source, loads=known.source.loads.without_force()))
 
 
-def _part(start: Known, entries: Sequence[Entry]) -> Part:
+def _part(start: UncertainSource, entries: Sequence[Entry]) -> Part:
     """A source with symbols at the entries to fit, where their prior is not zero; the others stay as they are."""
     source: Any = start.source
     fields: dict[str, Any] = {}

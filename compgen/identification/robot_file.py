@@ -13,14 +13,14 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
 from compgen.error_model.sources.thermal_bend import ThermalBend
-from compgen.error_model.uncertainty import Known, table_of
+from compgen.error_model.uncertainty import UncertainSource, table_of
 from compgen.robot.robot import Robot
 
 _MEND = "give each source a table [sources.<name>] of its own"
 
 
 def robot_text(
-    text: str, robot: Robot, known: Sequence[Known], box: Array, provenance: str, record: Mapping[str, Any]
+    text: str, robot: Robot, known: Sequence[UncertainSource], box: Array, provenance: str, record: Mapping[str, Any]
 ) -> str:
     """The robot file's text with the identified sources; comments, order and all other values stay.
 

@@ -10,7 +10,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
 from compgen.error_model.sources.measured_map import AxisMap
-from compgen.error_model.uncertainty import Known
+from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.fit import fit
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
@@ -42,7 +42,7 @@ def statistics(distance: Array) -> dict[str, float]:
 
 
 def validate(
-    robot: Robot, known: Sequence[Known], data: Measurements, nodes: int, frames: InstrumentFrames | None
+    robot: Robot, known: Sequence[UncertainSource], data: Measurements, nodes: int, frames: InstrumentFrames | None
 ) -> Validated:
     """Compare a robot's sources with measurements.
 

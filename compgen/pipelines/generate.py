@@ -17,7 +17,7 @@ from compgen.core.findings import Finding, Level, Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
-from compgen.error_model.validity import outside_joints, outside_map, unknown_start
+from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops
 from compgen.pipelines import delivery, findings
@@ -30,7 +30,7 @@ from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning import retiming
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.thermal import Ambient, Duty, during, states_at
+from compgen.thermal import Ambient, Duty, rises_during, states_at
 from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviations, judge
 from compgen.verification.twin import Ride, Twin
@@ -129,7 +129,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     plan = plan_motion(job, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.position)
-    rise, _ = during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)
+    rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)
 
     def drive_uncorrected() -> Deviation:
         program = planned_program(job, path, theta, trajectory, date)
@@ -140,11 +140,11 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     twin_result = run_in_background(drive_uncorrected, len(theta))
     notes = [
         Finding(Level.WARNING, "thermal.box", text)
-        for text in job.heat.strays(job.before, job.feed, trajectory.time[-1], rise)
+        for text in job.heat.extrapolations(job.before, job.feed, trajectory.time[-1], rise)
     ]
-    notes += outside_map(job.sources, path.position)
-    notes += outside_joints(job.robot, job.joint_box, theta)
-    notes += unknown_start(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
+    notes += map_findings(job.sources, path.position)
+    notes += joint_box_findings(job.robot, job.joint_box, theta)
+    notes += unknown_start_findings(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
     if not job.before:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":

@@ -35,7 +35,7 @@ def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
 def _plain_duties(data: dict[str, Any], where: str) -> list[Duty]:
     """Stretches of a duration each, as a program that exists already needs them."""
     rows = check(BeforeFile, data, where).before
-    steps = tables.steps(rows, "before", where, 0.0)
+    steps = tables.steps_of(rows, "before", where, 0.0)
     for step in steps:
         if step.repeat is not None or step.program or step.shifts:
             raise InputError(f"{step.key}: here only state, feed, duration and duty count; remove the rest")

@@ -8,15 +8,15 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, own
 from compgen.error_model.source import Source
-from compgen.error_model.uncertainty import Known
+from compgen.error_model.uncertainty import UncertainSource
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.surfaces import Quadric
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 from compgen.thermal import Ambient, Duty, NodeModel, Profile
-from compgen.thermal import after as run_through
-from compgen.thermal.network import Network
+from compgen.thermal import state_after as run_through
+from compgen.thermal.network import NetworkModel
 from compgen.verification.deviation import Bounds
 
 
@@ -25,9 +25,9 @@ class Cell:
     """A robot, how it warms, and what makes it err: all that a program which exists already needs."""
 
     robot: Robot
-    heat: NodeModel | Network
+    heat: NodeModel | NetworkModel
     profiles: tuple[Profile, ...]
-    known: tuple[Known, ...]  # the sources with how well each parameter is known
+    known: tuple[UncertainSource, ...]  # the sources with how well each parameter is known
     sources: tuple[Source, ...]
     joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
     overrides: tuple[str, ...]
@@ -66,7 +66,7 @@ class Job:
     air: Ambient  # from the first duty of ``before`` on
     bounds: Bounds
     robot: Robot
-    heat: NodeModel | Network
+    heat: NodeModel | NetworkModel
     profiles: tuple[Profile, ...]
     sources: tuple[Source, ...]
     joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in

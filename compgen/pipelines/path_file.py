@@ -23,8 +23,8 @@ from compgen.planning.tables import boundary_from_table, pattern_from_table, sur
 from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, Duty, tables
 from compgen.thermal.drive_losses import mean_losses
-from compgen.thermal.log_fit import explain
-from compgen.thermal.network import Network
+from compgen.thermal.log_fit import fit_log
+from compgen.thermal.network import NetworkModel
 from compgen.verification.tables import bounds_of
 
 HISTORY = ("before", "cycle", "after", "shift", "ambient", "log")
@@ -66,10 +66,10 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
     for item in for_robot:
         override(robot_data, item.removeprefix("robot."), item)
     cell = cell_of(robot_data, str(robot_source), for_robot)
-    air = tables.ambient(path.ambient, str(source))
+    air = tables.ambient_of(path.ambient, str(source))
     read = None
     if path.log is not None:
-        read = tables.log(path.log, cell.sensors, path.ambient.reference_degC, str(source))
+        read = tables.log_of(path.log, cell.sensors, path.ambient.reference_degC, str(source))
         if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
     others = files_read(path, str(source))
@@ -119,20 +119,20 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         inputs_hash=sha256(inputs.encode()).hexdigest(),
     )
     parts = [
-        tables.steps(rows, name, str(source), job.feed)
+        tables.steps_of(rows, name, str(source), job.feed)
         for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
     ]
 
     def load(name: str) -> Job:
         return _read(find_program(name, str(source)), str(robot_source), for_robot, alone=True)
 
-    job = plan(job, parts, tables.shifts(path.shift, str(source)), path.ambient.clock_h * HOUR, load)
+    job = plan(job, parts, tables.shifts_of(path.shift, str(source)), path.ambient.clock_h * HOUR, load)
     if read is None:
         return job
     loss: tuple[float, ...] = ()
-    if isinstance(job.heat, Network):
+    if isinstance(job.heat, NetworkModel):
         loss, _ = mean_losses(job.robot, job.heat.drives, plan_written_motion(job, job.feed).joint_motion)
-    return replace(job, heat=explain(read, job.heat, loss).heat)
+    return replace(job, heat=fit_log(read, job.heat, loss).heat)
 
 
 def find_program(name: str, path_file: str) -> str:

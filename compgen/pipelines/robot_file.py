@@ -16,7 +16,7 @@ from compgen.core.toml import check, override, read_toml, shipped, suggest
 from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
-from compgen.error_model.uncertainty import Known
+from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.tables import IdentifiedTable
 from compgen.pipelines.job import Cell
 from compgen.pipelines.schema import RobotFile
@@ -24,7 +24,7 @@ from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.robot import Robot
 from compgen.robot.tables import robot_from_tables
 from compgen.thermal import NodeModel, Profile, tables
-from compgen.thermal.network import Network
+from compgen.thermal.network import NetworkModel
 
 
 def load_robot(name: str) -> Robot:
@@ -56,7 +56,7 @@ class Arm:
     text: str
     robot: Robot
     nodes: tuple[str, ...]  # of the heat model; none without one
-    known: tuple[Known, ...]
+    known: tuple[UncertainSource, ...]
     identified: IdentifiedTable | None
 
 
@@ -186,13 +186,13 @@ def _refuse_double(facts: RobotFile, where: str) -> None:
 
 def _warmth(
     facts: RobotFile, robot: Robot, where: str
-) -> tuple[NodeModel | Network, tuple[Profile, ...], tuple[Array, Array]]:
+) -> tuple[NodeModel | NetworkModel, tuple[Profile, ...], tuple[Array, Array]]:
     """The heat model, the profiles along its links, and the growth of a and d, (6, K) [m/K]."""
     if facts.thermal is None:
         raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
-    profiles = tables.profiles(facts.thermal, robot, where)
-    nodes = tables.node_model(facts.thermal, profiles, where)
-    heat: NodeModel | Network = nodes
+    profiles = tables.profiles_of(facts.thermal, robot, where)
+    nodes = tables.node_model_of(facts.thermal, profiles, where)
+    heat: NodeModel | NetworkModel = nodes
     if facts.thermal.model == "network":
-        heat, profiles = tables.network(facts.thermal, robot, nodes, where)
-    return heat, profiles, tables.growth(robot, heat.names, heat.reference_rise, profiles)
+        heat, profiles = tables.network_of(facts.thermal, robot, nodes, where)
+    return heat, profiles, tables.growth_of(robot, heat.names, heat.reference_rise, profiles)

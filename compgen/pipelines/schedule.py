@@ -10,8 +10,8 @@ from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.thermal import Duty, JointMotion
 from compgen.thermal.drive_losses import mean_losses
-from compgen.thermal.network import Network
-from compgen.thermal.schedule import Shift, Step, expand
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.schedule import Shift, Step, expand_steps
 
 MOST_RUNS = 20_000
 
@@ -67,7 +67,7 @@ def plan(
     losses: dict[tuple[str, float], tuple[tuple[float, ...], tuple[float, ...]]] = {}
 
     def loss(name: str, feed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        if not isinstance(heat, Network):
+        if not isinstance(heat, NetworkModel):
             return (), ()
         if (name, feed) not in losses:
             losses[name, feed] = mean_losses(job.robot, heat.drives, programs.motion(name, feed))
@@ -82,7 +82,7 @@ def plan(
 
     spread = []
     for steps in parts_with_feeds:
-        pieces = expand(steps, shifts, clock, run_time)
+        pieces = expand_steps(steps, shifts, clock, run_time)
         clock += sum(d.duration for _, d in pieces)
         spread.append([(step, warmed(step, duty)) for step, duty in pieces])
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)

@@ -93,7 +93,7 @@ def late_rise(job: Job, delay: Array | float, time: Array, state: Array, clock: 
         (..., M, K) [K].
     """
     heat, delay = job.heat, np.asarray(delay)
-    goal = heat.goal(job.standing)
+    goal = heat.steady_state(job.standing)
     change = goal + (state - goal) * np.exp(-delay[..., None] * heat.rate) - state
     later = np.exp(-time[..., None] * heat.rate)
     if job.air.is_still:

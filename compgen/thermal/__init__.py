@@ -1,25 +1,25 @@
 """Temperature over time: what the cell did, and how warm that left each part of the robot."""
 
-from compgen.thermal.ambient import Ambient, still
+from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.integration import after, during, history, opening, states_at
-from compgen.thermal.model import Heat
+from compgen.thermal.integration import initial_state, rise_history, rises_during, state_after, states_at
+from compgen.thermal.model import ThermalModel
 from compgen.thermal.node_model import NodeModel
 from compgen.thermal.profiles import Profile, Section, growth_weights
 
 __all__ = [
     "Ambient",
     "Duty",
-    "Heat",
     "JointMotion",
     "NodeModel",
     "Profile",
     "Section",
-    "after",
-    "during",
+    "ThermalModel",
     "growth_weights",
-    "history",
-    "opening",
+    "initial_state",
+    "rise_history",
+    "rises_during",
+    "state_after",
     "states_at",
-    "still",
+    "still_air",
 ]

@@ -91,6 +91,6 @@ class Ambient:
         return np.asarray(forced(time) - forced(np.array([start])) * fade)
 
 
-def still() -> Ambient:
+def still_air() -> Ambient:
     """Air that stays at the reference temperature."""
     return Ambient(np.zeros(1), np.zeros(1))

@@ -63,7 +63,7 @@ def loaded_arm(robot: Robot, drives: Drives) -> pin.Model:
     return model
 
 
-def torques(robot: Robot, drives: Drives, theta: Array, speed: Array, acceleration: Array) -> Array:
+def joint_torques(robot: Robot, drives: Drives, theta: Array, speed: Array, acceleration: Array) -> Array:
     """Joint torques, (M, 6) [rad], [rad/s], [rad/s2] to (M, 6) [N m]."""
     model = loaded_arm(robot, drives)
     data = model.createData()
@@ -71,7 +71,7 @@ def torques(robot: Robot, drives: Drives, theta: Array, speed: Array, accelerati
     return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration)]).reshape(-1, 6)
 
 
-def losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, Array]:
+def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, Array]:
     """Heat of each drive over a motion, and over standing still in its poses.
 
     Args:
@@ -95,8 +95,8 @@ def losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, Ar
         rate[1:] += change / 2
     # a stop's ramp lies between two waypoints: its mean is what counts, not the jump of the chord's speed
     limit = robot.acceleration
-    moved = torques(robot, drives, middle[some], speed[some], np.clip(rate[some], -limit, limit))
-    held = torques(robot, drives, middle[some], np.zeros((len(some), 6)), np.zeros((len(some), 6)))
+    moved = joint_torques(robot, drives, middle[some], speed[some], np.clip(rate[some], -limit, limit))
+    held = joint_torques(robot, drives, middle[some], np.zeros((len(some), 6)), np.zeros((len(some), 6)))
     power = drives.rated_power
     whole = np.array([np.interp(time, time[some], column) for column in (_copper(drives, moved)).T]).T
     still = np.array([np.interp(time, time[some], column) for column in (_copper(drives, held)).T]).T
@@ -106,7 +106,7 @@ def losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, Ar
 
 def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Means over the motion's time, moving and held, six each [W]."""
-    moving, held = losses(robot, drives, motion)
+    moving, held = segment_losses(robot, drives, motion)
     step = np.diff(motion.time) + 1e-12
     return tuple(np.average(moving, axis=0, weights=step).tolist()), tuple(
         np.average(held, axis=0, weights=step).tolist()

@@ -9,24 +9,28 @@ from collections.abc import Sequence
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
-from compgen.thermal.ambient import Ambient, still
+from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.model import Heat
+from compgen.thermal.model import ThermalModel
 
 LONG = 300.0  # time constants that one block of a sum may span
 ROWS = 1024  # output times at a time
 GONE = 45.0  # time constants after which nothing of a mode is left, exp(-45) = 3e-20
 
 
-def opening(heat: Heat, air: Ambient | None = None) -> Array:
+def initial_state(heat: ThermalModel, air: Ambient | None = None) -> Array:
     """State before any duty: what a log ends with, else cold and in balance with the air so far, (S,)."""
     if heat.start is not None:
         return heat.start
-    return np.asarray(heat.ambient * (air or still()).settled(heat.rate))
+    return np.asarray(heat.ambient * (air or still_air()).settled(heat.rate))
 
 
-def after(
-    heat: Heat, duties: Sequence[Duty], state: Array | None = None, air: Ambient | None = None, clock: float = 0.0
+def state_after(
+    heat: ThermalModel,
+    duties: Sequence[Duty],
+    state: Array | None = None,
+    air: Ambient | None = None,
+    clock: float = 0.0,
 ) -> Array:
     """State after duties in turn.
 
@@ -40,17 +44,17 @@ def after(
     Returns:
         (S,).
     """
-    z = opening(heat, air) if state is None else np.asarray(state)
+    z = initial_state(heat, air) if state is None else np.asarray(state)
     total = sum(d.duration for d in duties)
-    goals = {duty: heat.goal(duty) for duty in set(duties)}
+    goals = {duty: heat.steady_state(duty) for duty in set(duties)}
     for duty in duties:
         goal = goals[duty]
         z = goal + (z - goal) * np.exp(-duty.duration * heat.rate)
-    return np.asarray(z + heat.ambient * (air or still()).response(heat.rate, clock, np.array([clock + total]))[0])
+    return np.asarray(z + heat.ambient * (air or still_air()).response(heat.rate, clock, np.array([clock + total]))[0])
 
 
-def during(
-    heat: Heat, start: Array, motion: JointMotion, air: Ambient | None = None, clock: float = 0.0
+def rises_during(
+    heat: ThermalModel, start: Array, motion: JointMotion, air: Ambient | None = None, clock: float = 0.0
 ) -> tuple[Array, Array]:
     r"""Rises while a program runs.
 
@@ -68,7 +72,7 @@ def during(
     Returns:
         Rise at each waypoint (N, K) [K], and the state at the end (S,).
     """
-    goals, rate, time = heat.goals(motion), heat.rate, motion.time
+    goals, rate, time = heat.steady_states(motion), heat.rate, motion.time
     rises = np.empty((len(time), len(heat.outputs)))
     rises[0], z, first = heat.outputs @ start, np.asarray(start), 0
     while first < len(time) - 1:
@@ -87,7 +91,12 @@ def during(
 
 
 def states_at(
-    heat: Heat, start: Array, motion: JointMotion, which: IntArray, air: Ambient | None = None, clock: float = 0.0
+    heat: ThermalModel,
+    start: Array,
+    motion: JointMotion,
+    which: IntArray,
+    air: Ambient | None = None,
+    clock: float = 0.0,
 ) -> Array:
     """States at some waypoints of a program that runs.
 
@@ -103,7 +112,7 @@ def states_at(
         (P, S).
     """
     time, rate, last = motion.time, heat.rate, int(which[-1])
-    goals = heat.goals(motion) if last else np.zeros((0, len(rate)))
+    goals = heat.steady_states(motion) if last else np.zeros((0, len(rate)))
     states = {0: np.asarray(start)}
     edges = np.unique(np.append(which, np.arange(0, last + 1, ROWS)))
     for a, b in zip(edges.tolist(), edges[1:].tolist()):  # seen from the end of a stretch what was before has faded
@@ -117,8 +126,8 @@ def states_at(
     return found
 
 
-def history(
-    heat: Heat,
+def rise_history(
+    heat: ThermalModel,
     duties: Sequence[Duty],
     time: Array,
     state: Array | None = None,
@@ -138,11 +147,11 @@ def history(
     Returns:
         (M, K) [K].
     """
-    z = opening(heat, air) if state is None else np.asarray(state)
+    z = initial_state(heat, air) if state is None else np.asarray(state)
     duties = duties or [Duty("off", 0.0, 0.0)]
     outputs, rate = heat.outputs, heat.rate
     out = np.empty((len(time), len(outputs)))
-    goals = {duty: heat.goal(duty) for duty in set(duties)}
+    goals = {duty: heat.steady_state(duty) for duty in set(duties)}
     levels = {duty: outputs @ goal for duty, goal in goals.items()}
     step = (time[-1] - time[0]) / max(len(time) - 1, 1) if len(time) else 0.0
     even = len(time) > 1 and bool(np.abs(np.diff(time) - step).max() <= 1e-12 * time[-1])

@@ -21,8 +21,8 @@ from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.thermal.ambient import Ambient
-from compgen.thermal.model import Heat
-from compgen.thermal.network import Network
+from compgen.thermal.model import ThermalModel
+from compgen.thermal.network import NetworkModel
 from compgen.thermal.node_model import NodeModel
 
 BLOCKS = 24  # within the log
@@ -34,7 +34,7 @@ PATTERN = 0.1  # weight of a working robot's proportions
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Log:
+class TemperatureLog:
     """Readings as rises above the reference; nan where there is none."""
 
     time: Array  # (M,) [s] rising
@@ -46,16 +46,16 @@ class Log:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Explained:
+class LogFit:
     """What the log means to a model."""
 
-    heat: NodeModel | Network  # which begins with the state at the log's end
+    heat: NodeModel | NetworkModel  # which begins with the state at the log's end
     time: Array  # (T,) [s] of the samples used
     rise: Array  # (T, K) [K] all named rises over the log
     off: Mapping[str, float]  # [K] rms of each sensor's readings against it
 
 
-def explain(log: Log, heat: NodeModel | Network, loss: tuple[float, ...] = ()) -> Explained:
+def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[float, ...] = ()) -> LogFit:
     """The model with the state at the log's end.
 
     Args:
@@ -73,7 +73,7 @@ def explain(log: Log, heat: NodeModel | Network, loss: tuple[float, ...] = ()) -
     if time[-1] <= 0 or not log.readings:
         raise InputError("log: it needs two readings of one sensor at least")
     grid = np.linspace(0.0, time[-1], min(SAMPLES, len(time)))
-    goals, pattern = _sources(heat, loss)
+    goals, pattern = _heat_sources(heat, loss)
     count = max(1, min(BLOCKS, len(grid) // 8))
     edges = np.concatenate([[-np.inf, -PAST], np.linspace(0.0, time[-1], count + 1)])
     count += 2
@@ -92,7 +92,7 @@ def explain(log: Log, heat: NodeModel | Network, loss: tuple[float, ...] = ()) -
         values.append(mean - breath[hits > 0] @ row)
         owner.append(np.full(len(mean), k))
     A, y, which = np.vstack(rows), np.concatenate(values), np.concatenate(owner)
-    extra = _wishes(count, goals, heat, pattern) * np.sqrt(len(y) / (count * len(pattern)))
+    extra = _regularization(count, goals, heat, pattern) * np.sqrt(len(y) / (count * len(pattern)))
     weight = np.ones(len(y))
     for _ in range(20):
         big = np.vstack([A * weight[:, None], extra])
@@ -102,16 +102,16 @@ def explain(log: Log, heat: NodeModel | Network, loss: tuple[float, ...] = ()) -
     amplitude = found.reshape(count, len(pattern))
     path = np.einsum("tsbm,bm->ts", states, amplitude) + breath
     rms = {name: float(np.sqrt(np.mean(off[which == k] ** 2))) for k, name in enumerate(log.readings)}
-    return Explained(replace(heat, start=path[-1]), log.time[0] + grid, path @ heat.outputs.T, rms)
+    return LogFit(replace(heat, start=path[-1]), log.time[0] + grid, path @ heat.outputs.T, rms)
 
 
-def _sources(heat: NodeModel | Network, loss: tuple[float, ...]) -> tuple[Array, Array]:
+def _heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tuple[Array, Array]:
     """Goals of one unit of each source (m, S), and a working robot's proportions (m,)."""
-    if isinstance(heat, Network):
+    if isinstance(heat, NetworkModel):
         kinds = np.unique(heat.volumes.power, axis=0)
         kinds = kinds[kinds.any(axis=1)]  # one row per heated housing
         working = kinds @ (np.array(loss) if loss else heat.drives.rated_power)
-        goals = np.array([heat.goal_of(100.0 * k / k.sum()) for k in kinds])  # of 100 W in a housing
+        goals = np.array([heat.steady_state_of(100.0 * k / k.sum()) for k in kinds])  # of 100 W in a housing
         return goals, working / np.linalg.norm(working)
     return np.eye(len(heat.tau)), heat.reference_rise / np.linalg.norm(heat.reference_rise)
 
@@ -126,7 +126,7 @@ def _responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:
     return out
 
 
-def _wishes(count: int, goals: Array, heat: Heat, pattern: Array) -> Array:
+def _regularization(count: int, goals: Array, heat: ThermalModel, pattern: Array) -> Array:
     """Rows that ask for little change from block to block and for a working robot's proportions."""
     m = len(pattern)
     size = np.diag(np.abs(heat.outputs @ goals.T).max(axis=0))  # [K] of one unit

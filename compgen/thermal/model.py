@@ -14,7 +14,7 @@ from compgen.core.arrays import Array
 from compgen.thermal.duty import Duty, JointMotion
 
 
-class Heat(Protocol):
+class ThermalModel(Protocol):
     """A thermal model with S modes and K named rises."""
 
     @property
@@ -47,18 +47,18 @@ class Heat(Protocol):
         """State that a log ends with, (S,); None: the robot is cold, in balance with the air."""
         ...
 
-    def goal(self, duty: Duty) -> Array:
+    def steady_state(self, duty: Duty) -> Array:
         """State that a duty would reach in the end in air at the reference, (S,)."""
         ...
 
-    def goals(self, motion: JointMotion) -> Array:
+    def steady_states(self, motion: JointMotion) -> Array:
         """The same for each segment of a program, (N - 1, S)."""
         ...
 
-    def along(self, length: str, state: Array, x: Array) -> Array:
+    def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link ("a2", "d4", ...) at distances x (M,) [m] from its base end, (M,) [K]."""
         ...
 
-    def strays(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
+    def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
         """In words, where a job leaves the box in which the parameters were measured."""
         ...

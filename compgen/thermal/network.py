@@ -19,9 +19,9 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.units import HOUR, MM
 from compgen.robot.robot import Robot
-from compgen.thermal.drive_losses import Drives, losses, mean_losses
+from compgen.thermal.drive_losses import Drives, mean_losses, segment_losses
 from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.model import Heat
+from compgen.thermal.model import ThermalModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Volumes:
         )  # fmt: skip
 
 
-def assemble(bodies: Sequence[Body], housings: Sequence[Housing], floor: float) -> Volumes:
+def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor: float) -> Volumes:
     """The row body, housing, body, housing, ..., body.
 
     Args:
@@ -107,7 +107,7 @@ def assemble(bodies: Sequence[Body], housings: Sequence[Housing], floor: float) 
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Network:
+class NetworkModel:
     """The network in its modes, behind the contract of ``contract.Heat``."""
 
     names: tuple[str, ...]
@@ -143,23 +143,23 @@ class Network:
         """State of given volumes' rises, (V,) [K] to (V,)."""
         return np.asarray(self.to_volumes.T @ (self.volumes.capacity * rise))
 
-    def goal_of(self, power: Array) -> Array:
+    def steady_state_of(self, power: Array) -> Array:
         """State that steady losses (..., 6) [W] lead to, (..., V)."""
         return np.asarray(power @ self.volumes.power.T @ self.to_volumes / self.rate)
 
-    def goal(self, duty: Duty) -> Array:
+    def steady_state(self, duty: Duty) -> Array:
         """State that a duty would reach in the end, (V,)."""
         if duty.state == "off":
             return np.zeros(len(self.rate))
         if not duty.loss:
             raise ValueError("a duty of the network needs its losses")
-        return self.goal_of(np.array(duty.loss))
+        return self.steady_state_of(np.array(duty.loss))
 
-    def goals(self, motion: JointMotion) -> Array:
+    def steady_states(self, motion: JointMotion) -> Array:
         """The same for each segment of a program, from its own joint speeds and torques, (N - 1, V)."""
-        return self.goal_of(losses(self.robot, self.drives, motion)[0])
+        return self.steady_state_of(segment_losses(self.robot, self.drives, motion)[0])
 
-    def along(self, length: str, state: Array, x: Array) -> Array:
+    def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a body, from volume to volume, (M,) [m] to (M,) [K]; zero where the network has none."""
         rise = self.to_volumes @ state
         for k, body in enumerate(self.bodies):
@@ -168,7 +168,7 @@ class Network:
                 return np.asarray(np.interp(x, self.volumes.place[mine], rise[mine]))
         return np.zeros(len(x))
 
-    def strays(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
+    def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
         """In words, where a job leaves the box in which the parameters were measured."""
         found = []
         low, high = self.box_feed / MM
@@ -184,7 +184,7 @@ class Network:
         return found
 
 
-def modes(volumes: Volumes) -> tuple[Array, Array]:
+def modal_form(volumes: Volumes) -> tuple[Array, Array]:
     """Rates (V,) [1/s], and C^-1/2 Q (V, V)."""
     root = 1 / np.sqrt(volumes.capacity)
     matrix = volumes.laplacian + np.diag(volumes.film)
@@ -192,7 +192,7 @@ def modes(volumes: Volumes) -> tuple[Array, Array]:
     return rate, root[:, None] * vectors
 
 
-def energy(network: Network, power: Array, start: Array, duration: float) -> tuple[float, float, float]:
+def energy_balance(network: NetworkModel, power: Array, start: Array, duration: float) -> tuple[float, float, float]:
     """Heat in, heat out and heat stored over a stretch of constant losses in still air, exactly [J].
 
     Args:
@@ -204,7 +204,7 @@ def energy(network: Network, power: Array, start: Array, duration: float) -> tup
     Returns:
         In, out and stored; in = out + stored.
     """
-    goal = network.goal_of(power)
+    goal = network.steady_state_of(power)
     gone = -np.expm1(-network.rate * duration)
     mean = goal * duration + (start - goal) * gone / network.rate
     out = float(network.volumes.film @ (network.to_volumes @ mean))
@@ -212,7 +212,7 @@ def energy(network: Network, power: Array, start: Array, duration: float) -> tup
     return float((network.volumes.power @ power).sum() * duration), out, float(network.volumes.capacity @ change)
 
 
-def powered(heat: Heat, duties: Sequence[Duty], motion: JointMotion) -> list[Duty]:
+def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion) -> list[Duty]:
     """Duties with the losses of a program that ran at their feeds, where the model asks for them.
 
     Args:
@@ -220,7 +220,7 @@ def powered(heat: Heat, duties: Sequence[Duty], motion: JointMotion) -> list[Dut
         duties: In order.
         motion: The program as it is driven; at another feed it takes its time in proportion.
     """
-    if not isinstance(heat, Network):
+    if not isinstance(heat, NetworkModel):
         return list(duties)
     spent = np.diff(motion.time)
     own = float(np.average(motion.driven, weights=spent)) if spent.sum() > 0 else 0.0

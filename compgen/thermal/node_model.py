@@ -19,8 +19,8 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.units import HOUR, MM
 from compgen.thermal.duty import Duty, JointMotion
-from compgen.thermal.integration import after, opening
-from compgen.thermal.profiles import Profile, rise_along
+from compgen.thermal.integration import initial_state, state_after
+from compgen.thermal.profiles import Profile, profile_rise
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,28 +69,28 @@ class NodeModel:
         rises = full * (self.idle + (1 - self.idle) * moving)
         return np.asarray(rises.take(np.searchsorted(some, feed), axis=0))
 
-    def goal(self, duty: Duty) -> Array:
+    def steady_state(self, duty: Duty) -> Array:
         """A of one duty, (K,) [K]."""
         return np.asarray(self.steady(duty.state, np.array([duty.feed]), duty.share)[0])
 
-    def goals(self, motion: JointMotion) -> Array:
+    def steady_states(self, motion: JointMotion) -> Array:
         """A of each segment of a program, (N - 1, K) [K]."""
         return self.steady("moving", motion.driven)
 
-    def after(self, duties: Sequence[Duty], start: Array | None = None) -> Array:
+    def rise_after(self, duties: Sequence[Duty], start: Array | None = None) -> Array:
         """Rise after duties in turn in still air, (K,) [K]."""
-        return after(self, duties, start)
+        return state_after(self, duties, start)
 
-    def along(self, length: str, state: Array, x: Array) -> Array:
+    def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link by its profile, (M,) [m] to (M,) [K]; zero where the link has none."""
         found = np.zeros(len(x))
         reference = dict(zip(self.names, self.reference_rise.tolist()))
         for profile in self.profiles:
             if profile.length == length:
-                found = rise_along(profile, reference, dict(zip(self.names, np.asarray(state).tolist())), x)
+                found = profile_rise(profile, reference, dict(zip(self.names, np.asarray(state).tolist())), x)
         return found
 
-    def strays(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
+    def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
         """In words, where a job leaves the box in which the parameters were measured."""
         found = []
         low, high = self.box_feed
@@ -111,9 +111,9 @@ class NodeModel:
                 f"{hours / HOUR:.2f} h of motion by the program's end exceed the {self.box_time / HOUR:g} h "
                 "the thermal parameters were measured over"
             )
-        peak, state = max(rise.max(), 0.0), opening(self)
+        peak, state = max(rise.max(), 0.0), initial_state(self)
         for duty in duties:
-            state = after(self, [duty], state)
+            state = state_after(self, [duty], state)
             peak = max(peak, state.max())
         if peak > self.box_rise:
             found.append(f"a rise of {peak:.1f} K is above the {self.box_rise:g} K measured")

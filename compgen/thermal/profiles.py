@@ -64,7 +64,7 @@ def growth_weights(profile: Profile, reference_rise: Mapping[str, float], nodes:
     return weights
 
 
-def rise_along(profile: Profile, reference: Mapping[str, float], rise: Mapping[str, float], x: Array) -> Array:
+def profile_rise(profile: Profile, reference: Mapping[str, float], rise: Mapping[str, float], x: Array) -> Array:
     """Rise at distances x (M,) [m] from a link's base end, held beyond its ends, (M,) [K]."""
     out = np.empty(len(x))
     for k, s in enumerate(profile.sections):

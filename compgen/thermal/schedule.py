@@ -9,7 +9,7 @@ from compgen.core.units import HOUR
 from compgen.thermal.ambient import DAY
 from compgen.thermal.duty import Duty
 
-MOST = 200_000  # stretches
+MAX_STRETCHES = 200_000  # stretches
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Shift:
     breaks: tuple[tuple[float, float], ...] = ()  # [s] of the day
 
 
-def expand(
+def expand_steps(
     steps: Sequence[Step], shifts: Sequence[Shift], clock: float, run_time: Callable[[Step], float]
 ) -> list[tuple[Step, Duty]]:
     """Stretches of constant duty, in order, each with the step it comes from.
@@ -62,15 +62,17 @@ def expand(
             if len(pair) == 1:
                 mine = [replace(run, duration=run.duration * step.repeat)]
             else:
-                mine = pair * min(step.repeat, MOST)
+                mine = pair * min(step.repeat, MAX_STRETCHES)
         else:
             mine = [Duty(step.state, step.feed, step.duration or 0.0, step.share)]
         if step.shifts:
             mine = [piece for duty in mine for piece in _in_shifts(duty, shifts, clock)]
         clock += sum(d.duration for d in mine)
         out += [(step, d) for d in mine]
-        if len(out) > MOST:
-            raise InputError(f"{step.key}: over {MOST} stretches of duty; say it as a duration_h with a duty ratio")
+        if len(out) > MAX_STRETCHES:
+            raise InputError(
+                f"{step.key}: over {MAX_STRETCHES} stretches of duty; say it as a duration_h with a duty ratio"
+            )
     return out
 
 

@@ -30,7 +30,7 @@ from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_coupling import JointCoupling
 from compgen.error_model.sources.joint_zeros import JointZeros
-from compgen.error_model.sources.link_offsets import LinkOffsets, parallel
+from compgen.error_model.sources.link_offsets import LinkOffsets, parallel_axes
 from compgen.error_model.sources.measured_map import AxisMap, _basis_expr
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
@@ -185,7 +185,7 @@ def test_link_offsets_move_and_turn_what_follows(cell, field, row, turn, move):
 
 
 def test_hayati_angles_belong_to_parallel_axes(cell):
-    assert parallel(cell.robot.alpha).tolist() == [False, True, False, False, False, False]
+    assert parallel_axes(cell.robot.alpha).tolist() == [False, True, False, False, False, False]
 
 
 def test_joint_zeros_turn_about_the_joints_axis(cell):

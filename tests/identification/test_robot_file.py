@@ -11,7 +11,7 @@ from compgen.core.units import MDEG
 from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_zeros import JointZeros
-from compgen.error_model.uncertainty import Known, prior_of
+from compgen.error_model.uncertainty import UncertainSource, prior_of
 from compgen.identification import robot_file
 from compgen.identification.robot_file import robot_text
 from compgen.pipelines.robot_file import arm_of, load_arm
@@ -67,7 +67,9 @@ def identified():
     zeros = JointZeros(np.array([0, -12.3456789012, 2e-6, 3, 4, 0]) * MDEG)
     waves = GearHarmonics(np.full((6, 2), MDEG / 3), np.zeros((6, 2)), np.ones(6))
     return [
-        Known(source, prior_of(source), {p.field: np.abs(getattr(source, p.field)) / 10 for p in source.PARAMETERS}, "")
+        UncertainSource(
+            source, prior_of(source), {p.field: np.abs(getattr(source, p.field)) / 10 for p in source.PARAMETERS}, ""
+        )
         for source in (zeros, waves)
     ]
 
@@ -127,7 +129,7 @@ def test_keys_keep_their_order_and_numbers_their_digits(arm):
 
 def test_a_value_that_stays_keeps_its_spelling(arm):
     source = JointZeros(np.array([0, 1.5, 2, 3, 4, 0]) * MDEG)
-    known = [Known(source, prior_of(source), {"offset": np.full(6, 1e-6)}, "")]
+    known = [UncertainSource(source, prior_of(source), {"offset": np.full(6, 1e-6)}, "")]
     assert "offset_mdeg = [0, 1.50, 2, 3, 4, 0]  # pendant order" in written(arm, arm.text + SOURCES, known)
 
 
@@ -135,7 +137,7 @@ def test_sigmas_that_are_no_longer_known_go(arm):
     text = SOURCES + "[sources.hysteresis.sigma]\nbacklash_mdeg = 1\nwindup_urad_Nm = 2\n"
     with_bend = arm.text + text
     old = next(k for k in arm_of(tomllib.loads(with_bend), with_bend, "a").known if isinstance(k.source, Hysteresis))
-    known = [Known(old.source, old.prior, {"backlash": np.full(6, 1e-5)}, "")]
+    known = [UncertainSource(old.source, old.prior, {"backlash": np.full(6, 1e-5)}, "")]
     new = tomllib.loads(written(arm, with_bend, known))["sources"]["hysteresis"]
     assert set(new["sigma"]) == {"backlash_mdeg"}
 

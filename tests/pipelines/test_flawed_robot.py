@@ -164,7 +164,7 @@ def test_leaving_the_map_or_the_joints_is_told(robot):
     assert "z by up to 220.0 mm (203 to 1003 measured)" in told.message
     assert "sources.box" not in codes(planned.findings)
     narrow = replace(job, joint_box=np.array([[-90, 90], [-60, 20], *4 * [[-200, 200]]]) * DEG)
-    (box,) = validity.outside_joints(narrow.robot, narrow.joint_box, planned.theta)
+    (box,) = validity.joint_box_findings(narrow.robot, narrow.joint_box, planned.theta)
     assert "J2 by up to" in box.message
     assert "(-60 to 20)" in box.message
 
@@ -181,8 +181,8 @@ def test_an_unknown_start_is_told_until_it_has_faded(robot):
     swing = np.array([0, 0.2, 0.0])[:, None] * np.ones(6) + planned.theta[n]
     far = np.array([0, 0.5, 0.0])[:, None] * np.ones(3)
     start = (planned.model, swing, far, planned.rise[:3], planned.motion.at(slice(3)))
-    assert not validity.unknown_start(job.robot, job.sources, *start, np.array([False, False, True]))
-    assert validity.unknown_start(job.robot, job.sources, *start, np.array([True, True, True]))
+    assert not validity.unknown_start_findings(job.robot, job.sources, *start, np.array([False, False, True]))
+    assert validity.unknown_start_findings(job.robot, job.sources, *start, np.array([True, True, True]))
 
 
 def test_the_shipped_robot_has_growth_and_nothing_to_tell(job):

@@ -239,7 +239,7 @@ def test_the_window_of_a_page_is_how_long_one_may_wait_before_it(made):
     now, _ = planned.model.actual_pose(solution.theta[n:], planned.rise[n:])
 
     def added(wait):
-        late = job.heat.after([Duty("idle", 0.0, wait)], planned.rise[n])
+        late = job.heat.rise_after([Duty("idle", 0.0, wait)], planned.rise[n])
         rise = stepped(job.heat, late, time, planned.trajectory.driven[n:])
         moved, _ = planned.model.actual_pose(solution.theta[n:], rise)
         return np.linalg.norm(moved - now, axis=1).max()
@@ -339,7 +339,7 @@ def test_what_a_wait_does_counts_from_there_on():
     job, theta, n = planned.job, corrected.solution.theta, len(planned.path.arc) // 2
     window = generate.start_windows(planned, corrected.solution, np.array([n]))[0]
     assert window > corrected.start_window + 20
-    late = job.heat.after([Duty("idle", 0.0, window)], planned.rise[n])
+    late = job.heat.rise_after([Duty("idle", 0.0, window)], planned.rise[n])
     rise = stepped(
         job.heat, late, planned.trajectory.time[n:] - planned.trajectory.time[n], planned.trajectory.driven[n:]
     )

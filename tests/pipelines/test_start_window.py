@@ -8,7 +8,7 @@ from shipped import path_file, quiet
 from compgen.compensation.optimise import Solution, Status
 from compgen.pipelines import generate, start_window
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import JointMotion, during, states_at
+from compgen.thermal import JointMotion, rises_during, states_at
 
 AIR = 'ambient={kind="wave",value_degC=21,amplitude_K=2,period_h=24,peak_h=15}'
 
@@ -26,7 +26,7 @@ def one_by_one(planned, solution, first):
     some = np.unique(np.linspace(first, len(time) - 1, start_window.SAMPLES).astype(int))
     theta, rise, motion = solution.theta[some], planned.rise[some], planned.motion.at(some)
     driven = JointMotion(time[: first + 1], planned.theta[: first + 1], planned.trajectory.driven[:first])
-    state = during(job.heat, job.state(), driven, job.air, job.clock)[1] if first else job.state()
+    state = rises_during(job.heat, job.state(), driven, job.air, job.clock)[1] if first else job.state()
 
     def drift(delay):
         late = start_window.late_rise(job, delay, time[some] - time[first], state, job.clock + time[first])

@@ -11,8 +11,8 @@ from shipped import path_file
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import Duty, history
-from compgen.thermal.log_fit import Log, explain
+from compgen.thermal import Duty, rise_history
+from compgen.thermal.log_fit import TemperatureLog, fit_log
 
 PARTS = {"part_3": "j2", "part_4": "link1", "part_6": "j3", "part_11": "wrist"}
 SENSED = tuple(PARTS.values())
@@ -28,11 +28,11 @@ def truth(heat, time):
     """A day that the model itself lived: fast, then a rest, then slower."""
     slow = tuple(0.5 * p for p in LOSS)
     duties = [Duty("moving", 0.2, 3 * HOUR, loss=LOSS), Duty("off", 0.0, HOUR), Duty("moving", 0.05, HOUR, loss=slow)]
-    return history(heat, duties, time)
+    return rise_history(heat, duties, time)
 
 
 def log_of(heat, time, rises, names=SENSED):
-    return Log(time, np.zeros(len(time)), {n: rises[:, heat.names.index(n)].copy() for n in names})
+    return TemperatureLog(time, np.zeros(len(time)), {n: rises[:, heat.names.index(n)].copy() for n in names})
 
 
 def end_of(found):
@@ -42,7 +42,7 @@ def end_of(found):
 def test_a_clean_log_gives_back_the_state(heat):
     time = np.linspace(0, 5 * HOUR, 600)
     rises = truth(heat, time)
-    found = explain(log_of(heat, time, rises), heat, LOSS)
+    found = fit_log(log_of(heat, time, rises), heat, LOSS)
     seen = [heat.names.index(n) for n in PARTS.values()]
     assert_allclose(end_of(found)[seen], rises[-1][seen], atol=0.12)  # K
     assert_allclose(end_of(found), rises[-1], atol=0.35)  # also what no sensor sees
@@ -59,7 +59,7 @@ def test_noise_gaps_and_outliers_hardly_matter(heat):
         readings[rng.random(len(time)) < 0.01] += 40.0  # a loose contact
     log.readings["j3"][1200:1900] = np.nan  # an hour without
     log.readings["wrist"][-200:] = np.nan  # twenty minutes at the end without
-    found = explain(log, heat, LOSS)
+    found = fit_log(log, heat, LOSS)
     seen = [heat.names.index(n) for n in PARTS.values()]
     assert_allclose(end_of(found)[seen], rises[-1][seen], atol=0.25)  # K
     assert max(found.off.values()) < 5
@@ -70,16 +70,16 @@ def test_it_goes_on_from_there(heat):
     time = np.linspace(0, 3 * HOUR, 400)
     first = [Duty("moving", 0.2, 3 * HOUR, loss=LOSS)]
     later = [Duty("off", 0.0, 2 * HOUR)]
-    found = explain(log_of(heat, time, history(heat, first, time)), heat, LOSS)
-    whole = history(heat, [*first, *later], np.array([5 * HOUR]))[0]
+    found = fit_log(log_of(heat, time, rise_history(heat, first, time)), heat, LOSS)
+    whole = rise_history(heat, [*first, *later], np.array([5 * HOUR]))[0]
     seen = [heat.names.index(n) for n in PARTS.values()]
-    assert_allclose(history(found.heat, later, np.array([2 * HOUR]))[0][seen], whole[seen], atol=0.15)
+    assert_allclose(rise_history(found.heat, later, np.array([2 * HOUR]))[0][seen], whole[seen], atol=0.15)
 
 
 def test_two_sensors_still_give_a_whole_profile(heat):
     time = np.linspace(0, 5 * HOUR, 600)
     rises = truth(heat, time)
-    found = explain(log_of(heat, time, rises, ("j2", "j3")), heat, LOSS)
+    found = fit_log(log_of(heat, time, rises, ("j2", "j3")), heat, LOSS)
     assert_allclose(end_of(found), rises[-1], atol=1.6)  # K: from a working robot's proportions
     assert not np.allclose(end_of(found)[heat.names.index("wrist")], 0, atol=0.2)
 
@@ -163,7 +163,7 @@ def test_what_is_wrong_in_a_log_is_said(tmp_path, header, rows, words):
 
 def test_a_log_needs_readings(heat):
     with pytest.raises(InputError, match="two readings"):
-        explain(Log(np.array([0.0, 1.0]), np.zeros(2), {}), heat)
+        fit_log(TemperatureLog(np.array([0.0, 1.0]), np.zeros(2), {}), heat)
     with pytest.raises(InputError, match="no such rise"):
-        explain(Log(np.array([0.0, 1.0]), np.zeros(2), {"elbow": np.zeros(2)}), heat)
+        fit_log(TemperatureLog(np.array([0.0, 1.0]), np.zeros(2), {"elbow": np.zeros(2)}), heat)
     assert replace(heat, start=None).start is None

@@ -17,9 +17,9 @@ from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import Ambient, Duty, JointMotion, after, during, history
-from compgen.thermal.drive_losses import losses, torques
-from compgen.thermal.network import Body, Housing, assemble, energy, modes
+from compgen.thermal import Ambient, Duty, JointMotion, rise_history, rises_during, state_after
+from compgen.thermal.drive_losses import joint_torques, segment_losses
+from compgen.thermal.network import Body, Housing, assemble_volumes, energy_balance, modal_form
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robots"))
 import m710ic50_network_fit as network_fit
@@ -55,7 +55,7 @@ def test_agrees_with_a_stiff_solver(heat):
         Duty("off", 0.0, 2 * HOUR),
         Duty("moving", 0.1, 7 * HOUR, loss=tuple(0.4 * p for p in HOT)),
     ]
-    f, rise, t = derivative(heat, air), heat.to_volumes @ after(heat, [], air=air), 0.0
+    f, rise, t = derivative(heat, air), heat.to_volumes @ state_after(heat, [], air=air), 0.0
     jacobian = -(heat.volumes.laplacian + np.diag(heat.volumes.film)) / heat.volumes.capacity[:, None]
     seen, times = [], []
     for duty in duties:
@@ -73,7 +73,7 @@ def test_agrees_with_a_stiff_solver(heat):
             rise, t = found.y[:, -1], end
     every = replace(heat, probe=np.eye(len(heat.rate)), reference_rise=np.ones(len(heat.rate)))
     assert np.max(seen) > 5
-    assert_allclose(history(every, duties, np.array(times), air=air), seen, atol=1e-6)  # K
+    assert_allclose(rise_history(every, duties, np.array(times), air=air), seen, atol=1e-6)  # K
 
 
 def test_twelve_hours_of_a_hundred_volumes_every_second_are_a_hundred_times_faster(heat):
@@ -81,16 +81,16 @@ def test_twelve_hours_of_a_hundred_volumes_every_second_are_a_hundred_times_fast
     bodies = [
         Body(b.name, b.length, 19 if b.name != "d6" else 20, b.capacity, b.conductance, b.film) for b in heat.bodies
     ]
-    volumes = assemble(bodies, heat.housings, heat.floor)
+    volumes = assemble_volumes(bodies, heat.housings, heat.floor)
     assert len(volumes.capacity) == 100
-    rate, shapes = modes(volumes)
+    rate, shapes = modal_form(volumes)
     fine = replace(heat, volumes=volumes, rate=rate, to_volumes=shapes, probe=np.eye(100), reference_rise=np.ones(100))
     cycle = [Duty("moving", 0.2, 154.0, loss=HOT), Duty("idle", 0.0, 40.0, loss=(0.0, 25.0, 8.0, 0.0, 0.0, 0.0))]
     duties, times = cycle * 223, np.arange(12 * 3600 + 1.0)
     spent = []
     for _ in range(12):  # the least of them: neighbours on the machine cost a short run more than a long one
         begin = time.process_time()
-        ours = history(fine, duties, times)
+        ours = rise_history(fine, duties, times)
         spent.append(time.process_time() - begin)
     f = derivative(fine)
     jacobian = -(volumes.laplacian + np.diag(volumes.film)) / volumes.capacity[:, None]
@@ -115,16 +115,16 @@ def test_energy_balance_closes(heat):
     power = np.array(HOT)
     for duration in (60.0, HOUR, 100 * HOUR):
         start = heat.state_of(np.linspace(-1, 8, len(heat.rate)))
-        came, went, stayed = energy(heat, power, start, duration)
+        came, went, stayed = energy_balance(heat, power, start, duration)
         assert came == pytest.approx(sum(HOT) * duration, rel=1e-12)
         assert abs(came - went - stayed) <= 1e-9 * (abs(came) + abs(went) + abs(stayed))
     # what is stored and what leaves is seen by the outputs as well, not only by the same formula
-    end = after(heat, [Duty("moving", 0.2, HOUR, loss=HOT)], start)
-    _, went, stayed = energy(heat, power, start, HOUR)
+    end = state_after(heat, [Duty("moving", 0.2, HOUR, loss=HOT)], start)
+    _, went, stayed = energy_balance(heat, power, start, HOUR)
     assert heat.volumes.capacity @ heat.to_volumes @ (end - start) == pytest.approx(stayed, rel=1e-9)
     every = replace(heat, probe=np.eye(len(heat.rate)), reference_rise=np.ones(len(heat.rate)))
     x, w = np.polynomial.legendre.leggauss(200)
-    rises = history(every, [Duty("moving", 0.2, HOUR, loss=HOT)], (x + 1) / 2 * HOUR, start)
+    rises = rise_history(every, [Duty("moving", 0.2, HOUR, loss=HOT)], (x + 1) / 2 * HOUR, start)
     assert went == pytest.approx(float(w @ (rises @ heat.volumes.film)) * HOUR / 2, rel=1e-6)
 
 
@@ -132,7 +132,7 @@ def test_a_bar_heated_at_one_end_takes_its_textbook_shape():
     """A fin of 1 m, housings that weigh nothing at its ends: T = q cosh(m (L - x)) / (k A m sinh(m L))."""
     k, film, q = 2.0, 3.0, 10.0  # W m/K, W/K, W
     bodies = [Body("a", 1e-3, 1, 1e-6, 1e3, 0.0), Body("fin", 1.0, 400, 100.0, k, film)]
-    volumes = assemble(bodies, [Housing("end", 1e-6, 0.0, 1e-9, 1e9, (0,))], 1e-12)
+    volumes = assemble_volumes(bodies, [Housing("end", 1e-6, 0.0, 1e-9, 1e9, (0,))], 1e-12)
     matrix = volumes.laplacian + np.diag(volumes.film)
     rise = np.linalg.solve(matrix, volumes.power @ np.array([q, 0, 0, 0, 0, 0]))
     fin = volumes.part == 2
@@ -159,11 +159,11 @@ def test_shipped_parameters_are_the_fit(heat):
 def test_first_three_hours_are_linear_and_sixteen_cool(warm, heat):
     duty = warm.before[0]
     hours = np.linspace(0, 3, 60)
-    rises = history(heat, [replace(duty, duration=3 * HOUR)], hours * HOUR)
+    rises = rise_history(heat, [replace(duty, duration=3 * HOUR)], hours * HOUR)
     for name in ("j2", "j3", "link1", "wrist"):
         seen = rises[:, heat.names.index(name)]
         assert np.abs(seen - np.polyval(np.polyfit(hours, seen, 1), hours)).max() <= 0.4  # K
-    left = heat.outputs @ after(heat, [duty, Duty("off", 0.0, 16 * HOUR)])
+    left = heat.outputs @ state_after(heat, [duty, Duty("off", 0.0, 16 * HOUR)])
     assert left[heat.names.index("j3")] <= 1.6  # K
     assert left[heat.names.index("j2")] <= 1.6
 
@@ -188,7 +188,7 @@ def test_torques_are_those_of_hanging_masses(warm, heat):
         ends = [model.nominal_pose(theta + s * h * np.eye(6)[i])[0][:, 2] for s in (1, -1)]
         twin_height.append((ends[0] - ends[1]) / (2 * h))
     expected = 9.81 * heat.drives.payload_mass * np.array(twin_height).T
-    assert_allclose(torques(warm.robot, load, theta, still, still), expected, atol=1e-4)
+    assert_allclose(joint_torques(warm.robot, load, theta, still, still), expected, atol=1e-4)
 
 
 def test_losses_are_power_times_shares(warm, heat):
@@ -197,7 +197,7 @@ def test_losses_are_power_times_shares(warm, heat):
     time_ = np.linspace(0, 10, 50)
     theta = np.zeros((50, 6)) + warm.robot.pendant_zero
     theta[:, 0] = 0.3 * time_
-    moving, held = losses(warm.robot, weightless, JointMotion(time_, theta, np.ones(49)))
+    moving, held = segment_losses(warm.robot, weightless, JointMotion(time_, theta, np.ones(49)))
     share = 0.3 / warm.robot.speed[0]
     expected = 4300 * (heat.drives.coulomb * share + heat.drives.viscous * share**2)
     assert_allclose(moving[:, 0], expected, rtol=1e-9)
@@ -207,17 +207,17 @@ def test_losses_are_power_times_shares(warm, heat):
 
 def test_mean_of_a_program_warms_like_the_program(warm, heat):
     motion = plan_written_motion(warm, warm.feed).joint_motion
-    _, end = during(heat, after(heat, warm.before), motion)
+    _, end = rises_during(heat, state_after(heat, warm.before), motion)
     mean = replace(warm.before[0], duration=float(motion.time[-1]))
-    assert_allclose(heat.outputs @ end, heat.outputs @ after(heat, [*warm.before, mean]), atol=2e-3)  # K
+    assert_allclose(heat.outputs @ end, heat.outputs @ state_after(heat, [*warm.before, mean]), atol=2e-3)  # K
 
 
 def test_along_a_link_the_means_are_those_that_grow(heat, warm):
     state = warm.state()
     x = (np.arange(2000) + 0.5) / 2000 * 0.87
-    mean = heat.along("a2", state, x).mean()
+    mean = heat.rise_along("a2", state, x).mean()
     assert mean == pytest.approx((heat.outputs @ state)[heat.names.index("a2")], rel=0.01)
-    assert not heat.along("a3", state, x).any()
+    assert not heat.rise_along("a3", state, x).any()
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,9 @@ from shipped import path_file
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR
 from compgen.pipelines.path_file import load_job
-from compgen.thermal import Ambient, after, history, still
+from compgen.thermal import Ambient, rise_history, state_after, still_air
 from compgen.thermal.ambient import DAY
-from compgen.thermal.schedule import Shift, Step, expand
+from compgen.thermal.schedule import Shift, Step, expand_steps
 
 PATH = path_file("line_y")
 
@@ -70,7 +70,7 @@ def test_shifts_move_rest_in_breaks_and_switch_off_between():
 
 
 def test_a_night_shift_goes_on_past_midnight():
-    pieces = expand(
+    pieces = expand_steps(
         [Step("k", "moving", 0.1, duration=DAY, shifts=True)], [Shift(22 * HOUR, 30 * HOUR)], 0.0, lambda s: 0.0
     )
     assert [(d.state, d.duration / HOUR) for _, d in pieces] == [("moving", 6), ("off", 16), ("moving", 2)]
@@ -83,7 +83,7 @@ def test_a_night_shift_goes_on_past_midnight():
 def test_stretches_add_up_to_what_was_said(steps, clock):
     told = [Step("k", "moving", 0.1, duration=h * HOUR, shifts=s) for h, s in steps]
     day = [Shift(6 * HOUR, 14 * HOUR, ((9 * HOUR, 9.5 * HOUR),)), Shift(22 * HOUR, 29 * HOUR)]
-    pieces = expand(told, day, clock, lambda s: 0.0)
+    pieces = expand_steps(told, day, clock, lambda s: 0.0)
     assert sum(d.duration for _, d in pieces) == pytest.approx(sum(h for h, _ in steps) * HOUR, rel=1e-12)
     assert all(d.duration >= 0 for _, d in pieces)
 
@@ -172,7 +172,7 @@ def test_a_robot_that_has_long_stood_in_the_air_is_in_balance_with_it():
     wave = Ambient(np.zeros(1), np.array([1.0]), 2.0, DAY, 15 * HOUR)
     later = wave.settled(RATES) * np.exp(-RATES * DAY) + wave.response(RATES, 0.0, np.array([DAY]))[0]
     assert_allclose(later, wave.settled(RATES), atol=1e-12)
-    assert not still().settled(RATES).any()
+    assert not still_air().settled(RATES).any()
 
 
 def test_a_warmer_hall_warms_the_robot_by_as_much(job):
@@ -197,7 +197,7 @@ def test_history_passes_through_the_states_after_each_duty(job):
         'ambient={kind="wave", amplitude_K=1.5}',
     )
     ends = np.cumsum([d.duration for d in day.before])
-    seen = history(heat, day.before, np.concatenate([[0.0], ends]), air=day.air)
+    seen = rise_history(heat, day.before, np.concatenate([[0.0], ends]), air=day.air)
     for n in range(4):
-        assert_allclose(seen[n], after(heat, day.before[:n], air=day.air), atol=1e-12)
+        assert_allclose(seen[n], state_after(heat, day.before[:n], air=day.air), atol=1e-12)
     assert_allclose(seen[-1], day.start_rise())

@@ -11,7 +11,7 @@ from compgen.core.evaluation import evaluate
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
-from compgen.thermal import Duty, JointMotion, during
+from compgen.thermal import Duty, JointMotion, rises_during
 from compgen.verification.twin import TwinError
 from compgen.verification.twin.clock import _ramp
 from compgen.verification.twin.nominal_arm import AGREE, build_fly, disagreement
@@ -59,7 +59,7 @@ def test_heat_is_the_nodes_own_equation(ridden):
     # against the closed sum of the planner, on the twin's own clock and driven speeds
     length, spent = speeds, np.diff(ride.time[at])
     motion = JointMotion(ride.time[at], ride.theta[at], length / spent)
-    expected, _ = during(job.heat, ride.rise[0], motion)
+    expected, _ = rises_during(job.heat, ride.rise[0], motion)
     assert_allclose(ride.rise[at], expected, atol=1e-9)
 
 

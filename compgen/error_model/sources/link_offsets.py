@@ -64,7 +64,7 @@ class LinkOffsets:
 
         The frames of instrument and reflectors hold the first d and the last row.
         """
-        hayati = parallel(visible.robot.alpha)
+        hayati = parallel_axes(visible.robot.alpha)
         return [
             *(Entry("d", (i,)) for i in range(1, 5) if not hayati[i]),
             *(Entry("a", (i,)) for i in range(5)),
@@ -80,7 +80,7 @@ class LinkOffsets:
         )
 
 
-def parallel(alpha: Array) -> BoolArray:
+def parallel_axes(alpha: Array) -> BoolArray:
     """Rows whose twist leaves the next axis parallel, where beta takes the place of d, (6,); never the last."""
     found = np.abs(np.sin(alpha)) < PARALLEL
     found[5] = False

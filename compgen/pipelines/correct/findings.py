@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.findings import Finding, Level
 from compgen.core.units import KB, MM, UM
-from compgen.error_model.validity import outside_joints, outside_map, unknown_start
+from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.editing.numbers import decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
@@ -72,8 +72,8 @@ def _source_findings(result: Correction) -> list[Finding]:
         return []
     poses = plan.poses
     findings = [
-        *outside_map(cell.sources, poses.position[rows]),
-        *outside_joints(cell.robot, cell.joint_box, poses.theta[rows]),
+        *map_findings(cell.sources, poses.position[rows]),
+        *joint_box_findings(cell.robot, cell.joint_box, poses.theta[rows]),
     ]
     known = np.flatnonzero(plan.drive.pose >= 0)
     known = known[np.isfinite(poses.theta[plan.drive.pose[known]]).all(axis=1)]
@@ -82,7 +82,7 @@ def _source_findings(result: Correction) -> list[Finding]:
     model = error_models(cell, poses, first)[int(poses.tool[first[0]])]
     motion = station_directions(cell, poses, plan.drive)[0].at(known)
     start = (poses.theta[at], poses.position[at], plan.stations.rise[known], motion, plan.free[known])
-    return [*findings, *unknown_start(cell.robot, cell.sources, model, *start)]
+    return [*findings, *unknown_start_findings(cell.robot, cell.sources, model, *start)]
 
 
 def _scope_findings(result: Correction) -> list[Finding]:
@@ -166,7 +166,7 @@ def _heat_findings(result: Correction) -> list[Finding]:
     run = drive.duration > 0
     if run.any() and np.nansum(drive.length) > 0:
         feed = float(np.nansum(drive.length[run]) / drive.duration[run].sum())
-        messages = heat.strays(result.before, round(feed, 4), float(stations.time[-1]), stations.rise)
+        messages = heat.extrapolations(result.before, round(feed, 4), float(stations.time[-1]), stations.rise)
         findings += [Finding(Level.WARNING, "thermal.box", message) for message in messages]
     return findings
 

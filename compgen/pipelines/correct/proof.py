@@ -12,8 +12,8 @@ from compgen.fanuc.analysis.stations import commanded, on_the_way, samples
 from compgen.fanuc.analysis.traversal import Drive
 from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.job import Cell
-from compgen.thermal import Duty, opening
-from compgen.thermal.network import powered
+from compgen.thermal import Duty, initial_state
+from compgen.thermal.network import with_losses
 from compgen.verification.twin import Twin
 from compgen.verification.twin_of import flaws_of
 
@@ -78,11 +78,11 @@ def _rise_at_samples(
 ) -> tuple[Array, Array]:
     """Time (M,) [s] and rise (M, K) [K] of samples, stepping each mode through every pause and way."""
     rate, motion = cell.heat.rate, heat_motion(poses, drive)
-    goals = cell.heat.goals(motion)
+    goals = cell.heat.steady_states(motion)
     pause_goals, way_goals = goals[0::2], goals[1::2]
-    time, state = 0.0, opening(cell.heat)
-    for duty in powered(cell.heat, before, motion):
-        goal = cell.heat.goal(duty)
+    time, state = 0.0, initial_state(cell.heat)
+    for duty in with_losses(cell.heat, before, motion):
+        goal = cell.heat.steady_state(duty)
         state = goal - (goal - state) * np.exp(-duty.duration * rate)
     begin, start = np.empty(len(drive.pose)), np.empty((len(drive.pose), len(rate)))
     for s, (pause, way) in enumerate(zip(drive.pause.tolist(), drive.duration.tolist())):

@@ -22,8 +22,8 @@ from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.job import Cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 from compgen.robot.joint_path import nearest_turns
-from compgen.thermal import Duty, JointMotion, after, during
-from compgen.thermal.network import powered
+from compgen.thermal import Duty, JointMotion, rises_during, state_after
+from compgen.thermal.network import with_losses
 
 ITERATIONS = 6  # of c <- c - e(c)
 SAME_PLACE = 1e-6  # [m]
@@ -49,7 +49,7 @@ def rise_at_stations(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Du
     During a pause the robot stands with its servo on.
     """
     motion = heat_motion(poses, drive)
-    rise, _ = during(cell.heat, after(cell.heat, powered(cell.heat, before, motion)), motion)
+    rise, _ = rises_during(cell.heat, state_after(cell.heat, with_losses(cell.heat, before, motion)), motion)
     return motion.time[2::2], rise[2::2], rise[0]
 
 

@@ -17,7 +17,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.job import Job
 from compgen.pipelines.start_window import late_rise
 from compgen.pipelines.study.evaluate import displacement, lay_out, ridden
-from compgen.thermal import Ambient, Duty, after, during, history
+from compgen.thermal import Ambient, Duty, rise_history, rises_during, state_after
 
 LONGEST = 48.0 * HOUR
 MOST_PASSES = 6
@@ -45,7 +45,9 @@ def warmup(job: Job, limit: float) -> Answer:
 
     def drift(duration: float) -> float:
         duties = (*start, replace(moving, duration=duration))
-        rises, _ = during(job.heat, after(job.heat, duties, air=job.air), geometry.motion, job.air, _clock(duties))
+        rises, _ = rises_during(
+            job.heat, state_after(job.heat, duties, air=job.air), geometry.motion, job.air, _clock(duties)
+        )
         return _largest(displacement(job, geometry, rises[-1]) - displacement(job, geometry, rises[0]))
 
     hours = np.concatenate([np.linspace(0, 4, 17), np.arange(5.0, 49.0)])
@@ -126,7 +128,7 @@ def steady(job: Job, limit: float) -> Answer:
     geometry, moving = lay_out(job), _moving(job)
     thin = geometry.thinned(200)
     hours = np.concatenate([np.linspace(0, 12, 49), np.linspace(13, 96, 84)])
-    rises = history(job.heat, [replace(moving, duration=1e9)], np.append(hours, 2000.0) * HOUR)
+    rises = rise_history(job.heat, [replace(moving, duration=1e9)], np.append(hours, 2000.0) * HOUR)
     final = displacement(job, thin, rises[-1])
     errors = np.array([_largest(displacement(job, thin, r)) for r in rises[:-1]])
     gaps = np.array([_largest(displacement(job, thin, r) - final) for r in rises[:-1]])
@@ -158,14 +160,14 @@ def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job
         some = [g.thinned(150) for g in laid]
         for order in sorted(set(permutations(range(len(jobs)))), key=lambda o: o):
             state, clock, worst, spent = (
-                after(paced[0].heat, paced[0].before, air=paced[0].air),
+                state_after(paced[0].heat, paced[0].before, air=paced[0].air),
                 paced[0].clock,
                 0.0,
                 0.0,
             )
             for n in order:
                 motion = laid[n].motion
-                rises, end = during(paced[0].heat, state, motion, paced[0].air, clock + spent)
+                rises, end = rises_during(paced[0].heat, state, motion, paced[0].air, clock + spent)
                 at = np.array([np.interp(some[n].now, motion.time, c) for c in rises.T]).T
                 worst = max(worst, _largest(displacement(paced[n], some[n], at)))
                 state, spent = end, spent + float(motion.time[-1])

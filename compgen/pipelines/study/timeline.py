@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.pipelines.job import Job
 from compgen.pipelines.study.evaluate import displacement, lay_out
-from compgen.thermal import history
+from compgen.thermal import rise_history
 
 POINTS = 2000
 
@@ -46,8 +46,8 @@ def timeline(job: Job) -> Timeline:
     even = np.linspace(0.0, end, POINTS)
     time = np.unique(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))
     starts = job.clock + np.array(job.runs)
-    rise = history(job.heat, duties, time, air=job.air)
-    run_rise = history(job.heat, duties, starts, air=job.air)
+    rise = rise_history(job.heat, duties, time, air=job.air)
+    run_rise = rise_history(job.heat, duties, starts, air=job.air)
     thin = geometry.thinned(200)
     shifts = [displacement(job, thin, r) for r in run_rise]
     largest = [float(np.linalg.norm(s, axis=1).max()) for s in shifts]

@@ -1,16 +1,16 @@
 """The heat of a path file and a robot file, turned into the domain's words."""
 
-from compgen.thermal.tables.ambient import ambient, log
-from compgen.thermal.tables.duty import shifts, steps
-from compgen.thermal.tables.model import growth, network, node_model, profiles
+from compgen.thermal.tables.ambient import ambient_of, log_of
+from compgen.thermal.tables.duty import shifts_of, steps_of
+from compgen.thermal.tables.model import growth_of, network_of, node_model_of, profiles_of
 
 __all__ = [
-    "ambient",
-    "growth",
-    "log",
-    "network",
-    "node_model",
-    "profiles",
-    "shifts",
-    "steps",
+    "ambient_of",
+    "growth_of",
+    "log_of",
+    "network_of",
+    "node_model_of",
+    "profiles_of",
+    "shifts_of",
+    "steps_of",
 ]

@@ -10,15 +10,15 @@ from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import HOUR, MINUTE
-from compgen.thermal import Ambient, still
-from compgen.thermal.log_fit import Log
+from compgen.thermal import Ambient, still_air
+from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.tables import schema as sh
 
 COLDEST, HOTTEST = -20.0, 60.0  # degC that a robot's air may have
 HOTTEST_PART = 120.0  # degC
 
 
-def ambient(table: sh.AmbientTable, where: str) -> Ambient:
+def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
     """The air over time, from the first [[before]] on.
 
     Raises:
@@ -51,7 +51,7 @@ def ambient(table: sh.AmbientTable, where: str) -> Ambient:
         source = Path(where).parent / str(table.file)
         _, readings = read_temperatures(source)
         return Ambient(readings["time_s"], readings["ambient_degC"] - zero)
-    return Ambient(np.zeros(1), np.array([level])) if level else still()
+    return Ambient(np.zeros(1), np.array([level])) if level else still_air()
 
 
 def read_temperatures(source: Path) -> tuple[CsvTable, dict[str, Array]]:
@@ -90,7 +90,7 @@ def read_temperatures(source: Path) -> tuple[CsvTable, dict[str, Array]]:
     return table, readings
 
 
-def log(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: str) -> Log:
+def log_of(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: str) -> TemperatureLog:
     """A thermocouple log as rises.
 
     Args:
@@ -135,4 +135,4 @@ def log(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: str)
     if len(time) < 2:
         raise InputError(f"{source}: one row only; a log needs two at least")
     level = {"start": float(np.median(air[early])), "ambient": None}.get(str(reference), reference)
-    return Log(time, np.zeros(len(air)) if level is None else air - float(str(level)), readings)
+    return TemperatureLog(time, np.zeros(len(air)) if level is None else air - float(str(level)), readings)

@@ -8,7 +8,7 @@ from compgen.thermal.schedule import Shift, Step, check_shifts
 from compgen.thermal.tables import schema as sh
 
 
-def steps(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: float) -> tuple[Step, ...]:
+def steps_of(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: float) -> tuple[Step, ...]:
     """Entries of [[before]], [[cycle]] or [[after]].
 
     Raises:
@@ -54,7 +54,7 @@ def _feed(row: sh.StepTable, own_feed: float) -> float:
     return 0.0 if row.program else own_feed
 
 
-def shifts(rows: Sequence[sh.ShiftTable], where: str) -> tuple[Shift, ...]:
+def shifts_of(rows: Sequence[sh.ShiftTable], where: str) -> tuple[Shift, ...]:
     """The shifts of a day.
 
     Raises:

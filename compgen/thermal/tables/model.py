@@ -12,11 +12,11 @@ from compgen.robot.dh_lengths import DH_LENGTHS, dh_length
 from compgen.robot.robot import Robot
 from compgen.thermal import NodeModel, Profile, Section, growth_weights
 from compgen.thermal.drive_losses import Drives
-from compgen.thermal.network import Body, Housing, Network, assemble, modes
+from compgen.thermal.network import Body, Housing, NetworkModel, assemble_volumes, modal_form
 from compgen.thermal.tables import schema as sc
 
 
-def node_model(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: str) -> NodeModel:
+def node_model_of(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: str) -> NodeModel:
     """The study's model.
 
     Raises:
@@ -42,7 +42,7 @@ def node_model(table: sc.ThermalTable, profiles: tuple[Profile, ...], where: str
     )
 
 
-def profiles(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Profile, ...]:
+def profiles_of(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Profile, ...]:
     """Profiles along the heated lengths.
 
     Raises:
@@ -81,9 +81,9 @@ def _cte(thermal: sc.ThermalTable, length: str, where: str) -> float:
     return cte[length]
 
 
-def network(
+def network_of(
     thermal: sc.ThermalTable, robot: Robot, nodes: NodeModel, where: str
-) -> tuple[Network, tuple[Profile, ...]]:
+) -> tuple[NetworkModel, tuple[Profile, ...]]:
     """The conduction network, and profiles that take each heated length's mean from it.
 
     Raises:
@@ -122,7 +122,7 @@ def network(
     driven = sorted(d for h in housings for d in h.drives)
     if driven != list(range(6)):
         raise InputError(f"{key}.housing: drives {[d + 1 for d in driven]}; each of 1 to 6 must stand in one housing")
-    volumes = assemble(bodies, housings, table.floor_W_K)
+    volumes = assemble_volumes(bodies, housings, table.floor_W_K)
     heated = [p.length for p in thermal.profile]
     rows = {b.name: 2 * k for k, b in enumerate(bodies)} | {h.name: 2 * k + 1 for k, h in enumerate(housings)}
     if len(rows) != len(bodies) + len(housings):
@@ -146,8 +146,8 @@ def network(
             names.append(body.name)
     if len(set(names)) < len(names):
         raise InputError(f"{key}.probe: two rises have one name among {', '.join(names)}; rename a probe")
-    rate, shapes = modes(volumes)
-    model = Network(
+    rate, shapes = modal_form(volumes)
+    model = NetworkModel(
         names=tuple(names),
         robot=robot,
         drives=Drives(
@@ -185,7 +185,7 @@ def network(
     return model, means
 
 
-def growth(robot: Robot, names: Sequence[str], reference: Array, parts: Sequence[Profile]) -> tuple[Array, Array]:
+def growth_of(robot: Robot, names: Sequence[str], reference: Array, parts: Sequence[Profile]) -> tuple[Array, Array]:
     """Growth of each DH length per kelvin of each named rise, a and d, (6, K) [m/K]; away from zero."""
     rises = dict(zip(names, reference.tolist()))
     grown = {"a": np.zeros((6, len(names))), "d": np.zeros((6, len(names)))}

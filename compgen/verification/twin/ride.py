@@ -19,7 +19,17 @@ from compgen.fanuc.configuration import apply_turns, has_posture
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
-from compgen.thermal import Ambient, Duty, Heat, JointMotion, NodeModel, Profile, Section, opening, still
+from compgen.thermal import (
+    Ambient,
+    Duty,
+    JointMotion,
+    NodeModel,
+    Profile,
+    Section,
+    ThermalModel,
+    initial_state,
+    still_air,
+)
 from compgen.verification.twin.clock import clock
 from compgen.verification.twin.faulty_arm import Flaws, Past, Placed, TwinError, real_arm
 from compgen.verification.twin.heat import warmed
@@ -179,7 +189,7 @@ class Twin:
     """The real arm with its tool and its warmth."""
 
     robot: Robot
-    heat: Heat
+    heat: ThermalModel
     profiles: tuple[Profile, ...]
     tool_position: Array  # (3,) [m]
     tool_rotation: Array  # (3, 3)
@@ -227,10 +237,10 @@ class Twin:
         self, time: Array, theta: Array, driven: Array, duties: Sequence[Duty], air: Ambient | None
     ) -> dict[str, Any]:
         """The fields of a leg that its warmth decides."""
-        goals = self.heat.goals(JointMotion(time, theta, driven))
+        goals = self.heat.steady_states(JointMotion(time, theta, driven))
         states = warmed(self.heat.rate, self._warm(duties, air), time, goals)
         clock = sum(d.duration for d in duties)
-        return {"rise": states @ self.heat.outputs.T, "air": air or still(), "clock": clock}
+        return {"rise": states @ self.heat.outputs.T, "air": air or still_air(), "clock": clock}
 
     def reach(
         self, theta: Array, rise: Array, progress: Callable[[float], None], tool: Placed | None = None
@@ -288,9 +298,9 @@ class Twin:
             raise TwinError(f"pinocchio's arm is {far:.1e} from the twin's: the twin cannot be trusted")
 
     def _warm(self, duties: Sequence[Duty], air: Ambient | None) -> Array:
-        state = opening(self.heat, air)
+        state = initial_state(self.heat, air)
         for duty in duties:
-            goal = self.heat.goal(duty)
+            goal = self.heat.steady_state(duty)
             state = goal - (goal - state) * np.exp(-duty.duration * self.heat.rate)
         return state
 
