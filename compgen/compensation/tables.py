@@ -10,14 +10,20 @@ from compgen.core.units import DEG, MM, UM
 
 
 class CompensationTable(Table):
-    """Smoothness and limits of a correction; see docs/conventions.md."""
+    """Limits of the correction and how smooth it is along the path."""
 
     clamp_mm: Annotated[FiniteFloat, Field(ge=0.001, le=100)] = 3.0
+    """Largest correction of the position."""
     clamp_deg: Annotated[FiniteFloat, Field(ge=0.001, le=10)] = 0.5
+    """Largest correction of the orientation."""
     rate_um_mm: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 10.0
+    """Fastest change of the correction along the path."""
     rate_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 1.0
+    """Period along the path that the weight on the correction's slope halves."""
     curvature_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 10.0
+    """Period along the path that the weight on the correction's curvature halves."""
     start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
+    """How much error a late start may add: it sets the start window."""
 
 
 def settings_of(c: CompensationTable, axisymmetric: bool) -> Settings:

@@ -1,20 +1,29 @@
 """TOML files to checked tables: defaults, overrides, and one line for whatever is wrong."""
 
 import difflib
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from reprlib import Repr
 from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
 from compgen.core.exceptions import InputError
 
+_REPR = Repr()
+_REPR.maxlevel, _REPR.maxstring = 2, 60
+
 
 class Table(BaseModel):
-    """A TOML table: unknown keys are refused, numbers are numbers, and it stays as it was read."""
+    """A TOML table: unknown keys are refused, numbers are numbers, and it stays as it was read.
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    The text below a field describes its key: the JSON Schema and the tables of keys in docs/ are made from it.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True)
 
 
 Model = TypeVar("Model", bound=Table)
@@ -47,30 +56,30 @@ def read_toml(source: Path, folder: str) -> dict[str, Any]:
         raise InputError(f"{source}: not TOML: {failure}; see paths/ for examples") from None
 
 
-def override(data: dict[str, Any], item: str, said: str) -> None:
-    """Put one ``key=value`` into a tree of tables."""
-    key, equals, text = item.partition("=")
+def override(data: dict[str, Any], assignment: str, option: str) -> None:
+    """Put one ``key=value`` into a tree of tables; ``option`` is how the user wrote it."""
+    key, equals, text = assignment.partition("=")
     if not equals or not key.strip():
-        raise InputError(f"--set {said}: expected key=value, as in --set process.feed_mm_s=100")
+        raise InputError(f"--set {option}: expected key=value, as in --set process.feed_mm_s=100")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
         value = text.strip()
     *parents, last = key.strip().split(".")
-    place: Any = data
+    table: Any = data
     try:
         for step in parents:
-            place = _item(place, step) if isinstance(place, list) else place.setdefault(step, {})
-        if isinstance(place, list):
-            _item(place, last)
-            place[int(last)] = value
+            table = _entry(table, step) if isinstance(table, list) else table.setdefault(step, {})
+        if isinstance(table, list):
+            _entry(table, last)
+            table[int(last)] = value
         else:
-            place[last] = value
+            table[last] = value
     except (IndexError, ValueError, TypeError, AttributeError):
-        raise InputError(f"--set {said}: there is no '{key}' in the file to set") from None
+        raise InputError(f"--set {option}: there is no '{key}' in the file to set") from None
 
 
-def _item(rows: list[Any], step: str) -> Any:
+def _entry(rows: list[Any], step: str) -> Any:
     """An entry of a list of tables; the one after the last is a new one."""
     if not step.isdigit():
         raise IndexError(step)
@@ -79,45 +88,92 @@ def _item(rows: list[Any], step: str) -> Any:
     return rows[int(step)]
 
 
-def check(model: type[Model], data: Mapping[str, Any], where: str, prefix: str = "") -> Model:
-    """Validate, and say the first thing that is wrong in one line."""
+def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
+    """The table that the data describe.
+
+    Raises:
+        InputError: The first thing that is wrong, in one line: file, key, value, limit.
+    """
     try:
         return model.model_validate(data)
     except ValidationError as failure:
-        errors = failure.errors()
-        # an unknown key is the cause of a missing one more often than the other way round
-        error = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
-    steps = [str(s) for s in error["loc"] if not str(s).startswith(("float", "dict["))]
-    key = ".".join([*([prefix] if prefix else []), *steps])
-    value = error.get("input")
+        errors = failure.errors(include_url=False)
+    # an unknown key is the cause of a missing one more often than the other way round
+    first = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
+    place = _steps(data, first)
+    # each choice of a union has an error of its own: those that went deepest took the value for what it is
+    below = [(steps, e) for e in errors if (steps := _steps(data, e))[: len(place)] == place]
+    steps, error = max(below, key=lambda pair: len(pair[0]))
+    key = ".".join(map(_short, steps))
     match error["type"]:
         case "extra_forbidden":
-            raise InputError(f"{where}: {key}: unknown key{suggest(steps[-1], _keys(model, error['loc'][:-1]))}")
+            known = [k for table in _tables(model, error["loc"][:-1]) for k in _keys_of(table)]
+            raise InputError(f"{where}: {key}: unknown key{suggest(steps[-1], known)}")
         case "missing":
             raise InputError(f"{where}: {key}: missing; add it")
+        case "union_tag_not_found" | "union_tag_invalid":
+            name = error["ctx"]["discriminator"].strip("'")
+            tags = [get_args(table.model_fields[name].annotation)[0] for table in _tables(model, error["loc"])]
+            listed = f"known: {', '.join(tags)}"
+            if name not in error["input"]:
+                raise InputError(f"{where}: {key}.{name}: missing; {listed}")
+            tag = error["input"][name]
+            close = suggest(tag, tags, listed=True) if isinstance(tag, str) else ""
+            raise InputError(f"{where}: {key}.{name}: {_brief(tag)} is unknown; {listed}{close}")
         case "finite_number":
-            raise InputError(f"{where}: {key}: {value} is not a number; give a finite one")
-        case "model_type" | "dict_type":
-            raise InputError(f"{where}: {key}: {value!r} must be a table")
+            raise InputError(f"{where}: {key}: {error['input']} is not a number; give a finite one")
+        case "model_type" | "model_attributes_type" | "dict_type":
+            raise InputError(f"{where}: {key}: {_brief(error['input'])} must be a table")
         case _:
-            told = str(error["msg"]).replace("Input should be", "must be")
-            raise InputError(f"{where}: {key}: {value!r}: {told[0].lower()}{told[1:]}")
+            reasons = dict.fromkeys(_reason(e) for s, e in below if s == steps)
+            raise InputError(f"{where}: {key}: {_brief(error['input'])}: {', or '.join(reasons)}")
 
 
-def keys_of(model: type[Table]) -> list[str]:
+def _steps(data: Any, error: ErrorDetails) -> list[str]:
+    """The keys that lead to an error, as the file has them: without the names of a union's choices."""
+    steps = []
+    for step in error["loc"]:
+        if isinstance(step, int) if isinstance(data, list) else isinstance(data, dict) and step in data:
+            data = data[step]
+            steps.append(str(step))
+    return [*steps, str(error["loc"][-1])] if error["type"] == "missing" else steps
+
+
+def _reason(error: ErrorDetails) -> str:
+    """What a value must be, in the words of pydantic."""
+    text = re.sub(r"^(?:Input|List|String) should ", "must ", error["msg"])
+    return text.replace(" after validation", "").replace("a valid dictionary", "a table")
+
+
+def _brief(value: object) -> str:
+    """A value for a message, whatever it holds and however deep."""
+    try:
+        return _short(_REPR.repr(value))
+    except ValueError:  # more digits than Python writes
+        return "a number of thousands of digits"
+
+
+def _short(text: str) -> str:
+    plain = text if text.isprintable() else repr(text)
+    return plain if len(plain) <= 80 else f"{plain[:77]}..."
+
+
+def _keys_of(model: type[Table]) -> list[str]:
     """The keys that a table may have, as a file spells them."""
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def _keys(model: type[Table], steps: Sequence[int | str]) -> list[str]:
-    """Keys that the table at a place may have."""
+def _tables(model: type[Table], steps: Sequence[int | str]) -> list[type[Table]]:
+    """The tables that may stand at a place; several where the value of a key tells which."""
+    tables = [model]
     for step in steps:
-        fields = {field.alias or name: field for name, field in model.model_fields.items()}
-        annotation = fields[str(step)].annotation if str(step) in fields else None
-        tables = [t for t in _types(annotation) if isinstance(t, type) and issubclass(t, Table)]
-        if tables:
-            model = tables[0]
-    return keys_of(model)
+        annotations = [
+            field.annotation for t in tables for name, field in t.model_fields.items() if step in (name, field.alias)
+        ]
+        inner = [t for a in annotations for t in _types(a) if isinstance(t, type) and issubclass(t, Table)]
+        named = [t for t in tables if any(get_args(f.annotation) == (step,) for f in t.model_fields.values())]
+        tables = inner or named or tables
+    return tables
 
 
 def _types(annotation: Any) -> list[Any]:

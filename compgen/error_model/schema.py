@@ -1,167 +1,208 @@
-"""What the error sources of a robot file may say: every key with its unit in its name; what is left out is zero."""
+"""Tables of a robot file for its error sources: every key with its unit in its name; what is left out is zero."""
 
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, FiniteFloat
 
+from compgen.core.quantities import Coordinate, Number, Point
 from compgen.core.toml import Table
 
 # Upper ends are far beyond any arm that still works: they keep a slip of the keyboard from becoming a long search.
-Value = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
 Offset = Annotated[FiniteFloat, Field(ge=-5e4, le=5e4)]  # um
-Turn = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mdeg
+SmallAngle = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mdeg
 Ratio = Annotated[FiniteFloat, Field(ge=-1e5, le=1e5)]  # ppm
-Share = Annotated[FiniteFloat, Field(ge=-10, le=10)]
-Give = Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)]  # urad per N m, arcsec per K
-Mass = Annotated[FiniteFloat, Field(ge=0, le=1e4)]
+Factor = Annotated[FiniteFloat, Field(ge=-10, le=10)]
+Rate = Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)]  # urad per N m, arcsec per K
+Mass = Annotated[FiniteFloat, Field(ge=0, le=1e4)]  # kg
 Width = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
-Place = Annotated[FiniteFloat, Field(ge=-1e4, le=1e4)]  # mm
-Three = Annotated[list[Value], Field(min_length=3, max_length=3)]
-ThreeOffsets = Annotated[list[Offset], Field(min_length=3, max_length=3)]
-ThreeTurns = Annotated[list[Turn], Field(min_length=3, max_length=3)]
-Spot = Annotated[list[Place], Field(min_length=3, max_length=3)]
-Six = Annotated[list[Value], Field(min_length=6, max_length=6)]
-SixOffsets = Annotated[list[Offset], Field(min_length=6, max_length=6)]
-SixTurns = Annotated[list[Turn], Field(min_length=6, max_length=6)]
-SixShares = Annotated[list[Share], Field(min_length=6, max_length=6)]
-SixGives = Annotated[list[Give], Field(min_length=6, max_length=6)]
-SixByTwo = Annotated[list[Annotated[list[Turn], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)]
-SixBySix = Annotated[list[Annotated[list[Ratio], Field(min_length=6, max_length=6)]], Field(min_length=6, max_length=6)]
-Vectors = Annotated[list[ThreeOffsets], Field(min_length=2, max_length=1000)]
-Cycles = Annotated[FiniteFloat, Field(gt=0, le=1e4)]
-Node = Annotated[str, Field(max_length=40)]
+Order = Annotated[int, Field(ge=1, le=1000)]
+NodeName = Annotated[str, Field(max_length=40)]
 Link = Literal["column", "a1", "a2", "a3", "d4"]
+ThreeNumbers = Annotated[list[Number], Field(min_length=3, max_length=3)]
+ThreeOffsets = Annotated[list[Offset], Field(min_length=3, max_length=3)]
+ThreeAngles = Annotated[list[SmallAngle], Field(min_length=3, max_length=3)]
+SixNumbers = Annotated[list[Number], Field(min_length=6, max_length=6)]
+SixOffsets = Annotated[list[Offset], Field(min_length=6, max_length=6)]
+SixAngles = Annotated[list[SmallAngle], Field(min_length=6, max_length=6)]
+SixFactors = Annotated[list[Factor], Field(min_length=6, max_length=6)]
+SixRates = Annotated[list[Rate], Field(min_length=6, max_length=6)]
+SixCycles = Annotated[list[Annotated[FiniteFloat, Field(gt=0, le=1e4)]], Field(min_length=6, max_length=6)]
+SixWidths = Annotated[list[Width], Field(min_length=6, max_length=6)]
+SixByTwo = Annotated[
+    list[Annotated[list[SmallAngle], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
+]
+SixBySix = Annotated[list[Annotated[list[Ratio], Field(min_length=6, max_length=6)]], Field(min_length=6, max_length=6)]
+SixByOrder = Annotated[list[Annotated[list[Number], Field(max_length=200)]], Field(min_length=6, max_length=6)]
+Vectors = Annotated[list[ThreeOffsets], Field(min_length=2, max_length=1000)]
 
 
 class SourceTable(Table):
-    """What every source has: where its values are from, and how well they are known, by the same keys."""
+    """What every source has: where its values are from, and how well they are known."""
 
     provenance: Annotated[str, Field(max_length=400)] = ""
+    """Where the values are from."""
     sigma: dict[str, Any] = {}
+    """Standard deviations after identification, by key: one number, or the shape of the values."""
     prior: dict[str, Any] = {}
+    """Standard deviations before identification, by key, where the declared ones do not fit; 0 holds an entry."""
 
 
 class ThermalGrowthTable(SourceTable):
-    """Own cte of each length over the one of ``thermal.cte_um_m_K``, less one."""
+    """Growth of each length: its own coefficient of expansion, relative to that of thermal.cte_um_m_K."""
 
-    excess_a: SixShares = 6 * [0.0]
-    excess_d: SixShares = 6 * [0.0]
+    excess_a: SixFactors = 6 * [0.0]
+    """Excess of the coefficient of each a: 0.1 is 10 % more."""
+    excess_d: SixFactors = 6 * [0.0]
+    """Excess of the coefficient of each d."""
 
 
 class LinkOffsetsTable(SourceTable):
-    """DH offsets and Hayati angles."""
+    """Offsets of the DH parameters, and the Hayati angle between parallel axes."""
 
     d_um: SixOffsets = 6 * [0.0]
+    """Offset of each d."""
     a_um: SixOffsets = 6 * [0.0]
-    alpha_mdeg: SixTurns = 6 * [0.0]
-    beta_mdeg: SixTurns = 6 * [0.0]
+    """Offset of each a."""
+    alpha_mdeg: SixAngles = 6 * [0.0]
+    """Offset of each alpha."""
+    beta_mdeg: SixAngles = 6 * [0.0]
+    """Hayati angle about y of each row."""
 
 
 class JointZerosTable(SourceTable):
-    """Mastering."""
+    """Errors of the mastering."""
 
-    offset_mdeg: SixTurns = 6 * [0.0]
+    offset_mdeg: SixAngles = 6 * [0.0]
+    """Offset of each joint's zero."""
 
 
 class JointCouplingTable(SourceTable):
-    """Row: the joint that errs; column: the one that moves."""
+    """Errors of the transmissions: a joint turns when another one does."""
 
     ratio_ppm: SixBySix = 6 * [6 * [0.0]]
+    """Rows: the joint that errs; columns: the joint that moves."""
 
 
 class ComplianceTable(SourceTable):
-    """Turn per torque."""
+    """Joints give under gravity and process force."""
 
-    compliance_urad_Nm: SixGives = 6 * [0.0]
+    compliance_urad_Nm: SixRates = 6 * [0.0]
+    """Turn of each joint per torque."""
 
 
 class GearHarmonicsTable(SourceTable):
-    """Rows: joints; columns: first and second order."""
+    """Periodic errors of the gears, first and second harmonic."""
 
     sine_mdeg: SixByTwo = 6 * [[0.0, 0.0]]
+    """Sine amplitudes; rows: joints; columns: first and second harmonic."""
     cosine_mdeg: SixByTwo = 6 * [[0.0, 0.0]]
-    cycles: Annotated[list[Annotated[FiniteFloat, Field(gt=0, le=1e4)]], Field(min_length=6, max_length=6)] = 6 * [1.0]
-
-
-Order = Annotated[int, Field(ge=1, le=1000)]
-Waves = Annotated[list[Annotated[list[Value], Field(max_length=200)]], Field(min_length=6, max_length=6)]
+    """Cosine amplitudes, in the same shape."""
+    cycles: SixCycles = 6 * [1.0]
+    """Cycles of the first harmonic per turn of each joint."""
 
 
 class JointRippleTable(SourceTable):
-    """Rows: joints; columns: the orders, in waves a turn of the joint."""
+    """Periodic errors of the joints, of any orders."""
 
     order: Annotated[list[Order], Field(max_length=200)]
-    sine_mdeg: Waves
-    cosine_mdeg: Waves
+    """Orders, in cycles per turn of the joint."""
+    sine_mdeg: SixByOrder
+    """Sine amplitudes; rows: joints; columns: orders."""
+    cosine_mdeg: SixByOrder
+    """Cosine amplitudes, in the same shape."""
 
 
 class HysteresisTable(SourceTable):
-    """Half-widths, and how far a joint turns to be on the other side."""
+    """Lost motion of the joints, which depends on the direction they come from."""
 
-    backlash_mdeg: SixTurns = 6 * [0.0]
-    windup_urad_Nm: SixGives = 6 * [0.0]
-    width_mdeg: Annotated[list[Width], Field(min_length=6, max_length=6)]
+    backlash_mdeg: SixAngles = 6 * [0.0]
+    """Half of each joint's backlash."""
+    windup_urad_Nm: SixRates = 6 * [0.0]
+    """Half-width of the windup per torque on the gear."""
+    width_mdeg: SixWidths
+    """How far a joint turns, after a reversal, until 63 % of the change is done."""
 
 
 class FrameTable(SourceTable):
-    """A place and a rotation vector."""
+    """Displacement of a frame: base_frame before the arm, in World; tool_frame behind the flange."""
 
     position_um: ThreeOffsets = 3 * [0.0]
-    rotation_mdeg: ThreeTurns = 3 * [0.0]
+    """Displacement along x, y, z."""
+    rotation_mdeg: ThreeAngles = 3 * [0.0]
+    """Rotation vector."""
 
 
 class ThermalBendTable(SourceTable):
-    """Bends, one an entry: of which link, in the arm's plane or sideways (the column: x or y), with which node.
-
-    ``twist`` turns the link's end about the link itself.
-    """
+    """Links that bend with temperature; the lists have one entry for each bend."""
 
     link: list[Link]
+    """Link that bends; column is the base."""
     plane: list[Literal["arm", "side", "x", "y", "twist"]]
-    node: list[Node]
-    rate_arcsec_K: list[Give]
-    column_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 0.0  # from the base plate to World's origin
+    """In the arm's plane or sideways; the column about World x or y; twist turns the end about the link."""
+    node: list[NodeName]
+    """Rise that bends it, by name."""
+    rate_arcsec_K: list[Rate]
+    """Turn of the link's end per rise."""
+    column_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 0.0
+    """Height of World's origin above the foot of the column."""
 
 
 class ThermalShiftTable(SourceTable):
-    """Shifts, one an entry: the tool along its axis, or the fixture along a World axis, with which node."""
+    """Shifts with temperature; the lists have one entry for each shift."""
 
     of: list[Literal["tool", "fixture x", "fixture y", "fixture z"]]
-    node: list[Node]
-    rate_um_K: list[Value]
+    """What shifts: the tool along its axis, or the fixture along an axis of World."""
+    node: list[NodeName]
+    """Rise that shifts it, by name."""
+    rate_um_K: list[Number]
+    """Shift per rise."""
 
 
 class MapTable(SourceTable):
-    """One line of stations along a World axis."""
+    """Errors measured along a line parallel to an axis of World, in both directions."""
 
     axis: Literal["x", "y", "z"]
-    at_mm: Spot
-    station_mm: Annotated[list[Place], Field(min_length=2, max_length=1000)]
+    """Axis of World that the line is parallel to."""
+    at_mm: Point
+    """A point of the line, World."""
+    station_mm: Annotated[list[Coordinate], Field(min_length=2, max_length=1000)]
+    """Coordinates of the stations on the axis, rising."""
     forward_um: Vectors
+    """Error vector at each station, approached towards larger coordinates."""
     reverse_um: Vectors
+    """Error vector at each station, approached towards smaller coordinates."""
     width_mm: Width = 10.0
+    """How far the tool travels, after a reversal, until 63 % of the change is done."""
 
 
 class LoadsTable(Table):
-    """Masses and forces; link centres from each joint in World axes at pendant zero, the payload's in the flange."""
+    """Masses and forces that load the joints."""
 
     link_kg: Annotated[list[Mass], Field(min_length=6, max_length=6)] = 6 * [0.0]
-    link_centre_mm: Annotated[list[Spot], Field(min_length=6, max_length=6)] = 6 * [[0.0, 0.0, 0.0]]
+    """Mass of each link."""
+    link_centre_mm: Annotated[list[Point], Field(min_length=6, max_length=6)] = 6 * [[0.0, 0.0, 0.0]]
+    """Centre of each link's mass from its joint, World axes, pendant angles zero."""
     payload_kg: Mass = 0.0
-    payload_centre_mm: Spot = [0.0, 0.0, 0.0]
-    gravity_m_s2: Three = [0.0, 0.0, -9.80665]
-    force_N: Three = [0.0, 0.0, 0.0]
+    """Mass of the payload."""
+    payload_centre_mm: Point = [0.0, 0.0, 0.0]
+    """Centre of the payload's mass in the flange."""
+    gravity_m_s2: ThreeNumbers = [0.0, 0.0, -9.80665]
+    """Acceleration of gravity, World."""
+    force_N: ThreeNumbers = [0.0, 0.0, 0.0]
+    """Force of the process on the tool, tool axes."""
 
 
 class JointBoxTable(Table):
-    """Pendant angles that the parameters were identified in; beyond, a finding."""
+    """Pendant angles at which the parameters were identified; beyond them a finding."""
 
-    low_deg: Six
-    high_deg: Six
+    low_deg: SixNumbers
+    """Lowest angle of each joint."""
+    high_deg: SixNumbers
+    """Highest angle of each joint."""
 
 
 class SourcesTable(Table):
-    """All error sources of a robot."""
+    """Error sources of the robot: what makes the real arm differ from the nominal one."""
 
     thermal_growth: ThermalGrowthTable = ThermalGrowthTable()
     link_offsets: LinkOffsetsTable | None = None

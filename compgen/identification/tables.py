@@ -1,19 +1,25 @@
-"""What a robot file says of its identification."""
+"""Table of a robot file for its identification."""
 
 from typing import Annotated
 
 from pydantic import Field
 
-from compgen.core.quantities import Angle, NotNegative, Number, Place
+from compgen.core.quantities import Angle, NotNegative, Number, Point
 from compgen.core.toml import Table
 
 
 class IdentifiedTable(Table):
-    """What identification found beside the sources: where instrument and reflectors were, and how good it is."""
+    """Record of the identification: where instrument and reflectors stood, and how well the fit predicts."""
 
     model: str = ""
+    """Which groups of parameters were identified."""
     noise_um: NotNegative = 0.0
-    held_out_um: Annotated[list[Number], Field(max_length=3)] = []  # mean and its 95 % interval
+    """Standard deviation of one measured coordinate."""
+    held_out_um: Annotated[list[Number], Field(max_length=3)] = []
+    """Error at poses that the fit did not see: mean and its 95 % interval."""
     instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)]
-    instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)]  # rotation vector, World to instrument
-    reflector_mm: dict[str, Annotated[list[Place], Field(min_length=3, max_length=3)]]  # in the flange
+    """Origin of World in the instrument's frame."""
+    instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)]
+    """Rotation vector from World to the instrument's frame."""
+    reflector_mm: dict[str, Point]
+    """Place of each reflector in the flange, by its name."""

@@ -12,13 +12,13 @@ from compgen import __version__
 from compgen.compensation.tables import settings_of
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
-from compgen.core.toml import override, read_toml, shipped
+from compgen.core.toml import check, override, read_toml, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
 from compgen.pipelines.schedule import plan
-from compgen.pipelines.schema import PathFile, path_model
+from compgen.pipelines.schema import PathFile
 from compgen.planning.tables import boundary_from_table, pattern_from_table, surface_from_table
 from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, Duty, tables
@@ -60,7 +60,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
             override(path_data, item, item)
     if alone:
         path_data = {k: v for k, v in path_data.items() if k not in HISTORY}
-    path = path_model(path_data, str(source))
+    path = check(PathFile, path_data, str(source))
     robot_source = find_robot(robot or path.robot, source)
     robot_data = read_toml(robot_source, "robots")
     for item in for_robot:

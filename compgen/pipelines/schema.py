@@ -1,16 +1,15 @@
 """The two files: a path file and a robot file, of the tables of each room."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
 from compgen.compensation.tables import CompensationTable
-from compgen.core.exceptions import InputError
 from compgen.core.quantities import Positive
-from compgen.core.toml import Table, check, suggest
+from compgen.core.toml import Table
 from compgen.error_model.schema import SourcesTable
 from compgen.identification.tables import IdentifiedTable
-from compgen.planning.tables import PATTERNS, BoundaryTable, PatternTable, ProcessTable, SurfaceTable
+from compgen.planning.tables import AnyPattern, BoundaryTable, ProcessTable, SurfaceTable
 from compgen.robot.tables import (
     ControllerTable,
     DhTable,
@@ -31,11 +30,14 @@ class BeforeFile(Table):
 
 
 class PathFile(Table):
-    """A path file; ``path`` is read by its pattern's own table."""
+    """A path file of compgen: where the tool shall go, how it is driven, and what went before."""
 
     robot: str = "m710ic50"
+    """Name of a file in robots/, or a robot file."""
     title: str = ""
-    path: PatternTable
+    """Title of the report."""
+    path: AnyPattern
+    """The pattern; pattern decides which other keys there are."""
     surface: SurfaceTable = SurfaceTable()
     boundary: BoundaryTable | None = None
     tool: ToolTable = ToolTable()
@@ -43,8 +45,11 @@ class PathFile(Table):
     posture: PostureTable = PostureTable()
     compensation: CompensationTable = CompensationTable()
     before: list[StepTable] = []
+    """What the cell did before the program; nothing: the robot is cold."""
     cycle: list[StepTable] = []
+    """Runs of the program and what is between them; nothing: it runs once."""
     after: list[StepTable] = []
+    """What the cell does after the program."""
     shift: list[ShiftTable] = []
     ambient: AmbientTable = AmbientTable()
     log: LogTable | None = None
@@ -52,11 +57,14 @@ class PathFile(Table):
 
 
 class RobotFile(Table):
-    """A robot file."""
+    """A robot file of compgen: the nominal arm, its controller, how it warms, and what makes it err."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=24)]
+    """Name of the robot."""
     maker: str = ""
+    """Maker of the robot."""
     payload_kg: Positive | None = None
+    """Largest payload."""
     dh: DhTable
     pendant: PendantTable
     limits: LimitsTable
@@ -65,20 +73,3 @@ class RobotFile(Table):
     thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
     identified: IdentifiedTable | None = None
-
-
-def path_model(data: dict[str, Any], where: str) -> PathFile:
-    """The path file's model, with ``path`` read by its pattern's own table."""
-    table = data.get("path")
-    if not isinstance(table, dict):
-        raise InputError(f"{where}: path: missing table; give [path] with a pattern and its sizes")
-    known = ", ".join(PATTERNS)
-    if "pattern" not in table:
-        raise InputError(f"{where}: path.pattern: missing; known: {known}")
-    name = table["pattern"]
-    if not isinstance(name, str) or name not in PATTERNS:
-        close = suggest(str(name), list(PATTERNS), listed=True)
-        raise InputError(f"{where}: path.pattern: {name!r} is unknown; known: {known}{close}")
-    pattern = check(PATTERNS[name], table, where, "path")
-    rest = check(PathFile, {**data, "path": {k: table[k] for k in ("x_mm", "y_mm", "z_mm")}}, where)
-    return rest.model_copy(update={"path": pattern})

@@ -1,4 +1,4 @@
-"""What a path file says of patterns, surfaces, edges and the process, and the objects made of it."""
+"""Tables of a path file for pattern, surface, boundary and process, and the objects made from them."""
 
 from typing import Annotated, Literal
 
@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
-from compgen.core.quantities import Angle, Length, Place
+from compgen.core.quantities import Angle, Coordinate, Length
 from compgen.core.toml import Table
 from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
@@ -17,90 +17,119 @@ MAX_SWEEPS = 1e4
 
 
 class PatternTable(Table):
-    """What every pattern has: its name and where its centre stands."""
+    """What every pattern has: where its centre stands."""
 
-    x_mm: Place
-    y_mm: Place
-    z_mm: Place
+    x_mm: Coordinate
+    """Centre of the pattern, World x."""
+    y_mm: Coordinate
+    """Centre of the pattern, World y."""
+    z_mm: Coordinate
+    """Centre of the pattern, World z."""
 
 
 class LineTable(PatternTable):
-    """A line along an axis; along z it starts at the centre."""
+    """A straight line along an axis of World."""
 
     pattern: Literal["line"]
+    """A straight line along an axis of World."""
     axis: Literal["x", "y", "z"]
+    """Direction: x or y through the centre, z upwards from it."""
     length_mm: Length
+    """Length of the line."""
 
 
 class CircleTable(PatternTable):
     """A full circle."""
 
     pattern: Literal["circle"]
+    """A full circle."""
     diameter_mm: Length
+    """Diameter of the circle."""
 
 
 class SpiralTable(PatternTable):
-    """A spiral from the centre; its pitch as a number of turns or as a stepover."""
+    """A spiral from the centre outwards; give turns or stepover_mm."""
 
     pattern: Literal["spiral"]
+    """A spiral from the centre outwards."""
     diameter_mm: Length | None = None
+    """Outer diameter; default the circumscribed circle of the boundary."""
     turns: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
+    """Number of turns; this or stepover_mm."""
     stepover_mm: Length | None = None
+    """Distance between neighbouring turns; this or turns."""
 
 
 class RasterTable(PatternTable):
-    """Sweeps along x, clipped to a circle of ``diameter_mm`` or to the boundary."""
+    """Parallel sweeps along x, clipped to a circle or to the boundary."""
 
     pattern: Literal["raster"]
+    """Parallel sweeps along x."""
     stepover_mm: Length
+    """Distance between neighbouring sweeps."""
     diameter_mm: Length | None = None
+    """Diameter of the circle that clips the sweeps; without it a boundary must be given."""
     lead_mm: Annotated[FiniteFloat, Field(ge=0, le=50)] = 5.0
+    """How far each sweep runs past the edge."""
     turn: Literal["square", "smooth"] = "square"
+    """Way to the next sweep: square stops at both corners, smooth runs on."""
 
 
 class Iso9283Table(PatternTable):
-    """Test path after ISO 9283 in a square plane."""
+    """Test path after ISO 9283: lines, circles and corners in a square plane."""
 
     pattern: Literal["iso9283"]
+    """Test path after ISO 9283: lines, circles and corners in a square plane."""
     size_mm: Length
+    """Side of the square."""
 
 
-PATTERNS: dict[str, type[PatternTable]] = {
-    "line": LineTable,
-    "circle": CircleTable,
-    "spiral": SpiralTable,
-    "raster": RasterTable,
-    "iso9283": Iso9283Table,
-}
+AnyPattern = Annotated[
+    LineTable | CircleTable | SpiralTable | RasterTable | Iso9283Table, Field(discriminator="pattern")
+]
 
 
 class SurfaceTable(Table):
-    """What the path lies on; a conic needs its three numbers."""
+    """The surface that the path lies on."""
 
     kind: Literal["plane", "conic"] = "plane"
+    """Horizontal plane, or concave conic with its local x pointing away from the parent's axis."""
     radius_of_curvature_m: Annotated[FiniteFloat, Field(ge=0.1, le=1e6)] | None = None
+    """Vertex radius of curvature of the parent conic; a conic needs it."""
     conic_constant: Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)] | None = None
+    """Conic constant: 0 sphere, -1 paraboloid; a conic needs it."""
     off_axis_m: Annotated[FiniteFloat, Field(ge=0, le=1e4)] | None = None
+    """Distance of the pattern's centre from the parent's axis; a conic needs it."""
 
 
 class BoundaryTable(Table):
-    """The part's edge."""
+    """The edge of the part, around the centre of the pattern; outside there is no contact."""
 
     shape: Literal["circle", "hexagon"]
+    """Shape of the edge."""
     diameter_mm: Length | None = None
+    """Diameter; a circle needs it."""
     corner_to_corner_mm: Length | None = None
+    """Distance of opposite corners; a hexagon needs it."""
     rotation_deg: Angle | None = None
+    """Turn of a hexagon about z, default 0: two corners lie on x."""
 
 
 class ProcessTable(Table):
-    """How the path is driven and cut into waypoints."""
+    """Feed, and how the path is cut into waypoints."""
 
     feed_mm_s: Annotated[FiniteFloat, Field(ge=0.05, le=2000)]
+    """Speed of the tool centre point along the path."""
     chord_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 1.5
+    """Largest distance between the path and the line from one waypoint to the next."""
     spacing_mm: Annotated[FiniteFloat, Field(ge=1e-3, le=10)] = 10.0
+    """Largest distance between two waypoints."""
     thin_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] | None = None
+    """Leaves waypoints out of the program while lines stay this near the path; default off."""
     lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
+    """Length of approach and retract along the tool axis."""
     page_stops: Literal["off the part", "anywhere"] = "off the part"
+    """Where the robot may stop when a long program is split into pages."""
 
 
 def boundary_from_table(table: BoundaryTable | None, where: str) -> Boundary | None:
@@ -124,7 +153,7 @@ def boundary_from_table(table: BoundaryTable | None, where: str) -> Boundary | N
     return boundaries.hexagon(size * MM, (table.rotation_deg or 0.0) * DEG)
 
 
-def pattern_from_table(table: PatternTable, boundary: Boundary | None, where: str) -> tuple[PiecewiseCurve, Boundary]:
+def pattern_from_table(table: AnyPattern, boundary: Boundary | None, where: str) -> tuple[PiecewiseCurve, Boundary]:
     """The pattern's pieces and the edge that marks contact.
 
     Raises:
@@ -179,7 +208,7 @@ def _spiral(table: SpiralTable, boundary: Boundary | None, where: str) -> Piecew
     return patterns.spiral(diameter, turns)
 
 
-def surface_from_table(table: SurfaceTable, pattern: PatternTable, where: str) -> surfaces.Quadric:
+def surface_from_table(table: SurfaceTable, pattern: AnyPattern, where: str) -> surfaces.Quadric:
     """What the path lies on.
 
     Raises:

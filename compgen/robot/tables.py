@@ -1,4 +1,4 @@
-"""What the files say of the nominal arm, its controller, its tool and its posture."""
+"""Tables of the nominal arm, its controller, its tool and its posture, and the robot made from them."""
 
 from typing import Annotated, Literal
 
@@ -9,12 +9,12 @@ from compgen.core.exceptions import InputError
 from compgen.core.quantities import (
     Angle,
     AngleRange,
+    Coordinate,
     NotNegative,
-    Place,
     Positive,
     SixAngles,
-    SixNumbers,
-    SixPlaces,
+    SixCoordinates,
+    SixFactors,
     SixRates,
 )
 from compgen.core.toml import Table
@@ -23,78 +23,118 @@ from compgen.robot.robot import Controller, Robot
 
 
 class DhTable(Table):
-    """Standard DH rows."""
+    """Standard Denavit-Hartenberg rows, joint 1 to 6; World's origin is on the axis of joint 1."""
 
-    d_mm: SixPlaces
-    a_mm: SixPlaces
+    d_mm: SixCoordinates
+    """Offsets along the joint axes, signed."""
+    a_mm: SixCoordinates
+    """Link lengths along the common normals, signed."""
     alpha_deg: SixAngles
+    """Twists between neighbouring joint axes."""
 
 
 class PendantTable(Table):
-    """theta = matrix pendant + offset."""
+    """From pendant angles to DH angles: theta = matrix * pendant + offset."""
 
-    matrix: Annotated[list[SixNumbers], Field(min_length=6, max_length=6)]
+    matrix: Annotated[list[SixFactors], Field(min_length=6, max_length=6)]
+    """Rows: DH joints; columns: pendant joints."""
     offset_deg: SixAngles
+    """DH angles at pendant zero."""
 
 
 class LimitsTable(Table):
-    """Joint limits as the data sheet prints them, and speeds."""
+    """Joint limits as the data sheet prints them, lower limit first, and the largest rates of the joints."""
 
     j1_deg: AngleRange
+    """Range of the pendant's J1."""
     j2_deg: AngleRange
-    j2_plus_j3_deg: AngleRange | None = None  # of theta_3, where the pendant's J3 is coupled to J2
-    j3_deg: AngleRange | None = None  # of theta_3 elsewhere
+    """Range of the pendant's J2."""
+    j2_plus_j3_deg: AngleRange | None = None
+    """Range of J2 + J3, where the pendant's J3 is coupled to J2; this or j3_deg."""
+    j3_deg: AngleRange | None = None
+    """Range of J3, where the pendant is not coupled; this or j2_plus_j3_deg."""
     j4_deg: AngleRange
+    """Range of the pendant's J4."""
     j5_deg: AngleRange
+    """Range of the pendant's J5."""
     j6_deg: AngleRange
+    """Range of the pendant's J6."""
     speed_deg_s: SixRates
+    """Largest speed of each joint."""
     acceleration_deg_s2: SixRates
+    """Largest acceleration of each joint."""
     jerk_deg_s3: SixRates
+    """Largest jerk of each joint."""
 
 
 class SingularityTable(Table):
     """How near a singularity a program may come."""
 
     shoulder_mm: NotNegative
+    """Least distance of the wrist centre from the axis of joint 1."""
     elbow_mm: NotNegative
+    """Least distance of the wrist centre from the edge of its reach."""
     wrist_deg: NotNegative
+    """Least angle of joint 5 from zero."""
 
 
 class ControllerTable(Table):
-    """What the controller does with a program, and holds."""
+    """What the controller does with a program, and how much it holds."""
 
     compensation: Literal["none", "signature", "unknown"]
-    signature: str = ""  # the calibration that is active on the controller
-    identified_with: str = ""  # the calibration that was active when this file's errors were identified
+    """Whether the controller corrects its own geometry; unknown is refused when a program is corrected."""
+    signature: str = ""
+    """Name of the calibration that is active on the controller; compensation = "signature" needs it."""
+    identified_with: str = ""
+    """Name of the calibration that was active when this file's error sources were identified."""
     interpolation_ms: Annotated[FiniteFloat, Field(ge=0.1, le=1000)]
+    """Interpolation period."""
     max_lines: Annotated[int, Field(gt=0)]
+    """Most program lines in one file."""
     max_positions: Annotated[int, Field(gt=0)]
+    """Most positions in one file."""
     memory_kB: Positive
+    """Free memory for programs."""
     name_length: Annotated[int, Field(ge=8, le=36)]
+    """Most characters in a program's name."""
     decimals: Annotated[int, Field(ge=3, le=6)] = 3
+    """Decimals of the numbers in a position."""
     turn_joints: Annotated[list[Annotated[int, Field(ge=1, le=6)]], Field(min_length=3, max_length=3)]
+    """Joints that the turn numbers of CONFIG count."""
 
 
 class ToolTable(Table):
-    """The TCP in the flange frame, FANUC's X Y Z W P R; all zero is the flange itself (UT 0)."""
+    """Tool centre point in the flange frame, in FANUC's X Y Z W P R."""
 
     number: Annotated[int, Field(ge=0, le=10)] | None = None
-    x_mm: Place = 0.0
-    y_mm: Place = 0.0
-    z_mm: Place = 0.0
+    """UTOOL number; default 0, the flange itself, when all offsets are 0, else 1."""
+    x_mm: Coordinate = 0.0
+    """Tool centre point in the flange, x."""
+    y_mm: Coordinate = 0.0
+    """Tool centre point in the flange, y."""
+    z_mm: Coordinate = 0.0
+    """Tool centre point in the flange, z."""
     w_deg: Angle = 0.0
+    """Rotation of the tool about the flange's x."""
     p_deg: Angle = 0.0
+    """Rotation of the tool about the flange's y."""
     r_deg: Angle = 0.0
+    """Rotation of the tool about the flange's z."""
     spin_deg: Angle = 0.0
+    """Angle of the tool's x axis from World x, about the tool axis."""
     axisymmetric: bool = False
+    """Whether the tool is round, so that a correction may turn it about its own axis."""
 
 
 class PostureTable(Table):
-    """The branch of the inverse kinematics, for the whole program."""
+    """Branch of the inverse kinematics, the same for the whole program."""
 
     arm: Literal["front", "back"] = "front"
+    """Whether the wrist is before or behind the axis of joint 1."""
     elbow: Literal["up", "down"] = "up"
+    """Whether the elbow is above or below the line from shoulder to wrist."""
     wrist: Literal["no flip", "flip"] = "no flip"
+    """Sign of joint 5."""
 
 
 def robot_from_tables(
@@ -114,8 +154,8 @@ def robot_from_tables(
     coupled = limits.j2_plus_j3_deg is not None
     third = limits.j2_plus_j3_deg if limits.j2_plus_j3_deg is not None else limits.j3_deg
     if third is None or (coupled and limits.j3_deg is not None):
-        told = "missing" if third is None else "conflicts with limits.j3_deg"
-        raise InputError(f"{where}: limits.j2_plus_j3_deg: {told}; give it, or j3_deg where the pendant is not coupled")
+        text = "missing" if third is None else "conflicts with limits.j3_deg"
+        raise InputError(f"{where}: limits.j2_plus_j3_deg: {text}; give it, or j3_deg where the pendant is not coupled")
     ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
     keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
     for key, pair in zip(keys, ranges):
@@ -128,7 +168,7 @@ def robot_from_tables(
         raise InputError(f"{where}: pendant.matrix: it cannot be inverted; each joint needs its row")
     if len(set(controller.turn_joints)) != 3:
         raise InputError(f"{where}: controller.turn_joints: {controller.turn_joints} names a joint twice; name three")
-    robot = Robot(
+    return Robot(
         name=name,
         d=np.array(dh.d_mm) * MM,
         a=np.array(dh.a_mm) * MM,
@@ -156,4 +196,3 @@ def robot_from_tables(
             turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
         ),
     )
-    return robot

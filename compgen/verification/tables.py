@@ -1,4 +1,4 @@
-"""What a path file promises."""
+"""Table of a path file for its bounds."""
 
 from compgen.core.quantities import Positive
 from compgen.core.toml import Table
@@ -7,19 +7,26 @@ from compgen.verification.deviation import Bounds
 
 
 class BoundsTable(Table):
-    """The promise: largest values allowed after correction."""
+    """Largest residual of the written program; the bounds that are given are verified."""
 
     max_um: Positive | None = None
+    """Largest distance from the target."""
     p99_um: Positive | None = None
+    """99th percentile of the distance, over the length of the path."""
     rms_um: Positive | None = None
+    """Root mean square of the distance, over the length of the path."""
     feed_um: Positive | None = None
+    """Largest residual along the feed."""
     cross_um: Positive | None = None
+    """Largest residual across the feed, in the surface."""
     normal_um: Positive | None = None
+    """Largest residual along the surface normal."""
     axis_mdeg: Positive | None = None
+    """Largest tilt of the tool axis."""
 
 
 def bounds_of(table: BoundsTable) -> Bounds:
-    """In SI."""
+    """The bounds in SI."""
 
     def um(value: float | None) -> float | None:
         return None if value is None else value * UM

@@ -1,167 +1,233 @@
-"""What the files say of heat: steps of duty, shifts, air and log of a path file; the models of a robot file."""
+"""Tables of heat: duty, shifts, air and temperature log of a path file; the thermal models of a robot file."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
-from compgen.core.quantities import Length, NotNegative, Positive, Range, SixRates, ThreePlaces, Word
+from compgen.core.quantities import Identifier, Length, NotNegative, Point, Positive, Range, SixRates
 from compgen.core.toml import Table
 from compgen.robot.dh_lengths import LengthName
 
+DayHour = Annotated[FiniteFloat, Field(ge=0, le=48)]
+Celsius = Annotated[FiniteFloat, Field(ge=-20, le=60)]
+Expansion = Annotated[FiniteFloat, Field(ge=-1000, le=1000)]  # um/(m K)
+Axis = Annotated[int, Field(ge=1, le=6)]
+
 
 class StepTable(Table):
-    """What the cell does over a stretch: an entry of [[before]], [[cycle]] or [[after]]."""
+    """A stretch of what the cell does: an entry of [[before]], [[cycle]] or [[after]], in order."""
 
     state: Literal["moving", "idle", "off"]
+    """What the robot does: runs a program, stands with the servo on, or stands with it off."""
     program: str | None = None
+    """Path file of the program that moves; default this one."""
     feed_mm_s: Annotated[FiniteFloat, Field(gt=0, le=1e4)] | None = None
+    """Feed while moving; default the program's own."""
     duration_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
+    """Length of the stretch; this or repeat."""
     repeat: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    """Runs of the program, each followed by a dwell; this or duration_h."""
     dwell_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)] | None = None
+    """Pause after each run; default 0."""
     dwell: Literal["idle", "off"] | None = None
+    """Servo on (idle) or off during the dwell; default idle."""
     duty: Annotated[FiniteFloat, Field(ge=0, le=1)] | None = None
+    """Share of the time in motion, the rest idle; default 1."""
     shifts: bool = False
-
-
-DayHour = Annotated[FiniteFloat, Field(ge=0, le=48)]
+    """Whether the program moves inside the working hours of [[shift]] only."""
 
 
 class ShiftTable(Table):
-    """Working hours of every day; a night shift ends after 24."""
+    """Working hours of every day."""
 
     from_h: Annotated[FiniteFloat, Field(ge=0, lt=24)]
+    """Hour of the day at which the shift begins."""
     to_h: DayHour
+    """Hour at which it ends, above 24 for a night shift."""
     breaks_h: list[Annotated[list[DayHour], Field(min_length=2, max_length=2)]] = []
-
-
-Celsius = Annotated[FiniteFloat, Field(ge=-20, le=60)]
+    """Breaks, each its first and its last hour; the robot is idle."""
 
 
 class AmbientTable(Table):
-    """The air around the robot, from the first [[before]] on."""
+    """Temperature of the air around the robot, from the first [[before]] on."""
 
     kind: Literal["constant", "ramp", "wave", "csv"] = "constant"
+    """Course of the air temperature."""
     reference_degC: Celsius = 20.0
+    """Temperature at which the robot was calibrated: every rise counts from it."""
     clock_h: Annotated[FiniteFloat, Field(ge=0, lt=24)] = 0.0
+    """Hour of the day at which the first [[before]] begins."""
     value_degC: Celsius | None = None
+    """constant: the temperature; wave: its mean; default reference_degC."""
     from_degC: Celsius | None = None
+    """ramp: temperature at its beginning."""
     to_degC: Celsius | None = None
+    """ramp: temperature at its end and afterwards."""
     over_h: Annotated[FiniteFloat, Field(gt=0, le=1e5)] | None = None
+    """ramp: how long it takes."""
     amplitude_K: Annotated[FiniteFloat, Field(ge=0, le=20)] | None = None
+    """wave: half of its peak-to-peak difference."""
     period_h: Annotated[FiniteFloat, Field(ge=0.01, le=1e5)] | None = None
+    """wave: its period, default 24."""
     peak_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
+    """wave: hour of the highest temperature, default 15."""
     file: str | None = None
+    """csv: file beside the path file with the columns time_s, ambient_degC."""
 
 
 class LogTable(Table):
-    """A thermocouple log whose end is the state at the first [[before]]."""
+    """A thermocouple log; its end is the thermal state at the first [[before]]."""
 
     file: str
+    """CSV file beside the path file: time_s, ambient_degC, part_<n>_degC; empty cells are gaps."""
     reference: Literal["ambient", "start"] | Celsius | None = None
+    """What rises count from: a temperature in degC (default ambient.reference_degC), the air, or the cold start."""
     window_min: Annotated[FiniteFloat, Field(ge=1, le=1e4)] = 20.0
+    """Length of the cold start whose median reference = "start" takes."""
 
 
 class LossTable(Table):
-    """Heat of a drive, shared by all joints: shares of its motor's rated power."""
+    """Heat of a drive as shares of its motor's rated power, the same for all joints."""
 
     holding: NotNegative
+    """Copper loss at the torque that the joint holds."""
     coulomb: NotNegative
+    """Friction that does not depend on speed."""
     viscous: NotNegative
+    """Friction that rises with speed."""
 
 
 class BodyTable(Table):
-    """A stretch of structure that conducts, cut into volumes; in order from the base plate."""
+    """A body that conducts heat, cut into volumes; bodies are listed from the base plate to the flange."""
 
-    name: Word
+    name: Identifier
+    """Name of the body; a heated length has a body of its name."""
     length_mm: Length
+    """Length along the conduction."""
     volumes: Annotated[int, Field(ge=1, le=200)]
+    """Number of finite volumes."""
     mass_kg: Positive
+    """Mass."""
     heat_capacity_J_kgK: Positive
-    conductance_W_mm_K: Positive  # conductivity x section: W per K across one millimetre
-    film_W_K: NotNegative  # of the whole surface to the air
+    """Specific heat capacity."""
+    conductance_W_mm_K: Positive
+    """Conductivity times cross-section: watts per kelvin across one millimetre."""
+    film_W_K: NotNegative
+    """Heat transfer of the whole surface to the air."""
 
 
 class HousingTable(Table):
-    """A joint's housing, after the body of the same place in the list; motors give their heat to it."""
+    """A joint's housing, behind the body of the same place in the list; motors heat it."""
 
-    name: Word
+    name: Identifier
+    """Name of the housing."""
     mass_kg: Positive
+    """Mass."""
     heat_capacity_J_kgK: Positive
+    """Specific heat capacity."""
     film_W_K: NotNegative
-    inward_W_K: Positive  # contact with the body towards the base
-    outward_W_K: Positive  # contact with the next body
-    drives: list[Annotated[int, Field(ge=1, le=6)]]
+    """Heat transfer of the whole surface to the air."""
+    inward_W_K: Positive
+    """Contact with the body towards the base."""
+    outward_W_K: Positive
+    """Contact with the body towards the flange."""
+    drives: list[Axis]
+    """Joints whose motors heat this housing."""
 
 
 class ProbeTable(Table):
-    """A named rise of the network: of a housing, or of a body at a distance from its base end."""
+    """A named rise of the network, at a housing or along a body."""
 
-    name: Word
+    name: Identifier
+    """Name of the rise."""
     part: str
+    """Name of the housing or body."""
     at_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] | None = None
+    """Distance from the body's base end; default 0."""
 
 
 class NetworkTable(Table):
-    """Heat conduction from the base plate to the flange."""
+    """Heat conduction from the base plate to the flange, with heat from the motion itself."""
 
     floor_W_K: NotNegative
+    """Contact of the base plate with the floor."""
     loss: LossTable
     rated_W: SixRates
+    """Rated power of each joint's motor."""
     link_kg: Annotated[list[NotNegative], Field(min_length=6, max_length=6)]
-    link_centre_mm: Annotated[list[ThreePlaces], Field(min_length=6, max_length=6)]
+    """Mass of each link."""
+    link_centre_mm: Annotated[list[Point], Field(min_length=6, max_length=6)]
+    """Centre of each link's mass from its joint, World axes, pendant angles zero."""
     payload_kg: NotNegative
-    payload_centre_mm: ThreePlaces
+    """Mass of tool and spindle."""
+    payload_centre_mm: Point
+    """Centre of mass of tool and spindle in the flange."""
     body: Annotated[list[BodyTable], Field(min_length=1)]
     housing: Annotated[list[HousingTable], Field(min_length=1)]
     probe: Annotated[list[ProbeTable], Field(min_length=1)]
 
 
 class BoxTable(Table):
-    """Where the thermal parameters hold."""
+    """Range in which the thermal parameters were measured; beyond it a finding."""
 
     feed_mm_s: Range
+    """Lowest and highest feed."""
     hours: Positive
+    """Longest time in motion [h]."""
     rise_K: Positive
+    """Largest rise."""
 
 
 class NodeTable(Table):
-    """One thermal node."""
+    """A node of the thermal model: its rise follows the feed with a first-order lag."""
 
-    name: Word
+    name: Identifier
+    """Name of the node."""
     rise_K: Annotated[FiniteFloat, Field(ge=-500, le=500)]
+    """Rise at the reference: reference_h at reference_feed_mm_s, from cold."""
     exponent: Annotated[FiniteFloat, Field(ge=0, le=5)]
+    """Exponent of the feed in the steady rise."""
     tau_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
+    """Time constant."""
 
 
 class SectionTable(Table):
-    """A stretch of link, from the end of the one before."""
+    """A section of a profile, from the end of the one before it."""
 
     to_mm: Positive
+    """Where it ends, from the base end of the length."""
     from_: Annotated[str, Field(alias="from")]
+    """Node whose rise it has at its beginning."""
     to: str
+    """Node whose rise it has at its end."""
     shape: Literal["linear", "exponential"]
+    """Course of the rise between them."""
 
 
 class ProfileTable(Table):
-    """One heated length."""
+    """Rise along a length that grows."""
 
     length: LengthName
+    """DH length that grows; d1 is the base column."""
     sections: Annotated[list[SectionTable], Field(min_length=1)]
 
 
-Cte = Annotated[FiniteFloat, Field(ge=-1000, le=1000)]
-
-
 class ThermalTable(Table):
-    """The thermal models: the study's nodes, and the conduction network when the file has one."""
+    """Thermal models of the robot: nodes, and the conduction network where the file has one."""
 
     model: Literal["nodes", "network"] = "nodes"
-    cte_um_m_K: Cte | dict[str, Cte]
+    """Which of the models is used."""
+    cte_um_m_K: Expansion | dict[str, Expansion]
+    """Coefficient of thermal expansion, one for all lengths or a table by length."""
     reference_feed_mm_s: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
+    """Feed of the reference."""
     reference_h: Annotated[FiniteFloat, Field(ge=0.001, le=1e4)]
+    """Time of the reference, from cold."""
     idle_fraction: Annotated[FiniteFloat, Field(ge=0, le=1)]
+    """Heat while standing with the servo on, as a share of that at the reference feed."""
     box: BoxTable
     node: Annotated[list[NodeTable], Field(min_length=1)]
     profile: list[ProfileTable]
     sensors: dict[str, str] = {}
+    """Which rise each part_<n> of a thermocouple log shows."""
     network: NetworkTable | None = None
