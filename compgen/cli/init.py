@@ -15,7 +15,7 @@ from compgen.core.toml import shipped
 
 @app.command()
 def init(folder: Annotated[str, typer.Argument(help="Where to; default here.")] = ".") -> None:
-    """Lay down the robots and paths that come with compgen."""
+    """Lay down the robots, paths and schemas that come with compgen."""
     place = Path(folder)
     kinds = ("robots", "paths")
     for kind in kinds:
@@ -25,7 +25,7 @@ def init(folder: Annotated[str, typer.Argument(help="Where to; default here.")] 
         target = place / kind
         try:
             target.mkdir(parents=True, exist_ok=True)
-            for source in sorted((shipped() / kind).glob("*.toml")):
+            for source in sorted(f for ending in ("*.toml", "*.schema.json") for f in (shipped() / kind).glob(ending)):
                 if not os.path.lexists(target / source.name):
                     write_file(target / source.name, source.read_bytes())
                     laid += 1

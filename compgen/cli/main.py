@@ -25,6 +25,7 @@ __all__ = ["main"]
 _MODULES = {
     "inspect": "inspect",
     "init": "init",
+    "schema": "schema",
     "pages": "pages",
     "generate": "jobs",
     "predict": "jobs",

@@ -13,6 +13,8 @@ from pydantic_core import ErrorDetails
 
 from compgen.core.exceptions import InputError
 
+DEEPEST = 20  # tables and lists in each other; Python's own limit is a traceback
+
 _REPR = Repr()
 _REPR.maxlevel, _REPR.maxstring = 2, 60
 
@@ -60,7 +62,7 @@ def override(data: dict[str, Any], assignment: str, option: str) -> None:
     """Put one ``key=value`` into a tree of tables; ``option`` is how the user wrote it."""
     key, equals, text = assignment.partition("=")
     if not equals or not key.strip():
-        raise InputError(f"--set {option}: expected key=value, as in --set process.feed_mm_s=100")
+        raise InputError(f"--set {_short(option)}: expected key=value, as in --set process.feed_mm_s=100")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
@@ -76,7 +78,7 @@ def override(data: dict[str, Any], assignment: str, option: str) -> None:
         else:
             table[last] = value
     except (IndexError, ValueError, TypeError, AttributeError):
-        raise InputError(f"--set {option}: there is no '{key}' in the file to set") from None
+        raise InputError(f"--set {_short(option)}: there is no '{_short(key.strip())}' in the file to set") from None
 
 
 def _entry(rows: list[Any], step: str) -> Any:
@@ -94,6 +96,8 @@ def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
     Raises:
         InputError: The first thing that is wrong, in one line: file, key, value, limit.
     """
+    if deep := next((key for key, value in data.items() if _is_deeper(value, DEEPEST)), None):
+        raise InputError(f"{where}: {_short(deep)}: nested more than {DEEPEST} deep; remove it, no key here needs that")
     try:
         return model.model_validate(data)
     except ValidationError as failure:
@@ -127,6 +131,14 @@ def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
         case _:
             reasons = dict.fromkeys(_reason(e) for s, e in below if s == steps)
             raise InputError(f"{where}: {key}: {_brief(error['input'])}: {', or '.join(reasons)}")
+
+
+def _is_deeper(value: Any, levels: int) -> bool:
+    """Whether tables and lists are nested deeper than some levels."""
+    level = [value]
+    for _ in range(levels + 1):
+        level = [v for x in level if isinstance(x, dict | list) for v in (x.values() if isinstance(x, dict) else x)]
+    return bool(level)
 
 
 def _steps(data: Any, error: ErrorDetails) -> list[str]:

@@ -80,7 +80,7 @@ class JointCouplingTable(SourceTable):
     """Errors of the transmissions: a joint turns when another one does."""
 
     ratio_ppm: SixBySix = 6 * [6 * [0.0]]
-    """Rows: the joint that errs; columns: the joint that moves."""
+    """Error per turn of another joint; rows: the joint that errs; columns: the joint that moves."""
 
 
 class ComplianceTable(SourceTable):
@@ -96,7 +96,7 @@ class GearHarmonicsTable(SourceTable):
     sine_mdeg: SixByTwo = 6 * [[0.0, 0.0]]
     """Sine amplitudes; rows: joints; columns: first and second harmonic."""
     cosine_mdeg: SixByTwo = 6 * [[0.0, 0.0]]
-    """Cosine amplitudes, in the same shape."""
+    """Cosine amplitudes; in the same shape."""
     cycles: SixCycles = 6 * [1.0]
     """Cycles of the first harmonic per turn of each joint."""
 
@@ -109,7 +109,7 @@ class JointRippleTable(SourceTable):
     sine_mdeg: SixByOrder
     """Sine amplitudes; rows: joints; columns: orders."""
     cosine_mdeg: SixByOrder
-    """Cosine amplitudes, in the same shape."""
+    """Cosine amplitudes; in the same shape."""
 
 
 class HysteresisTable(SourceTable):
@@ -124,7 +124,7 @@ class HysteresisTable(SourceTable):
 
 
 class FrameTable(SourceTable):
-    """Displacement of a frame: base_frame before the arm, in World; tool_frame behind the flange."""
+    """Displacement of a frame."""
 
     position_um: ThreeOffsets = 3 * [0.0]
     """Displacement along x, y, z."""
@@ -213,9 +213,12 @@ class SourcesTable(Table):
     joint_ripple: JointRippleTable | None = None
     hysteresis: HysteresisTable | None = None
     base_frame: FrameTable | None = None
+    """Displacement of the arm's base, World."""
     thermal_bend: ThermalBendTable | None = None
     thermal_shift: ThermalShiftTable | None = None
     tool_frame: FrameTable | None = None
+    """Displacement of the tool, in the flange."""
     map: list[MapTable] = []
+    """Errors measured along lines, at most one for each axis of World."""
     loads: LoadsTable = LoadsTable()
     box: JointBoxTable | None = None

@@ -37,7 +37,7 @@ class PathFile(Table):
     title: str = ""
     """Title of the report."""
     path: AnyPattern
-    """The pattern; pattern decides which other keys there are."""
+    """The pattern and where it stands; the key pattern decides which other keys there are."""
     surface: SurfaceTable = SurfaceTable()
     boundary: BoundaryTable | None = None
     tool: ToolTable = ToolTable()
@@ -51,6 +51,7 @@ class PathFile(Table):
     after: list[StepTable] = []
     """What the cell does after the program."""
     shift: list[ShiftTable] = []
+    """Working hours of every day, for the stretches with shifts = true."""
     ambient: AmbientTable = AmbientTable()
     log: LogTable | None = None
     bounds: BoundsTable

@@ -112,7 +112,7 @@ class BoundaryTable(Table):
     corner_to_corner_mm: Length | None = None
     """Distance of opposite corners; a hexagon needs it."""
     rotation_deg: Angle | None = None
-    """Turn of a hexagon about z, default 0: two corners lie on x."""
+    """Turn of a hexagon about z; default 0: two corners lie on x."""
 
 
 class ProcessTable(Table):

@@ -134,7 +134,7 @@ class PostureTable(Table):
     elbow: Literal["up", "down"] = "up"
     """Whether the elbow is above or below the line from shoulder to wrist."""
     wrist: Literal["no flip", "flip"] = "no flip"
-    """Sign of joint 5."""
+    """Sign of joint 5: flip where it is positive."""
 
 
 def robot_from_tables(

@@ -203,7 +203,7 @@ def test_a_killed_run_leaves_the_old_set_whole(tmp_path, delay):
 def test_init_lays_down_what_is_missing(tmp_path):
     assert run("init", tmp_path).returncode == 0
     ours = {p.name for p in (tmp_path / "paths").iterdir()}
-    assert "spiral_1300.toml" in ours
+    assert {"spiral_1300.toml", "path.schema.json"} <= ours
     (tmp_path / "paths" / "line_y.toml").write_text("mine")
     assert run("init", tmp_path).returncode == 0
     assert (tmp_path / "paths" / "line_y.toml").read_text() == "mine"

@@ -43,7 +43,7 @@ class ShiftTable(Table):
     from_h: Annotated[FiniteFloat, Field(ge=0, lt=24)]
     """Hour of the day at which the shift begins."""
     to_h: DayHour
-    """Hour at which it ends, above 24 for a night shift."""
+    """Hour at which it ends; above 24 for a night shift."""
     breaks_h: list[Annotated[list[DayHour], Field(min_length=2, max_length=2)]] = []
     """Breaks, each its first and its last hour; the robot is idle."""
 
@@ -68,9 +68,9 @@ class AmbientTable(Table):
     amplitude_K: Annotated[FiniteFloat, Field(ge=0, le=20)] | None = None
     """wave: half of its peak-to-peak difference."""
     period_h: Annotated[FiniteFloat, Field(ge=0.01, le=1e5)] | None = None
-    """wave: its period, default 24."""
+    """wave: its period; default 24."""
     peak_h: Annotated[FiniteFloat, Field(ge=0, le=1e5)] | None = None
-    """wave: hour of the highest temperature, default 15."""
+    """wave: hour of the highest temperature; default 15."""
     file: str | None = None
     """csv: file beside the path file with the columns time_s, ambient_degC."""
 
@@ -83,7 +83,7 @@ class LogTable(Table):
     reference: Literal["ambient", "start"] | Celsius | None = None
     """What rises count from: a temperature in degC (default ambient.reference_degC), the air, or the cold start."""
     window_min: Annotated[FiniteFloat, Field(ge=1, le=1e4)] = 20.0
-    """Length of the cold start whose median reference = "start" takes."""
+    """How much of the log's beginning reference = "start" takes the median of."""
 
 
 class LossTable(Table):
@@ -163,8 +163,11 @@ class NetworkTable(Table):
     payload_centre_mm: Point
     """Centre of mass of tool and spindle in the flange."""
     body: Annotated[list[BodyTable], Field(min_length=1)]
+    """Bodies from the base plate to the flange."""
     housing: Annotated[list[HousingTable], Field(min_length=1)]
+    """Housings, one between two bodies."""
     probe: Annotated[list[ProbeTable], Field(min_length=1)]
+    """Rises that the file names."""
 
 
 class BoxTable(Table):
@@ -210,6 +213,7 @@ class ProfileTable(Table):
     length: LengthName
     """DH length that grows; d1 is the base column."""
     sections: Annotated[list[SectionTable], Field(min_length=1)]
+    """Sections from the base end of the length to its other end."""
 
 
 class ThermalTable(Table):
@@ -227,7 +231,9 @@ class ThermalTable(Table):
     """Heat while standing with the servo on, as a share of that at the reference feed."""
     box: BoxTable
     node: Annotated[list[NodeTable], Field(min_length=1)]
+    """Nodes of the thermal model."""
     profile: list[ProfileTable]
+    """Lengths that grow, and the rise along them."""
     sensors: dict[str, str] = {}
     """Which rise each part_<n> of a thermocouple log shows."""
     network: NetworkTable | None = None

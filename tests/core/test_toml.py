@@ -1,0 +1,230 @@
+"""Tables are checked once, at the edge; whatever a file holds, a refusal is one short line that names the key."""
+
+import math
+from typing import Annotated, Any, Literal
+
+import pytest
+from pydantic import Field, FiniteFloat
+
+from compgen.core.exceptions import InputError
+from compgen.core.toml import Table, check, override, read_toml
+
+
+class Inner(Table):
+    """A table in a table."""
+
+    from_: Annotated[str, Field(alias="from")]
+    size: Annotated[FiniteFloat, Field(gt=0, le=10)] = 1.0
+
+
+class Round(Table):
+    """One choice of a tagged union."""
+
+    shape: Literal["round"]
+    diameter: FiniteFloat
+
+
+class Square(Table):
+    """The other choice."""
+
+    shape: Literal["square"]
+    side: FiniteFloat
+
+
+class Outer(Table):
+    """Every kind of value."""
+
+    name: Annotated[str, Field(pattern="^[a-z]+$", max_length=4)]
+    kind: Literal["a", "b"] = "a"
+    either: Literal["x"] | Annotated[FiniteFloat, Field(ge=0)] | None = None
+    table: FiniteFloat | dict[str, FiniteFloat] = 0.0
+    rows: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2)] = [1, 2]  # noqa: RUF012
+    more: dict[str, Any] = {}  # noqa: RUF012
+    on: bool = False
+    inner: Inner | None = None
+    many: list[Inner] = []  # noqa: RUF012
+    part: Annotated[Round | Square, Field(discriminator="shape")] | None = None
+
+
+GOOD = {"name": "abc", "either": 3, "rows": [4, 5], "more": {"k": [1]}, "on": True, "inner": {"from": "z", "size": 2}}
+
+
+def nested(depth):
+    table: dict[str, Any] = {"a": 1}
+    for _ in range(depth):
+        table = {"a": table}
+    return table
+
+
+def refusal(changes):
+    with pytest.raises(InputError) as caught:
+        check(Outer, {**GOOD, **changes}, "file.toml")
+    message = str(caught.value)
+    assert message.startswith("file.toml: ")
+    assert len(message) <= 300
+    assert message.isprintable()
+    return message.removeprefix("file.toml: ")
+
+
+def test_what_is_right_becomes_values():
+    table = check(Outer, GOOD, "file.toml")
+    assert (table.name, table.either, table.rows, table.more, table.on) == ("abc", 3.0, [4, 5], {"k": [1]}, True)
+    assert (table.inner.from_, table.inner.size, table.many, table.part) == ("z", 2.0, [], None)
+    assert isinstance(table.inner.size, float)
+    assert table.model_fields_set == set(GOOD)
+    with pytest.raises(ValueError, match="frozen"):
+        table.name = "d"
+
+
+def test_defaults_are_not_shared():
+    one, other = (check(Outer, {"name": "a"}, "file.toml") for _ in range(2))
+    one.rows.append(7)
+    assert other.rows == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"nme": "x"}, "nme: unknown key; did you mean 'name'?"),
+        ({"inner": {"from": "z", "zzz": 1}}, "inner.zzz: unknown key; known: from, size"),
+        ({"inner": {"from_": "z"}}, "inner.from_: unknown key; did you mean 'from'?"),
+        ({"many": [{"from": "z"}, {"from": "z", "sizes": 1}]}, "many.1.sizes: unknown key; did you mean 'size'?"),
+        ({"part": {"shape": "square", "sid": 1}}, "part.sid: unknown key; did you mean 'side'?"),
+        ({"part": {"shape": "round", "xyz": 1}}, "part.xyz: unknown key; known: shape, diameter"),
+    ],
+)
+def test_an_unknown_key_is_named_with_what_was_meant(changes, message):
+    assert refusal(changes) == message
+
+
+def test_an_unknown_key_comes_before_a_missing_one():
+    assert refusal({"inner": {"fron": "z"}}) == "inner.fron: unknown key; did you mean 'from'?"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"inner": {}}, "inner.from: missing; add it"),
+        ({"many": [{"from": "z"}, {}]}, "many.1.from: missing; add it"),
+        ({"part": {"shape": "round"}}, "part.diameter: missing; add it"),
+        ({"part": {"diameter": 1}}, "part.shape: missing; known: round, square"),
+    ],
+)
+def test_a_missing_key_is_named(changes, message):
+    assert refusal(changes) == message
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"name": 3}, "name: 3: must be a valid string"),
+        ({"on": 1}, "on: 1: must be a valid boolean"),
+        ({"rows": 3}, "rows: 3: must be a valid list"),
+        ({"rows": [1, 1.5]}, "rows.1: 1.5: must be a valid integer"),
+        ({"inner": {"from": "z", "size": True}}, "inner.size: True: must be a valid number"),
+        ({"inner": {"from": "z", "size": "2"}}, "inner.size: '2': must be a valid number"),
+        ({"inner": 3}, "inner: 3 must be a table"),
+        ({"more": 3}, "more: 3 must be a table"),
+        ({"part": [1]}, "part: [1] must be a table"),
+        ({"part": {"shape": 3}}, "part.shape: 3 is unknown; known: round, square"),
+        ({"part": {"shape": "rond"}}, "part.shape: 'rond' is unknown; known: round, square; did you mean 'round'?"),
+        ({"kind": "c"}, "kind: 'c': must be 'a' or 'b'"),
+    ],
+)
+def test_a_wrong_type_is_named_with_its_value(changes, message):
+    assert refusal(changes) == message
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"name": "ABC"}, "name: 'ABC': must match pattern '^[a-z]+$'"),
+        ({"name": "abcde"}, "name: 'abcde': must have at most 4 characters"),
+        ({"rows": [1]}, "rows: [1]: must have at least 2 items, not 1"),
+        ({"rows": [1, 0]}, "rows.1: 0: must be greater than or equal to 1"),
+        ({"many": [{"from": "z", "size": 0}]}, "many.0.size: 0: must be greater than 0"),
+        ({"inner": {"from": "z", "size": 11}}, "inner.size: 11: must be less than or equal to 10"),
+        ({"inner": {"from": "z", "size": math.nan}}, "inner.size: nan is not a number; give a finite one"),
+        ({"inner": {"from": "z", "size": -math.inf}}, "inner.size: -inf is not a number; give a finite one"),
+    ],
+)
+def test_a_value_out_of_bounds_is_named_with_its_limit(changes, message):
+    assert refusal(changes) == message
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"either": "y"}, "either: 'y': must be 'x', or must be a valid number"),
+        ({"either": -1}, "either: -1: must be 'x', or must be greater than or equal to 0"),
+        ({"either": math.nan}, "either: nan: must be 'x', or must be a finite number"),
+        ({"table": "y"}, "table: 'y': must be a valid number, or must be a table"),
+        ({"table": {"k": "y"}}, "table.k: 'y': must be a valid number"),
+    ],
+)
+def test_every_choice_of_a_union_is_told_and_no_name_of_ours(changes, message):
+    assert refusal(changes) == message
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"name": nested(3000)},
+        {"inner": nested(3000)},
+        {"part": nested(3000)},
+        {"part": {"shape": nested(3000)}},
+        {"rows": nested(3000)},
+        {"rows": [[[[[[[["x" * 1000] * 1000]]]]]]]},
+        {"inner": {"from": "z", "size": 10**400}},
+        {"rows": [1, -(16**5000)]},
+        {"name": "x" * 100_000},
+        {"x" * 100_000: 1},
+        {"a\nb\x1b[31m": 1},
+        {"name": "a\nb\x1b[31m" * 100},
+        {"many": [{"x" * 1000: 1}] * 1000},
+    ],
+    ids=range(13),
+)
+def test_a_hostile_file_gives_one_short_line(changes):
+    refusal(changes)
+
+
+def test_what_is_nested_as_deep_as_a_table_needs_is_taken():
+    assert check(Outer, {**GOOD, "more": nested(19)}, "file.toml").more == nested(19)
+    assert refusal({"more": nested(20)}) == "more: nested more than 20 deep; remove it, no key here needs that"
+
+
+def test_deep_keys_of_a_file_are_one_line(tmp_path):
+    file = tmp_path / "deep.toml"
+    file.write_text(f"name = 'abc'\nmore.{'.'.join(3000 * 'a')} = 1\nkind.{'.'.join(3000 * 'a')} = 1\n")
+    with pytest.raises(InputError, match=r"^deep: more: nested more than 20 deep; remove it, no key here needs that$"):
+        check(Outer, read_toml(file, "paths"), "deep")
+    file.write_text(f"name = {'[' * 100_000}")
+    with pytest.raises(InputError, match="not TOML") as caught:
+        read_toml(file, "paths")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("assignment", "expected"),
+    [
+        ("a.b=2", {"a": {"b": 2}, "rows": [{"k": 1}]}),
+        ("a.c = text", {"a": {"b": 1, "c": "text"}, "rows": [{"k": 1}]}),
+        ("rows.0.k=[1, 2]", {"a": {"b": 1}, "rows": [{"k": [1, 2]}]}),
+        ("rows.1.k=2", {"a": {"b": 1}, "rows": [{"k": 1}, {"k": 2}]}),
+        ("new.table.key=1.5", {"a": {"b": 1}, "rows": [{"k": 1}], "new": {"table": {"key": 1.5}}}),
+    ],
+)
+def test_an_override_sets_one_key(assignment, expected):
+    data: dict[str, Any] = {"a": {"b": 1}, "rows": [{"k": 1}]}
+    override(data, assignment, assignment)
+    assert data == expected
+
+
+@pytest.mark.parametrize(
+    "assignment", ["a", "=1", "a.b.c=1", "rows.2.k=1", "rows.x=1", "rows.-1=1", f"a.b{1000 * '.c'}=1"]
+)
+def test_an_override_that_leads_nowhere_is_refused(assignment):
+    with pytest.raises(InputError, match=r"^--set robot\.") as caught:
+        override({"a": {"b": 1}, "rows": [{"k": 1}]}, assignment, f"robot.{assignment}")
+    assert len(str(caught.value)) <= 300
