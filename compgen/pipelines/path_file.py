@@ -1,6 +1,7 @@
 """Path files to jobs: TOML with overrides, checked against ``schema``, turned into SI."""
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
@@ -154,4 +155,5 @@ def files_read(path: PathFile, where: str) -> list[str]:
     sources = [Path(where).parent / n for n in names]
     rows = (*path.before, *path.cycle, *path.after)
     sources += [Path(find_program(row.program, where)) for row in rows if row.program]
-    return [sha256(s.read_bytes()).hexdigest() for s in sources]
+    contents = [re.sub(rb"\A#:schema [^\n]*\n", b"", s.read_bytes()) for s in sources]  # a line for editors alone
+    return [sha256(content).hexdigest() for content in contents]
