@@ -104,7 +104,7 @@ def test_what_was_read_must_be_what_was_meant(change, monkeypatch):
     whole = program(40)
     read = ls.interpret(ls.compose(whole))
     for rows in (7, 40, 1000):
-        monkeypatch.setattr(delivery, "ROWS", rows)
+        monkeypatch.setattr(delivery, "BLOCK_ROWS", rows)
         delivery._require_equal(read, whole)
         with pytest.raises(JoinError):
             delivery._require_equal(change(read), whole)
