@@ -19,7 +19,9 @@ from compgen.core.units import UM
 from compgen.pipelines import correct as pipeline
 from compgen.pipelines.history_words import load_before
 from compgen.pipelines.robot_file import load_cell
-from compgen.report.correction_page import correction_csv, correction_html, correction_json, planned_of, provenance_json
+from compgen.report.correction_page import correction_html
+from compgen.report.correction_summary import correction_csv, correction_json
+from compgen.report.provenance import planned_of, provenance_json
 
 PROVENANCE = ".compgen.json"  # beside a corrected program
 

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from compgen.pipelines.correct import Correction
-from compgen.report.correction_page import correction_summary
+from compgen.report.correction_summary import correction_summary
 
 LISTED = 40  # unsafe statements on the screen
 

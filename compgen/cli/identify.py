@@ -32,7 +32,8 @@ from compgen.identification.robot_file import robot_text
 from compgen.identification.validation import validate as validate_arm
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.pipelines.robot_file import Arm, arm_of, load_arm
-from compgen.report.identification_page import identification, identification_html, identification_json, validation
+from compgen.report.identification_page import identification_html
+from compgen.report.identification_summary import identification_json, identification_summary, validation_summary
 
 RobotArgument = Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)]
 Poses = Annotated[list[str] | None, typer.Option("--poses", help="CSV of joints and measured places; repeatable.")]
@@ -100,7 +101,7 @@ def validate(
     parts = [read_poses(p, arm.robot, len(arm.nodes), force=True) for p in poses]
     data = joined(parts)
     found = validate_arm(arm.robot, arm.known, data, len(arm.nodes), None if refit else _frames(arm, data))
-    told = validation(found)
+    told = validation_summary(found)
     if as_json:
         sys.stdout.write(json.dumps(told, indent=2, allow_nan=False) + "\n")
         return
@@ -160,7 +161,7 @@ def _text(arm: Arm, found: Identified, files: Sequence[str]) -> str:
 
 
 def _show(found: Identified) -> None:
-    told = identification(found)
+    told = identification_summary(found)
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
     table = Table("model", "parameters", "effective", "held-out um", "95 %", "noise um")
     for s in told["ladder"]:

@@ -11,14 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from compgen.pipelines.generate import Corrected, Planned
-from compgen.report import report_data
+from compgen.report import job_summary
 
 FEW = 5  # numbered files of one name that are all told
 
 
 def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
     """The table at the end."""
-    data = report_data(planned, corrected)
+    data = job_summary(planned, corrected)
     console = Console(width=None if sys.stdout.isatty() else 100)
     table = Table(title=Text(planned.job.title or planned.job.name), title_justify="left", title_style="bold")
     table.add_column("TCP error", no_wrap=True)

@@ -33,7 +33,7 @@ from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.program_text import DATE, program_name_of
-from compgen.report import report_data, report_html, report_json, waypoints_blocks
+from compgen.report import job_html, job_json, job_summary, waypoints_blocks
 
 
 @app.command()
@@ -111,7 +111,7 @@ def check(
                 raise InputError(f"--junit '{junit}': not a file's name; give one")
             publish.check_writable(Path(junit).absolute().parent)
         planned, corrected = pipeline.generate(job, progress)
-    data = report_data(planned, corrected)
+    data = job_summary(planned, corrected)
     if junit is not None:
         write_file(Path(junit), _junit(data))
     if as_json:
@@ -125,9 +125,9 @@ def check(
 
 def _files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
     return {
-        "report.json": report_json(planned, corrected),
+        "report.json": job_json(planned, corrected),
         "waypoints.csv": waypoints_blocks(planned, corrected),
-        "report.html": report_html(planned, corrected),
+        "report.html": job_html(planned, corrected),
     }
 
 

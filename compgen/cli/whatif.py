@@ -19,7 +19,8 @@ from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import ASKS, Answer, Row, Study, ask, build, run
 from compgen.pipelines.study.questions import passes
-from compgen.report.study_page import answer_csv, headline, study_csv, study_html, study_json
+from compgen.report.study_page import study_html
+from compgen.report.study_tables import answer_csv, headline, study_csv, study_json
 
 QUESTIONS = [*ASKS, "passes"]
 

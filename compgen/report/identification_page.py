@@ -1,108 +1,23 @@
-"""What identification found: JSON for machines, a page for people."""
+"""What an identification came to, as one page."""
 
-import json
 from html import escape
 from typing import Any
 
 import numpy as np
 
-from compgen import __version__
-from compgen.core.arrays import IntArray
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identifiability import correlations
 from compgen.identification.identify import Identified
-from compgen.identification.validation import Validated, statistics
 from compgen.report.figure import RED_TO_BLUE, Figure, axis, div, figure, trace
+from compgen.report.identification_summary import identification_summary
 from compgen.report.page import COOL, GREY, LINES, WARM, page, thin
 
 MANY = 60  # parameters that a picture of correlations can show
 
 
-def identification(found: Identified) -> dict[str, Any]:
-    """Everything a machine may ask, SI left for the units in the names."""
-    best, data = found.chosen, found.data
-    terms = found.model.terms
-    low, high = best.held_out.interval()
-    span = np.ptp(data.theta, axis=0) / DEG
-    limits = (found.robot.upper - found.robot.lower) / DEG
-    return {
-        "compgen": __version__,
-        "robot": found.robot.name,
-        "verdict": "refused" if found.refused else "accepted",
-        "model": best.candidate.name,
-        "poses": len(data.theta),
-        "places": len(data.pose),
-        "reflectors": list(data.reflectors),
-        "noise_um": _um(best.fit.noise),
-        "held_out_um": {"mean": _um(best.held_out.mean), "low": _um(low), "high": _um(high)},
-        "ladder": [
-            {
-                "model": s.candidate.name,
-                "parameters": int(s.fit.active.sum()),
-                "effective": round(float(s.fit.gamma.sum()), 2),
-                "held_out_um": {
-                    "mean": _um(s.held_out.mean),
-                    "low": _um(s.held_out.interval()[0]),
-                    "high": _um(s.held_out.interval()[1]),
-                },
-                "noise_um": _um(s.fit.noise),
-            }
-            for s in found.steps
-        ],
-        "condition": _finite(found.sight.condition),
-        "frames_condition": _finite(found.sight.frames_condition),
-        "coverage": {
-            f"j{k + 1}": {"span_deg": round(float(span[k]), 3), "share": round(float(span[k] / limits[k]), 4)}
-            for k in range(6)
-        },
-        "parameters": [
-            {
-                "name": t.name,
-                "value": _nine(best.fit.p[k] / t.unit),
-                "sigma": _nine(best.fit.sigma[k] / t.unit),
-                "told": round(float(best.fit.gamma[k]), 4),
-                "held_by_prior": k in found.sight.held,
-            }
-            for k, t in enumerate(terms)
-            if best.fit.active[k]
-        ],
-        "alike": [[terms[i].name, terms[j].name, round(r, 4)] for i, j, r in found.sight.alike],
-        "outliers": [
-            {"row": data.label[n], "distance_um": _um(float(np.linalg.norm(best.fit.residual[n])))}
-            for n in np.flatnonzero(best.fit.wild).tolist()
-        ],
-        "findings": [f.record() for f in found.findings],
-    }
-
-
-def validation(found: Validated) -> dict[str, Any]:
-    """Errors per target and overall, in mm."""
-
-    def told(rows: IntArray) -> dict[str, Any]:
-        sides = {"nominal": found.before[rows], "identified": found.after[rows]}
-        return {
-            side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in statistics(d).items()}
-            for side, d in sides.items()
-        }
-
-    everything = np.arange(len(found.after))
-    return {
-        "unit": "mm",
-        "overall": told(everything),
-        "targets": {
-            name: told(np.flatnonzero(found.data.reflector == r)) for r, name in enumerate(found.data.reflectors)
-        },
-    }
-
-
-def identification_json(found: Identified) -> bytes:
-    """The same as text."""
-    return (json.dumps(identification(found), indent=2, allow_nan=False) + "\n").encode()
-
-
 def identification_html(found: Identified) -> bytes:
     """One page: the verdict, the ladder, residuals before and after, parameters, correlations."""
-    told = identification(found)
+    told = identification_summary(found)
     held = told["held_out_um"]
     first = told["ladder"][0]["held_out_um"]
     kind = "outside" if found.refused else "inside"
@@ -210,15 +125,3 @@ def _correlated(found: Identified) -> Figure:
         [trace("heatmap", names, names, values, colorscale=RED_TO_BLUE, zmin=-1, zmax=1)], 760,
         yaxis={**small, "autorange": "reversed"}, xaxis=small, margin={"l": 190, "r": 20, "t": 40, "b": 190},
     )  # fmt: skip
-
-
-def _um(value: float) -> float:
-    return round(float(value) / UM, 4)
-
-
-def _nine(value: float) -> float:
-    return float(f"{float(value):.9g}")
-
-
-def _finite(value: float) -> float | None:
-    return round(value, 3) if np.isfinite(value) else None

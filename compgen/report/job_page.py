@@ -11,14 +11,14 @@ from compgen.core.units import MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
 from compgen.report.figure import TURBO, Figure, Trace, axis, div, figure, level, numbers, spans, trace
+from compgen.report.job_summary import job_summary
 from compgen.report.page import COOL, GREY, LINES, WARM, findings_list, page, thin
-from compgen.report.summary import report_data
 from compgen.verification.deviation import Deviation
 
 
-def report_html(planned: Planned, corrected: Corrected | None) -> bytes:
+def job_html(planned: Planned, corrected: Corrected | None) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
-    data = report_data(planned, corrected)
+    data = job_summary(planned, corrected)
     drawn = [_drawn(planned.deviation())] + ([_drawn(corrected.deviation)] if corrected else [])
     figures = [
         ("Error over time", _error_over_time(drawn, planned.job.bounds.max), "time"),

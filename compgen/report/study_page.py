@@ -1,8 +1,5 @@
-"""A study as one page, a CSV table and JSON: curves of the error against what was varied, and answers."""
+"""A study as one page: curves of the error against what was varied, and answers."""
 
-import csv
-import io
-import json
 from html import escape
 from typing import Any
 
@@ -11,6 +8,7 @@ import numpy as np
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.figure import Figure, axis, div, figure, spans, trace
 from compgen.report.page import COOL, GREY, LINES, WARM, page
+from compgen.report.study_tables import column_names, headline
 
 TITLES = {
     "warmup": "Drift within one program after a warm-up",
@@ -20,73 +18,6 @@ TITLES = {
     "passes": "Orders and feeds of the passes",
 }
 MOST_ROWS = 500  # of the table on the page; the CSV file has all
-
-
-def study_csv(study: Study, rows: list[Row]) -> bytes:
-    """A row for each scenario, in the order of the study."""
-    return _csv(_columns(study, rows), rows)
-
-
-def answer_csv(answer: Answer) -> bytes:
-    """The numbers behind an answer."""
-    names = [*answer.columns, *(["what"] if answer.labels else [])]
-    rows = [
-        {
-            **{n: "" if np.isnan(v) else float(f"{v:.6g}") for n, v in zip(answer.columns, line)},
-            **({"what": answer.labels[i]} if answer.labels else {}),
-        }
-        for i, line in enumerate(answer.table)
-    ]
-    return _csv(names, rows)
-
-
-def _csv(names: list[str], rows: list[Row]) -> bytes:
-    out = io.StringIO()
-    writer = csv.DictWriter(out, names, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return out.getvalue().encode()
-
-
-def _columns(study: Study, rows: list[Row]) -> list[str]:
-    names = ["index", *study.keys, "state"]
-    for row in rows:
-        names += [n for n in row if n not in names and n != "reason"]
-    return [*names, "reason"]
-
-
-def study_json(study: Study, rows: list[Row], sentences: list[str]) -> bytes:
-    """The same for machines."""
-    data = {
-        "schema": 1,
-        "path": study.path,
-        "study_sha256": study.identity,
-        "keys": list(study.keys),
-        "overrides": list(study.base),
-        "answers": sentences,
-        "scenarios": rows,
-    }
-    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
-
-
-def headline(study: Study, rows: list[Row]) -> str:
-    """What a grid shows, in one sentence."""
-    good = [r for r in rows if r["state"] == "done"]
-    failed = len(rows) - len(good)
-    told = f"{len(rows)} scenarios" + (f", {failed} failed" if failed else "")
-    if not good:
-        return told
-    low, high = (f(good, key=lambda r: (r["before_max_um"], r["index"])) for f in (min, max))
-
-    def at(row: Row) -> str:
-        return ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in study.keys)
-
-    told += f": error {low['before_max_um']:.1f} um ({at(low)}) to {high['before_max_um']:.1f} um ({at(high)})"
-    if any("after_max_um" in r for r in good):
-        worst = max((r for r in good if "after_max_um" in r), key=lambda r: r["after_max_um"])
-        outside = sum(not r.get("inside", True) for r in good)
-        told += f"; corrected at most {worst['after_max_um']:.2f} um, {outside} outside bounds"
-    return told
 
 
 def study_html(title: str, study: Study | None, rows: list[Row], answers: list[Answer]) -> bytes:
@@ -165,7 +96,7 @@ def _curve(answer: Answer) -> Figure:
 
 
 def _table(study: Study, rows: list[Row]) -> str:
-    names = [n for n in _columns(study, rows) if not n.startswith("start_") or n == "start_window_s"]
+    names = [n for n in column_names(study, rows) if not n.startswith("start_") or n == "start_window_s"]
     head = "".join(f"<th>{escape(n)}</th>" for n in names)
     body = "".join(
         "<tr>" + "".join(f"<td>{escape(str(row.get(n, '')))}</td>" for n in names) + "</tr>" for row in rows[:MOST_ROWS]

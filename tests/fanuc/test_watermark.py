@@ -20,7 +20,7 @@ from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.program_text import planned_program
 from compgen.pipelines.robot_file import load_cell
-from compgen.report.correction_page import planned_of, provenance_json
+from compgen.report.provenance import planned_of, provenance_json
 
 
 @pytest.fixture(scope="module")

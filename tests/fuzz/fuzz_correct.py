@@ -25,7 +25,8 @@ from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.history_words import load_before
 from compgen.pipelines.robot_file import load_cell
-from compgen.report.correction_page import correction_csv, correction_json, planned_of, provenance_json
+from compgen.report.correction_summary import correction_csv, correction_json
+from compgen.report.provenance import planned_of, provenance_json
 
 LARGEST = 20_000  # bytes of a program to start from: the correction is not what makes long ones slow
 LONGEST_S = 8.0

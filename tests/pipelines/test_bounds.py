@@ -10,7 +10,7 @@ from shipped import ROOT, path_file, quiet
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
-from compgen.report import report_html, report_json, waypoints_blocks
+from compgen.report import job_html, job_json, waypoints_blocks
 from compgen.verification.deviation import statistics
 
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
@@ -66,9 +66,9 @@ def test_two_runs_give_identical_bytes():
         runs.append(
             (
                 corrected.text,
-                report_json(planned, corrected),
+                job_json(planned, corrected),
                 b"".join(waypoints_blocks(planned, corrected)),
-                report_html(planned, corrected),
+                job_html(planned, corrected),
             )
         )
     assert runs[0] == runs[1]
@@ -143,7 +143,7 @@ def test_waypoint_rows_are_the_programs_positions():
 def test_report_is_documented():
     planned, corrected = generate.generate(load_job(path_file("line_x")), quiet)
     page = (Path(ROOT) / "docs" / "report.md").read_text()
-    data = json.loads(report_json(planned, corrected))
+    data = json.loads(job_json(planned, corrected))
 
     def keys(tree):
         for key, value in tree.items():

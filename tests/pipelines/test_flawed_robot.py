@@ -31,7 +31,7 @@ from compgen.pipelines.path_file import load_job
 from compgen.pipelines.program_text import DATE, compose_program
 from compgen.pipelines.robot_file import load_cell
 from compgen.planning import toolpath
-from compgen.report import report_data
+from compgen.report import job_summary
 
 # by a robot whose hysteresis is of the study's size
 RASTER = (
@@ -86,7 +86,7 @@ def test_both_directions_of_sweeps_are_cancelled_by_knowing_them(raster):
 
 def test_the_report_names_the_sources(raster):
     _, planned, corrected = raster
-    named = report_data(planned, corrected)["provenance"]["sources"]
+    named = job_summary(planned, corrected)["provenance"]["sources"]
     assert named[:2] == ["thermal_growth", "link_offsets"]
     assert len(named) == 15
 

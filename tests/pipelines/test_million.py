@@ -20,7 +20,7 @@ from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.planning import curves, exact_path, retiming, speed_profile, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
-from compgen.report import report_json, waypoints_blocks, waypoints_csv
+from compgen.report import job_json, waypoints_blocks, waypoints_csv
 from compgen.robot import joint_path
 from compgen.verification.deviation import statistics
 
@@ -287,7 +287,7 @@ def test_workers_and_stretches_change_no_byte(tmp_path):
         evaluation.configure(evaluation.find_compiler(tmp_path), workers)
         job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=60"])
         planned, done = generate.generate(job, quiet)
-        runs.append((done.text, report_json(planned, done), b"".join(waypoints_blocks(planned, done))))
+        runs.append((done.text, job_json(planned, done), b"".join(waypoints_blocks(planned, done))))
     evaluation.configure(None)
     assert runs[0] == runs[1] == runs[2]
 

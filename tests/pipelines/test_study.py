@@ -26,7 +26,8 @@ from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import ASKS, ask, build, run
 from compgen.pipelines.study.evaluate import geometry_key, lay_out, ridden
 from compgen.pipelines.study.questions import passes
-from compgen.report.study_page import answer_csv, headline, study_csv, study_html
+from compgen.report.study_page import study_html
+from compgen.report.study_tables import answer_csv, headline, study_csv
 from compgen.verification.deviation import deviation, statistics
 
 PATH = path_file("line_y")

@@ -15,7 +15,7 @@ from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import timeline
 from compgen.report.figure import RED_TO_BLUE, TURBO, axis, div, figure, numbers, spans, trace
 from compgen.report.heat_page import heat_html
-from compgen.report.job_page import report_html
+from compgen.report.job_page import job_html
 
 
 def figures(page):
@@ -39,8 +39,8 @@ def pages():
     planned, corrected = generate.generate(job, quiet)
     day = timeline(load_job(path_file("line_y"), overrides=['cycle=[{state="moving",repeat=3}]']))
     return planned, [
-        (report_html(planned, corrected), {"time", "space", "heat", "joints"}),
-        (report_html(planned, None), {"time", "space", "heat", "joints"}),
+        (job_html(planned, corrected), {"time", "space", "heat", "joints"}),
+        (job_html(planned, None), {"time", "space", "heat", "joints"}),
         (heat_html(job, day), {"rises", "runs"}),
     ]
 

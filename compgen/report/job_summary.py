@@ -14,7 +14,7 @@ from compgen.verification.deviation import statistics
 SCHEMA = 1
 
 
-def report_data(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
+def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
     """Everything a run found, in plain types."""
     job, path = planned.job, planned.path
     trajectory = corrected.trajectory if corrected else planned.trajectory
@@ -127,9 +127,9 @@ def _program(corrected: Corrected) -> dict[str, Any]:
     return told
 
 
-def report_json(planned: Planned, corrected: Corrected | None) -> bytes:
+def job_json(planned: Planned, corrected: Corrected | None) -> bytes:
     """The summary as text, the same bytes for the same inputs."""
-    return (json.dumps(report_data(planned, corrected), indent=2, allow_nan=False) + "\n").encode()
+    return (json.dumps(job_summary(planned, corrected), indent=2, allow_nan=False) + "\n").encode()
 
 
 def _in(value: float | None, factor: float) -> float | None:

@@ -1,0 +1,76 @@
+"""What a corrected program was made from, and the way back to the planned program."""
+
+import base64
+import json
+import zlib
+from hashlib import sha256
+from typing import Any
+
+from compgen import __version__
+from compgen.core.exceptions import InputError
+from compgen.core.units import HOUR, MM, UM
+from compgen.pipelines.correct import Correction
+
+SCHEMA = 1
+KIND = "compgen correction"
+
+
+def provenance(result: Correction) -> dict[str, Any]:
+    """Program, robot, history, options and checksums of a correction, in plain types."""
+    options = result.options
+    return {
+        "compgen": __version__,
+        "program": result.name,
+        "robot": result.cell.robot.name,
+        "robot_sha256": result.cell.inputs_hash,
+        "overrides": list(result.cell.overrides),
+        "before": [
+            {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
+            for d in result.before
+        ],
+        "start_K": dict(zip(result.cell.heat.names, result.plan.stations.start.tolist())),
+        "options": {
+            "split": options.split,
+            "insert_um": None if options.insert is None else round(options.insert / UM, 9),
+        },
+        "planned_sha256": sha256(result.planned).hexdigest(),
+        "corrected_sha256": sha256(result.text).hexdigest(),
+    }
+
+
+def provenance_json(result: Correction) -> bytes:
+    """What a corrected program was made from, the planned program in it: ``planned_of`` gives it back."""
+    packed = base64.b85encode(zlib.compress(result.planned, 9)).decode("ascii")
+    data = {"kind": KIND, "schema": SCHEMA, **provenance(result), "planned_zlib_b85": packed}
+    return (json.dumps(data, indent=2) + "\n").encode()
+
+
+def planned_of(provenance: bytes, corrected: bytes, where: str) -> bytes:
+    """The planned program that a corrected one was made from.
+
+    Args:
+        provenance: What ``provenance_json`` wrote.
+        corrected: The corrected program.
+        where: The provenance file's name, for messages.
+
+    Raises:
+        InputError: Not a provenance file, not this program's, or damaged.
+    """
+    try:
+        data = json.loads(provenance)
+        packed, sums = data["planned_zlib_b85"], (data["planned_sha256"], data["corrected_sha256"])
+        if data["kind"] != KIND:
+            raise KeyError("kind")
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise InputError(f"{where}: not what compgen wrote beside a corrected program") from None
+    if sha256(corrected).hexdigest() != sums[1]:
+        raise InputError(
+            f"{where}: it belongs to another program, or the program was edited since; give the one written"
+        )
+    try:
+        planned = zlib.decompress(base64.b85decode(packed))
+    except (ValueError, TypeError, zlib.error):
+        planned = b""
+    if sha256(planned).hexdigest() != sums[0]:
+        raise InputError(f"{where}: the planned program in it is damaged; take it from a backup")
+    return planned

@@ -1,0 +1,77 @@
+"""A study as data: CSV tables, JSON, and a headline in one sentence."""
+
+import csv
+import io
+import json
+
+import numpy as np
+
+from compgen.pipelines.study import Answer, Row, Study
+
+
+def study_csv(study: Study, rows: list[Row]) -> bytes:
+    """A row for each scenario, in the order of the study."""
+    return _csv(column_names(study, rows), rows)
+
+
+def answer_csv(answer: Answer) -> bytes:
+    """The numbers behind an answer."""
+    names = [*answer.columns, *(["what"] if answer.labels else [])]
+    rows = [
+        {
+            **{n: "" if np.isnan(v) else float(f"{v:.6g}") for n, v in zip(answer.columns, line)},
+            **({"what": answer.labels[i]} if answer.labels else {}),
+        }
+        for i, line in enumerate(answer.table)
+    ]
+    return _csv(names, rows)
+
+
+def _csv(names: list[str], rows: list[Row]) -> bytes:
+    out = io.StringIO()
+    writer = csv.DictWriter(out, names, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue().encode()
+
+
+def column_names(study: Study, rows: list[Row]) -> list[str]:
+    """Columns of a study's table: index, what was varied, state, every result, reason."""
+    names = ["index", *study.keys, "state"]
+    for row in rows:
+        names += [n for n in row if n not in names and n != "reason"]
+    return [*names, "reason"]
+
+
+def study_json(study: Study, rows: list[Row], sentences: list[str]) -> bytes:
+    """Study, answers and scenarios as JSON."""
+    data = {
+        "schema": 1,
+        "path": study.path,
+        "study_sha256": study.identity,
+        "keys": list(study.keys),
+        "overrides": list(study.base),
+        "answers": sentences,
+        "scenarios": rows,
+    }
+    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+
+
+def headline(study: Study, rows: list[Row]) -> str:
+    """What a grid shows, in one sentence."""
+    good = [r for r in rows if r["state"] == "done"]
+    failed = len(rows) - len(good)
+    told = f"{len(rows)} scenarios" + (f", {failed} failed" if failed else "")
+    if not good:
+        return told
+    low, high = (f(good, key=lambda r: (r["before_max_um"], r["index"])) for f in (min, max))
+
+    def at(row: Row) -> str:
+        return ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in study.keys)
+
+    told += f": error {low['before_max_um']:.1f} um ({at(low)}) to {high['before_max_um']:.1f} um ({at(high)})"
+    if any("after_max_um" in r for r in good):
+        worst = max((r for r in good if "after_max_um" in r), key=lambda r: r["after_max_um"])
+        outside = sum(not r.get("inside", True) for r in good)
+        told += f"; corrected at most {worst['after_max_um']:.2f} um, {outside} outside bounds"
+    return told
