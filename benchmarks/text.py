@@ -17,7 +17,8 @@ import numpy as np
 from compgen import fanuc
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.writer import letters, pose_numbers, speed_said, speed_text
+from compgen.fanuc.canonical.writer import pose_numbers, speed_said, speed_text
+from compgen.fanuc.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
 Result = TypeVar("Result")
@@ -53,7 +54,7 @@ def write_by_lines(program: fanuc.Program) -> bytes:
     for n, (speed, fine) in enumerate(zip(program.speed.tolist(), program.fine[1:].tolist()), 2):
         out.append(f"{n + 3:4d}:L P[{n}] {speed_text(speed)} {'FINE' if fine else 'CNT100'}    ;\r\n")
     out.append("/POS\r\n")
-    posture = letters(program.posture)
+    posture = config_letters(program.posture)
     for n, (row, (a, b, c)) in enumerate(zip(numbers, program.turns.tolist()), 1):
         x, y, z, w, p, r = (f"{v:9.3f}" for v in row)
         out.append(

@@ -5,10 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.decimals import Column, consecutive, join_columns, short_columns, text_column
 from compgen.core.evaluation import BLOCK, map_blocks
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
-from compgen.report import csv_columns
+
+_ONE_DIGIT = [b",%d" % digit for digit in range(10)]
 
 
 def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[bytes]:
@@ -34,40 +36,42 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
             (path.contact[rows, None].astype(np.int64), 0),
             (job.robot.to_pendant(theta[rows]) / DEG, 6),
         ]
-        return _lines(np.arange(first + 1, last + 1), tables)
+        return bytes(_lines(first + 1, last + 1, tables))
 
     yield ",".join(head).encode("ascii")
     yield from map_blocks(len(path.arc), block, BLOCK)
     yield b"\n"
 
 
-def _lines(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
-    """Rows of text: the number, then each table's columns with so many decimals; an absent one is three blanks."""
-    column = csv_columns.counted(number)
-    for table, places in tables:
-        if table is None:
-            column += 3 * csv_columns.blank(len(number))
-        elif places == 0:
-            column += csv_columns.digit(table[:, 0].astype(np.int64, copy=False))
-        else:
-            found = csv_columns.decimals(table, places)
-            if found is None:
-                return _any_size(number, tables)
-            column += found
-    return csv_columns.squeezed(column)
-
-
-def _any_size(number: IntArray, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
-    """The same for numbers that the tables have no room for."""
-    parts: list[tuple[str, Array | IntArray]] = [("%d", number)]
+def _lines(first: int, last: int, tables: list[tuple[Array | IntArray | None, int]]) -> bytes | memoryview:
+    """Rows first to before last: the number, then each table's columns with so many decimals; three blanks for none."""
+    parts: list[bytes | Column] = [b"\n", consecutive(first, last)]
     for table, decimals in tables:
         if table is None:
-            parts += [("%.0s", number)] * 3
+            parts.append(b",,,")
         elif decimals == 0:
-            parts += [("%d", column) for column in table.T]
+            parts.append(text_column(_ONE_DIGIT, table[:, 0].astype(np.int64, copy=False)))
+        else:
+            columns = short_columns(table, decimals, before=b",")
+            if columns is None:
+                return _long_lines(first, last, tables)
+            parts += columns
+    return join_columns(last - first, parts)
+
+
+def _long_lines(first: int, last: int, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
+    """Rows whose numbers have more digits than there is room for in columns of words."""
+    number = np.arange(first, last)
+    columns: list[tuple[str, Array | IntArray]] = [("%d", number)]
+    for table, decimals in tables:
+        if table is None:
+            columns += [("%.0s", number)] * 3
+        elif decimals == 0:
+            columns += [("%d", column) for column in table.T]
         else:  # rounding first, so that nothing prints as a negative zero
-            parts += [(f"%.{decimals}f", np.round(column, decimals) + 0.0) for column in table.T]
-    return csv_columns.plain(parts)
+            columns += [(f"%.{decimals}f", np.round(column, decimals) + 0.0) for column in table.T]
+    form = "\n" + ",".join(form for form, _ in columns)
+    return "".join(map(form.__mod__, zip(*(column.tolist() for _, column in columns)))).encode("ascii")
 
 
 def at_waypoints(corrected: Corrected, rows: slice) -> Array:

@@ -261,37 +261,6 @@ def test_neighbours_that_share_their_sines_turn_as_each_alone():
     assert np.array_equal(np.cos(-every), np.cos(every))
 
 
-def test_text_and_numbers_of_columns_are_those_of_python():
-    """Every whole number and every fraction, both signs, at each number of decimals."""
-    from compgen.fanuc.canonical.digits import counted, fixed, places_of, read_fixed, table
-
-    rng = np.random.default_rng(0)
-    for decimals in (3, 4, 5, 6):
-        scale = 10**decimals
-        whole = np.concatenate([np.arange(100_000), -np.arange(10_000)]) * scale
-        numbers = whole + np.where(whole < 0, -1, 1) * rng.integers(0, scale, len(whole))
-        numbers = np.concatenate(
-            [numbers, np.arange(1000), -np.arange(1000), [scale * 100_000 - 1, 1 - scale * 10_000]]
-        )
-        said = [f"{n / scale:{6 + decimals}.{decimals}f}" for n in numbers.tolist()]
-        said = [text.replace("-", " ") if n == 0 else text for n, text in zip(numbers.tolist(), said)]
-        text = bytes(table(len(numbers), [*fixed(numbers[None], decimals), b" deg\r\n};\r\n"]))
-        assert text == "".join([f"{s} deg\r\n}};\r\n" for s in said]).encode()
-        rows = np.frombuffer(text, dtype=np.uint8).reshape(len(numbers), -1)
-        assert np.array_equal(read_fixed(rows, [0], decimals)[0], numbers)
-    for first, last, pad in (
-        (1, 12, 0),
-        (1, 12, 4),
-        (995, 1005, 4),
-        (9990, 10_010, 4),
-        (4000, 5000, 0),
-        (10**6, 10**6 + 9, 4),
-    ):
-        expected = "".join([f"{n:{pad}d};" for n in range(first, last)]).encode()
-        assert bytes(table(last - first, [counted(first, last, pad), b";"])) == expected
-        assert (places_of(first, last) == [len(str(n)) for n in range(first, last)]).all()
-
-
 def test_numbers_beyond_nine_characters_are_refused():
     for far in (100.0, -10.0):
         with pytest.raises(InputError, match="nine characters"):

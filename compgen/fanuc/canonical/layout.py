@@ -8,8 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import IntArray
-from compgen.fanuc.canonical.digits import WHOLE, Column, chosen, counted, fixed, places_of, table
+from compgen.core.decimals import (
+    WHOLE,
+    Column,
+    consecutive,
+    digit_counts,
+    fixed_columns,
+    join_columns,
+    text_column,
+)
 
+BLOCK = 4096  # rows at a time: they stay in cache
 PAD = 4  # characters of a line number, at least
 _BEFORE = (b"X = ", b"  mm,\tY = ", b"  mm,\tZ = ", b"  mm,\r\n\tW = ", b" deg,\tP = ", b" deg,\tR = ")
 _OPEN, _LINEAR, _TO = b"P[", b":L P[", b"] "
@@ -47,24 +56,32 @@ class Frame:
 def motions(line: int, first: int, last: int, tails: list[bytes], which: IntArray) -> bytes | memoryview:
     """The lines from ``line`` on of linear motions to positions first to before last, each with its tail."""
     rows = last - first
-    return table(rows, [counted(line, line + rows, PAD), _LINEAR, counted(first, last), _TO, chosen(tails, which)])
+    return join_columns(
+        rows, [consecutive(line, line + rows, PAD), _LINEAR, consecutive(first, last), _TO, text_column(tails, which)]
+    )
 
 
 def motion_tail(line: int, first: int, last: int) -> IntArray:
     """Where the tail begins in each of these lines, (last - first,)."""
-    number = np.maximum(places_of(line, line + last - first), PAD)
-    return number + places_of(first, last) + len(_LINEAR + _TO)
+    number = np.maximum(digit_counts(line, line + last - first), PAD)
+    return number + digit_counts(first, last) + len(_LINEAR + _TO)
 
 
 def positions(frame: Frame, first: int, units: IntArray, configs: list[bytes], which: IntArray) -> bytes | memoryview:
     """The blocks of positions from number ``first`` on, from units of the last digit, (6, N), and their CONFIGs."""
     rows = units.shape[1]
-    parts: list[bytes | Column] = [_OPEN, counted(first, first + rows), frame.head, chosen(configs, which), _CLOSE]
-    for before, number in zip(_BEFORE, fixed(units, frame.decimals)):
-        parts += [before, number]
-    return table(rows, [*parts, _DONE])
+    parts: list[bytes | Column] = [
+        _OPEN,
+        consecutive(first, first + rows),
+        frame.head,
+        text_column(configs, which),
+        _CLOSE,
+    ]
+    for before, column in zip(_BEFORE, fixed_columns(units, frame.decimals)):
+        parts += [before, column]
+    return join_columns(rows, [*parts, _DONE])
 
 
 def position_config(frame: Frame, first: int, last: int) -> IntArray:
     """Where CONFIG begins in each of these blocks, (last - first,)."""
-    return places_of(first, last) + len(_OPEN + frame.head)
+    return digit_counts(first, last) + len(_OPEN + frame.head)

@@ -6,15 +6,24 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
+from compgen.core.decimals import DECIMALS, MOST_DECIMALS, fits_fixed, parse_fixed, word_view
 from compgen.core.evaluation import parallel_for
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.digits import BLOCK, DECIMALS, MOST_DECIMALS, fits, read_fixed
-from compgen.fanuc.canonical.layout import MARK, MARK_BACK, Frame, motion_tail, motions, position_config, positions
+from compgen.fanuc.canonical.layout import (
+    BLOCK,
+    MARK,
+    MARK_BACK,
+    Frame,
+    motion_tail,
+    motions,
+    position_config,
+    positions,
+)
 from compgen.fanuc.canonical.writer import fill_poses, speed_said
 from compgen.fanuc.configuration import config_letters
-from compgen.fanuc.listing.byte_tables import mixed, told_apart, windows, word
+from compgen.fanuc.listing.byte_tables import mixed, told_apart, windows
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
@@ -169,8 +178,8 @@ def _positions(data: bytes, small: Program, edge: IntArray) -> tuple[Array, Arra
             begin = edge[here] + position_config(frame, at + 1, here.stop + 1)
             behind = edge[at + 1 : here.stop + 1] - frame.tail
             configs, which = _texts(data, begin, behind)
-            units = read_fixed(windows(data, behind, frame.tail), frame.places, frame.decimals)
-            if not fits(units, frame.decimals):
+            units = parse_fixed(windows(data, behind, frame.tail), frame.places, frame.decimals)
+            if not fits_fixed(units, frame.decimals):
                 raise InputError("number")
             _same(data, int(edge[at]), positions(frame, at + 1, units, configs, which))
             said = [_fit(_CONFIG, config) for config in configs]
@@ -230,7 +239,8 @@ def _texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], In
     if length.min() < 8 or length.max() > _LONGEST:
         raise InputError("text")
     words = [
-        word(windows(data, place, 8), 0, np.uint64).copy() for place in (start, np.minimum(start + 8, end - 8), end - 8)
+        word_view(windows(data, place, 8), 0, np.uint64).copy()
+        for place in (start, np.minimum(start + 8, end - 8), end - 8)
     ]
     rows, which = told_apart(mixed([*words, length.view(np.uint64)]))
     return [data[a:b] for a, b in zip(start[rows].tolist(), end[rows].tolist())], which

@@ -7,12 +7,12 @@ from io import BytesIO
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, frozen
+from compgen.core.decimals import DECIMALS, fits_fixed
 from compgen.core.evaluation import map_blocks, parallel_for
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import fill_rotation_matrices, to_wpr
 from compgen.core.units import DEG, INCH, MINUTE, MM
-from compgen.fanuc.canonical.digits import BLOCK, DECIMALS, fits
-from compgen.fanuc.canonical.layout import Frame, motions, positions
+from compgen.fanuc.canonical.layout import BLOCK, Frame, motions, positions
 from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import different
 from compgen.fanuc.program import Program
@@ -121,7 +121,7 @@ def pose_units(position: Array, angles: tuple[Array, Array, Array], rows: slice,
     np.rint(numbers, out=numbers)
     angle = numbers[3:]
     angle[angle == -180 * 10.0**decimals] *= -1  # the same turn: noise must not choose between two texts
-    if not fits(numbers, decimals):
+    if not fits_fixed(numbers, decimals):
         raise InputError("program: a position is beyond what nine characters hold (9999 mm) or not a number")
     return numbers.astype(np.int64 if decimals > DECIMALS else np.int32)
 

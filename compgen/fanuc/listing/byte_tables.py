@@ -7,17 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compgen.core.arrays import IntArray
-
-Bytes = NDArray[np.uint8]
-Words = NDArray[Any]  # (N,) as many characters of each row as an item has bytes
+from compgen.core.decimals import Bytes
 
 _SPREAD, _HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # the golden ratio's bits
 _TRIES = 16  # kinds of rows that are picked out one after the other
-
-
-def word(text: Bytes, at: int, kind: Any) -> Words:
-    """The words at a place of all rows of a table of text, as a view."""
-    return np.asarray(text[:, at : at + np.dtype(kind).itemsize].view(kind)[:, 0])
 
 
 def windows(data: bytes | Bytes, at: IntArray, width: int) -> Bytes:

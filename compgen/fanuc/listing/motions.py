@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray
+from compgen.core.decimals import Bytes
 from compgen.fanuc.listing import templates
-from compgen.fanuc.listing.byte_tables import Bytes
 from compgen.fanuc.listing.lines import line_of
 from compgen.fanuc.listing.position_parser import Span
 from compgen.fanuc.listing.statement_parser import Move, Statements, own_number, target_text

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.decimals import Bytes
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing import templates
-from compgen.fanuc.listing.byte_tables import Bytes
 from compgen.fanuc.listing.lines import line_ends, line_of
 from compgen.fanuc.listing.position_parser import (
     AXES,

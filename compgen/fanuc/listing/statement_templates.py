@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from compgen.core.arrays import IntArray
+from compgen.core.decimals import Bytes
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing import templates
-from compgen.fanuc.listing.byte_tables import Bytes
 from compgen.fanuc.listing.position_parser import before_blanks, skip
 from compgen.fanuc.listing.statement_parser import Move, Statements, line_number, own_parts, speed_number
 from compgen.fanuc.listing.templates import Filled, Shape

@@ -11,7 +11,8 @@ from typing import TypeVar
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.fanuc.listing.byte_tables import Bytes, different
+from compgen.core.decimals import Bytes
+from compgen.fanuc.listing.byte_tables import different
 
 #: What fills a hole: a whole number, a decimal without and with a sign, stars (untaught), any text up to what follows.
 DIGITS, DECIMAL, NUMBER, STARS, TEXT = range(5)
