@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from shipped import path_file, quiet
 
+from compgen.core.decimals import short_columns
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
-from compgen.report import csv_columns, job_page, page, waypoints_csv
+from compgen.report import job_page, page, waypoints_csv
 
 
 @pytest.mark.parametrize("places", [4, 5, 6])
@@ -21,10 +22,11 @@ def test_numbers_at_every_length_are_as_formatting_each_gives(places, sign):
     number = np.arange(99_990, 99_990 + len(values))
     for rows in (slice(None), slice(0, 1), slice(40, 60)):  # each block has its own widths
         few = [(table[rows], places), (None, 4), (table[rows] / 1e3, 4)]
-        assert csv_columns.decimals(table[rows], places) is not None
-        assert waypoints_csv._lines(number[rows], few) == waypoints_csv._any_size(number[rows], few)
+        first, last = int(number[rows][0]), int(number[rows][-1]) + 1
+        assert short_columns(table[rows], places) is not None
+        assert waypoints_csv._lines(first, last, few) == waypoints_csv._long_lines(first, last, few)
     for odd in (1e5, -1e5, np.nan, np.inf):  # no room
-        assert csv_columns.decimals(np.array([[1.0, odd]]), places) is None
+        assert short_columns(np.array([[1.0, odd]]), places) is None
 
 
 def test_rows_to_draw_are_the_first_largest_of_each_bin_and_both_ends():
