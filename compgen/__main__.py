@@ -1,7 +1,7 @@
-"""``python -m compgen`` and the command ``cgen``: Ctrl-C is minded before anything else is loaded."""
+"""``python -m compgen`` and the command ``cgen``: signals are listened to before anything else is loaded."""
 
 import os
-import sys
+import threading
 
 from compgen.core import interrupts
 
@@ -9,15 +9,17 @@ from compgen.core import interrupts
 def main() -> None:
     """Run the command line."""
     interrupts.install_handlers()
-    from compgen.cli.main import main as command_line
+    from compgen.cli.main import main as run_command_line
 
     try:
-        command_line()
-    except SystemExit as leaving:  # at once: a thread that is still at work must not meet an interpreter taken apart
+        run_command_line()
+    except SystemExit as exit_request:
         interrupts.remove_temporary_folders()
-        if "multiprocessing.synchronize" in sys.modules:  # its processes are told by what runs at the end
-            raise
-        os._exit(int(leaving.code or 0))
+        if any(thread.name == "background" for thread in threading.enumerate()):
+            # A task in the background (core/evaluation/threads.py) goes on when the run is stopped or refused in the
+            # middle. It writes into arrays, so the interpreter must not be taken apart under it; nobody waits for it.
+            os._exit(int(exit_request.code or 0))
+        raise
 
 
 if __name__ == "__main__":

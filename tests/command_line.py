@@ -3,6 +3,7 @@
 import io
 import os
 import sys
+import sysconfig
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from types import SimpleNamespace
 
@@ -13,6 +14,9 @@ from compgen.cli import main
 from compgen.core import evaluation
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
+SCRIPTS = sysconfig.get_path("scripts")
+#: a shell that finds what this Python's environment has installed
+SHELL = {**ENVIRONMENT, "PATH": os.pathsep.join([SCRIPTS, os.environ["PATH"]])}
 
 
 def run(*arguments, cwd=ROOT):

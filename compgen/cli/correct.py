@@ -8,28 +8,18 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli import publish
-from compgen.cli.app import Quiet, Set, app, output_folder, say_error
-from compgen.cli.correction_table import show_correction
-from compgen.cli.inspect import FramesFile, ProgramFile, RobotFile, frames_table, naming_program, read_program
-from compgen.cli.progress_bar import CORRECT, stages
+from compgen.cli.messages import print_error
+from compgen.cli.options import DEFAULT_ROBOT, FramesFile, Overrides, ProgramFile, Quiet, Robot, output_folder
+from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
-from compgen.core.units import UM
-from compgen.pipelines import correct as pipeline
-from compgen.pipelines.history_words import load_before
-from compgen.pipelines.robot_file import load_cell
-from compgen.report.correction_page import correction_html
-from compgen.report.correction_summary import correction_csv, correction_json
-from compgen.report.provenance import planned_of, provenance_json
 
 PROVENANCE = ".compgen.json"  # beside a corrected program
 
 
-@app.command()
 def correct(
     program: ProgramFile,
-    robot: RobotFile = "m710ic50",
+    robot: Robot = DEFAULT_ROBOT,
     frames: FramesFile = None,
     before: Annotated[
         list[str] | None,
@@ -49,24 +39,35 @@ def correct(
     again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False,
     restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
-    set_: Set = None,
+    overrides: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Correct an existing program in place: only the numbers of its positions change."""
-    for name, value, most in (("--insert", insert, 1e4), ("--max-um", max_um, 1e6)):
-        if value is not None and not 0.1 <= value <= most:
-            raise InputError(f"{name} {value:g}: must be 0.1 to {most:g} um")
+    from compgen.cli.correction_table import show_correction
+    from compgen.cli.program_file import naming_program, read_frames, read_program
+    from compgen.cli.progress_bar import CORRECT, show_progress
+    from compgen.core.units import UM
+    from compgen.pipelines import correct as pipeline
+    from compgen.pipelines.history_words import load_before
+    from compgen.pipelines.robot_file import load_cell
+    from compgen.report.correction_page import correction_html
+    from compgen.report.correction_summary import correction_csv, correction_json
+    from compgen.report.provenance import provenance_json
+
+    for name, value, largest in (("--insert", insert, 1e4), ("--max-um", max_um, 1e6)):
+        if value is not None and not 0.1 <= value <= largest:
+            raise InputError(f"{name} {value:g}: must be 0.1 to {largest:g} um")
     source = Path(program)
     folder = output_folder(program, output)
-    data = read_program(program)
+    content = read_program(program)
     if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
         raise InputError(f"{program}: the result would replace it; give another folder with -o")
     if restore:
-        _restore(source, data, folder, quiet)
+        _restore(source, content, folder, quiet)
         return
     if not again:
-        _refuse_known(source, data)
+        _refuse_corrected(source, content)
     options = pipeline.Options(
         split=split,
         insert=None if insert is None else insert * UM,
@@ -74,56 +75,58 @@ def correct(
         again=again,
         bound=None if max_um is None else max_um * UM,
     )
-    cell, table, past = load_cell(robot, set_ or ()), frames_table(frames), load_before(before or ())
-    with stages(quiet or as_json, CORRECT) as progress:
+    cell, frames_table, history = load_cell(robot, overrides or ()), read_frames(frames), load_before(before or ())
+    provenance = source.stem + PROVENANCE
+    with show_progress(quiet or as_json, CORRECT) as progress:
         with naming_program(program):
-            result = pipeline.correct(data, cell, table, past, options, progress)
+            correction = pipeline.correct(content, cell, frames_table, history, options, progress)
         progress("report", 0.0)
         files = {
-            "report.json": correction_json(result),
-            "positions.csv": correction_csv(result),
-            "report.html": correction_html(result),
+            "report.json": correction_json(correction),
+            "positions.csv": correction_csv(correction),
+            "report.html": correction_html(correction),
         }
-        if result.inside or force:
-            files[source.stem + PROVENANCE] = provenance_json(result)
-            files[source.name] = result.text
-        ours = {"report.json", "positions.csv", "report.html", source.stem + PROVENANCE, source.name}
-        publish.publish(folder, files, ours)
+        if correction.inside or force:
+            files[provenance] = provenance_json(correction)
+            files[source.name] = correction.text
+        publish(folder, files, {"report.json", "positions.csv", "report.html", provenance, source.name})
     if as_json:
         sys.stdout.write(files["report.json"].decode())
     elif not quiet:
-        show_correction(result, folder, files)
-    if not result.inside:
-        worst = next(f.message for f in result.findings if f.level is Level.OUTSIDE)
-        told = "written all the same (--force)" if force else f"{source.name} not written; --force writes it"
-        raise typer.Exit(say_error(f"outside bounds: {worst}; {told}", 1))
+        show_correction(correction, folder, files)
+    if not correction.inside:
+        broken = next(f.message for f in correction.findings if f.level is Level.OUTSIDE)
+        ending = "written all the same (--force)" if force else f"{source.name} not written; --force writes it"
+        raise typer.Exit(print_error(f"outside bounds: {broken}; {ending}", 1))
 
 
-def _restore(source: Path, data: bytes, folder: Path, quiet: bool) -> None:
+def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
     """Write the planned program that a corrected one was made from."""
-    beside = source.with_name(source.stem + PROVENANCE)
+    from compgen.report.provenance import planned_of
+
+    provenance = source.with_name(source.stem + PROVENANCE)
     try:
-        provenance = beside.read_bytes()
+        record = provenance.read_bytes()
     except OSError:
         raise InputError(
-            f"{source}: {beside.name} is not beside it; put it back, it holds the planned program"
+            f"{source}: {provenance.name} is not beside it; put it back, it holds the planned program"
         ) from None
-    publish.publish(folder, {source.name: planned_of(provenance, data, str(beside))}, {source.name})
+    publish(folder, {source.name: planned_of(record, content, str(provenance))}, {source.name})
     if not quiet:
         sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")
 
 
-def _refuse_known(source: Path, data: bytes) -> None:
+def _refuse_corrected(source: Path, content: bytes) -> None:
     """Raises InputError when a provenance file beside a program says that it is a corrected one."""
-    mine = sha256(data).hexdigest()
-    for beside in sorted(source.parent.glob(f"*{PROVENANCE}")):
+    checksum = sha256(content).hexdigest()
+    for provenance in sorted(source.parent.glob(f"*{PROVENANCE}")):
         try:
-            made = json.loads(beside.read_bytes())
-            known = made["corrected_sha256"] == mine != made["planned_sha256"]
+            record = json.loads(provenance.read_bytes())
+            corrected = record["corrected_sha256"] == checksum != record["planned_sha256"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
-        if known:
+        if corrected:
             raise InputError(
-                f"{source}: it carries compgen's mark ({beside.name} says so): it would be corrected twice; start from "
-                "the planned program, get it back with --restore, or say --again"
+                f"{source}: it carries compgen's mark ({provenance.name} says so): it would be corrected twice; "
+                "start from the planned program, get it back with --restore, or say --again"
             )

@@ -2,23 +2,27 @@
 
 import sys
 
-from compgen.cli import publish
-from compgen.cli.app import OutDir, PathFile, Quiet, RobotName, Set, app, output_folder
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.study import timeline
-from compgen.report.heat_page import heat_csv, heat_html, heat_sentences, runs_csv
+from compgen.cli.options import JobRobot, OutputFolder, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.publish import publish
 
 
-@app.command()
 def heat(
-    path: PathFile, robot: RobotName = None, output: OutDir = None, set_: Set = None, quiet: Quiet = False
+    path: PathFile,
+    robot: JobRobot = None,
+    output: OutputFolder = None,
+    overrides: Overrides = None,
+    quiet: Quiet = False,
 ) -> None:
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run."""
+    from compgen.pipelines.path_file import load_job
+    from compgen.pipelines.study import timeline
+    from compgen.report.heat_page import heat_csv, heat_html, heat_sentences, runs_csv
+
     folder = output_folder(path, output, "_heat")
-    job = load_job(path, robot, set_ or ())
+    job = load_job(path, robot, overrides or ())
     day = timeline(job)
     files = {"heat.csv": heat_csv(job, day), "runs.csv": runs_csv(job, day), "heat.html": heat_html(job, day)}
-    publish.publish(folder, files, set(files))
+    publish(folder, files, set(files))
     if not quiet:
-        sys.stdout.write("".join(f"{s}\n" for s in heat_sentences(job, day)))
+        sys.stdout.write("".join(f"{sentence}\n" for sentence in heat_sentences(job, day)))
         sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")

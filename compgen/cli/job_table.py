@@ -1,4 +1,4 @@
-"""What a job says at its end, for a reader."""
+"""The table that a job prints at its end."""
 
 import re
 import sys
@@ -13,39 +13,32 @@ from rich.text import Text
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.report import job_summary
 
-FEW = 5  # numbered files of one name that are all told
+ROWS = (  # row of the report, its label, its bound
+    ("total", "total, um", "max_um"),
+    ("feed", "along feed, um", "feed_um"),
+    ("cross", "cross feed, um", "cross_um"),
+    ("normal", "normal, um", "normal_um"),
+    ("axis_angle", "tool axis, mdeg", "axis_mdeg"),
+)
+MOST_LISTED = 4  # numbered files of one name; of more, only the first and the last are
 
 
 def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
-    """The table at the end."""
-    data = job_summary(planned, corrected)
+    """Print errors and bounds, the motion, the warmth, the findings and the files."""
+    summary = job_summary(planned, corrected)
     console = Console(width=None if sys.stdout.isatty() else 100)
     table = Table(title=Text(planned.job.title or planned.job.name), title_justify="left", title_style="bold")
     table.add_column("TCP error", no_wrap=True)
-    names = ["before", "after"] if corrected else ["predicted"]
-    for name in names:
-        for part in ("max", "p99", "rms"):
-            table.add_column(f"{name} {part}", justify="right")
+    for side in ["before", "after"] if corrected else ["predicted"]:
+        for statistic in ("max", "p99", "rms"):
+            table.add_column(f"{side} {statistic}", justify="right")
     table.add_column("bound", justify="right")
-    bound_keys = {
-        "total": "max_um",
-        "feed": "feed_um",
-        "cross": "cross_um",
-        "normal": "normal_um",
-        "axis_angle": "axis_mdeg",
-    }
-    for row, label in (
-        ("total", "total, um"),
-        ("feed", "along feed, um"),
-        ("cross", "cross feed, um"),
-        ("normal", "normal, um"),
-        ("axis_angle", "tool axis, mdeg"),
-    ):
-        cells = [f"{v:.2f}" for side in ("before", "after") if data[side] for v in data[side][row].values()]
-        bound = data["bounds"].get(bound_keys[row])
+    for row, label, key in ROWS:
+        cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
+        bound = summary["bounds"].get(key)
         table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
     console.print(table)
-    path, time, heat = data["path"], data["timing"], data["thermal"]
+    path, time, heat = summary["path"], summary["timing"], summary["thermal"]
     console.print(
         f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "
         f"{100 * time['at_feed']:.1f} % of the length at feed, {path['stops']} stops"
@@ -54,20 +47,22 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
     console.print(f"rise [K]: {rises}")
     if corrected:
         console.print(
-            f"{data['ratio']:.0f} times smaller; start within {heat['start_window_s']:.0f} s of the state it is for"
+            f"{summary['ratio']:.0f} times smaller; start within {heat['start_window_s']:.0f} s of the state it is for"
         )
-    for finding in data["findings"]:
+    for finding in summary["findings"]:
         console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
     if folder is not None:
-        console.print(f"wrote {listed(files)} to {folder}", markup=False, highlight=False)
+        console.print(f"wrote {name_list(files)} to {folder}", markup=False, highlight=False)
 
 
-def listed(files: Iterable[str]) -> str:
+def name_list(files: Iterable[str]) -> str:
     """Names of files, numbered ones in a row as the first and the last of them."""
-    told: list[str] = []
+    parts: list[str] = []
     for stem, group in groupby(sorted(files), lambda name: re.sub(r"_\d{2,}(?=\.LS$)", "", name)):
-        names = list(group)
-        numbered = [name for name in names if name != stem]
-        told += names if len(numbered) < FEW else [n for n in names if n == stem]
-        told += [f"{numbered[0]} to {numbered[-1]}"] if len(numbered) >= FEW else []
-    return ", ".join(told)
+        group_names = list(group)
+        numbered = [name for name in group_names if name != stem]
+        if len(numbered) <= MOST_LISTED:
+            parts += group_names
+        else:
+            parts += [name for name in group_names if name == stem] + [f"{numbered[0]} to {numbered[-1]}"]
+    return ", ".join(parts)

@@ -1,4 +1,4 @@
-"""The command that splits an existing program into pages that the controller holds."""
+"""The command that parts a program that exists into pages."""
 
 import sys
 from hashlib import sha256
@@ -6,61 +6,51 @@ from typing import Annotated
 
 import typer
 
-from compgen import fanuc
-from compgen.cli import publish
-from compgen.cli.app import Quiet, Set, app, output_folder
-from compgen.cli.inspect import ProgramFile, RobotFile, naming_program, read_program
+from compgen.cli.options import DEFAULT_ROBOT, Overrides, ProgramFile, Quiet, Robot, output_folder
+from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.exceptions import InputError
-from compgen.core.units import KB
-from compgen.fanuc.paging.capacity import ProgramSize, program_size
-from compgen.fanuc.paging.join_check import check_join
-from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
-from compgen.fanuc.paging.split import split_program
-from compgen.fanuc.paging.stops import controller_capacity
-from compgen.pipelines.robot_file import load_cell
 
 
-@app.command()
 def pages(
     program: ProgramFile,
-    robot: RobotFile = "m710ic50",
+    robot: Robot = DEFAULT_ROBOT,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the pages; default outputs/<program>.")
     ] = None,
-    set_: Set = None,
+    overrides: Overrides = None,
     taken: Annotated[
         list[str] | None, typer.Option("--taken", help="A program's name that pages must not get; repeatable.")
     ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Part an existing program into pages that the controller holds, with a main program and a manifest."""
+    from compgen import fanuc
+    from compgen.cli.pages_text import pages_text, unparted_text
+    from compgen.cli.program_file import naming_program, read_program
+    from compgen.fanuc.paging.capacity import program_size
+    from compgen.fanuc.paging.join_check import check_join
+    from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
+    from compgen.fanuc.paging.split import split_program
+    from compgen.fanuc.paging.stops import controller_capacity
+    from compgen.pipelines.robot_file import load_cell
+
     folder = output_folder(program, output)
-    store = controller_capacity(load_cell(robot, set_ or ()).robot)
-    data = read_program(program)
+    capacity = controller_capacity(load_cell(robot, overrides or ()).robot)
+    content = read_program(program)
     with naming_program(program):
-        whole = fanuc.loads(data)
-    asked = program_size(whole)
-    fits = asked.within(store)
-    if fits:
-        told = f"{whole.name}: {_says(asked)}: the controller holds it in one file; nothing was written\n"
-    else:
-        paged = split_program(whole, store, taken or ())
-        check_join(whole, paged.main, {p.name: p.data for p in paged.pages})
-        made = manifest_json(paged, store, {"planned_sha256": sha256(data).hexdigest()})
-        name = f"{paged.name}{MANIFEST_SUFFIX}"
-        files = {name: made, **paged.files()}
-        check_manifest(made, files)
-        if (clash := folder / f"{paged.name}.LS").exists() and clash.samefile(program):
-            raise InputError(f"{program}: the main program would replace it; give another folder with -o")
-        publish.publish(folder, files, {*files} | publish.files_of_earlier_run(folder / name))
-        lines = [f"{whole.name}: {_says(asked)}: {len(paged.pages)} pages in {paged.load_count} loads, in {folder}"]
-        for page in paged.pages:
-            lines.append(f"  {page.name}: load {page.load}, {_says(page.size)}")
-            lines += [f"    relies on the page before: {note}" for note in page.notes]
-        told = "\n".join(lines) + "\n"
+        whole = fanuc.loads(content)
+    if program_size(whole).within(capacity):
+        if not quiet:
+            sys.stdout.write(unparted_text(whole))
+        return
+    paged = split_program(whole, capacity, taken or ())
+    check_join(whole, paged.main, {p.name: p.data for p in paged.pages})
+    manifest_name = f"{paged.name}{MANIFEST_SUFFIX}"
+    manifest = manifest_json(paged, capacity, {"planned_sha256": sha256(content).hexdigest()})
+    files = {manifest_name: manifest, **paged.files()}
+    check_manifest(manifest, files)
+    if (main := folder / f"{paged.name}.LS").exists() and main.samefile(program):
+        raise InputError(f"{program}: the main program would replace it; give another folder with -o")
+    publish(folder, files, {*files} | files_of_earlier_run(folder / manifest_name))
     if not quiet:
-        sys.stdout.write(told)
-
-
-def _says(asked: ProgramSize) -> str:
-    return f"{asked.lines} lines, {asked.positions} positions, {asked.memory / KB:.1f} kB estimated"
+        sys.stdout.write(pages_text(whole, paged, folder))

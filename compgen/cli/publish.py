@@ -27,56 +27,57 @@ _MARK = ".compgen-"
 
 def check_writable(folder: Path) -> None:
     """Raises InputError when a folder cannot take files, before any work is done."""
-    place = folder
+    nearest = folder
     try:
-        while not _there(place):
-            place = place.parent
-        if not place.exists():
-            raise _refusal(folder, f"{place} is a broken link")
-        if not place.is_dir():
-            raise _refusal(folder, f"{place} is a file")
-        if not os.access(place, os.W_OK | os.X_OK):
-            raise _refusal(folder, f"no permission to write in {place}")
+        while not _exists(nearest):
+            nearest = nearest.parent
+        if not nearest.exists():
+            raise _refusal(folder, f"{nearest} is a broken link")
+        if not nearest.is_dir():
+            raise _refusal(folder, f"{nearest} is a file")
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise _refusal(folder, f"no permission to write in {nearest}")
     except (OSError, ValueError) as failure:
         raise _refusal(folder, getattr(failure, "strerror", None) or str(failure)) from failure
 
 
-def _there(place: Path) -> bool:
+def _exists(path: Path) -> bool:
     """Whether a name exists, links not followed; a name that cannot exist raises OSError or ValueError."""
     try:
-        os.lstat(place)
+        os.lstat(path)
     except (FileNotFoundError, NotADirectoryError):
         return False
     return True
 
 
-def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: set[str]) -> None:
+def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], own_names: set[str]) -> None:
     """Put files into a folder.
 
     Args:
         folder: Made when absent.
         files: Name to content, whole or in parts; the last one appears last.
-        ours: Names that belong to this run; those not in ``files`` vanish, everything else in the folder stays.
+        own_names: Names that belong to this run; those not in ``files`` vanish, everything else in the folder stays.
 
     Raises:
         InputError: The folder cannot be written; nothing has changed.
     """
+    interrupts.raise_on_signal()
     stage: Path | None = None
     missing: list[Path] = []
     try:
         target = folder.resolve()
-        fresh = not target.exists()
-        if fresh:
+        new = not target.exists()
+        if new:
             missing = [p for p in target.parents if not p.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
-        blocked = next((name for name in sorted(ours) if (target / name).is_dir()), None)
+        blocked = next((name for name in sorted(own_names) if (target / name).is_dir()), None)
         if blocked:
             raise _refusal(folder, f"{target / blocked} is a folder")
-        _tidy(target.parent, f".{target.name}{_MARK}")
-        _tidy(target, _MARK)
-        beside = fresh or _replaceable(target, ours)
-        place, prefix = (target.parent, f".{target.name}{_MARK}") if beside else (target, _MARK)
-        stage = place / f"{prefix}{os.getpid()}-{secrets.token_hex(4)}"  # named before it is made: it is always removed
+        _remove_leftovers(target.parent, f".{target.name}{_MARK}")
+        _remove_leftovers(target, _MARK)
+        beside = new or _replaceable(target, own_names)
+        parent, prefix = (target.parent, f".{target.name}{_MARK}") if beside else (target, _MARK)
+        stage = parent / f"{prefix}{os.getpid()}-{secrets.token_hex(4)}"  # named before it is made: always removed
         stage.mkdir(0o700)
         for name, content in files.items():
             with (stage / name).open("wb") as file:
@@ -84,23 +85,37 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], ours: se
                 file.flush()
                 os.fsync(file.fileno())
         interrupts.block_interrupts()
-        if fresh:
+        if new:
             stage.chmod(0o777 & ~_umask())
-            _appear(stage, target)
+            _rename_to_new(stage, target)
         elif beside:
             stage.chmod(target.stat().st_mode & 0o7777)
             if not _exchange(stage, target):
-                _move_in(stage, target, list(files), ours)
+                _replace_files(stage, target, list(files), own_names)
         else:
-            _move_in(stage, target, list(files), ours)
+            _replace_files(stage, target, list(files), own_names)
     except OSError as failure:
         raise _refusal(folder, failure.strerror or str(failure)) from failure
     finally:
         if stage is not None:
             _remove(stage)
         with suppress(OSError):  # folders made for nothing; the first with something in it stays
-            for made in missing:
-                made.rmdir()
+            for parent in missing:
+                parent.rmdir()
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """One file, whole or not at all."""
+    interrupts.raise_on_signal()
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    except OSError as failure:
+        raise InputError(f"{path}: cannot be written: {failure.strerror}; give another file") from failure
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def files_of_earlier_run(manifest: Path) -> set[str]:
@@ -121,7 +136,8 @@ def files_of_earlier_run(manifest: Path) -> set[str]:
     return names
 
 
-def _appear(stage: Path, target: Path) -> None:
+def _rename_to_new(stage: Path, target: Path) -> None:
+    """Rename a folder to a name that is free."""
     try:
         stage.rename(target)
     except OSError as failure:
@@ -130,31 +146,31 @@ def _appear(stage: Path, target: Path) -> None:
         raise
 
 
-def _move_in(stage: Path, target: Path, names: list[str], ours: set[str]) -> None:
+def _replace_files(stage: Path, target: Path, names: list[str], own_names: set[str]) -> None:
     """Rename the files in, the last one last; what they replace or leave out goes first."""
-    for name in [names[-1], *(n for n in sorted(ours) if n not in names)]:
+    for name in [names[-1], *(n for n in sorted(own_names) if n not in names)]:
         (target / name).unlink(missing_ok=True)
     for name in names:
         (stage / name).replace(target / name)
 
 
-def _replaceable(target: Path, ours: set[str]) -> bool:
+def _replaceable(target: Path, own_names: set[str]) -> bool:
     """Whether the folder holds nothing but our files, and nobody stands in it or mounts on it."""
-    here = Path.cwd()
-    plain = all(entry.name in ours and entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
-    stood_in = target == here or target in here.parents
-    return plain and not stood_in and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
+    current = Path.cwd()
+    plain = all(entry.name in own_names and entry.is_file() and not entry.is_symlink() for entry in target.iterdir())
+    occupied = target == current or target in current.parents
+    return plain and not occupied and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
 
 
-def _tidy(place: Path, prefix: str) -> None:
+def _remove_leftovers(parent: Path, prefix: str) -> None:
     """Remove hidden folders of runs that were killed: their names tell a process that is gone."""
-    if not place.is_dir():
+    if not parent.is_dir():
         return
-    for left in place.iterdir():
-        if left.name.startswith(prefix):
-            process = left.name.removeprefix(prefix).split("-")[0]
+    for stage in parent.iterdir():
+        if stage.name.startswith(prefix):
+            process = stage.name.removeprefix(prefix).split("-")[0]
             if process.isdigit() and (int(process) == os.getpid() or not interrupts.process_exists(int(process))):
-                _remove(left)
+                _remove(stage)
 
 
 def _remove(stage: Path) -> None:

@@ -6,16 +6,16 @@ from typing import Annotated, Literal
 
 import typer
 
-from compgen.cli.app import app, write_file
-from compgen.pipelines.json_schema import path_schema, robot_schema, schema_text
+from compgen.cli.publish import write_file
 
 
-@app.command()
 def schema(
     kind: Annotated[Literal["path", "robot"], typer.Argument(help="Which kind of file.", show_default=False)],
     output: Annotated[str | None, typer.Option("-o", "--output", help="A file to write it to.")] = None,
 ) -> None:
     """Print the JSON Schema of path or robot files."""
+    from compgen.pipelines.json_schema import path_schema, robot_schema, schema_text
+
     text = schema_text(path_schema() if kind == "path" else robot_schema())
     if output is None:
         sys.stdout.write(text)

@@ -15,18 +15,18 @@ from compgen.core.exceptions import InputError
 NAME = "scenarios.jsonl"
 
 
-def head(identity: str) -> dict[str, Any]:
-    """The first line."""
+def header(identity: str) -> dict[str, Any]:
+    """The first line, which names the study."""
     return {"compgen study": identity}
 
 
 def content(identity: str, rows: list[dict[str, Any]]) -> bytes:
     """The whole journal, rows in the order of the study."""
-    lines = [head(identity), *sorted(rows, key=lambda r: r["index"])]
+    lines = [header(identity), *sorted(rows, key=lambda r: r["index"])]
     return "".join(json.dumps(line) + "\n" for line in lines).encode()
 
 
-def finished(folder: Path, identity: str) -> list[dict[str, Any]]:
+def read_finished(folder: Path, identity: str) -> list[dict[str, Any]]:
     """Rows of an earlier run of the same study; none when it was another."""
     try:
         lines = (folder / NAME).read_bytes().split(b"\n")
@@ -38,7 +38,7 @@ def finished(folder: Path, identity: str) -> list[dict[str, Any]]:
             entry = json.loads(line)
         except ValueError:
             continue
-        if n == 0 and entry != head(identity):
+        if n == 0 and entry != header(identity):
             return []
         if isinstance(entry, dict) and isinstance(entry.get("index"), int):
             rows[entry["index"]] = entry
@@ -46,22 +46,23 @@ def finished(folder: Path, identity: str) -> list[dict[str, Any]]:
 
 
 class Journal:
-    """The open file."""
+    """The open file, to which finished rows are appended."""
 
     def __init__(self, folder: Path, identity: str, rows: list[dict[str, Any]]) -> None:
         """Begin with the rows that are finished already; the old file is replaced in one step."""
-        part, missing = folder / f".{NAME}.part", [p for p in (folder, *folder.parents) if not p.exists()]
+        part = folder / f".{NAME}.part"
+        missing = [p for p in (folder, *folder.parents) if not p.exists()]
         try:
             folder.mkdir(parents=True, exist_ok=True)
             part.write_bytes(content(identity, rows))
             part.replace(folder / NAME)
-            self._name = folder / NAME
+            self._path = folder / NAME
             self._file = os.open(folder / NAME, os.O_WRONLY | os.O_APPEND)
         except OSError as failure:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
-                for made in missing:
-                    made.rmdir()
+                for parent in missing:
+                    parent.rmdir()
             raise InputError(f"output folder {folder}: cannot be written: {failure.strerror}; give another") from None
 
     def add(self, rows: list[dict[str, Any]]) -> None:
@@ -71,7 +72,7 @@ class Journal:
             os.fsync(self._file)
         except OSError as failure:
             raise InputError(
-                f"{self._name}: cannot be written: {failure.strerror}; finished scenarios are kept"
+                f"{self._path}: cannot be written: {failure.strerror}; finished scenarios are kept"
             ) from None
 
     def close(self) -> None:

@@ -1,7 +1,8 @@
 """Signals that end a run (Ctrl-C, SIGTERM, SIGHUP): work stops at once, its temporary folders go, one line says so.
 
-While the libraries load there is nothing to clean up: the process ends where it stands. After ``loading_finished`` a
-signal raises ``Interrupted``, once. After ``block_interrupts`` files are being put in place, and signals are ignored.
+Until ``raise_on_signal`` there is nothing to clean up, and a library that is being loaded may swallow an exception: the
+process ends where it stands. From there on a signal raises ``Interrupted``, once. After ``block_interrupts`` files are
+being put in place, and signals are ignored.
 """
 
 import os
@@ -15,7 +16,7 @@ from types import FrameType
 _VERBS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up"}
 
 _handled_signals: list[int] = []
-_loading = False
+_end_at_once = False
 _received = 0  # number of the signal that came, 0 for none
 _outcome = "nothing was written"
 _temporary_folders: set[Path] = set()
@@ -31,8 +32,8 @@ class Interrupted(BaseException):
 
 def install_handlers() -> None:
     """Handle the signals from here on; those that the caller had ignored stay ignored."""
-    global _loading
-    _loading = True
+    global _end_at_once
+    _end_at_once = True
     for name in _VERBS:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
@@ -40,10 +41,10 @@ def install_handlers() -> None:
             _handled_signals.append(number)
 
 
-def loading_finished() -> None:
-    """From here on a signal raises ``Interrupted`` instead of ending the process where it stands."""
-    global _loading
-    _loading = False
+def raise_on_signal() -> None:
+    """There is something to clean up: from here on a signal raises ``Interrupted`` instead of ending the process."""
+    global _end_at_once
+    _end_at_once = False
 
 
 def raise_if_interrupted() -> None:
@@ -129,7 +130,7 @@ def _handle(number: int, frame: FrameType | None) -> None:
     global _received
     _received = number
     _ignore_signals()
-    if _loading:
+    if _end_at_once:
         os.write(2, f"cgen: {_message(number)}\n".encode())
         os._exit(128 + number)
     raise Interrupted(number)

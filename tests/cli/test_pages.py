@@ -7,8 +7,6 @@ import pytest
 from command_line import refused, run
 from long_program import move, text
 
-from compgen.cli.job_table import listed
-
 BASE = {"report.json", "report.html", "waypoints.csv", "LINE_Y.LS"}
 PAGES = {"LINE_Y.pages.json", "LINE_Y_01.LS", "LINE_Y_02.LS", "LINE_Y_03.LS"}
 SMALL = ("--set", "robot.controller.max_lines=60", "--set", "process.page_stops=anywhere")
@@ -112,9 +110,3 @@ def test_limits_no_page_can_keep_are_refused(tmp_path):
     assert "no room for a page" in " ".join(small.stdout.split())
     refused(run("pages", tmp_path / "NONE.LS"), 2, "cannot be read")
     refused(run("generate", "paths/line_y.toml", "--set", "process.page_stops=never"), 2, "page_stops")
-
-
-def test_many_pages_are_told_by_their_ends():
-    names = ["A.LS", "A.pages.json", *(f"A_{k:03d}.LS" for k in range(1, 107)), "report.html"]
-    assert listed(names) == "A.LS, A.pages.json, A_001.LS to A_106.LS, report.html"
-    assert listed(names[:4]) == "A.LS, A.pages.json, A_001.LS, A_002.LS"

@@ -27,7 +27,7 @@ def told(work):
 def rising(course, heard):
     names = [stage.partition(":")[0] for stage, _ in heard]
     assert set(names) <= set(course)
-    shares = [progress_bar.of_whole(course, name, share) for name, (_, share) in zip(names, heard)]
+    shares = [progress_bar.overall_share(course, name, share) for name, (_, share) in zip(names, heard)]
     assert all(b >= a - 1e-12 for a, b in zip(shares, shares[1:]))
     assert shares[0] == 0
     return shares
@@ -66,7 +66,7 @@ def test_the_stages_of_a_correction_are_known_and_their_shares_rise():
     ],
 )
 def test_time_left_counts_down_and_never_below_a_second(left, since, words):
-    assert progress_bar.time_left(left, since) == words
+    assert progress_bar.time_left_text(left, since) == words
 
 
 def test_a_terminal_sees_the_share_rise_and_a_short_run_shows_nothing(tmp_path):

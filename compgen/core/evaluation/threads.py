@@ -117,5 +117,5 @@ def run_in_background(task: Callable[[], T], rows: int) -> Callable[[], T]:
         finally:
             _this_thread.in_pool = in_pool
     else:  # a daemon: an interrupted command does not wait for it
-        threading.Thread(target=run, daemon=True).start()
+        threading.Thread(target=run, name="background", daemon=True).start()
     return future.result

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: exit codes, one-line messages, whole outputs."""
+"""Commands on a path file, as a user meets them: exit codes, one-line messages, whole outputs."""
 
 import json
 import re
@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -200,17 +199,6 @@ def test_a_killed_run_leaves_the_old_set_whole(tmp_path, delay):
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
-def test_init_lays_down_what_is_missing(tmp_path):
-    assert run("init", tmp_path).returncode == 0
-    ours = {p.name for p in (tmp_path / "paths").iterdir()}
-    assert {"spiral_1300.toml", "path.schema.json"} <= ours
-    (tmp_path / "paths" / "line_y.toml").write_text("mine")
-    assert run("init", tmp_path).returncode == 0
-    assert (tmp_path / "paths" / "line_y.toml").read_text() == "mine"
-    assert run("generate", "paths/line_x.toml", "-q", cwd=tmp_path).returncode == 0
-    assert (tmp_path / "outputs" / "line_x" / "LINE_X.LS").exists()
-
-
 def test_a_limit_that_binds_only_the_correction_is_a_finding(tmp_path):
     """The plan is legal, the full correction is not: the best legal one is written about, and named."""
     plan = json.loads(run("check", "paths/line_x.toml", "--json").stdout)["provenance"]["joint_range_deg"]
@@ -273,19 +261,6 @@ def test_more_that_is_refused(tmp_path, name, overrides, code, words):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    "arguments", [["nonsense"], ["generate"], ["generate", "--bogus"], ["check", "x.toml", "--junit", ""]]
-)
-def test_wrong_use_is_one_line_and_exit_2(arguments):
-    refused(run(*arguments), 2)
-
-
-def test_no_arguments_show_the_help():
-    result = run()
-    assert result.returncode == 0
-    assert "generate" in result.stdout
-
-
 def test_a_title_is_text_and_not_markup(tmp_path):
     result = run("generate", "paths/line_y.toml", "-o", tmp_path, "--set", 'title="[/bold] x"')
     assert result.returncode == 0, result.stderr
@@ -307,18 +282,3 @@ def test_a_feed_that_cannot_be_written_is_taken_as_it_is_said():
     data = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "process.feed_mm_s=0.1").stdout)
     assert data["verdict"] == "inside"
     assert any(f["code"] == "timing.feed" and "0.08467" in f["message"] for f in data["findings"])
-
-
-def test_readme_runs_the_command_by_path_since_bash_has_a_builtin_of_its_name():
-    commands = [
-        line for line in (Path(ROOT) / "README.md").read_text().splitlines() if line.startswith("python3 -m venv")
-    ]
-    assert len(commands) == 2
-    assert "&& .venv/bin/compgen generate paths/spiral_1300.toml" in commands[0]
-
-
-def test_wheel_carries_robots_and_paths():
-    """The build's own table says so; the slow proof is a fresh install."""
-    text = (Path(ROOT) / "pyproject.toml").read_text()
-    assert '"robots" = "compgen/data/robots"' in text
-    assert '"paths" = "compgen/data/paths"' in text

@@ -1,0 +1,48 @@
+"""The tables that identify and validate print at their end."""
+
+import sys
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from compgen.identification.identify import Identified
+from compgen.report.identification_summary import identification_summary
+
+MOST_PARAMETERS = 20  # that are printed, the best known first
+
+
+def show_identification(identified: Identified) -> None:
+    """Print the models tried, how well the joints were covered, the parameters, the findings and the verdict."""
+    summary = identification_summary(identified)
+    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    table = Table("model", "parameters", "effective", "held-out um", "95 %", "noise um")
+    for step in summary["ladder"]:
+        held_out = step["held_out_um"]
+        mark = " <-" if step["model"] == summary["model"] else ""
+        table.add_row(
+            step["model"] + mark, str(step["parameters"]), f"{step['effective']:.1f}", f"{held_out['mean']:.1f}",
+            f"{held_out['low']:.1f} to {held_out['high']:.1f}", f"{step['noise_um']:.1f}",
+        )  # fmt: skip
+    console.print(table)
+    coverage = ", ".join(f"{joint} {100 * c['share']:.0f} %" for joint, c in summary["coverage"].items())
+    console.print(f"condition {summary['condition']}; coverage of the joints: {coverage}")
+    known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["told"])
+    for p in known[:MOST_PARAMETERS]:
+        console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}")
+    if len(known) > MOST_PARAMETERS:
+        console.print(f"and {len(known) - MOST_PARAMETERS} more, see the report")
+    for finding in summary["findings"]:
+        console.print(f"{finding['level']}: {finding['message']}")
+    console.print(f"verdict: {summary['verdict']}")
+
+
+def show_validation(summary: dict[str, Any]) -> None:
+    """Print the errors at each target, of the nominal and of the identified arm."""
+    console = Console(width=None if sys.stdout.isatty() else 100)
+    table = Table("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm")
+    for target, arms in (*summary["targets"].items(), ("overall", summary["overall"])):
+        for arm, errors in arms.items():
+            statistics = (f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))
+            table.add_row(target, arm, str(errors["count"]), *statistics)
+    console.print(table)

@@ -1,0 +1,57 @@
+"""The files that a job leaves: reports, programs, and what CI reads."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+from compgen.cli.publish import files_of_earlier_run, publish
+from compgen.core.findings import Progress
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
+from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job import Job
+from compgen.pipelines.program_text import program_name_of
+from compgen.report import job_html, job_json, waypoints_blocks
+
+
+def report_files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
+    """Name to content of the reports, whole or in parts."""
+    return {
+        "report.json": job_json(planned, corrected),
+        "waypoints.csv": waypoints_blocks(planned, corrected),
+        "report.html": job_html(planned, corrected),
+    }
+
+
+def publish_job(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, progress: Progress) -> None:
+    """Put a job's files into its folder; an earlier run's program and pages go where this run writes none."""
+    program = program_name_of(job)
+    own_names = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
+    contents = {
+        name: _with_progress(content, progress, 0.6 + 0.4 * k / len(files))
+        for k, (name, content) in enumerate(files.items())
+    }
+    publish(folder, contents, own_names | files_of_earlier_run(folder / f"{program}{MANIFEST_SUFFIX}"))
+
+
+def _with_progress(content: bytes | Iterable[bytes], progress: Progress, share: float) -> Iterable[bytes]:
+    for block in [content] if isinstance(content, bytes) else content:
+        progress("report", share)
+        yield block
+
+
+def junit_xml(summary: dict[str, Any]) -> bytes:
+    """A test case for each bound, failed by its finding."""
+    broken = {f["code"]: f["message"] for f in summary["findings"] if f["level"] == "outside"}
+    cases = [f"bounds.{key}" for key in summary["bounds"]]
+    cases += [code for code in broken if code not in cases]
+    suite = quoteattr(f"compgen.{summary['name']}")
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
+    lines.append(f'<testsuite name={suite} tests="{len(cases)}" failures="{len(broken)}">')
+    for case in cases:
+        start = f"  <testcase classname={suite} name={quoteattr(case)}"
+        if case in broken:
+            lines.append(f"{start}><failure message={quoteattr(broken[case])}/></testcase>")
+        else:
+            lines.append(f"{start}/>")
+    return ("\n".join([*lines, "</testsuite>"]) + "\n").encode()

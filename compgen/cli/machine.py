@@ -1,0 +1,18 @@
+"""What this machine offers to a long run: its cores and a C compiler."""
+
+import os
+from pathlib import Path
+
+from compgen.cli.messages import print_note_once
+from compgen.core import evaluation
+
+
+def use_machine(workers: int | None) -> None:
+    """Compile what is evaluated over many rows where there is a compiler, and share rows out over the cores.
+
+    Compiled functions are kept in ``$XDG_CACHE_HOME/compgen`` (``~/.cache/compgen``); ``$CC`` names another compiler.
+    """
+    count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    compiler = evaluation.find_compiler(Path(cache) / "compgen", os.environ.get("CC"))
+    evaluation.configure(compiler, count, print_note_once)

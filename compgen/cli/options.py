@@ -1,0 +1,51 @@
+"""Arguments and options that several commands share, and the checks of their values."""
+
+import re
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from compgen.cli import publish
+from compgen.core.exceptions import InputError
+
+PathFile = Annotated[str, typer.Argument(help="A path file, e.g. paths/spiral_1300.toml", show_default=False)]
+JobRobot = Annotated[str | None, typer.Option("--robot", help="Robot name or file; default: what the path file says.")]
+OutputFolder = Annotated[
+    str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>.")
+]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", help="Override a key of the path or robot file, key=value; repeatable.")
+]
+Workers = Annotated[
+    int | None, typer.Option("--workers", min=1, max=64, help="Threads; the results are the same for any number.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
+Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
+DEFAULT_DATE = "26-01-01"  # fixed, so that the same inputs give the same bytes
+
+ProgramFile = Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)]
+Robot = Annotated[str, typer.Option("--robot", help="Robot name or file.")]
+DEFAULT_ROBOT = "m710ic50"
+FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
+
+
+def output_folder(path: str, output: str | None, suffix: str = "") -> Path:
+    """Where results go, by default outputs/<name><suffix>; refused before any work when they cannot go there."""
+    if output == "":
+        raise InputError("-o: an empty name; give a folder")
+    folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}{suffix}"
+    publish.check_writable(folder.absolute())
+    return folder
+
+
+def checked_date(date: str) -> str:
+    """A date as a program's header has it."""
+    try:
+        if not re.fullmatch(r"\d\d-\d\d-\d\d", date):
+            raise ValueError
+        datetime.strptime(f"20{date}", "%Y-%m-%d")
+    except ValueError:
+        raise InputError(f"--date {date}: not a date YY-MM-DD, as in 26-01-31") from None
+    return date

@@ -1,0 +1,41 @@
+"""What plan-poses writes and prints: the poses as CSV, what they will tell, and a table of it."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from compgen.core.arrays import Array
+from compgen.identification.model import Term
+from compgen.identification.pose_planning import PosePlan
+
+
+def poses_csv(pendant: Array, reflectors: int) -> bytes:
+    """The poses (K, 6) [deg] as identify reads them, the measured columns left to fill in."""
+    lines = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
+    for n, row in enumerate(pendant):
+        joints = ",".join(f"{v:.3f}" for v in row)
+        lines += [f"{n},r{r + 1},{joints},,," for r in range(reflectors)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def expected_csv(terms: Sequence[Term], plan: PosePlan) -> bytes:
+    """Each parameter's uncertainty before and after the measurement."""
+    lines = ["parameter,prior_sigma,expected_sigma"]
+    for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
+        name = f'"{term.name}"' if "," in term.name else term.name
+        lines.append(f"{name},{prior / term.unit:.6g},{sigma / term.unit:.6g}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def show_pose_plan(terms: Sequence[Term], plan: PosePlan, folder: Path, files: list[str]) -> None:
+    """Print how well each parameter will be known, and the files."""
+    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    table = Table("parameter", "sigma before", "expected after", "known")
+    for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
+        known = 100 * (1 - (sigma / prior) ** 2)
+        table.add_row(term.name, f"{prior / term.unit:.4g}", f"{sigma / term.unit:.4g}", f"{known:.0f} %")
+    console.print(table)
+    console.print(f"{len(plan.theta)} poses; wrote {', '.join(files)} to {folder}")

@@ -1,0 +1,31 @@
+"""How a command takes a program that exists, and the frames that its positions are told in."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from compgen.core.exceptions import InputError
+from compgen.fanuc.frames import Frames, known_without_a_table, load_frames
+
+
+def read_program(program: str) -> bytes:
+    """A program file's bytes."""
+    try:
+        return Path(program).read_bytes()
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise InputError(f"{program}: cannot be read: {reason}; give a program listing (.LS)") from None
+
+
+@contextmanager
+def naming_program(program: str) -> Iterator[None]:
+    """Put the file's name before what is wrong in it."""
+    try:
+        yield
+    except InputError as failure:
+        raise InputError(f"{program}: {failure}") from failure
+
+
+def read_frames(path: str | None) -> Frames:
+    """What UF and UT numbers mean."""
+    return load_frames(path) if path is not None else known_without_a_table()

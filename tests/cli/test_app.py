@@ -1,0 +1,116 @@
+"""The application: its help, its version, its name in a shell, and shell completion."""
+
+import json
+import subprocess
+import sys
+import tomllib
+
+import pytest
+from command_line import ENVIRONMENT, SCRIPTS, SHELL, run
+from shipped import ROOT
+from typer.testing import CliRunner
+
+from compgen.cli.app import app
+
+COMMANDS = (
+    "generate", "predict", "check", "inspect", "correct", "pages", "heat", "whatif", "identify", "validate",
+    "plan-poses", "init", "schema",
+)  # fmt: skip
+SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
+MODULES = """
+import json, sys
+sys.argv[:] = ["cgen", *{arguments!r}]
+from compgen.__main__ import main
+try:
+    main()
+finally:
+    sys.stderr.write(json.dumps(sorted({{name.partition(".")[0] for name in sys.modules}})))
+"""
+
+
+def bash(script, **variables):
+    return subprocess.run(
+        ["bash", "--norc", "-c", script],
+        cwd=ROOT, env={**SHELL, **variables}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["--help"], [], *([name, "--help"] for name in COMMANDS)])
+def test_version_and_help_load_no_slow_library(arguments):
+    done = subprocess.run(
+        [sys.executable, "-c", MODULES.format(arguments=arguments)],
+        cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert done.stdout
+    assert not SLOW & set(json.loads(done.stderr))
+
+
+def test_the_check_for_slow_libraries_bites():
+    done = subprocess.run(
+        [sys.executable, "-c", MODULES.format(arguments=["inspect", "tests/golden/MOVES.LS"])],
+        cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert {"casadi", "numpy"} <= set(json.loads(done.stderr))
+
+
+def test_the_help_lists_every_command_in_the_order_of_work():
+    text = run("--help").stdout
+    assert text.startswith("Usage: cgen ")
+    listed = [line.split()[0] for line in text.partition("Commands:\n")[2].splitlines()]
+    assert tuple(listed) == COMMANDS
+
+
+def test_both_scripts_run_the_same_command():
+    scripts = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
+    assert scripts == {"cgen": "compgen.__main__:main", "compgen": "compgen.__main__:main"}
+
+
+def test_bash_finds_the_command_and_nothing_of_its_own_by_that_name():
+    assert bash("type -t cgen").stdout == "file\n"
+    assert bash("type -P cgen").stdout.startswith(SCRIPTS)
+    assert bash("type -t compgen").stdout == "builtin\n"  # why there is a second name
+
+
+def test_the_command_works_in_bash():
+    done = bash("cgen --version")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "compgen 0.1.0\n", "")
+    done = bash("cgen generate paths/no_such_path.toml")
+    assert done.returncode == 2
+    assert done.stderr.startswith("cgen: ")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_completion_of_each_shell_is_shown(shell, monkeypatch):
+    monkeypatch.setattr("shellingham.detect_shell", lambda: (shell, f"/bin/{shell}"))
+    result = CliRunner().invoke(app, ["--show-completion"], prog_name="cgen")
+    assert result.exit_code == 0
+    assert "_CGEN_COMPLETE" in result.stdout
+
+
+def test_completion_is_installed_for_the_shell_one_is_in(tmp_path):
+    done = bash("cgen --install-completion", HOME=str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    assert "bash completion installed in" in done.stdout
+    script = tmp_path / ".bash_completions" / "cgen.sh"
+    assert str(script) in (tmp_path / ".bashrc").read_text()
+    complete = """
+source "$HOME/.bashrc"
+COMP_WORDS=({words}) COMP_CWORD={at}
+_cgen_completion cgen
+printf '%s\\n' "${{COMPREPLY[@]}}"
+"""
+    words = bash(complete.format(words="cgen pl", at=1), HOME=str(tmp_path)).stdout.split()
+    assert words == ["plan-poses"]
+    words = bash(complete.format(words="cgen generate --wo", at=2), HOME=str(tmp_path)).stdout.split()
+    assert words == ["--workers"]
+
+
+def test_a_completion_loads_no_slow_library():
+    done = subprocess.run(
+        [sys.executable, "-c", MODULES.format(arguments=[])],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+        env={**ENVIRONMENT, "_CGEN_COMPLETE": "complete_bash", "COMP_WORDS": "cgen ge", "COMP_CWORD": "1"},
+    )  # fmt: skip
+    assert done.stdout.split() == ["generate"]
+    assert not SLOW & set(json.loads(done.stderr))
