@@ -19,7 +19,7 @@ from compgen.core import evaluation
 from compgen.pipelines.generate import generate
 from compgen.pipelines.path_file import load_job
 from compgen.report import job_html, job_json, waypoints_blocks
-evaluation.use(evaluation.find_compiler(Path(sys.argv[1])), int(sys.argv[2]))
+evaluation.configure(evaluation.find_compiler(Path(sys.argv[1])), int(sys.argv[2]))
 folder, path, rounds = Path(sys.argv[3]), sys.argv[4], int(sys.argv[5])
 def run(*overrides):
     begin, spent = time.perf_counter(), time.process_time()

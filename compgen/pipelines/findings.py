@@ -47,14 +47,14 @@ def failed(solution: Solution) -> str:
 def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, program: Program) -> list[Finding]:
     """Joint limits passed, and speeds that are not the wanted one."""
     findings = []
-    if trajectory.use.max() > 1:
-        kind, joint = np.unravel_index(int(np.argmax(trajectory.use)), trajectory.use.shape)
+    if trajectory.utilisation.max() > 1:
+        kind, joint = np.unravel_index(int(np.argmax(trajectory.utilisation)), trajectory.utilisation.shape)
         findings.append(
             Finding(
                 Level.OUTSIDE,
                 "timing.limit",
                 f"{('speed', 'acceleration', 'jerk')[int(kind)]} of joint {job.robot.joint_names[int(joint)]} reaches "
-                f"{100 * trajectory.use.max():.0f} % of its limit; lower process.feed_mm_s",
+                f"{100 * trajectory.utilisation.max():.0f} % of its limit; lower process.feed_mm_s",
             )
         )
     gaps = np.diff(path.arc)

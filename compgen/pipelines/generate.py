@@ -239,7 +239,7 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
             trajectory,
             time=trajectory.time[rows],
             speed=trajectory.speed[rows[1:] - 1],
-            driven=trajectory.driven[rows[1:] - 1],
+            driven_speed=trajectory.driven_speed[rows[1:] - 1],
         ),
         rise=planned.rise[rows],
         findings=(*planned.findings, Finding(Level.NOTE, "path.thinned", message)),
@@ -261,7 +261,7 @@ def start_window(planned: Planned, solution: Solution) -> float:
 def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Array:
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job, trajectory = planned.job, planned.trajectory
-    driven = Driven(trajectory.time, planned.theta, trajectory.driven)
+    driven = Driven(trajectory.time, planned.theta, trajectory.driven_speed)
     state = states_at(job.heat, job.state(), driven, first, job.air, job.clock)
     course = Course(trajectory.time, solution.theta, planned.rise, planned.motion)
     return windows(job, planned.model, course, first, state)

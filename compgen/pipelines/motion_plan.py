@@ -37,7 +37,7 @@ class MotionPlan:
     @property
     def joint_motion(self) -> JointMotion:
         """What the drives do, for the heat."""
-        return JointMotion(self.trajectory.time, self.theta, self.trajectory.driven)
+        return JointMotion(self.trajectory.time, self.theta, self.trajectory.driven_speed)
 
 
 def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -> MotionPlan:

@@ -1,8 +1,8 @@
 r"""Joint motion over arc length between stops: a polynomial through the six nearest waypoints, everywhere at once.
 
 Waypoints closer than the motion bends are more than it needs: of them, those are kept as knots between which no joint
-leaves the straight line by more than ``FINE``. Derivatives are those of Newton's polynomial through the knots around,
-never across a stop; a run of fewer knots has a lower, odd degree, because even ones ring.
+leaves the straight line by more than ``MAX_CHORD``. Derivatives are those of Newton's polynomial through the knots
+around, never across a stop; a run of fewer knots has a lower, odd degree, because even ones ring.
 """
 
 from collections.abc import Iterator
@@ -17,12 +17,12 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.robot.robot import Robot
 
-FINE = 1e-6  # rad a joint may leave the line between two knots by: about a micrometre of the tool
-WIDEST = 10e-3  # m between two knots, where waypoints allow it
+MAX_CHORD = 1e-6  # rad a joint may leave the line between two knots by: about a micrometre of the tool
+MAX_KNOT_SPACING = 10e-3  # m, where waypoints allow it
 CHUNK = 16384  # points at a time
 DEGREES = (5, 3, 1)
-AROUND = 2  # waypoints to either side over which the bend is averaged
-NEAR = 5  # waypoints to either side of a stop that stay
+AVERAGED = 2  # waypoints to either side over which the bend is averaged
+KEPT_AT_STOPS = 5  # waypoints to either side of a stop that stay
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,95 +36,111 @@ class JointCurve:
     last: IntArray  # (R,)
 
     def interval(self, s: Array, run: IntArray) -> IntArray:
-        """The knot before each of rising places, (M,)."""
+        """The knot before each of rising arc lengths s (M,) [m], each in its run (M,)."""
         return np.asarray(np.clip(last_before(self.arc, s), self.first[run], self.last[run] - 1))
 
-    def shares(self, robot: Robot, s: Array, interval: IntArray, run: IntArray) -> Array:
+    def limit_ratios(self, robot: Robot, s: Array, interval: IntArray, run: IntArray) -> Array:
         """Largest over the joints of |q'|, |q''|, |q'''| over speed, acceleration, jerk, and three more, (M, 6).
 
         The others are |q'| over acceleration, |q'| over jerk and |q''| over jerk.
+
+        Args:
+            robot: For the limits.
+            s: Arc lengths, (M,) [m].
+            interval: The knot before each, (M,).
+            run: The run of each, (M,).
         """
-        found = np.empty((len(s), 6))
+        ratios = np.empty((len(s), 6))
         for rows in chunks(len(s)):
-            found[rows] = self._ask("shares", robot, s[rows], interval[rows], run[rows])
-        return found
+            ratios[rows] = self._evaluate("limit_ratios", robot, s[rows], interval[rows], run[rows])
+        return ratios
 
-    def use(self, robot: Robot, s: Array, interval: IntArray, run: IntArray, rates: Array) -> Array:
-        """Share of each joint's limits at places driven with (speed, acceleration, jerk) (M, 3), (M, 18)."""
-        return self._ask("use", robot, s, interval, run, rates)
+    def utilisation(self, robot: Robot, s: Array, interval: IntArray, run: IntArray, rates: Array) -> Array:
+        """Shares of the joints' speed, acceleration and jerk limits that a motion uses, (M, 18).
 
-    def _ask(self, name: str, robot: Robot, s: Array, interval: IntArray, run: IntArray, *rows: Array) -> Array:
+        Args:
+            robot: For the limits.
+            s: Arc lengths, (M,) [m].
+            interval: The knot before each, (M,).
+            run: The run of each, (M,).
+            rates: Speed, acceleration and jerk along the arc there, (M, 3) [m/s, m/s2, m/s3].
+        """
+        return self._evaluate("utilisation", robot, s, interval, run, rates)
+
+    def _evaluate(self, name: str, robot: Robot, s: Array, interval: IntArray, run: IntArray, *rows: Array) -> Array:
         per_limit = 1 / np.concatenate([robot.speed, robot.acceleration, robot.jerk])[None]
-        size = self.last - self.first
-        degree = np.select([size >= d for d in DEGREES[:-1]], DEGREES[:-1], DEGREES[-1])[run]
+        knots = self.last - self.first
+        degree = np.select([knots >= d for d in DEGREES[:-1]], DEGREES[:-1], DEGREES[-1])[run]
         begin = np.clip(interval - degree // 2, self.first[run], self.last[run] - degree)
 
-        def of_degree(d: int, at: IntArray | slice) -> Array:
+        def of_degree(d: int, points: IntArray | slice) -> Array:
             windows = np.lib.stride_tricks.sliding_window_view(self.knots.ravel(), 7 * (d + 1))[::7]
-            nodes = IndexedRows(windows, np.minimum(begin[at], len(windows) - 1))
-            return evaluate(build_derivatives(d)[name], s[at, None], nodes, per_limit, *(r[at] for r in rows))[0]
+            nodes = IndexedRows(windows, np.minimum(begin[points], len(windows) - 1))
+            return evaluate(build_derivatives(d)[name], s[points, None], nodes, per_limit, *(r[points] for r in rows))[
+                0
+            ]
 
         highest = int(degree.max())
-        found = of_degree(highest, slice(None))  # all in order; those of lower degree, few as a rule, once more
+        values = of_degree(highest, slice(None))  # all in order; those of lower degree, few as a rule, once more
         for d in [d for d in DEGREES if d < highest]:
-            at = np.flatnonzero(degree == d)
-            if len(at):
-                found[at] = of_degree(d, at)
-        return found
+            points = np.flatnonzero(degree == d)
+            if len(points):
+                values[points] = of_degree(d, points)
+        return values
 
 
 def chunks(count: int) -> Iterator[slice]:
-    """Rows of a count, so many at a time that what is computed of them stays in cache."""
-    return (slice(at, at + CHUNK) for at in range(0, count, CHUNK))
+    """Slices of a count of rows, each so long that what is computed of it stays in cache."""
+    return (slice(start, start + CHUNK) for start in range(0, count, CHUNK))
 
 
-def last_before(edges: Array, places: Array) -> IntArray:
-    """For each of rising places (M,) the last of rising edges that it has reached, (M,); -1 where none."""
-    if len(places) < len(edges):
-        return np.searchsorted(edges, places, side="right") - 1
-    first = np.searchsorted(places, edges)
-    return np.repeat(np.arange(-1, len(edges)), np.diff(first, prepend=0, append=len(places)))
+def last_before(edges: Array, values: Array) -> IntArray:
+    """Index of the last of rising edges that each of rising values (M,) has reached, (M,); -1 where none."""
+    if len(values) < len(edges):
+        return np.searchsorted(edges, values, side="right") - 1
+    first = np.searchsorted(values, edges)
+    return np.repeat(np.arange(-1, len(edges)), np.diff(first, prepend=0, append=len(values)))
 
 
 def fit_joint_curve(arc: Array, theta: Array, stop: BoolArray) -> JointCurve:
-    """The knots of joint angles theta (N, 6) [rad] at rising arc lengths (N,) [m], with stops (N,) at both ends."""
-    rows = _knots(arc, theta, stop)
+    """The curve through joint angles theta (N, 6) [rad] at rising arc lengths (N,) [m]; stops (N,) at both ends."""
+    rows = _select_knots(arc, theta, stop)
     knots = np.column_stack([arc[rows], theta[rows]])
     ends = np.flatnonzero(stop[rows])
     return JointCurve(np.ascontiguousarray(knots[:, 0]), knots, rows, ends[:-1], ends[1:])
 
 
-def _knots(arc: Array, theta: Array, stop: BoolArray) -> IntArray:
-    """Waypoints to keep: as dense as the bend of the joints asks, at least every ``WIDEST``, and both ends' own."""
+def _select_knots(arc: Array, theta: Array, stop: BoolArray) -> IntArray:
+    """Waypoints to keep: as dense as the bend of the joints asks, every ``MAX_KNOT_SPACING`` at least, and stops."""
     N = len(arc)
     if N < 8:
         return np.arange(N)
     ends = np.flatnonzero(stop)
-    density = np.maximum(np.sqrt(_bend(arc, theta, ends) / (8 * FINE)), 1 / WIDEST)
+    density = np.maximum(np.sqrt(_bend(arc, theta, ends) / (8 * MAX_CHORD)), 1 / MAX_KNOT_SPACING)
     count = np.concatenate([[0.0], np.cumsum(density * np.diff(arc))])
-    done = np.floor(count[1:] - np.repeat(count[ends[:-1]], np.diff(ends)))  # every run counts from its own start
+    knots_passed = np.floor(count[1:] - np.repeat(count[ends[:-1]], np.diff(ends)))  # each run from its own start
     keep = stop.copy()
-    keep[1:-1] |= done[1:] > done[:-1]
-    # within a few of a stop everything is kept, so that short runs stay curves
-    for k in range(-NEAR, NEAR + 1):
+    keep[1:-1] |= knots_passed[1:] > knots_passed[:-1]
+    # near a stop every waypoint is kept, so that short runs stay curves
+    for k in range(-KEPT_AT_STOPS, KEPT_AT_STOPS + 1):
         keep[np.clip(ends + k, 0, N - 1)] = True
     return np.flatnonzero(keep)
 
 
 def _bend(arc: Array, theta: Array, ends: IntArray) -> Array:
-    """How much the joints bend over each segment, (N - 1,) [rad/m2]: the larger of what its two ends say."""
+    """Second derivative of the joints over the arc in each segment, (N - 1,) [rad/m2]: the larger of its two ends'."""
     N = len(arc)
     bend = np.zeros(N)
     triple = [x[k : N - 2 + k] for x in (arc[:, None], theta) for k in range(3)]
     bend[1:-1] = evaluate(_build_bend(), *triple)[0][:, 0]
-    # a stop's corner is no bend, and single waypoints' noise is not one either: look at the mean of a few
+    # a stop's corner is no bend, and single waypoints' noise is not one either: take the mean of a few
     bend[ends] = 0.0
-    around = np.concatenate([[0.0], np.cumsum(bend)])
-    width = 2 * AROUND + 1
-    bend[AROUND:-AROUND] = (around[width:] - around[:-width]) / width
-    for k in range(AROUND):
-        bend[k] = around[k + AROUND + 1] / (k + AROUND + 1)
-        bend[-1 - k] = (around[-1] - around[-2 - k - AROUND]) / (k + AROUND + 1)
+    cumulated = np.concatenate([[0.0], np.cumsum(bend)])
+    width = 2 * AVERAGED + 1
+    bend[AVERAGED:-AVERAGED] = (cumulated[width:] - cumulated[:-width]) / width
+    for k in range(AVERAGED):
+        bend[k] = cumulated[k + AVERAGED + 1] / (k + AVERAGED + 1)
+        bend[-1 - k] = (cumulated[-1] - cumulated[-2 - k - AVERAGED]) / (k + AVERAGED + 1)
     return np.maximum(bend[1:], bend[:-1])
 
 
@@ -132,43 +148,45 @@ def _bend(arc: Array, theta: Array, ends: IntArray) -> Array:
 def _build_bend() -> Any:
     """(three arc lengths, three times theta (6)) -> largest change of a joint's slope over the arc length."""
     s, q = [ca.SX.sym(f"s{k}") for k in range(3)], [ca.SX.sym(f"q{k}", 6) for k in range(3)]
-    turned = (q[2] - q[1]) / (s[2] - s[1]) - (q[1] - q[0]) / (s[1] - s[0])
-    return ca.Function("bend", [*s, *q], [_largest(turned) / ((s[2] - s[0]) / 2)])
+    slope_change = (q[2] - q[1]) / (s[2] - s[1]) - (q[1] - q[0]) / (s[1] - s[0])
+    return ca.Function("bend", [*s, *q], [_largest(slope_change) / ((s[2] - s[0]) / 2)])
 
 
 @lru_cache(maxsize=4)
 def build_derivatives(degree: int) -> dict[str, Any]:
-    """Of the polynomial through degree + 1 knots (7 each) at s: what ``shares`` and ``use`` say."""
+    """``limit_ratios`` and ``utilisation`` at s of the polynomial through degree + 1 knots (7 each)."""
     s, per_limit, rates = ca.SX.sym("s"), ca.SX.sym("per_limit", 18), ca.SX.sym("rates", 3)
     nodes = ca.SX.sym("nodes", 7 * (degree + 1))
-    place = [nodes[7 * k] for k in range(degree + 1)]
+    arc = [nodes[7 * k] for k in range(degree + 1)]
     table = [nodes[7 * k + 1 : 7 * k + 7] for k in range(degree + 1)]
     for order in range(1, degree + 1):  # Newton's divided differences, in place
         for k in range(degree, order - 1, -1):
-            table[k] = (table[k] - table[k - 1]) * (1 / (place[k] - place[k - order]))
+            table[k] = (table[k] - table[k - 1]) * (1 / (arc[k] - arc[k - order]))
     q, q1, q2, q3 = table[degree], ca.SX.zeros(6), ca.SX.zeros(6), ca.SX.zeros(6)
     for k in range(degree - 1, -1, -1):
-        t = s - place[k]
+        t = s - arc[k]
         q3 = q3 * t + 3 * q2
         q2 = q2 * t + 2 * q1
         q1 = q1 * t + q
         q = q * t + table[k]
     speed, acceleration, jerk = per_limit[:6], per_limit[6:12], per_limit[12:]
-    parts = ((q1, speed), (q2, acceleration), (q3, jerk), (q1, acceleration), (q1, jerk), (q2, jerk))
+    ratios = ((q1, speed), (q2, acceleration), (q3, jerk), (q1, acceleration), (q1, jerk), (q2, jerk))
     v, a, j = (rates[k] for k in range(3))
-    driven = [
+    used = [
         ca.fabs(q1 * v) * speed,
         ca.fabs(q2 * v**2 + q1 * a) * acceleration,
         ca.fabs(q3 * v**3 + 3 * q2 * v * a + q1 * j) * jerk,
     ]
+    largest = ca.vertcat(*(_largest(derivative * limit) for derivative, limit in ratios))
     return {
-        "shares": ca.Function("shares", [s, nodes, per_limit], [ca.vertcat(*(_largest(x * m) for x, m in parts))]),
-        "use": ca.Function("use", [s, nodes, per_limit, rates], [ca.vertcat(*driven)]),
+        "limit_ratios": ca.Function("limit_ratios", [s, nodes, per_limit], [largest]),
+        "utilisation": ca.Function("utilisation", [s, nodes, per_limit, rates], [ca.vertcat(*used)]),
     }
 
 
 def _largest(values: Any) -> Any:
-    found = ca.fabs(values[0])
+    """Largest of the absolute values (6, 1)."""
+    largest = ca.fabs(values[0])
     for k in range(1, 6):
-        found = ca.fmax(found, ca.fabs(values[k]))
-    return found
+        largest = ca.fmax(largest, ca.fabs(values[k]))
+    return largest

@@ -18,27 +18,27 @@ from ruckig import Trajectory as RuckigTrajectory
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError
 
-CONFIRMED = 200  # blocks of a run that ruckig solves again
-AGREE = 1e-6  # relative difference of the time
-TINY = 1e-300
+CONFIRMED = 200  # blocks that ruckig solves again
+TIME_TOLERANCE = 1e-6  # relative difference of ruckig's time
+TINY = 1e-300  # keeps divisors from being zero
 ROUNDS = 60  # of a root's search
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Blocks:
-    """B stretches of path: where, how long, the speeds at both ends, and what is allowed inside."""
+    """B stretches of path: where, how long, the speeds at both ends, and the limits inside."""
 
     start: Array  # (B,) [m]
     length: Array  # (B,) [m]
-    v0: Array  # (B,) [m/s]
-    v1: Array  # (B,) [m/s]
-    v: Array  # (B,) [m/s]
-    a: Array  # (B,) [m/s2]
-    j: Array  # (B,) [m/s3]
+    v0: Array  # (B,) [m/s] at the start
+    v1: Array  # (B,) [m/s] at the end
+    v: Array  # (B,) [m/s] at most
+    a: Array  # (B,) [m/s2] at most
+    j: Array  # (B,) [m/s3] at most
 
 
 def change_duration(dv: Array, a: Array, j: Array) -> Array:
-    """Time of a change of speed by dv >= 0 [s]."""
+    """Time of a change of speed by dv >= 0 [m/s] within acceleration a and jerk j, (B,) [s]."""
     return np.where(dv > a * a / j, dv / a + a / j, 2 * np.sqrt(dv / j))
 
 
@@ -48,20 +48,20 @@ def reachable_speed(v0: Array, length: Array, a: Array, j: Array) -> Array:
     (v0 + dv / 2) T = length: a square where a is reached, else j x^3 + 2 v0 x = length with x = sqrt(dv / j).
     """
     edge = a * a / j
-    reached = (v0 + edge / 2) * 2 * a / j < length
+    reaches_a = (v0 + edge / 2) * 2 * a / j < length
     p = 2 * v0 + edge
     root = np.maximum(p * p - 4 * (2 * v0 * a * a / j - 2 * length * a), 0.0)
-    x = np.where(reached, 0.0, a / j)
-    for _ in range(60):  # Newton from above
-        step = np.where(reached, 0.0, (j * x * x * x + 2 * v0 * x - length) / (3 * j * x * x + 2 * v0 + TINY))
+    x = np.where(reaches_a, 0.0, a / j)
+    for _ in range(ROUNDS):  # Newton from above
+        step = np.where(reaches_a, 0.0, (j * x * x * x + 2 * v0 * x - length) / (3 * j * x * x + 2 * v0 + TINY))
         x = x - step
         if not np.any(np.abs(step) > 1e-15 * x):
             break
-    return (v0 + np.where(reached, (-p + np.sqrt(root)) / 2, j * x * x)) * (1 - 1e-9)
+    return (v0 + np.where(reaches_a, (-p + np.sqrt(root)) / 2, j * x * x)) * (1 - 1e-9)
 
 
 def rising_root(f: Callable[[Array], tuple[Array, Array]], low: Array, high: Array, guess: Array) -> Array:
-    """Where rising functions pass zero between bounds, (K,): Newton's steps, halves where they lead outside.
+    """Roots of rising functions between bounds, (K,): Newton's steps, halving the bounds where they lead outside.
 
     Args:
         f: Value and slope at (K,).
@@ -76,41 +76,41 @@ def rising_root(f: Callable[[Array], tuple[Array, Array]], low: Array, high: Arr
         with np.errstate(divide="ignore", invalid="ignore"):
             new = x - value / slope
         new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
-        done = np.abs(new - x) <= 1e-15 * high
+        converged = np.abs(new - x) <= 1e-15 * high
         x = new
-        if done.all():
+        if converged.all():
             break
     return x
 
 
 def constant_jerk_phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Array, IntArray]:
-    """Duration, and s, v, a, j at its start, and block of every stretch of constant jerk, in order, (P,) each.
+    """Stretches of constant jerk in order: duration, s, v, a and j at the start, and the block, (P,) each.
 
     Raises:
         ImpossibleError: A block cannot be driven between its speeds, or ruckig finds another time.
     """
     b = blocks
     top = np.maximum(b.v0, b.v1)
-    over = np.flatnonzero(_needed(b, top)[0] > b.length * (1 + 1e-9))
-    if len(over):
-        where = float(b.start[over[0]])
+    impossible = np.flatnonzero(_length_needed(b, top)[0] > b.length * (1 + 1e-9))
+    if len(impossible):
+        s = b.start[impossible[0]]
         raise ImpossibleError(
-            f"timing: no motion at {where:.4f} m along the path within the joint limits; lower process.feed_mm_s"
+            f"timing: no motion at {s:.4f} m along the path within the joint limits; lower process.feed_mm_s"
         )
     peak = np.maximum(b.v, top)
-    tight = np.flatnonzero(_needed(b, peak)[0] > b.length)
+    tight = np.flatnonzero(_length_needed(b, peak)[0] > b.length)
     if len(tight):
-        some = Blocks(*(getattr(b, name)[tight] for name in Blocks.__slots__))
+        tight_blocks = Blocks(*(getattr(b, name)[tight] for name in Blocks.__slots__))
 
-        def beyond(peak: Array) -> tuple[Array, Array]:
-            way, slope = _needed(some, peak)
-            return way - some.length, slope
+        def excess(peak: Array) -> tuple[Array, Array]:
+            length, slope = _length_needed(tight_blocks, peak)
+            return length - tight_blocks.length, slope
 
-        found = rising_root(beyond, top[tight], peak[tight], peak[tight])
-        peak[tight] = np.maximum(top[tight], found * (1 - 4e-15))  # below the root, where the block surely holds it
+        root = rising_root(excess, top[tight], peak[tight], peak[tight])
+        peak[tight] = np.maximum(top[tight], root * (1 - 4e-15))  # below the root, where the block surely holds it
 
     up, down = (_jerk_times(peak - v, b.a, b.j) for v in (b.v0, b.v1))
-    hold = np.maximum(b.length - _needed(b, peak)[0], 0.0) / peak
+    hold = np.maximum(b.length - _length_needed(b, peak)[0], 0.0) / peak
     times = np.column_stack([up[0], up[1], up[0], hold, down[0], down[1], down[0]])
     jerk = np.multiply.outer(b.j, np.array([1.0, 0, -1, 0, -1, 0, 1]))
     _confirm(b, peak, times.sum(axis=1))
@@ -130,29 +130,29 @@ def constant_jerk_phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Ar
     return times.ravel()[keep], s, v, a, jerk.ravel()[keep], keep // 7
 
 
-def _needed(b: Blocks, peak: Array) -> tuple[Array, Array]:
+def _length_needed(b: Blocks, peak: Array) -> tuple[Array, Array]:
     """Length that going up to a speed and down again takes [m], and how it grows with that speed [s]."""
-    way, slope = np.zeros_like(peak), np.zeros_like(peak)
+    length, slope = np.zeros_like(peak), np.zeros_like(peak)
     for v in (b.v0, b.v1):
         time = change_duration(peak - v, b.a, b.j)
-        faster = 1 / np.maximum(np.minimum(b.a, np.sqrt(b.j * (peak - v))), TINY)
-        way += (v + peak) / 2 * time
-        slope += time / 2 + (v + peak) / 2 * faster
-    return way, slope
+        time_slope = 1 / np.maximum(np.minimum(b.a, np.sqrt(b.j * (peak - v))), TINY)
+        length += (v + peak) / 2 * time
+        slope += time / 2 + (v + peak) / 2 * time_slope
+    return length, slope
 
 
 def _jerk_times(dv: Array, a: Array, j: Array) -> tuple[Array, Array]:
     """Time of the jerk, and of the constant acceleration between its two halves [s]."""
-    long = dv > a * a / j
-    return np.where(long, a / j, np.sqrt(dv / j)), np.where(long, dv / a - a / j, 0.0)
+    reaches_a = dv > a * a / j
+    return np.where(reaches_a, a / j, np.sqrt(dv / j)), np.where(reaches_a, dv / a - a / j, 0.0)
 
 
 def _confirm(b: Blocks, peak: Array, time: Array) -> None:
     """Raises ImpossibleError where ruckig, solving some blocks again, refuses or needs another time."""
     changing = np.flatnonzero((b.v0 != peak) | (b.v1 != peak))
-    some = changing[np.unique(np.linspace(0, len(changing) - 1, min(CONFIRMED, len(changing))).astype(int))]
-    solver, request, answer = Ruckig(1), InputParameter(1), RuckigTrajectory(1)
-    for n in some.tolist():
+    sample = changing[np.unique(np.linspace(0, len(changing) - 1, min(CONFIRMED, len(changing))).astype(int))]
+    solver, request, solution = Ruckig(1), InputParameter(1), RuckigTrajectory(1)
+    for n in sample.tolist():
         request.current_position, request.target_position = [0.0], [float(b.length[n])]
         request.current_velocity, request.target_velocity = [float(b.v0[n])], [float(b.v1[n])]
         request.current_acceleration = request.target_acceleration = [0.0]
@@ -160,16 +160,16 @@ def _confirm(b: Blocks, peak: Array, time: Array) -> None:
         request.max_jerk = [float(b.j[n])]
         try:
             solver.validate_input(request, True, True)
-            result = solver.calculate(request, answer)
-        except Exception as failure:  # ruckig raises its own untyped errors
-            raise _impossible(b.start[n], str(failure)) from failure
+            result = solver.calculate(request, solution)
+        except Exception as exception:  # ruckig raises its own untyped errors
+            raise _impossible(b.start[n], str(exception)) from exception
         if result not in (Result.Working, Result.Finished):
             raise _impossible(b.start[n], result.name)
-        if abs(answer.duration - time[n]) > AGREE * time[n] + 1e-9:
-            raise _impossible(b.start[n], f"ruckig needs {answer.duration:.9g} s and not {time[n]:.9g} s")
+        if abs(solution.duration - time[n]) > TIME_TOLERANCE * time[n] + 1e-9:
+            raise _impossible(b.start[n], f"ruckig needs {solution.duration:.9g} s and not {time[n]:.9g} s")
 
 
-def _impossible(place: float, reason: str) -> ImpossibleError:
+def _impossible(s: float, reason: str) -> ImpossibleError:
     return ImpossibleError(
-        f"timing: no motion at {place:.4f} m along the path within the joint limits: {reason}; lower process.feed_mm_s"
+        f"timing: no motion at {s:.4f} m along the path within the joint limits: {reason}; lower process.feed_mm_s"
     )

@@ -56,7 +56,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "at_feed": trajectory.at_feed,
             "joint_use": {
                 kind: dict(zip(job.robot.joint_names, row.tolist()))
-                for kind, row in zip(("speed", "acceleration", "jerk"), trajectory.use)
+                for kind, row in zip(("speed", "acceleration", "jerk"), trajectory.utilisation)
             },
         },
         "thermal": {

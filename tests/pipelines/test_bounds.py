@@ -43,7 +43,7 @@ def test_bounds_are_kept(name):
     assert before["total"]["max_um"] > 50
     if name == "spiral_1300":
         assert before["total"]["max_um"] / after["total"]["max_um"] >= 40
-    assert corrected.trajectory.use.max() <= 1
+    assert corrected.trajectory.utilisation.max() <= 1
     assert np.all(np.diff(corrected.trajectory.time) > 0)
 
 

@@ -134,7 +134,7 @@ def test_waypoints_that_coincide_are_refused_and_a_nanometre_apart_are_driven():
     stop = np.zeros(len(arc), dtype=bool)
     stop[[0, -1]] = True
     motion = retiming.retime(ROBOT, arc, theta, stop, 0.2)
-    assert motion.use.max() <= 1
+    assert motion.utilisation.max() <= 1
     assert np.diff(motion.time).min() > 0
     twice = np.insert(arc, 50, arc[50])
     with pytest.raises(ImpossibleError, match="waypoints 51 and 52 coincide"):
@@ -151,7 +151,7 @@ def test_a_hundred_thousand_sharp_corners_are_timed_together():
     begin = time.process_time()
     motion = retiming.retime(ROBOT, arc, theta, stop, 0.02)
     assert time.process_time() - begin < 12
-    assert motion.use.max() <= 1
+    assert motion.utilisation.max() <= 1
     assert_allclose(motion.phases.at(motion.time[stop])[1], 0, atol=1e-9)
     one = retiming.retime(ROBOT, arc[:5], theta[:5], stop[:5], 0.02)
     assert_allclose(np.diff(motion.time[stop]), one.time[-1], rtol=1e-6)

@@ -240,7 +240,7 @@ def test_the_window_of_a_page_is_how_long_one_may_wait_before_it(made):
 
     def added(wait):
         late = job.heat.rise_after([Duty("idle", 0.0, wait)], planned.rise[n])
-        rise = stepped(job.heat, late, time, planned.trajectory.driven[n:])
+        rise = stepped(job.heat, late, time, planned.trajectory.driven_speed[n:])
         moved, _ = planned.model.actual_pose(solution.theta[n:], rise)
         return np.linalg.norm(moved - now, axis=1).max()
 
@@ -341,7 +341,7 @@ def test_what_a_wait_does_counts_from_there_on():
     assert window > corrected.start_window + 20
     late = job.heat.rise_after([Duty("idle", 0.0, window)], planned.rise[n])
     rise = stepped(
-        job.heat, late, planned.trajectory.time[n:] - planned.trajectory.time[n], planned.trajectory.driven[n:]
+        job.heat, late, planned.trajectory.time[n:] - planned.trajectory.time[n], planned.trajectory.driven_speed[n:]
     )
     moved = planned.model.actual_pose(theta[n:], rise)[0] - planned.model.actual_pose(theta[n:], planned.rise[n:])[0]
     assert np.linalg.norm(moved, axis=1).max() == pytest.approx(job.start_drift, rel=1e-3)

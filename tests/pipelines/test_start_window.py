@@ -25,7 +25,7 @@ def one_by_one(planned, solution, first):
     job, time = planned.job, planned.trajectory.time
     some = np.unique(np.linspace(first, len(time) - 1, start_window.SAMPLES).astype(int))
     theta, rise, motion = solution.theta[some], planned.rise[some], planned.motion.at(some)
-    driven = JointMotion(time[: first + 1], planned.theta[: first + 1], planned.trajectory.driven[:first])
+    driven = JointMotion(time[: first + 1], planned.theta[: first + 1], planned.trajectory.driven_speed[:first])
     state = rises_during(job.heat, job.state(), driven, job.air, job.clock)[1] if first else job.state()
 
     def drift(delay):
@@ -65,7 +65,7 @@ def test_side_by_side_is_as_one_by_one(overrides, monkeypatch):
     assert_allclose(found, [one_by_one(planned, solution, n) for n in first], rtol=rtol)
     assert generate.start_window(planned, solution) == found[0]
     course = start_window.Course(planned.trajectory.time, solution.theta, planned.rise, planned.motion)
-    driven = JointMotion(planned.trajectory.time, planned.theta, planned.trajectory.driven)
+    driven = JointMotion(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
     state = states_at(planned.job.heat, planned.job.state(), driven, first, planned.job.air, planned.job.clock)
     turned = start_window.windows(planned.job, planned.model, course, first[::-1], state[::-1])
     assert_allclose(turned[::-1], found, rtol=1e-8)
@@ -79,7 +79,7 @@ def test_side_by_side_is_as_one_by_one(overrides, monkeypatch):
 def test_states_on_the_way_give_the_rises_there(overrides):
     planned, _ = asked(*overrides)
     job, trajectory = planned.job, planned.trajectory
-    driven = JointMotion(trajectory.time, planned.theta, trajectory.driven)
+    driven = JointMotion(trajectory.time, planned.theta, trajectory.driven_speed)
     which = np.array([0, 3, 1023, 1024, 1025, 2000, len(planned.theta) - 1])
     states = states_at(job.heat, job.state(), driven, which, job.air, job.clock)
     assert_allclose(states @ job.heat.outputs.T, planned.rise[which], rtol=1e-12)

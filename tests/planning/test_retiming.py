@@ -101,7 +101,7 @@ def test_joint_speed_acceleration_and_jerk_stay_inside_their_limits(name, feed):
     share = shares(tool, motion)
     assert share.max() <= 1.0
     assert share[2].max() > 0.4  # the set-up bites: jerk is asked for
-    assert_allclose(share.max(axis=1), motion.use.max(axis=1), rtol=0.02, atol=0.01)
+    assert_allclose(share.max(axis=1), motion.utilisation.max(axis=1), rtol=0.02, atol=0.01)
 
 
 @pytest.mark.parametrize(("name", "feed"), DRIVES)
@@ -293,8 +293,8 @@ def test_driven_speed_takes_the_planned_time_of_each_run():
     for name in ("circle", "spiral"):
         path, motion = driven(name, 0.2)
         ends = np.flatnonzero(path.stop)
-        assert_allclose(np.add.reduceat(np.diff(path.arc) / motion.driven, ends[:-1]), np.diff(motion.time[ends]))
-        assert np.all(motion.driven <= motion.speed * (1 + 1e-6))
+        assert_allclose(np.add.reduceat(np.diff(path.arc) / motion.driven_speed, ends[:-1]), np.diff(motion.time[ends]))
+        assert np.all(motion.driven_speed <= motion.speed * (1 + 1e-6))
 
 
 def test_length_over_programmed_speed_is_the_planned_time_away_from_stops():
@@ -336,7 +336,7 @@ def test_lower_joint_limits_never_make_the_robot_faster():
             ROBOT, speed=share * ROBOT.speed, acceleration=share * ROBOT.acceleration, jerk=share * ROBOT.jerk
         )
         motion = retiming.retime(slow, arc, theta, ends(241), 1.0)
-        assert motion.use.max() <= 1.0
+        assert motion.utilisation.max() <= 1.0
         times.append(motion.time[-1])
     assert times[0] < times[1] < times[2]
 
@@ -344,7 +344,7 @@ def test_lower_joint_limits_never_make_the_robot_faster():
 def test_joints_that_stand_still_limit_nothing():
     arc = np.linspace(0, 1, 101)
     motion = retiming.retime(ROBOT, arc, np.ones((101, 6)), ends(101), 0.2)
-    assert motion.use.max() < 1e-9
+    assert motion.utilisation.max() < 1e-9
     assert_allclose(motion.time[-1], 5.0, atol=0.1)
 
 
@@ -388,7 +388,7 @@ def test_a_path_that_only_a_crawl_can_follow_is_crawled_or_refused():
         motion = retiming.retime(ROBOT, arc, theta, ends(2001), 0.2)
     except ImpossibleError:
         return
-    assert motion.use.max() <= 1.0
+    assert motion.utilisation.max() <= 1.0
 
 
 @st.composite
@@ -417,7 +417,7 @@ def smooth_joint_paths(draw):
 def test_any_smooth_joint_path_is_driven_inside_its_limits(drawn):
     arm, arc, theta, stop, feed = drawn
     motion = retiming.retime(arm, arc, theta, stop, feed)
-    assert motion.use.max() <= 1.0
+    assert motion.utilisation.max() <= 1.0
     assert np.diff(motion.time).min() >= PERIOD * (1 - 1e-9)
     t = np.linspace(0, motion.time[-1], 2001)
     s, v, _, _ = motion.phases.at(t)
