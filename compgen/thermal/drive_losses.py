@@ -80,28 +80,33 @@ def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[A
         motion: N waypoints.
 
     Returns:
-        (N - 1, 6) [W] on each segment, with speeds from the waypoints' own times; and the same with the motion held.
+        (N - 1, 6) [W] on each segment, with speeds from the waypoints' own times; (N - 1, 6) [W] standing in its poses.
     """
     step = np.diff(motion.time)[:, None]
     speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
     middle = (motion.theta[1:] + motion.theta[:-1]) / 2
     time = (motion.time[1:] + motion.time[:-1]) / 2
-    some = np.unique(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
-    rate = np.zeros_like(speed)
+    sampled = np.unique(np.linspace(0, len(time) - 1, SAMPLES).astype(int))
+    acceleration = np.zeros_like(speed)
     if len(time) > 1:
         between = np.diff(time)[:, None]
         change = np.divide(np.diff(speed, axis=0), between, out=np.zeros((len(between), 6)), where=between > 0)
-        rate[:-1] += change / 2
-        rate[1:] += change / 2
+        acceleration[:-1] += change / 2
+        acceleration[1:] += change / 2
     # a stop's ramp lies between two waypoints: its mean is what counts, not the jump of the chord's speed
     limit = robot.acceleration
-    moved = joint_torques(robot, drives, middle[some], speed[some], np.clip(rate[some], -limit, limit))
-    held = joint_torques(robot, drives, middle[some], np.zeros((len(some), 6)), np.zeros((len(some), 6)))
+    at_rest = np.zeros((len(sampled), 6))
+    moving = joint_torques(
+        robot, drives, middle[sampled], speed[sampled], np.clip(acceleration[sampled], -limit, limit)
+    )
+    holding = joint_torques(robot, drives, middle[sampled], at_rest, at_rest)
     power = drives.rated_power
-    whole = np.array([np.interp(time, time[some], column) for column in (_copper(drives, moved)).T]).T
-    still = np.array([np.interp(time, time[some], column) for column in (_copper(drives, held)).T]).T
+    copper_moving, copper_holding = (
+        np.array([np.interp(time, time[sampled], column) for column in _copper_loss(drives, torque).T]).T
+        for torque in (moving, holding)
+    )
     share = np.abs(speed) / drives.rated_speed
-    return whole + power * (drives.coulomb * share + drives.viscous * share**2), still
+    return copper_moving + power * (drives.coulomb * share + drives.viscous * share**2), copper_holding
 
 
 def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -113,6 +118,6 @@ def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[tupl
     )
 
 
-def _copper(drives: Drives, torque: Array) -> Array:
+def _copper_loss(drives: Drives, torque: Array) -> Array:
     rated = drives.rated_power / drives.rated_speed
     return np.asarray(drives.rated_power * drives.holding * (torque / rated) ** 2)

@@ -13,9 +13,9 @@ from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.model import ThermalModel
 
-LONG = 300.0  # time constants that one block of a sum may span
+MAX_SPAN = 300.0  # time constants that one block of a sum may span
 ROWS = 1024  # output times at a time
-GONE = 45.0  # time constants after which nothing of a mode is left, exp(-45) = 3e-20
+DECAYED = 45.0  # time constants after which nothing of a mode is left, exp(-45) = 3e-20
 
 
 def initial_state(heat: ThermalModel, air: Ambient | None = None) -> Array:
@@ -76,9 +76,9 @@ def rises_during(
     rises = np.empty((len(time), len(heat.outputs)))
     rises[0], z, first = heat.outputs @ start, np.asarray(start), 0
     while first < len(time) - 1:
-        reach = np.searchsorted(time, time[first] + LONG / rate.max(), side="right") - 1
+        reach = np.searchsorted(time, time[first] + MAX_SPAN / rate.max(), side="right") - 1
         last = int(min(max(reach, first + 1), first + ROWS, len(time) - 1))
-        x = np.minimum((time[first : last + 1] - time[first])[:, None] * rate, 2 * LONG)
+        x = np.minimum((time[first : last + 1] - time[first])[:, None] * rate, 2 * MAX_SPAN)
         gain = goals[first:last] * np.exp(x[:-1]) * np.expm1(np.diff(x, axis=0))
         path = np.exp(-x[1:]) * (z + np.cumsum(gain, axis=0))
         rises[first + 1 : last + 1], z, first = path @ heat.outputs.T, path[-1], last
@@ -115,15 +115,15 @@ def states_at(
     goals = heat.steady_states(motion) if last else np.zeros((0, len(rate)))
     states = {0: np.asarray(start)}
     edges = np.unique(np.append(which, np.arange(0, last + 1, ROWS)))
-    for a, b in zip(edges.tolist(), edges[1:].tolist()):  # seen from the end of a stretch what was before has faded
-        faded = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
-        states[b] = states[a] * faded[0] + (
-            goals[a:b] * -np.expm1(-np.diff(time[a : b + 1])[:, None] * rate) * faded[1:]
+    for a, b in zip(edges.tolist(), edges[1:].tolist()):  # weights from the end of a stretch backwards
+        decay = np.exp(-(time[b] - time[a : b + 1])[:, None] * rate)
+        states[b] = states[a] * decay[0] + (
+            goals[a:b] * -np.expm1(-np.diff(time[a : b + 1])[:, None] * rate) * decay[1:]
         ).sum(axis=0)
-    found = np.array([states[n] for n in which.tolist()])
+    chosen = np.array([states[n] for n in which.tolist()])
     if air is not None:
-        found += heat.ambient * air.response(rate, clock, clock + time[which])
-    return found
+        chosen += heat.ambient * air.response(rate, clock, clock + time[which])
+    return chosen
 
 
 def rise_history(
@@ -154,26 +154,25 @@ def rise_history(
     goals = {duty: heat.steady_state(duty) for duty in set(duties)}
     levels = {duty: outputs @ goal for duty, goal in goals.items()}
     step = (time[-1] - time[0]) / max(len(time) - 1, 1) if len(time) else 0.0
-    even = len(time) > 1 and bool(np.abs(np.diff(time) - step).max() <= 1e-12 * time[-1])
+    equidistant = len(time) > 1 and bool(np.abs(np.diff(time) - step).max() <= 1e-12 * time[-1])
     begins = np.concatenate([[0.0], np.cumsum([duty.duration for duty in duties])])
     rows = np.append(np.searchsorted(time, begins[:-1]), len(time))
     longest = min(ROWS, int(np.diff(rows).max()))
-    table = np.exp(-np.arange(longest)[:, None] * step * rate) if even else None
-    few = _few(table) if table is not None and len(time) > 64 * longest else None
+    table = np.exp(-np.arange(longest)[:, None] * step * rate) if equidistant else None
+    factors = _low_rank(table) if table is not None and len(time) > 64 * longest else None
     for duty, begin, low, high in zip(duties, begins, rows, rows[1:]):
         goal = goals[duty]
         for k in range(int(low), int(high), ROWS):
-            past = time[k : min(k + ROWS, int(high))] - begin
-            alive = rate * past[0] < GONE  # fast modes have gone after minutes
-            fade = np.exp(-(past - past[0])[:, None] * rate) if table is None else table[: len(past)]
-            swing = outputs * ((z - goal) * np.exp(-past[0] * rate))
-            part = swing.T
-            if not alive.all():
-                fade, part = fade[:, alive], part[alive]
-            elif few is not None:
-                fade, part = few[0][: len(past)], few[1] @ part
-            block = out[k : k + len(past)]
-            np.matmul(fade, part, out=block)
+            elapsed = time[k : min(k + ROWS, int(high))] - begin
+            active = rate * elapsed[0] < DECAYED  # fast modes have decayed after minutes
+            decay = np.exp(-(elapsed - elapsed[0])[:, None] * rate) if table is None else table[: len(elapsed)]
+            amplitude = (outputs * ((z - goal) * np.exp(-elapsed[0] * rate))).T
+            if not active.all():
+                decay, amplitude = decay[:, active], amplitude[active]
+            elif factors is not None:
+                decay, amplitude = factors[0][: len(elapsed)], factors[1] @ amplitude
+            block = out[k : k + len(elapsed)]
+            np.matmul(decay, amplitude, out=block)
             block += levels[duty]
         z = goal + (z - goal) * np.exp(-duty.duration * rate)
     if air is not None:
@@ -183,8 +182,8 @@ def rise_history(
     return out
 
 
-def _few(table: Array) -> tuple[Array, Array]:
-    """The same as a product through as few columns as it takes: many exponentials in time are nearly dependent."""
+def _low_rank(table: Array) -> tuple[Array, Array]:
+    """Two factors of a table with as few columns as it takes: many exponentials in time are nearly dependent."""
     left, size, right = np.linalg.svd(table, full_matrices=False)
     count = int((size > 1e-15 * size[0]).sum())
     return left[:, :count].copy(), size[:count, None] * right[:count]

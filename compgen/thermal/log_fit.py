@@ -1,4 +1,4 @@
-r"""Third thermal model: the real state, from a thermocouple log.
+r"""The state of a thermal model from a thermocouple log.
 
 Sensors see some rises, with noise and gaps. The log is explained by the heat that would have caused it: sources a_m
 (the drives' housings of the network, the goals of the nodes) constant within each of B blocks of time; two of them lie
@@ -26,11 +26,11 @@ from compgen.thermal.network import NetworkModel
 from compgen.thermal.node_model import NodeModel
 
 BLOCKS = 24  # within the log
-PAST = 4 * HOUR  # of the block just before it
+EARLIER = 4 * HOUR  # length of the block just before it
 SAMPLES = 2000  # readings of a sensor that are used, means of what lies between
-SENSOR = 0.3  # [K] scatter up to which a reading counts in full
-SMOOTH = 0.1  # weight of the change from block to block
-PATTERN = 0.1  # weight of a working robot's proportions
+SCATTER = 0.3  # [K] up to which a reading counts in full
+CHANGE_WEIGHT = 0.1  # weight of the change from block to block
+PATTERN_WEIGHT = 0.1  # weight of a working robot's proportions
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,12 +47,12 @@ class TemperatureLog:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LogFit:
-    """What the log means to a model."""
+    """A model with the state that explains a log."""
 
     heat: NodeModel | NetworkModel  # which begins with the state at the log's end
     time: Array  # (T,) [s] of the samples used
     rise: Array  # (T, K) [K] all named rises over the log
-    off: Mapping[str, float]  # [K] rms of each sensor's readings against it
+    rms: Mapping[str, float]  # [K] of each sensor's readings against it
 
 
 def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[float, ...] = ()) -> LogFit:
@@ -75,34 +75,34 @@ def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[flo
     grid = np.linspace(0.0, time[-1], min(SAMPLES, len(time)))
     goals, pattern = _heat_sources(heat, loss)
     count = max(1, min(BLOCKS, len(grid) // 8))
-    edges = np.concatenate([[-np.inf, -PAST], np.linspace(0.0, time[-1], count + 1)])
+    edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, time[-1], count + 1)])
     count += 2
     states = _responses(heat.rate, goals, edges, grid)  # (T, S, B, m)
     air = Ambient(time, log.air)
-    first = heat.ambient * log.air[0] * np.exp(-grid[:, None] * heat.rate)
-    breath = first + heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
-    rows, values, owner = [], [], []
+    initial = heat.ambient * log.air[0] * np.exp(-grid[:, None] * heat.rate)
+    from_air = initial + heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
+    rows, values, sensors = [], [], []
     for k, (name, readings) in enumerate(log.readings.items()):
-        seen = ~np.isnan(readings)
+        valid = ~np.isnan(readings)
         row = heat.outputs[heat.names.index(name)]
-        bins = np.clip(np.searchsorted(grid, time[seen]), 0, len(grid) - 1)
+        bins = np.clip(np.searchsorted(grid, time[valid]), 0, len(grid) - 1)
         hits = np.bincount(bins, minlength=len(grid))
-        mean = np.bincount(bins, weights=readings[seen], minlength=len(grid))[hits > 0] / hits[hits > 0]
+        mean = np.bincount(bins, weights=readings[valid], minlength=len(grid))[hits > 0] / hits[hits > 0]
         rows.append(np.einsum("s,tsbm->tbm", row, states[hits > 0]).reshape(len(mean), -1))
-        values.append(mean - breath[hits > 0] @ row)
-        owner.append(np.full(len(mean), k))
-    A, y, which = np.vstack(rows), np.concatenate(values), np.concatenate(owner)
-    extra = _regularization(count, goals, heat, pattern) * np.sqrt(len(y) / (count * len(pattern)))
+        values.append(mean - from_air[hits > 0] @ row)
+        sensors.append(np.full(len(mean), k))
+    A, y, sensor = np.vstack(rows), np.concatenate(values), np.concatenate(sensors)
+    penalty = _regularization(count, goals, heat, pattern) * np.sqrt(len(y) / (count * len(pattern)))
     weight = np.ones(len(y))
     for _ in range(20):
-        big = np.vstack([A * weight[:, None], extra])
-        found = np.linalg.lstsq(big, np.concatenate([y * weight, np.zeros(len(extra))]), rcond=None)[0]
-        off = y - A @ found
-        weight = np.sqrt(np.minimum(1.0, SENSOR / np.maximum(np.abs(off), 1e-9)))
-    amplitude = found.reshape(count, len(pattern))
-    path = np.einsum("tsbm,bm->ts", states, amplitude) + breath
-    rms = {name: float(np.sqrt(np.mean(off[which == k] ** 2))) for k, name in enumerate(log.readings)}
-    return LogFit(replace(heat, start=path[-1]), log.time[0] + grid, path @ heat.outputs.T, rms)
+        system = np.vstack([A * weight[:, None], penalty])
+        solution = np.linalg.lstsq(system, np.concatenate([y * weight, np.zeros(len(penalty))]), rcond=None)[0]
+        residual = y - A @ solution
+        weight = np.sqrt(np.minimum(1.0, SCATTER / np.maximum(np.abs(residual), 1e-9)))
+    amplitude = solution.reshape(count, len(pattern))
+    trajectory = np.einsum("tsbm,bm->ts", states, amplitude) + from_air
+    rms = {name: float(np.sqrt(np.mean(residual[sensor == k] ** 2))) for k, name in enumerate(log.readings)}
+    return LogFit(replace(heat, start=trajectory[-1]), log.time[0] + grid, trajectory @ heat.outputs.T, rms)
 
 
 def _heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tuple[Array, Array]:
@@ -130,7 +130,7 @@ def _regularization(count: int, goals: Array, heat: ThermalModel, pattern: Array
     """Rows that ask for little change from block to block and for a working robot's proportions."""
     m = len(pattern)
     size = np.diag(np.abs(heat.outputs @ goals.T).max(axis=0))  # [K] of one unit
-    change = np.kron(np.diff(np.eye(count), axis=0), size) * SMOOTH * SENSOR
+    change = np.kron(np.diff(np.eye(count), axis=0), size) * CHANGE_WEIGHT * SCATTER
     change[: 2 * m] *= 0.1  # nothing is known of how the log's beginning came to be
     across = size @ (np.eye(m) - np.outer(pattern, pattern))
-    return np.vstack([change, np.kron(np.eye(count), across) * PATTERN * SENSOR])
+    return np.vstack([change, np.kron(np.eye(count), across) * PATTERN_WEIGHT * SCATTER])

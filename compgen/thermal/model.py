@@ -1,10 +1,10 @@
-r"""What every thermal model is: first-order modes, and how their states become rises along the links.
+r"""The contract of a thermal model: first-order modes, and how their states become rises along the links.
 
     dz/dt = rate (goal + ambient u(t) - z)        rise = outputs z
 
-with u the rise of the air. A state z (S,) says all of the robot's warmth; between changes of duty the goal is constant
-and the solution exact (``solve``). Three models fill it: ``nodes`` (the study's), ``network`` (conduction) and
-``measured`` (a thermocouple log).
+with u the rise of the air and goal the steady state of the present duty. A state z (S,) says all of the robot's
+temperature; between changes of duty the goal is constant and the solution exact (``integration``). Two models
+fulfil it, ``node_model`` (the study's) and ``network`` (conduction); ``log_fit`` starts either from a thermocouple log.
 """
 
 from collections.abc import Sequence
@@ -48,11 +48,11 @@ class ThermalModel(Protocol):
         ...
 
     def steady_state(self, duty: Duty) -> Array:
-        """State that a duty would reach in the end in air at the reference, (S,)."""
+        """State that a duty would reach in the end, in air at the reference, (S,)."""
         ...
 
     def steady_states(self, motion: JointMotion) -> Array:
-        """The same for each segment of a program, (N - 1, S)."""
+        """State that each segment of a program would reach in the end, (N - 1, S)."""
         ...
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:

@@ -5,9 +5,9 @@ Bodies are cut into volumes in a row, with a joint's housing between two bodies:
     C_i dT_i/dt = sum_j g_ij (T_j - T_i) + h_i (u - T_i) + P_i
 
 C capacities [J/K], g conductances (g = k A / dx inside a body, contacts at the housings), h films to the air (the floor
-belongs to the first volume), u the air's rise, P the losses of the drives in that housing (``losses``).
+belongs to the first volume), u the air's rise, P the losses of the drives in that housing (``drive_losses``).
 The matrix C^-1/2 (L + diag h) C^-1/2 is symmetric and positive: its eigenvectors part the network into modes that
-answer independently, T = C^-1/2 Q z, so that time needs no steps (``solve``). Valid while films and contacts are
+answer independently, T = C^-1/2 Q z, so that time needs no steps (``integration``). Valid while films and contacts are
 constant (rises below some 40 K). Parameters: the robot file, fitted by robots/m710ic50_network_fit.py.
 """
 
@@ -108,7 +108,7 @@ def assemble_volumes(bodies: Sequence[Body], housings: Sequence[Housing], floor:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class NetworkModel:
-    """The network in its modes, behind the contract of ``contract.Heat``."""
+    """The network in its modes; fulfils ``ThermalModel``."""
 
     names: tuple[str, ...]
     robot: Robot
@@ -156,7 +156,7 @@ class NetworkModel:
         return self.steady_state_of(np.array(duty.loss))
 
     def steady_states(self, motion: JointMotion) -> Array:
-        """The same for each segment of a program, from its own joint speeds and torques, (N - 1, V)."""
+        """State that each segment of a program leads to, by its joint speeds and torques, (N - 1, V)."""
         return self.steady_state_of(segment_losses(self.robot, self.drives, motion)[0])
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
@@ -164,24 +164,26 @@ class NetworkModel:
         rise = self.to_volumes @ state
         for k, body in enumerate(self.bodies):
             if body.name == length:
-                mine = self.volumes.part == 2 * k
-                return np.asarray(np.interp(x, self.volumes.place[mine], rise[mine]))
+                inside = self.volumes.part == 2 * k
+                return np.asarray(np.interp(x, self.volumes.place[inside], rise[inside]))
         return np.zeros(len(x))
 
     def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
         """In words, where a job leaves the box in which the parameters were measured."""
-        found = []
+        messages = []
         low, high = self.box_feed / MM
         feeds = [feed, *(d.feed for d in duties if d.state == "moving")]
         if outside := sorted({f / MM for f in feeds if not low <= f / MM <= high}):
-            told = ", ".join(f"{f:g}" for f in outside)
-            found.append(f"feed {told} mm/s lies outside {low:g} to {high:g} mm/s, where the network was fitted")
+            values = ", ".join(f"{f:g}" for f in outside)
+            messages.append(f"feed {values} mm/s lies outside {low:g} to {high:g} mm/s, where the network was fitted")
         hours = (sum(d.duration * d.share for d in duties if d.state == "moving") + duration) / HOUR
         if hours > self.box_time / HOUR:
-            found.append(f"{hours:.2f} h of motion exceed the {self.box_time / HOUR:g} h the network was fitted over")
+            messages.append(
+                f"{hours:.2f} h of motion exceed the {self.box_time / HOUR:g} h the network was fitted over"
+            )
         if rise.max(initial=0.0) > self.box_rise:
-            found.append(f"a rise of {rise.max():.1f} K is above the {self.box_rise:g} K measured")
-        return found
+            messages.append(f"a rise of {rise.max():.1f} K is above the {self.box_rise:g} K measured")
+        return messages
 
 
 def modal_form(volumes: Volumes) -> tuple[Array, Array]:
@@ -205,10 +207,10 @@ def energy_balance(network: NetworkModel, power: Array, start: Array, duration: 
         In, out and stored; in = out + stored.
     """
     goal = network.steady_state_of(power)
-    gone = -np.expm1(-network.rate * duration)
-    mean = goal * duration + (start - goal) * gone / network.rate
+    approach = -np.expm1(-network.rate * duration)  # share of the way to the goal
+    mean = goal * duration + (start - goal) * approach / network.rate
     out = float(network.volumes.film @ (network.to_volumes @ mean))
-    change = network.to_volumes @ ((goal - start) * gone)
+    change = network.to_volumes @ ((goal - start) * approach)
     return float((network.volumes.power @ power).sum() * duration), out, float(network.volumes.capacity @ change)
 
 
@@ -222,14 +224,14 @@ def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion)
     """
     if not isinstance(heat, NetworkModel):
         return list(duties)
-    spent = np.diff(motion.time)
-    own = float(np.average(motion.driven, weights=spent)) if spent.sum() > 0 else 0.0
-    out = []
+    step = np.diff(motion.time)
+    mean_speed = float(np.average(motion.driven, weights=step)) if step.sum() > 0 else 0.0
+    powered = []
     for duty in duties:
-        slower = own / duty.feed if duty.feed > 0 and own > 0 else 1.0
-        paced = JointMotion(motion.time * slower, motion.theta, motion.driven / slower)
-        moving, held = mean_losses(heat.robot, heat.drives, paced)
+        stretch = mean_speed / duty.feed if duty.feed > 0 and mean_speed > 0 else 1.0
+        paced = JointMotion(motion.time * stretch, motion.theta, motion.driven / stretch)
+        moving, holding = mean_losses(heat.robot, heat.drives, paced)
         share = duty.share if duty.state == "moving" else 0.0
-        loss = tuple((share * np.array(moving) + (1 - share) * np.array(held)).tolist())
-        out.append(duty if duty.state == "off" else replace(duty, loss=loss))
-    return out
+        loss = tuple((share * np.array(moving) + (1 - share) * np.array(holding)).tolist())
+        powered.append(duty if duty.state == "off" else replace(duty, loss=loss))
+    return powered

@@ -8,7 +8,7 @@ r"""First thermal model: each node answers to feed with a first-order lag.
 
 A_ref makes the reference duty (feed_ref for h_ref from cold) end exactly at the measured rise:
 A_ref = rise_ref / (1 - exp(-h_ref / tau)). Source: the reference study, sections 5.3 and 4.4, with
-its errata. Valid inside ``box``; outside, ``strays`` says by how much.
+its errata. Valid inside the box; outside, ``extrapolations`` says by how much.
 """
 
 from collections.abc import Sequence
@@ -58,24 +58,24 @@ class NodeModel:
         """Every node follows the air with its own lag, (K,)."""
         return np.ones(len(self.tau))
 
-    def steady(self, state: str, feed: Array, share: float = 1.0) -> Array:
+    def steady_rise(self, state: str, feed: Array, share: float = 1.0) -> Array:
         """A, the rise that a duty would reach in the end, (M,) feeds [m/s] to (M, K) [K]."""
-        full = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
+        amplitude = self.reference_rise / -np.expm1(-self.reference_time / self.tau)
         if state == "off":
-            return np.zeros((len(feed), len(full)))
-        some = np.unique(np.asarray(feed))  # a power for each speed, not for each segment
-        motion = (some[:, None] / self.reference_feed) ** self.exponent
+            return np.zeros((len(feed), len(amplitude)))
+        feeds = np.unique(np.asarray(feed))  # a power for each speed, not for each segment
+        motion = (feeds[:, None] / self.reference_feed) ** self.exponent
         moving = share * motion if state == "moving" else np.zeros_like(motion)
-        rises = full * (self.idle + (1 - self.idle) * moving)
-        return np.asarray(rises.take(np.searchsorted(some, feed), axis=0))
+        rises = amplitude * (self.idle + (1 - self.idle) * moving)
+        return np.asarray(rises.take(np.searchsorted(feeds, feed), axis=0))
 
     def steady_state(self, duty: Duty) -> Array:
-        """A of one duty, (K,) [K]."""
-        return np.asarray(self.steady(duty.state, np.array([duty.feed]), duty.share)[0])
+        """A of a duty, (K,) [K]."""
+        return np.asarray(self.steady_rise(duty.state, np.array([duty.feed]), duty.share)[0])
 
     def steady_states(self, motion: JointMotion) -> Array:
         """A of each segment of a program, (N - 1, K) [K]."""
-        return self.steady("moving", motion.driven)
+        return self.steady_rise("moving", motion.driven)
 
     def rise_after(self, duties: Sequence[Duty], start: Array | None = None) -> Array:
         """Rise after duties in turn in still air, (K,) [K]."""
@@ -83,31 +83,31 @@ class NodeModel:
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a link by its profile, (M,) [m] to (M,) [K]; zero where the link has none."""
-        found = np.zeros(len(x))
+        rise = np.zeros(len(x))
         reference = dict(zip(self.names, self.reference_rise.tolist()))
         for profile in self.profiles:
             if profile.length == length:
-                found = profile_rise(profile, reference, dict(zip(self.names, np.asarray(state).tolist())), x)
-        return found
+                rise = profile_rise(profile, reference, dict(zip(self.names, np.asarray(state).tolist())), x)
+        return rise
 
     def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
         """In words, where a job leaves the box in which the parameters were measured."""
-        found = []
+        messages = []
         low, high = self.box_feed
         feeds = [("process", feed), *((f"before.{i}", d.feed) for i, d in enumerate(duties) if d.state == "moving")]
-        told: set[float] = set()
+        reported: set[float] = set()
         for where, value in feeds:
-            if value in told:
+            if value in reported:
                 continue
-            told.add(value)
+            reported.add(value)
             if not low <= value <= high:
-                found.append(
+                messages.append(
                     f"{where} feed {value / MM:g} mm/s lies outside {low / MM:g} to {high / MM:g} mm/s, "
                     "where the thermal parameters were measured"
                 )
         hours = sum(d.duration * d.share for d in duties if d.state == "moving") + duration
         if hours > self.box_time:
-            found.append(
+            messages.append(
                 f"{hours / HOUR:.2f} h of motion by the program's end exceed the {self.box_time / HOUR:g} h "
                 "the thermal parameters were measured over"
             )
@@ -116,5 +116,5 @@ class NodeModel:
             state = state_after(self, [duty], state)
             peak = max(peak, state.max())
         if peak > self.box_rise:
-            found.append(f"a rise of {peak:.1f} K is above the {self.box_rise:g} K measured")
-        return found
+            messages.append(f"a rise of {peak:.1f} K is above the {self.box_rise:g} K measured")
+        return messages

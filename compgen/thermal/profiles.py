@@ -68,12 +68,12 @@ def profile_rise(profile: Profile, reference: Mapping[str, float], rise: Mapping
     """Rise at distances x (M,) [m] from a link's base end, held beyond its ends, (M,) [K]."""
     out = np.empty(len(x))
     for k, s in enumerate(profile.sections):
-        mine = (x >= s.start) if k else np.ones(len(x), dtype=bool)
-        u = np.clip((x[mine] - s.start) / (s.end - s.start), 0, 1)
+        inside = (x >= s.start) if k else np.ones(len(x), dtype=bool)
+        u = np.clip((x[inside] - s.start) / (s.end - s.start), 0, 1)
         ra, rb = reference[s.node_a], reference[s.node_b]
         if s.shape == "linear" or abs(ra - rb) < 1e-9 * max(abs(ra), abs(rb)):
             share = 1 - u
         else:
             share = (ra * (rb / ra) ** u - rb) / (ra - rb)
-        out[mine] = rise[s.node_b] + (rise[s.node_a] - rise[s.node_b]) * share
+        out[inside] = rise[s.node_b] + (rise[s.node_a] - rise[s.node_b]) * share
     return out

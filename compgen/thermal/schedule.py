@@ -1,4 +1,4 @@
-"""From what a user says of the cell's day to stretches of duty: repeats, dwells, shifts and breaks."""
+"""From the steps of a cell's day to stretches of duty: repeats, dwells, shifts and breaks."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -46,7 +46,7 @@ def expand_steps(
         steps: In order.
         shifts: Of a day; may be empty.
         clock: When the first step begins, [s] of the day.
-        run_time: How long one run of a step's program takes [s]; asked only where a step repeats.
+        run_time: How long one run of a step's program takes [s]; called only where a step repeats.
 
     Returns:
         Their durations add up to the steps'. A step inside shifts is idle in the breaks and off between the shifts.
@@ -54,55 +54,50 @@ def expand_steps(
     Raises:
         InputError: Too many stretches.
     """
-    out: list[tuple[Step, Duty]] = []
+    stretches: list[tuple[Step, Duty]] = []
     for step in steps:
         if step.repeat is not None:
             run = Duty("moving", step.feed, run_time(step), step.share)
             pair = [run] if step.dwell == 0 else [run, Duty(step.rest, 0.0, step.dwell)]
             if len(pair) == 1:
-                mine = [replace(run, duration=run.duration * step.repeat)]
+                duties = [replace(run, duration=run.duration * step.repeat)]
             else:
-                mine = pair * min(step.repeat, MAX_STRETCHES)
+                duties = pair * min(step.repeat, MAX_STRETCHES)
         else:
-            mine = [Duty(step.state, step.feed, step.duration or 0.0, step.share)]
+            duties = [Duty(step.state, step.feed, step.duration or 0.0, step.share)]
         if step.shifts:
-            mine = [piece for duty in mine for piece in _in_shifts(duty, shifts, clock)]
-        clock += sum(d.duration for d in mine)
-        out += [(step, d) for d in mine]
-        if len(out) > MAX_STRETCHES:
+            duties = [piece for duty in duties for piece in _in_shifts(duty, shifts, clock)]
+        clock += sum(d.duration for d in duties)
+        stretches += [(step, d) for d in duties]
+        if len(stretches) > MAX_STRETCHES:
             raise InputError(
                 f"{step.key}: over {MAX_STRETCHES} stretches of duty; say it as a duration_h with a duty ratio"
             )
-    return out
+    return stretches
 
 
 def _in_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> list[Duty]:
     """A stretch of wall-clock time cut at the edges of shifts and breaks."""
     day = clock // DAY
-    marks: list[tuple[float, float, bool]] = []  # begin, end, is it a break
-    for n in range(-1, int(duration_days(duty)) + 2):
+    spans: list[tuple[float, float, bool]] = []  # begin, end, is it a break
+    for n in range(-1, int(duty.duration / DAY) + 2):
         base = (day + n) * DAY
         for s in shifts:
-            marks.append((base + s.start, base + s.end, False))
-            marks += [(base + a, base + b, True) for a, b in s.breaks]
+            spans.append((base + s.start, base + s.end, False))
+            spans += [(base + a, base + b, True) for a, b in s.breaks]
     end = clock + duty.duration
-    edges = sorted({clock, end, *(t for a, b, _ in marks for t in (a, b) if clock < t < end)})
-    out = []
+    edges = sorted({clock, end, *(t for a, b, _ in spans for t in (a, b) if clock < t < end)})
+    pieces = []
     for a, b in zip(edges[:-1], edges[1:]):
         middle = (a + b) / 2
-        at = [pause for begin, stop, pause in marks if begin <= middle < stop]
-        if not at:
-            out.append(Duty("off", 0.0, b - a))
-        elif any(at):
-            out.append(Duty("idle", 0.0, b - a))
+        breaks = [is_break for begin, stop, is_break in spans if begin <= middle < stop]
+        if not breaks:
+            pieces.append(Duty("off", 0.0, b - a))
+        elif any(breaks):
+            pieces.append(Duty("idle", 0.0, b - a))
         else:
-            out.append(replace(duty, duration=b - a))
-    return out
-
-
-def duration_days(duty: Duty) -> float:
-    """Duration in days."""
-    return duty.duration / DAY
+            pieces.append(replace(duty, duration=b - a))
+    return pieces
 
 
 def check_shifts(shifts: Sequence[Shift], where: str) -> None:

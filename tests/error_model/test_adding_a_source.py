@@ -57,7 +57,7 @@ def test_no_other_module_names_a_source_or_its_table(path):
 class SagTable(schema.SourceTable):
     """What a robot file would say of the source below."""
 
-    amplitude_mdeg: schema.SixTurns = 6 * [0.0]
+    amplitude_mdeg: schema.SixAngles = 6 * [0.0]
     phase_deg: float = 0.0
 
 

@@ -224,7 +224,7 @@ def test_the_manifest_says_order_checksum_start_and_warmth(made):
 def stepped(heat, rise, time, driven):
     """Rises at each moment, node by node through every segment."""
     out = [rise]
-    for goal, dt in zip(heat.steady("moving", driven), np.diff(time)):
+    for goal, dt in zip(heat.steady_rise("moving", driven), np.diff(time)):
         out.append(goal + (out[-1] - goal) * np.exp(-dt / heat.tau))
     return np.array(out)
 

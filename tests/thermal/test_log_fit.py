@@ -62,7 +62,7 @@ def test_noise_gaps_and_outliers_hardly_matter(heat):
     found = fit_log(log, heat, LOSS)
     seen = [heat.names.index(n) for n in PARTS.values()]
     assert_allclose(end_of(found)[seen], rises[-1][seen], atol=0.25)  # K
-    assert max(found.off.values()) < 5
+    assert max(found.rms.values()) < 5
 
 
 def test_it_goes_on_from_there(heat):

@@ -101,12 +101,12 @@ def test_a_program_of_many_time_constants_does_not_overflow(job, tau):
     for k in range(49):
         state = heat.rise_after([Duty("moving", 0.1, time[k + 1] - time[k])], state)
         assert_allclose(out[k + 1], state, atol=1e-9)
-    assert_allclose(out[-1], heat.steady("moving", np.array([0.1]))[0], atol=1e-9)
+    assert_allclose(out[-1], heat.steady_rise("moving", np.array([0.1]))[0], atol=1e-9)
 
 
 def test_exact_solution_agrees_with_an_integrator(job):
     heat = job.heat
-    goal = heat.steady("moving", np.array([0.1]))[0]
+    goal = heat.steady_rise("moving", np.array([0.1]))[0]
     solved = solve_ivp(lambda t, y: (goal - y) / heat.tau, (0, 5 * HOUR), np.full(5, 4.0), rtol=1e-11, atol=1e-11)
     assert_allclose(heat.rise_after([Duty("moving", 0.1, 5 * HOUR)], np.full(5, 4.0)), solved.y[:, -1], atol=1e-8)
 

@@ -1,4 +1,4 @@
-"""The heat of a path file and a robot file, turned into the domain's words."""
+"""From the thermal tables of path and robot files to models, steps and logs in SI."""
 
 from compgen.thermal.tables.ambient import ambient_of, log_of
 from compgen.thermal.tables.duty import shifts_of, steps_of

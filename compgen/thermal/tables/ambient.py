@@ -1,4 +1,4 @@
-"""The air and the thermocouple log: checked, as rises."""
+"""From the tables of air and log in a path file, and their CSV files, to rises."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -104,7 +104,7 @@ def log_of(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: s
     """
     source = Path(where).parent / table.file
     file, columns = read_temperatures(source)
-    known = [f"{part}_degC" for part in sensors]
+    sensor_names = [f"{part}_degC" for part in sensors]
     readings: dict[str, Array] = {}
     reference = table.reference if table.reference is not None else zero
     time, air = columns["time_s"], columns["ambient_degC"]
@@ -112,10 +112,10 @@ def log_of(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: s
     for name, values in columns.items():
         if name in ("time_s", "ambient_degC"):
             continue
-        if name not in known:
+        if name not in sensor_names:
             raise InputError(
                 f"{source}: {file.label(name)}: sensor is unknown; the robot file's thermal.sensors knows "
-                f"{', '.join(known)}{suggest(name, known, listed=True)}"
+                f"{', '.join(sensor_names)}{suggest(name, sensor_names, listed=True)}"
             )
         if np.nanmax(values) > HOTTEST_PART or np.nanmin(values) < COLDEST:
             n = int(np.nanargmax(np.abs(values - 20)))
@@ -131,7 +131,7 @@ def log_of(table: sh.LogTable, sensors: Mapping[str, str], zero: float, where: s
             base = air if reference == "ambient" else float(reference)
         readings[sensors[name.removesuffix("_degC")]] = values - base
     if not readings:
-        raise InputError(f"{source}: line 1: no sensor; known: {', '.join(known)}")
+        raise InputError(f"{source}: line 1: no sensor; known: {', '.join(sensor_names)}")
     if len(time) < 2:
         raise InputError(f"{source}: one row only; a log needs two at least")
     level = {"start": float(np.median(air[early])), "ambient": None}.get(str(reference), reference)

@@ -1,4 +1,4 @@
-"""Entries of [[before]], [[cycle]], [[after]] and [[shift]]: checked, in SI."""
+"""From [[before]], [[cycle]], [[after]] and [[shift]] of a path file to steps and shifts in SI."""
 
 from collections.abc import Sequence
 
@@ -14,21 +14,21 @@ def steps_of(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: floa
     Raises:
         InputError: Keys that miss or contradict each other.
     """
-    found = []
+    steps = []
     for i, row in enumerate(rows):
         key = f"{where}: {name}.{i}"
         moving = row.state == "moving"
         if moving and row.feed_mm_s is None and row.program is None and name == "before":
             raise InputError(f"{key}.feed_mm_s: missing; state 'moving' needs it, or a program that has one")
-        for word in ("program", "repeat", "dwell_s", "dwell", "duty", "shifts"):
-            if not moving and getattr(row, word) not in (None, False):
-                raise InputError(f"{key}.{word}: state '{row.state}' has none; set state = 'moving' or remove it")
+        for optional in ("program", "repeat", "dwell_s", "dwell", "duty", "shifts"):
+            if not moving and getattr(row, optional) not in (None, False):
+                raise InputError(f"{key}.{optional}: state '{row.state}' has none; set state = 'moving' or remove it")
         if (row.duration_h is None) == (row.repeat is None):
-            told = "missing" if row.repeat is None else "conflicts with repeat"
-            raise InputError(f"{key}.duration_h: {told}; give a duration_h" + (" or a repeat, one of them" * moving))
+            reason = "missing" if row.repeat is None else "conflicts with repeat"
+            raise InputError(f"{key}.duration_h: {reason}; give a duration_h" + (" or a repeat, one of them" * moving))
         if row.repeat is None and (row.dwell_s is not None or row.dwell is not None):
             raise InputError(f"{key}.dwell_s: only a repeat has a dwell; give repeat instead of duration_h, or a duty")
-        found.append(
+        steps.append(
             Step(
                 key=key,
                 state=row.state,
@@ -42,11 +42,11 @@ def steps_of(rows: Sequence[sh.StepTable], name: str, where: str, own_feed: floa
                 shifts=row.shifts,
             )
         )
-    return tuple(found)
+    return tuple(steps)
 
 
 def _feed(row: sh.StepTable, own_feed: float) -> float:
-    """As said; else the own program's, or 0 for what another program's file says."""
+    """The row's; else the job's own, or 0 where another program's file says it."""
     if row.state != "moving":
         return 0.0
     if row.feed_mm_s is not None:
@@ -66,8 +66,8 @@ def shifts_of(rows: Sequence[sh.ShiftTable], where: str) -> tuple[Shift, ...]:
                 f"{where}: shift.{i}.to_h: {row.to_h:g} must be above from_h = {row.from_h:g}, and at most 24 h later; "
                 "a night shift from 22 ends at 30"
             )
-    found = tuple(
+    shifts = tuple(
         Shift(r.from_h * HOUR, r.to_h * HOUR, tuple((a * HOUR, b * HOUR) for a, b in r.breaks_h)) for r in rows
     )
-    check_shifts(found, where)
-    return found
+    check_shifts(shifts, where)
+    return shifts

@@ -49,7 +49,7 @@ def profiles_of(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Pro
         InputError: Unknown nodes, sections that do not fit the length.
     """
     rises = {n.name: n.rise_K for n in thermal.node}
-    found = []
+    profiles = []
     for i, profile in enumerate(thermal.profile):
         key = f"{where}: thermal.profile.{i}"
         start, sections = 0.0, []
@@ -66,8 +66,8 @@ def profiles_of(thermal: sc.ThermalTable, robot: Robot, where: str) -> tuple[Pro
         length = abs(dh_length(robot, profile.length)) or start  # World's origin may stand on top of the column
         if abs(start - length) > 1e-9:
             raise InputError(f"{key}: sections end at {start / MM:g} mm, {profile.length} is {length / MM:g} mm long")
-        found.append(Profile(profile.length, _cte(thermal, profile.length, where) * UM, tuple(sections)))
-    return tuple(found)
+        profiles.append(Profile(profile.length, _cte(thermal, profile.length, where) * UM, tuple(sections)))
+    return tuple(profiles)
 
 
 def _cte(thermal: sc.ThermalTable, length: str, where: str) -> float:
@@ -119,9 +119,9 @@ def network_of(
         )
         for h in table.housing
     )
-    driven = sorted(d for h in housings for d in h.drives)
-    if driven != list(range(6)):
-        raise InputError(f"{key}.housing: drives {[d + 1 for d in driven]}; each of 1 to 6 must stand in one housing")
+    drives = sorted(d for h in housings for d in h.drives)
+    if drives != list(range(6)):
+        raise InputError(f"{key}.housing: drives {[d + 1 for d in drives]}; each of 1 to 6 must stand in one housing")
     volumes = assemble_volumes(bodies, housings, table.floor_W_K)
     heated = [p.length for p in thermal.profile]
     rows = {b.name: 2 * k for k, b in enumerate(bodies)} | {h.name: 2 * k + 1 for k, h in enumerate(housings)}
@@ -134,15 +134,15 @@ def network_of(
     for i, probe in enumerate(table.probe):
         if probe.part not in rows:
             raise InputError(f"{key}.probe.{i}.part: '{probe.part}' is unknown{suggest(probe.part, list(rows))}")
-        mine = np.flatnonzero(volumes.part == rows[probe.part])
+        candidates = np.flatnonzero(volumes.part == rows[probe.part])
         weight = np.zeros(len(volumes.part))
-        weight[mine[int(np.argmin(np.abs(volumes.place[mine] - (probe.at_mm or 0.0) * MM)))]] = 1.0
+        weight[candidates[int(np.argmin(np.abs(volumes.place[candidates] - (probe.at_mm or 0.0) * MM)))]] = 1.0
         probes.append(weight)
         names.append(probe.name)
     for body in bodies:
         if body.name in heated or body.name == "base":
-            mine = volumes.part == rows[body.name]
-            probes.append(mine / mine.sum())
+            inside = volumes.part == rows[body.name]
+            probes.append(inside / inside.sum())
             names.append(body.name)
     if len(set(names)) < len(names):
         raise InputError(f"{key}.probe: two rises have one name among {', '.join(names)}; rename a probe")
@@ -173,24 +173,25 @@ def network_of(
         rate=rate,
         to_volumes=shapes,
     )
-    size: dict[str, float] = {p.length: abs(dh_length(robot, p.length)) for p in nodes.profiles}
+    lengths: dict[str, float] = {p.length: abs(dh_length(robot, p.length)) for p in nodes.profiles}
     for body in bodies:
-        if body.name in size and abs(size[body.name] - body.length) > 1e-9:
+        if body.name in lengths and abs(lengths[body.name] - body.length) > 1e-9:
             raise InputError(
-                f"{key}.body: '{body.name}' is {body.length / MM:g} mm, the arm's is {size[body.name] / MM:g} mm"
+                f"{key}.body: '{body.name}' is {body.length / MM:g} mm, the arm's is {lengths[body.name] / MM:g} mm"
             )
     means = tuple(
-        Profile(p.length, p.cte, (Section(0.0, size[p.length], p.length, p.length, "linear"),)) for p in nodes.profiles
+        Profile(p.length, p.cte, (Section(0.0, lengths[p.length], p.length, p.length, "linear"),))
+        for p in nodes.profiles
     )
     return model, means
 
 
-def growth_of(robot: Robot, names: Sequence[str], reference: Array, parts: Sequence[Profile]) -> tuple[Array, Array]:
+def growth_of(robot: Robot, names: Sequence[str], reference: Array, profiles: Sequence[Profile]) -> tuple[Array, Array]:
     """Growth of each DH length per kelvin of each named rise, a and d, (6, K) [m/K]; away from zero."""
     rises = dict(zip(names, reference.tolist()))
-    grown = {"a": np.zeros((6, len(names))), "d": np.zeros((6, len(names)))}
-    for profile in parts:
+    growth = {"a": np.zeros((6, len(names))), "d": np.zeros((6, len(names)))}
+    for profile in profiles:
         parameter, row = DH_LENGTHS[profile.length]
         sign = -1.0 if dh_length(robot, profile.length) < 0 else 1.0
-        grown[parameter][row] += sign * growth_weights(profile, rises, list(names))
-    return grown["a"], grown["d"]
+        growth[parameter][row] += sign * growth_weights(profile, rises, list(names))
+    return growth["a"], growth["d"]

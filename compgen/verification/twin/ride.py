@@ -156,7 +156,7 @@ class Leg:
             rise = self.rise[line] + fraction[:, None] * (self.rise[line + 1] - self.rise[line])
         else:
             first, last = int(line[0]), int(line[-1]) + 1
-            goal = heat.steady("moving", self.driven[first:last])
+            goal = heat.steady_rise("moving", self.driven[first:last])
             since, per = (now - self.time[line])[:, None], self.twin.growths().reshape(1, -1)
             rise, growth = evaluate(
                 build_warmth(K),
