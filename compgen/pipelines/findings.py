@@ -11,7 +11,7 @@ from compgen.fanuc import Program
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.verification.twin import Leg
+from compgen.verification.twin import PreparedProgram
 
 CLOCK_ERROR = 0.2  # difference of plan's and twin's duration, above which it is a finding
 FEED_ERROR = 0.01  # of a written speed, above which it is a finding
@@ -84,9 +84,9 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
     return findings
 
 
-def clocks_apart(trajectory: Trajectory, leg: Leg) -> list[Finding]:
+def clocks_apart(trajectory: Trajectory, prepared: PreparedProgram) -> list[Finding]:
     """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
-    planned, driven = float(trajectory.time[-1]), float(leg.time[-1])
+    planned, driven = float(trajectory.time[-1]), float(prepared.time[-1])
     if abs(driven / planned - 1) <= CLOCK_ERROR:
         return []
     message = (

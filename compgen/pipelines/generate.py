@@ -32,8 +32,9 @@ from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import Ambient, Duty, rises_during, states_at
 from compgen.thermal import JointMotion as Driven
-from compgen.verification.deviation import Deviation, deviations, judge
-from compgen.verification.twin import Ride, Twin
+from compgen.verification.deviation import Deviation, deviation_from_path
+from compgen.verification.twin import Execution, Twin, execute, prepare
+from compgen.verification.verdict import judge
 
 MAX_RIPPLE = 0.05 * UM
 
@@ -90,9 +91,9 @@ class Corrected:
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
     findings: tuple[Finding, ...]
 
-    def ride(self) -> Ride:
-        """What the twin does with the text at every sample, driven anew."""
-        return self.twin.ride(self.program, self.before, air=self.air)
+    def execution(self) -> Execution:
+        """What the twin does with the text at every sample, executed anew."""
+        return execute(self.twin, self.program, self.before, air=self.air)
 
     @property
     def text(self) -> bytes:
@@ -133,8 +134,8 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
 
     def drive_uncorrected() -> Deviation:
         program = planned_program(job, path, theta, trajectory, date)
-        leg = twin_of(job).ready(program, job.before, job.air)
-        return deviations(path, leg.samples, leg.rides())
+        prepared = prepare(twin_of(job), program, job.before, job.air)
+        return deviation_from_path(path, prepared.chunks(), prepared.sample_count)
 
     progress("twin before", 0.0)
     twin_result = run_in_background(drive_uncorrected, len(theta))
@@ -200,14 +201,15 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     del program, poses, position, rotation
     planned.deviation()
     written = delivered.program
-    leg = twin_of(job).ready(written, job.before, job.air)
-    deviation = deviations(path, leg.samples, leg.rides(lambda share: progress("twin after", share)))
+    prepared = prepare(twin_of(job), written, job.before, job.air)
+    chunks = prepared.chunks(lambda share: progress("twin after", share))
+    deviation = deviation_from_path(path, chunks, prepared.sample_count)
     verdict = [
         *judge(deviation, job.bounds),
         *limited,
         *findings.below_feed(job, planned.feed, path, trajectory, written),
         *delivery.size_findings(job, delivered, planned.page_stops),
-        *findings.clocks_apart(trajectory, leg),
+        *findings.clocks_apart(trajectory, prepared),
         *planned.findings,
     ]
     ripple = mid_spatial(path, solution.correction)
@@ -217,8 +219,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
             Finding(Level.WARNING, "compensation.mid_spatial", f"{message}; raise compensation.curvature_period_mm")
         )
     return planned, Corrected(
-        solution, trajectory, written, delivered, leg.twin, job.before, job.air, leg.first_samples(), deviation,
-        window, ripple, tuple(verdict),
+        solution, trajectory, written, delivered, prepared.twin, job.before, job.air, prepared.first_samples(),
+        deviation, window, ripple, tuple(verdict),
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from compgen.robot.robot import Robot
 from compgen.thermal import Ambient, Duty, NodeModel, Profile
 from compgen.thermal import state_after as run_through
 from compgen.thermal.network import NetworkModel
-from compgen.verification.deviation import Bounds
+from compgen.verification.verdict import Bounds
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,4 +1,12 @@
-"""The verdict: what the twin did with the text, against the true path, against the bounds."""
+r"""How far the real tool is from the true path: what the twin did with the text, sample by sample.
+
+Each sample is compared with the path at the same fraction of the same segment. With the tool's axis z, the direction of
+travel t and the error e = actual - target,
+
+    side = t x z / |t x z|,    feed = e . (z x side),    cross = e . side,    normal = - e . z
+
+and statistics weigh a sample by the length of path that it stands for.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,14 +18,12 @@ import numpy as np
 
 from compgen.core.arrays import Array, frozen, own, row_norms
 from compgen.core.evaluation import IndexedRows, evaluate
-from compgen.core.findings import Finding, Level
 from compgen.core.units import MDEG, UM
 from compgen.planning.exact_path import parameter_expr, path_functions
 from compgen.planning.toolpath import ToolPath
-from compgen.verification.twin import Ride
+from compgen.verification.twin import Execution
 
-FEW = 64  # of so many values one is looked at first, for where the percentile lies
-
+SUBSAMPLE = 64  # one of so many values tells first about where the percentile lies
 UNKNOWN = -1.0  # in place of a parameter
 #: size of the position error; along the direction of travel; across it, in the surface; along the tool axis, away from
 #: the surface; between the tool axes
@@ -36,7 +42,7 @@ class Extent:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Deviation:
-    """Actual against true pose at M samples of a ride."""
+    """Actual against true pose at M samples of an execution."""
 
     arc: Array  # (M,) [m]
     time: Array  # (M,) [s]
@@ -52,42 +58,30 @@ class Deviation:
         return row_norms(self.error)
 
 
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """The promise of a path: largest allowed values after correction; None asks for nothing."""
+def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples: int) -> Deviation:
+    """The deviation of a program's execution, which may come in chunks: no more than the comparison is kept.
 
-    max: float | None = None  # [m]
-    p99: float | None = None  # [m]
-    rms: float | None = None  # [m]
-    feed: float | None = None  # [m] largest along feed
-    cross: float | None = None  # [m]
-    normal: float | None = None  # [m]
-    axis: float | None = None  # [rad]
-
-
-def deviation(path: ToolPath, *rides: Ride) -> Deviation:
-    """Compare each sample with the true path at the same fraction of the same segment."""
-    return deviations(path, sum(len(ride.time) for ride in rides), rides)
-
-
-def deviations(path: ToolPath, samples: int, rides: Iterable[Ride]) -> Deviation:
-    """The same for a ride that comes in stretches, of so many samples in all, keeping no more than the comparison."""
+    Args:
+        path: What the program was made from.
+        executions: One after the other along the program.
+        samples: Of all of them.
+    """
     arc, time, error = np.empty(samples), np.empty(samples), np.empty((samples, 3))
     feed, cross, normal, angle = (np.empty(samples) for _ in range(4))
-    at = 0
-    for ride in rides:
-        rows = slice(at, at + len(ride.time))
-        at, time[rows] = rows.stop, ride.time
-        arc[rows], error[rows], parts = _compared(path, ride)
-        feed[rows], cross[rows], normal[rows], angle[rows] = parts.T
-    weight = _lengths(arc)
+    begin = 0
+    for execution in executions:
+        rows = slice(begin, begin + len(execution.time))
+        begin, time[rows] = rows.stop, execution.time
+        arc[rows], error[rows], components = _compare(path, execution)
+        feed[rows], cross[rows], normal[rows], angle[rows] = components.T
+    weight = _sample_lengths(arc)
     extents = {"total": _extent(row_norms(error), weight, arc)}
     for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle)):
         extents[name] = _extent(np.abs(values), weight, arc)
     return Deviation(frozen(arc), frozen(time), frozen(error), frozen(normal), extents)
 
 
-def _lengths(arc: Array) -> Array:
+def _sample_lengths(arc: Array) -> Array:
     """Length of path that each sample stands for, (M,) [m]."""
     gaps = np.diff(arc)
     lengths = np.zeros_like(arc)
@@ -97,30 +91,30 @@ def _lengths(arc: Array) -> Array:
     return lengths
 
 
-def _compared(path: ToolPath, ride: Ride) -> tuple[Array, Array, Array]:
+def _compare(path: ToolPath, execution: Execution) -> tuple[Array, Array, Array]:
     """arc (M,), error (M, 3), and feed, cross, normal and angle (M, 4) of samples."""
-    segment, fraction = ride.segment, ride.fraction
+    segment, fraction = execution.segment, execution.fraction
     first, last = int(segment[0]), int(segment[-1]) + 1
     gaps = np.diff(path.arc[first : last + 1])
     exact, piece = path.exact, path.piece[segment]
-    known = np.full((1, 1), UNKNOWN)
-    odd = np.isnan(path.slope[first:last, 0])
-    if odd.any():
-        rows = np.flatnonzero(odd[segment - first])
-        known = np.full((len(segment), 1), UNKNOWN)
-        mine = segment[rows]
-        known[rows, 0] = exact.parameter_by_newton(piece[rows], path.span[mine], gaps[mine - first], fraction[rows])
-    error, parts = evaluate(
-        _parts(), IndexedRows(exact.coefficients, piece), exact.surface.coefficients(), exact.spin_vector(),
-        IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], known,
-        ride.position, ride.rotation.reshape(-1, 9),
+    parameter = np.full((1, 1), UNKNOWN)
+    uneven = np.isnan(path.slope[first:last, 0])
+    if uneven.any():
+        rows = np.flatnonzero(uneven[segment - first])
+        parameter = np.full((len(segment), 1), UNKNOWN)
+        k = segment[rows]
+        parameter[rows, 0] = exact.parameter_by_newton(piece[rows], path.span[k], gaps[k - first], fraction[rows])
+    error, components = evaluate(
+        _build_components(), IndexedRows(exact.coefficients, piece), exact.surface.coefficients(), exact.spin_vector(),
+        IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], parameter,
+        execution.position, execution.rotation.reshape(-1, 9),
     )  # fmt: skip
-    return path.arc[segment] + fraction * gaps[segment - first], error, parts
+    return path.arc[segment] + fraction * gaps[segment - first], error, components
 
 
 @lru_cache(maxsize=1)
-def _parts() -> Any:
-    """Of a place on the path and an actual pose: the error in base axes (3); along feed, across, normal, of the axis.
+def _build_components() -> Any:
+    """Of a point of the path and an actual pose: the error in base axes (3); feed, cross, normal, axis angle (4).
 
     Inputs: piece (22), surface (15) and axis (2) as ``ExactPath`` has them; the segment's span (2) and slope (2), the
     fraction of it; its parameter there, where that is known; actual position (3), rotation (9, row by row).
@@ -131,37 +125,37 @@ def _parts() -> Any:
     t = ca.if_else(known > UNKNOWN, known, parameter_expr(span, slope, u))
     p, r, travel = path_functions().pose_and_travel(piece, surface, t, axis)
     rotation = ca.reshape(r, 3, 3).T
-    axis, real, error = rotation[:, 2], ca.vertcat(s[2], s[5], s[8]), q - p
+    axis, actual_axis, error = rotation[:, 2], ca.vertcat(s[2], s[5], s[8]), q - p
     # approach and retract run along the axis: cross feed is then the tool's y, feed its x
     ahead = ca.if_else(ca.norm_2(ca.cross(travel, axis)) > 1e-3, travel, rotation[:, 0])
     side = ca.cross(ahead, axis)
     side = side / ca.norm_2(side)
-    angle = ca.atan2(ca.norm_2(ca.cross(axis, real)), ca.dot(axis, real))
-    parts = ca.vertcat(ca.dot(error, ca.cross(axis, side)), ca.dot(error, side), ca.dot(error, -axis), angle)
-    return ca.Function("parts", inputs, ca.cse([error, parts]))
+    angle = ca.atan2(ca.norm_2(ca.cross(axis, actual_axis)), ca.dot(axis, actual_axis))
+    components = ca.vertcat(ca.dot(error, ca.cross(axis, side)), ca.dot(error, side), ca.dot(error, -axis), angle)
+    return ca.Function("parts", inputs, ca.cse([error, components]))
 
 
 def _extent(values: Array, weight: Array, arc: Array) -> Extent:
-    """Of sizes (M,), each for a length of path (M,) [m] at an arc length (M,) [m]."""
-    worst = int(np.argmax(values))
-    return Extent(float(values[worst]), percentile99(values, weight), rms(values, weight), float(arc[worst]))
+    """Of row_norms (M,), each for a length of path (M,) [m] at an arc length (M,) [m]."""
+    largest = int(np.argmax(values))
+    return Extent(float(values[largest]), percentile99(values, weight), rms(values, weight), float(arc[largest]))
 
 
 def percentile99(values: Array, weight: Array) -> float:
     """The value that 99 % of the path's length stay at or below."""
-    whole = float(np.sum(weight))
-    goal, below = 0.99 * whole, 0.0
-    # a few values tell from where on to look: what lies there is sorted, if it is the last hundredth and more
-    some = np.sort(values[::FEW])
+    total = float(np.sum(weight))
+    goal, below = 0.99 * total, 0.0
+    # a subsample tells where the largest values begin: only those are sorted, if they are the last hundredth and more
+    subsample = np.sort(values[::SUBSAMPLE])
     for share in (0.98, 0.9):
-        tail = np.flatnonzero(values >= some[int(share * len(some))])
-        left = whole - float(np.sum(weight[tail]))
-        if left < goal:
-            values, weight, below = values[tail], weight[tail], left
+        tail = np.flatnonzero(values >= subsample[int(share * len(subsample))])
+        rest = total - float(np.sum(weight[tail]))
+        if rest < goal:
+            values, weight, below = values[tail], weight[tail], rest
             break
     order = np.argsort(values)
-    passed = below + np.cumsum(weight[order])
-    return float(values[order[min(int(np.searchsorted(passed, goal)), len(order) - 1)]])
+    cumulated = below + np.cumsum(weight[order])
+    return float(values[order[min(int(np.searchsorted(cumulated, goal)), len(order) - 1)]])
 
 
 def rms(values: Array, weight: Array) -> float:
@@ -178,25 +172,3 @@ def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:
         factor, unit = (MDEG, "mdeg") if name == "axis_angle" else (UM, "um")
         table[name] = {f"{key}_{unit}": getattr(extent, key) / factor for key in ("max", "p99", "rms")}
     return table
-
-
-def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
-    """One finding for each bound that is broken, naming where it is worst."""
-    total, feed, cross, normal, angle = (deviation.extents[name] for name in COMPONENTS)
-    checks = [
-        ("max_um", total, total.max, bounds.max),
-        ("p99_um", total, total.p99, bounds.p99),
-        ("rms_um", total, total.rms, bounds.rms),
-        ("feed_um", feed, feed.max, bounds.feed),
-        ("cross_um", cross, cross.max, bounds.cross),
-        ("normal_um", normal, normal.max, bounds.normal),
-        ("axis_mdeg", angle, angle.max, bounds.axis),
-    ]
-    found = []
-    for key, extent, value, bound in checks:
-        if bound is not None and not value <= bound:
-            unit = key.split("_")[1]
-            factor = MDEG if unit == "mdeg" else UM
-            told = f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}"
-            found.append(Finding(Level.OUTSIDE, f"bounds.{key}", f"{told}; worst {extent.where:.3f} m along the path"))
-    return found

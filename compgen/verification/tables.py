@@ -1,9 +1,9 @@
-"""Table of a path file for its bounds."""
+"""The path file's table ``[bounds]``, and the bounds made from it."""
 
 from compgen.core.quantities import Positive
 from compgen.core.toml import Table
 from compgen.core.units import MDEG, UM
-from compgen.verification.deviation import Bounds
+from compgen.verification.verdict import Bounds
 
 
 class BoundsTable(Table):

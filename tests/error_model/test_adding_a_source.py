@@ -22,9 +22,9 @@ from compgen.error_model.uncertainty import table_of
 from compgen.identification import parameters
 from compgen.pipelines.robot_file import load_cell
 from compgen.robot.kinematics import is_zero
-from compgen.verification.twin_of import flaws_of
+from compgen.verification.sources_to_faults import faults_of
 
-PLACES = ("error_model/sources/", "error_model/schema.py", "verification/twin_of.py")
+PLACES = ("error_model/sources/", "error_model/schema.py", "verification/sources_to_faults.py")
 #: modules that treat one source in a way of its own, which no other source asks for
 SPECIAL = {
     "compensation/refinement.py": {"ThermalGrowth"},  # smooth along straight lines: nothing to refine
@@ -151,4 +151,4 @@ def test_a_new_source_is_identified_at_its_step_of_the_ladder(arm):
 
 def test_the_twin_refuses_a_source_that_it_does_not_know(arm):
     with pytest.raises(TypeError, match="Sag: the twin does not know this source"):
-        flaws_of([read(arm)[-1].source])
+        faults_of([read(arm)[-1].source])

@@ -137,7 +137,7 @@ def test_twin_and_symbolic_chain_agree_on_random_hot_states(job):
     theta = rng.uniform(job.robot.lower, job.robot.upper, (1000, 6))
     rise = rng.uniform(-10, 30, (1000, 5))
     hot, turned = model.actual_pose(theta, rise)
-    position, rotation = twin.reach(theta, rise, lambda share: None)
+    position, rotation = twin.actual_pose(theta, rise, lambda share: None)
     assert np.abs(position - hot).max() < 1e-9  # m
     assert np.abs(rotation - turned).max() < 1e-12
     cold, _ = model.nominal_pose(theta)

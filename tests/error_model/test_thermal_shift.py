@@ -10,8 +10,8 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_shift import ThermalShift
 from compgen.pipelines.robot_file import load_cell
+from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
-from compgen.verification.twin_of import flaws_of
 
 SHIFT = 'sources.thermal_shift={of=["tool", "fixture x"], node=["face", "wrist"], rate_um_K=[2, -1.5]}'
 TWIST = (
@@ -29,9 +29,9 @@ def poses(*overrides, kind):
     assert len(mine) == 1
     model = build_error_model(cell.robot, mine, 5, *TOOL)
     theta = np.random.default_rng(2).uniform(-1.2, 1.2, (40, 6)) + cell.robot.pendant_zero
-    twin = Twin(cell.robot, cell.heat, (), *TOOL, flaws_of(mine))
+    twin = Twin(cell.robot, cell.heat, (), *TOOL, faults_of(mine))
     rise = np.repeat(RISE, 40, axis=0)
-    return model.nominal_pose(theta), model.actual_pose(theta, rise), twin.reach(theta, rise, lambda share: None)
+    return model.nominal_pose(theta), model.actual_pose(theta, rise), twin.actual_pose(theta, rise, lambda share: None)
 
 
 @pytest.mark.parametrize(("override", "kind"), [(SHIFT, ThermalShift), (TWIST, ThermalBend)])

@@ -21,9 +21,9 @@ from compgen.identification.robot_file import robot_text
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.robot_file import load_cell
-from compgen.verification.deviation import deviation
-from compgen.verification.twin import Twin
-from compgen.verification.twin_of import flaws_of
+from compgen.verification.deviation import deviation_from_path
+from compgen.verification.sources_to_faults import faults_of
+from compgen.verification.twin import Twin, execute
 
 assert identify
 assert plan_poses
@@ -128,12 +128,13 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     uncorrected = generate.predict(replace(job, sources=real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
     facts = (job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
-    there, told = (Twin(*facts, flaws_of(sources)).ride(corrected.program, ()) for sources in (real, job.sources))
+    there, told = (execute(Twin(*facts, faults_of(sources)), corrected.program, ()) for sources in (real, job.sources))
     # where World lies is known to some 30 um and 0.03 mrad; a part's frame that is taught with the robot takes it up
     left = there.position - aligned(told.position, there.position)
     own = corrected.deviation.total()
     assert np.quantile(np.linalg.norm(left, axis=1), 0.99) + np.quantile(own, 0.99) < 3 * NOISE
-    assert np.quantile(deviation(uncorrected.path, there).total(), 0.99) < 6 * NOISE  # with World as it was found
+    found = deviation_from_path(uncorrected.path, [there], len(there.time))
+    assert np.quantile(found.total(), 0.99) < 6 * NOISE  # with World as it was found
 
 
 def aligned(a, b):

@@ -11,7 +11,9 @@ from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.report import job_html, job_json, waypoints_blocks
-from compgen.verification.deviation import statistics
+from compgen.verification.deviation import deviation_from_path, statistics
+from compgen.verification.twin import execute
+from compgen.verification.verdict import judge
 
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
 
@@ -82,21 +84,24 @@ def test_before_is_the_twin_on_the_uncorrected_text():
     assert abs(model - twin) < 1e-6
 
 
+def deviation_of(planned, program, before):
+    execution = execute(twin_of(planned.job), program, before)
+    return deviation_from_path(planned.path, [execution], len(execution.time))
+
+
 def test_a_wrong_correction_is_found_outside():
-    """The verdict bites: the same text, ridden cold, is a hundred micrometres off."""
+    """The verdict bites: the same text, executed cold, is a hundred micrometres off."""
     from dataclasses import replace
 
     job = load_job(path_file("line_x"))
     planned, corrected = generate.generate(job, quiet)
-    from compgen.verification import deviation
 
-    ride = twin_of(job).ride(corrected.program, ())
-    cold = deviation.deviation(planned.path, ride)
+    cold = deviation_of(planned, corrected.program, ())
     assert cold.total().max() > 100e-6
-    found = deviation.judge(cold, job.bounds)
+    found = judge(cold, job.bounds)
     assert {f.code for f in found} == {"bounds.max_um", "bounds.normal_um"}
     shifted = replace(corrected.program, position=corrected.program.position + np.array([0, 0, 3e-6]))
-    raised = deviation.deviation(planned.path, twin_of(job).ride(shifted, job.before))
+    raised = deviation_of(planned, shifted, job.before)
     assert raised.normal.mean() == pytest.approx(3e-6, abs=0.1e-6)
 
 
@@ -104,13 +109,12 @@ def test_start_window_is_when_drift_reaches_the_setting():
     from dataclasses import replace
 
     from compgen.thermal import Duty
-    from compgen.verification import deviation
 
     job = load_job(path_file("line_x"))
     planned, corrected = generate.generate(job, quiet)
     late = (*job.before, Duty("idle", 0.0, corrected.start_window))
-    drift = deviation.deviation(planned.path, twin_of(job).ride(corrected.program, late))
-    exact = deviation.deviation(planned.path, twin_of(job).ride(corrected.program, job.before))
+    drift = deviation_of(planned, corrected.program, late)
+    exact = deviation_of(planned, corrected.program, job.before)
     moved = np.linalg.norm(drift.error - exact.error, axis=1).max()
     assert moved == pytest.approx(job.start_drift, rel=0.02)
     assert replace(job, start_drift=1e-6).start_drift < job.start_drift

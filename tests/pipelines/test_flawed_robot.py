@@ -106,7 +106,7 @@ def test_a_reversal_too_sharp_for_the_rate_is_told_and_lags_at_the_stops(robot):
     assert corrected.solution.status is Status.LIMITED
     (told,) = [f for f in corrected.findings if f.code == "compensation.limited"]
     assert "rate limit at waypoints" in told.message
-    contact, segment = planned.path.contact, corrected.ride().segment
+    contact, segment = planned.path.contact, corrected.execution().segment
     on = contact[segment] & contact[segment + 1]
     total = corrected.deviation.total()
     assert np.percentile(total[on], 99) < 2 * UM

@@ -259,7 +259,7 @@ def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
     from compgen.verification.twin import nominal_arm as arm
 
     job = load_job(path_file("line_y"))
-    true = arm._lengths
+    true = arm._nominal_lengths
     names: list[int] = []
 
     def wrong(robot):
@@ -268,14 +268,14 @@ def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
         lengths[2] += 1e-9 if len(names) <= 24 else 0.0  # while the expressions are built, not in pinocchio's arm
         return tuple(lengths)
 
-    for build in (arm.build_drive, arm.build_fly):
+    for build in (arm.build_segment_sample, arm.build_grown_pose):
         build.cache_clear()
-    monkeypatch.setattr(arm, "_lengths", wrong)
+    monkeypatch.setattr(arm, "_nominal_lengths", wrong)
     try:
         with pytest.raises(TwinError, match="cannot be trusted"):
             generate.predict(job, quiet)
     finally:
-        for build in (arm.build_drive, arm.build_fly):
+        for build in (arm.build_segment_sample, arm.build_grown_pose):
             build.cache_clear()
 
 

@@ -23,6 +23,7 @@ from compgen.pipelines import delivery, generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty
+from compgen.verification.twin import execute
 
 SMALL = ("robot.controller.max_lines=60", "process.page_stops=anywhere")
 
@@ -156,10 +157,10 @@ def test_the_delivered_pages_are_the_program_and_the_twin_rides_them(made):
     for field in ("position", "rotation", "turns", "speed", "fine"):
         assert_array_equal(getattr(corrected.program, field), getattr(undivided, field), err_msg=field)
     job = load_job(path_file("line_x"), None, SMALL)
-    ride = twin_of(job).ride(undivided, job.before)
+    execution = execute(twin_of(job), undivided, job.before)
     for field in ("time", "rise", "theta", "position", "rotation"):
-        assert_array_equal(getattr(corrected.ride(), field), getattr(ride, field), err_msg=field)
-    assert np.abs(np.diff(corrected.ride().rise, axis=0)).max() < 1e-3
+        assert_array_equal(getattr(corrected.execution(), field), getattr(execution, field), err_msg=field)
+    assert np.abs(np.diff(corrected.execution().rise, axis=0)).max() < 1e-3
 
 
 def test_a_naive_reader_drives_the_pages_without_a_gap(made):
@@ -206,17 +207,17 @@ def test_the_manifest_says_order_checksum_start_and_warmth(made):
     for entry in [manifest["main"], *manifest["pages"]]:
         assert entry["sha256"] == sha256(files[entry["file"]]).hexdigest()
         assert entry["bytes"] == len(files[entry["file"]])
-    ride, program = corrected.ride(), corrected.program
+    execution, program = corrected.execution(), corrected.program
     for before, page in zip([None, *manifest["pages"]], manifest["pages"]):
         first = page["first_position"] - 1
         assert before is None or page["first_position"] == before["last_position"]
         own = ls.interpret(files[page["file"]])
         assert_array_equal(own.position, program.position[first : page["last_position"]])
         assert page["start_s"] == pytest.approx(planned.trajectory.time[first], abs=1e-3)
-        m = int(np.argmax(ride.segment == first)) if first < len(own.position) * 9 else 0
+        m = int(np.argmax(execution.segment == first)) if first < len(own.position) * 9 else 0
         rise = list(page["rise_K"].values())
         assert_allclose(rise, planned.rise[first], atol=1e-4)
-        assert_allclose(rise, ride.rise[m], atol=2e-3)  # the twin's own clock and heat
+        assert_allclose(rise, execution.rise[m], atol=2e-3)  # the twin's own clock and heat
     assert manifest["drip_feed"] is False
     assert manifest["loads"] == 1
 

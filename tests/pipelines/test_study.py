@@ -24,11 +24,11 @@ from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import ASKS, ask, build, run
-from compgen.pipelines.study.evaluate import geometry_key, lay_out, ridden
+from compgen.pipelines.study.evaluate import execute_with, geometry_key, lay_out
 from compgen.pipelines.study.questions import passes
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import answer_csv, headline, study_csv
-from compgen.verification.deviation import deviation, statistics
+from compgen.verification.deviation import deviation_from_path, statistics
 
 PATH = path_file("line_y")
 #: sources of the flawed robot that do not grow with temperature along a link
@@ -84,9 +84,9 @@ def test_scenarios_that_change_temperatures_share_their_geometry(study):
 
 def test_the_shared_ride_is_the_twins_own():
     cold, warm = (load_job(PATH, overrides=[f"before.0.duration_h={h}"]) for h in (0, 6))
-    ride = ridden(warm, lay_out(cold))
+    execution = execute_with(warm, lay_out(cold))
     own = generate.predict(warm, quiet)
-    found = deviation(own.path, ride)
+    found = deviation_from_path(own.path, [execution], len(execution.time))
     assert_allclose(found.error, own.deviation().error, atol=1e-10)  # m; pinocchio's arm against the symbolic one
     assert np.abs(found.error).max() > 20 * UM
 
@@ -301,7 +301,7 @@ def test_validity_is_the_start_window(line):
     kelvin = float(told.sentence.split("+-")[1].split()[0])
     warmer = load_job(PATH, overrides=[f"ambient.value_degC={20 + kelvin}"])
     geometry = lay_out(line)
-    apart = ridden(warmer, geometry).position - ridden(line, geometry).position
+    apart = execute_with(warmer, geometry).position - execute_with(line, geometry).position
     assert np.linalg.norm(apart, axis=1).max() == pytest.approx(line.start_drift, rel=0.02)
 
 
@@ -324,7 +324,7 @@ def test_contributions_count_every_length_that_a_robot_file_may_heat(tmp_path):
     nodes = sum(v for label, v in lengths.items() if label.startswith("node"))
     assert sum(v for label, v in lengths.items() if label.startswith("length")) == pytest.approx(nodes, abs=0.05)
     alone = dict(zip(answer.labels, answer.table[:, 2].tolist()))["length d1"]
-    warmest = ridden(job, lay_out(job)).rise[:, 0].max()
+    warmest = execute_with(job, lay_out(job)).rise[:, 0].max()
     assert alone == pytest.approx(0.565 * 10.5 * 1.1 * warmest, rel=1e-3)  # um: length, cte, its excess, rise of j2
 
 
@@ -333,7 +333,7 @@ def test_steady_is_ninety_five_percent_of_the_end(line):
     hours, error = told.table[:, 0], told.table[:, 1]
     late = load_job(PATH, overrides=["before.0.duration_h=2000"])
     cold, geometry = load_job(PATH, overrides=["before=[]"]), lay_out(late)
-    end = np.linalg.norm(ridden(late, geometry).position - ridden(cold, geometry).position, axis=1).max()
+    end = np.linalg.norm(execute_with(late, geometry).position - execute_with(cold, geometry).position, axis=1).max()
     at = float(told.sentence.split("after ")[1].split()[0])
     assert np.interp(at, hours, error) / (end / UM) == pytest.approx(0.95, abs=0.01)
 

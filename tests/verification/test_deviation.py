@@ -1,4 +1,4 @@
-"""The comparison of a ride with the true path, against formulas taken sample by sample and values sorted whole."""
+"""An execution against the true path, by formulas taken sample by sample and by values sorted whole."""
 
 import numpy as np
 import pytest
@@ -9,12 +9,13 @@ from compgen.core.units import UM
 from compgen.planning import curves, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
 from compgen.verification import deviation
-from compgen.verification.deviation import Bounds
-from compgen.verification.twin import Ride
+from compgen.verification.deviation import deviation_from_path
+from compgen.verification.twin import Execution
+from compgen.verification.verdict import Bounds, judge
 
 
-def ridden(path, samples, seed=1):
-    """A ride that strays by known amounts: the ride, and its path's place, rotation and travel."""
+def executed(path, samples, seed=1):
+    """An execution that strays by known amounts, and its path's place, rotation and travel."""
     rng = np.random.default_rng(seed)
     fraction, whole = np.modf(np.sort(rng.uniform(0, len(path.piece), samples)))
     segment = whole.astype(np.int64)
@@ -22,7 +23,8 @@ def ridden(path, samples, seed=1):
     position = place + rng.normal(size=(samples, 3)) * 100 * UM
     turned = rotation @ rotation_matrix(rng.normal(size=(samples, 3)) * 1e-4)
     none = np.zeros((samples, 6))
-    return Ride(segment, fraction, np.arange(float(samples)), none, none, position, turned), place, rotation, travel
+    execution = Execution(segment, fraction, np.arange(float(samples)), none, none, position, turned)
+    return execution, place, rotation, travel
 
 
 @pytest.fixture(scope="module")
@@ -37,11 +39,11 @@ def path():
 
 
 def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
-    ride, place, rotation, travel = ridden(path, 5000)
-    odd = np.isnan(path.slope[ride.segment, 0])
+    execution, place, rotation, travel = executed(path, 5000)
+    odd = np.isnan(path.slope[execution.segment, 0])
     assert 0.01 < odd.mean() < 0.99
-    found = deviation.deviation(path, ride)
-    error = ride.position - place
+    found = deviation_from_path(path, [execution], len(execution.time))
+    error = execution.position - place
     assert_allclose(found.error, error, atol=1e-14)
     assert_allclose(found.total(), np.linalg.norm(error, axis=1), atol=1e-14)
     axis = rotation[:, :, 2]
@@ -54,10 +56,12 @@ def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
         "feed": np.einsum("ij,ij->i", error, np.cross(axis, side)),
         "cross": np.einsum("ij,ij->i", error, side),
         "normal": -np.einsum("ij,ij->i", error, axis),
-        "axis_angle": np.arcsin(np.linalg.norm(np.cross(axis, ride.rotation[:, :, 2]), axis=1)),
+        "axis_angle": np.arcsin(np.linalg.norm(np.cross(axis, execution.rotation[:, :, 2]), axis=1)),
     }
     assert_allclose(found.normal, values["normal"], atol=1e-14)
-    assert_allclose(found.arc, path.arc[ride.segment] + ride.fraction * np.diff(path.arc)[ride.segment], atol=1e-14)
+    assert_allclose(
+        found.arc, path.arc[execution.segment] + execution.fraction * np.diff(path.arc)[execution.segment], atol=1e-14
+    )
     gaps = np.diff(found.arc)
     weight = np.r_[gaps, 0] / 2 + np.r_[0, gaps] / 2
     for name, size in values.items():
@@ -68,13 +72,14 @@ def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
         assert extent.p99 == pytest.approx(by_sorting(size, weight), abs=1e-13)
 
 
-def test_stretches_of_a_ride_give_what_the_whole_gives(path):
-    ride = ridden(path, 9000)[0]
+def test_chunks_of_an_execution_give_what_the_whole_gives(path):
+    execution = executed(path, 9000)[0]
 
     def rows(first, last):
-        return Ride(*(getattr(ride, name)[first:last] for name in Ride.__slots__))
+        return Execution(*(getattr(execution, name)[first:last] for name in Execution.__slots__))
 
-    whole, parts = deviation.deviation(path, ride), deviation.deviation(path, rows(0, 4000), rows(4000, 9000))
+    whole = deviation_from_path(path, [execution], 9000)
+    parts = deviation_from_path(path, [rows(0, 4000), rows(4000, 9000)], 9000)
     assert np.array_equal(whole.error, parts.error)
     assert np.array_equal(whole.arc, parts.arc)
     assert whole.extents == parts.extents
@@ -97,19 +102,19 @@ def test_the_percentile_is_that_of_all_values_sorted():
         (np.full(20_000, 0.3), even),
         (many, np.exp(20 * many)),  # nearly all of the length lies with the largest
         (many, np.exp(-20 * many)),
-        (np.where(np.arange(20_000) % deviation.FEW, many, 0.0), even),  # what is looked at first tells nothing
-        (np.where(np.arange(20_000) % deviation.FEW, many, 2.0), even),
+        (np.where(np.arange(20_000) % deviation.SUBSAMPLE, many, 0.0), even),  # what is looked at first tells nothing
+        (np.where(np.arange(20_000) % deviation.SUBSAMPLE, many, 2.0), even),
         (many[:3], even[:3]),
     ):
         assert deviation.percentile99(values, weight) == by_sorting(values, weight)
 
 
 def test_each_broken_bound_is_named_with_its_worst_place(path):
-    ride = ridden(path, 3000)[0]
-    found = deviation.deviation(path, ride)
+    execution = executed(path, 3000)[0]
+    found = deviation_from_path(path, [execution], len(execution.time))
     kept = Bounds(max=1.0, p99=1.0, rms=1.0, feed=1.0, cross=1.0, normal=1.0, axis=1.0)
-    assert deviation.judge(found, kept) == []
-    broken = deviation.judge(found, Bounds(*[1e-6] * 7))
+    assert judge(found, kept) == []
+    broken = judge(found, Bounds(*[1e-6] * 7))
     assert [f.code.split(".")[1] for f in broken] == [
         "max_um", "p99_um", "rms_um", "feed_um", "cross_um", "normal_um", "axis_mdeg"
     ]  # fmt: skip

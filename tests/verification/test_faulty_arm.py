@@ -1,4 +1,4 @@
-"""The twin's flaws against the optimiser's chain: two codes for the same physics, source by source and together."""
+"""The twin's faults against the optimiser's chain: two codes for the same physics, source by source and together."""
 
 from dataclasses import replace
 
@@ -12,9 +12,10 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.robot_file import load_cell
+from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
-from compgen.verification.twin.faulty_arm import Past, TwinError, _kept, came_from, real_arm
-from compgen.verification.twin_of import flaws_of
+from compgen.verification.twin.direction_history import DirectionHistory, _recurrence, joint_side
+from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm
 
 TOOL = (np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1])))
 ATOL_M, ATOL_RAD = 1e-10, 1e-11
@@ -38,14 +39,14 @@ def both(cell, sources, theta, rise):
     model = build_error_model(cell.robot, sources, 5, *TOOL)
     believed, _ = model.nominal_pose(theta)
     chain = model.actual_pose(theta, rise, direction_states(reversal_widths(sources), theta, believed))
-    twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, flaws_of(sources))
-    return chain, twin.reach(theta, rise, lambda share: None), believed
+    twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, faults_of(sources))
+    return chain, twin.actual_pose(theta, rise, lambda share: None), believed
 
 
 def test_chain_and_twin_agree_with_every_source_on(cell):
-    chain, plant, believed = both(cell, cell.sources, *motion(cell))
-    assert np.abs(chain[0] - plant[0]).max() < ATOL_M
-    assert np.abs(chain[1] - plant[1]).max() < ATOL_RAD
+    chain, real, believed = both(cell, cell.sources, *motion(cell))
+    assert np.abs(chain[0] - real[0]).max() < ATOL_M
+    assert np.abs(chain[1] - real[1]).max() < ATOL_RAD
     assert np.linalg.norm(chain[0] - believed, axis=1).min() > 100 * UM  # the set-up bites
 
 
@@ -55,9 +56,9 @@ def test_chain_and_twin_agree_on_each_source_alone(cell, number):
     one = (cell.sources[number],)
     if number:  # the twin always grows
         one = (cell.sources[0], *one)
-    chain, plant, _ = both(cell, one, theta, rise)
-    assert np.abs(chain[0] - plant[0]).max() < ATOL_M
-    assert np.abs(chain[1] - plant[1]).max() < ATOL_RAD
+    chain, real, _ = both(cell, one, theta, rise)
+    assert np.abs(chain[0] - real[0]).max() < ATOL_M
+    assert np.abs(chain[1] - real[1]).max() < ATOL_RAD
     if number:
         without, *_ = both(cell, one[:1], theta, rise)
         assert np.abs(chain[0] - without[0]).max() > 5 * UM  # the source does something
@@ -78,7 +79,7 @@ def test_the_flaws_come_from_the_motion_executed(cell):
 
 def test_the_side_a_joint_came_from_is_the_dahl_state():
     theta = np.array([[0.0], [1.0], [1.0], [0.5]]) * np.ones(6)
-    u = came_from(theta, np.full(6, 0.25), np.zeros(6))
+    u = joint_side(theta, np.full(6, 0.25), np.zeros(6))
     first = 1 - np.exp(-4)
     np.testing.assert_allclose(u[:, 0], [0, first, first, (1 + first) * np.exp(-2) - 1], atol=1e-15)
 
@@ -88,16 +89,27 @@ def test_a_wrong_flaw_in_the_twin_is_seen(cell):
     model = build_error_model(cell.robot, cell.sources, 5, *TOOL)
     believed, _ = model.nominal_pose(theta)
     chain, _ = model.actual_pose(theta, rise, direction_states(reversal_widths(cell.sources), theta, believed))
-    flaws = flaws_of(cell.sources)
-    for name in ("zero", "ratio", "compliance", "waves", "backlash", "base", "tool", "link", "force", "mass"):
-        wrong = replace(flaws, **{name: 1.1 * getattr(flaws, name)})
+    faults = faults_of(cell.sources)
+    for name in (
+        "joint_zeros",
+        "joint_coupling",
+        "compliance",
+        "gear_harmonics",
+        "backlash",
+        "base_frame",
+        "tool_frame",
+        "link_offsets",
+        "force",
+        "mass",
+    ):
+        wrong = replace(faults, **{name: 1.1 * getattr(faults, name)})
         twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, wrong)
-        assert np.abs(twin.reach(theta, rise, lambda share: None)[0] - chain).max() > 1 * UM
+        assert np.abs(twin.actual_pose(theta, rise, lambda share: None)[0] - chain).max() > 1 * UM
 
 
 def test_a_still_arm_has_no_direction(cell):
     theta = np.tile(motion(cell, 3)[0][:1], (4, 1))
-    assert not came_from(theta, np.full(6, 0.01), np.zeros(6)).any()
+    assert not joint_side(theta, np.full(6, 0.01), np.zeros(6)).any()
     still = direction_states(reversal_widths(cell.sources), theta, np.zeros((4, 3)))
     assert not still.direction.any()
     assert not still.travel.any()
@@ -111,16 +123,16 @@ def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():
         plain = [now]
         for share, gain in zip(left, more):
             plain.append(share * plain[-1] + gain)
-        assert np.allclose(_kept(left, more, now), plain, rtol=1e-13, atol=1e-13)
+        assert np.allclose(_recurrence(left, more, now), plain, rtol=1e-13, atol=1e-13)
 
 
 @pytest.mark.parametrize("moved", [3, 6])
 def test_an_arm_that_pinocchio_does_not_confirm_is_refused(cell, moved):
     theta, rise = motion(cell, 60)
-    arm = real_arm(cell.robot, flaws_of(cell.sources))
+    arm = build_faulty_arm(cell.robot, faults_of(cell.sources))
     tool = (TOOL[1][None], TOOL[0][None])
-    arm.fly(theta, {}, rise, tool, Past(), 1)
+    arm.actual_pose(theta, {}, rise, tool, DirectionHistory(), 1)
     bent = arm.model.copy()
     bent.jointPlacements[moved] = bent.jointPlacements[moved] * pin.SE3(np.eye(3), np.array([0, 0, 1e-9]))
     with pytest.raises(TwinError, match="cannot be trusted"):
-        replace(arm, model=bent).fly(theta, {}, rise, tool, Past(), 1)
+        replace(arm, model=bent).actual_pose(theta, {}, rise, tool, DirectionHistory(), 1)

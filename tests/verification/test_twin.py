@@ -12,9 +12,9 @@ from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty, JointMotion, rises_during
-from compgen.verification.twin import TwinError
-from compgen.verification.twin.clock import _ramp
-from compgen.verification.twin.nominal_arm import AGREE, build_fly, disagreement
+from compgen.verification.twin import TwinError, execute
+from compgen.verification.twin.nominal_arm import AGREEMENT, build_grown_pose, pinocchio_difference
+from compgen.verification.twin.timing import _ramp_time
 
 
 @pytest.fixture(scope="module")
@@ -27,16 +27,16 @@ def ridden():
 def test_a_ramp_takes_what_its_limits_allow():
     a, j = np.array([2.0, 2.0]), np.array([10.0, 10.0])
     v = np.array([0.2, 1.0])  # below and above a^2 / j = 0.4 m/s
-    assert_allclose(_ramp(v, a, j), [2 * np.sqrt(0.02), 0.5 + 0.2])
+    assert_allclose(_ramp_time(v, a, j), [2 * np.sqrt(0.02), 0.5 + 0.2])
     # the integral of the acceleration over the ramp is the speed
-    T = _ramp(v, a, j)
+    T = _ramp_time(v, a, j)
     assert_allclose(j[0] * (T[0] / 2) ** 2, v[0])
     assert_allclose(a[1] * (T[1] - a[1] / j[1]), v[1])
 
 
 def test_the_clock_is_near_the_plan_and_not_the_plan(ridden):
     _, planned, corrected = ridden
-    ratio = corrected.ride().time[-1] / corrected.trajectory.time[-1]
+    ratio = corrected.execution().time[-1] / corrected.trajectory.time[-1]
     assert ratio != 1
     assert ratio == pytest.approx(1, abs=0.2)
     assert planned.trajectory.time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=1e-4)
@@ -45,14 +45,14 @@ def test_the_clock_is_near_the_plan_and_not_the_plan(ridden):
 def test_many_stops_are_timed_to_a_tenth():
     job = load_job(path_file("raster_1300"), None, ["path.stepover_mm=5"])
     _, corrected = generate.generate(job, quiet)
-    assert corrected.ride().time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=0.1)
+    assert corrected.execution().time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=0.1)
     assert corrected.inside
     assert corrected.deviation.total().max() < 1.0e-6  # straight sweeps: rounding and little else
 
 
 def test_heat_is_the_nodes_own_equation(ridden):
     job, _, corrected = ridden
-    ride = corrected.ride()
+    ride = corrected.execution()
     assert_allclose(ride.rise[0], [11, 3.9, 13, 3, 2.3], atol=1e-12)
     speeds = np.linalg.norm(np.diff(corrected.program.position, axis=0), axis=1)
     at = np.append(np.flatnonzero(ride.fraction == 0), len(ride.time) - 1)
@@ -66,15 +66,15 @@ def test_heat_is_the_nodes_own_equation(ridden):
 def test_a_longer_wait_before_is_another_state(ridden):
     job, _, corrected = ridden
     twin = twin_of(job)
-    late = twin.ride(corrected.program, (*job.before, Duty("off", 0.0, 3600.0)))
-    assert np.all(late.rise[0] < corrected.ride().rise[0])
+    late = execute(twin, corrected.program, (*job.before, Duty("off", 0.0, 3600.0)))
+    assert np.all(late.rise[0] < corrected.execution().rise[0])
 
 
 def test_another_posture_in_config_is_refused(ridden):
     job, _, corrected = ridden
     other = replace(corrected.program, posture=replace(corrected.program.posture, up=False))
     with pytest.raises(TwinError, match="beyond its limit"):
-        twin_of(job).ride(other, job.before)
+        execute(twin_of(job), other, job.before)
 
 
 def test_a_wrong_turn_is_refused(ridden):
@@ -84,7 +84,7 @@ def test_a_wrong_turn_is_refused(ridden):
     assert j6.min() < -0.1
     turns[np.argmin(j6), 2] = 1
     with pytest.raises(TwinError, match="over 90 deg"):
-        twin_of(job).ride(replace(corrected.program, turns=turns), job.before)
+        execute(twin_of(job), replace(corrected.program, turns=turns), job.before)
 
 
 def test_a_place_out_of_reach_is_refused(ridden):
@@ -92,7 +92,7 @@ def test_a_place_out_of_reach_is_refused(ridden):
     position = corrected.program.position.copy()
     position[7] = [2.5, 0, 0.2]
     with pytest.raises(TwinError, match="P\\[8\\]"):
-        twin_of(job).ride(replace(corrected.program, position=position), job.before)
+        execute(twin_of(job), replace(corrected.program, position=position), job.before)
 
 
 @pytest.mark.parametrize("spin", [0.0, 90.0, 179.9999999, 180.0, -180.0])
@@ -108,10 +108,10 @@ def test_pinocchio_sees_one_wrong_sample_and_what_is_no_number(robot, wrong):
     rng = np.random.default_rng(4)
     theta, growth = rng.uniform(-1, 1, (40, 6)), 1e-4 * rng.normal(size=(40, 6))
     place, turn = np.array([0.1, 0.02, 0.3]), np.eye(3)
-    pose = evaluate(build_fly(robot, place.tobytes(), turn.tobytes()), theta, growth)
-    assert disagreement(robot, place, turn, theta, growth, pose) < 1e-14
+    pose = evaluate(build_grown_pose(robot, place.tobytes(), turn.tobytes()), theta, growth)
+    assert pinocchio_difference(robot, place, turn, theta, growth, pose) < 1e-14
     for part in pose:
         kept = part[17, 1]
         part[17, 1] += wrong
-        assert not disagreement(robot, place, turn, theta, growth, pose) <= AGREE
+        assert not pinocchio_difference(robot, place, turn, theta, growth, pose) <= AGREEMENT
         part[17, 1] = kept

@@ -6,8 +6,8 @@ To add one, touch three places:
    parameters with units and priors, how its other fields come from its table, what measurements can tell of it, and
    what it does to the chain. ``ORDER`` below says when it acts.
 2. Its table in ``error_model/schema.py``, each key described below its field, and the table's name in ``SourcesTable``.
-3. The twin: its numbers in ``verification/twin_of.py``, its physics, written again, in ``verification/twin/``. Until
-   then every proof of a robot that has it is refused.
+3. The twin: its numbers in ``verification/sources_to_faults.py``, its physics, written again, in
+   ``verification/twin/``. Until then every proof of a robot that has it is refused.
 
 Reading, writing, identification, findings and reports follow from what it declares. A test holds this
 (``tests/error_model/test_adding_a_source.py``); its own tests are: zero leaves no trace, a hand formula, derivatives

@@ -14,8 +14,8 @@ from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty, initial_state
 from compgen.thermal.network import with_losses
+from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
-from compgen.verification.twin_of import flaws_of
 
 SUBDIVISIONS = 4  # of each straight line, where it is judged
 FINE_SUBDIVISIONS = 32  # for an arm whose errors depend on the direction of motion
@@ -40,7 +40,7 @@ def ride_program(
     before: Sequence[Duty],
     progress: Callable[[float], None] = lambda share: None,
 ) -> ProgramRide:
-    """A program as read from its text, ridden on the twin.
+    """A program as read from its text, executed on the twin.
 
     The twin steps its own heat through the program's times, commands the joints that CONFIG or the joint form name,
     and confirms each with pinocchio's nominal arm.
@@ -48,19 +48,19 @@ def ride_program(
     Raises:
         TwinError: The controller's inverse and pinocchio disagree.
     """
-    flaws = flaws_of(cell.sources)
-    subdivisions = SUBDIVISIONS if flaws is None else FINE_SUBDIVISIONS
+    faults = faults_of(cell.sources)
+    subdivisions = SUBDIVISIONS if faults is None else FINE_SUBDIVISIONS
     station, fraction = samples(poses, drive, np.arange(1, subdivisions) / subdivisions)
     time, rise = _rise_at_samples(cell, poses, drive, before, station, fraction)
     position, rotation = on_the_way(poses, drive, station, fraction)
     pose = drive.pose[station]
     theta, flange = commanded(cell.robot, poses, drive, station, fraction, position, rotation)
-    twin = Twin(cell.robot, cell.heat, cell.profiles, np.zeros(3), np.eye(3), flaws)
-    twin.confirm(theta, *flange, poses.number[pose] - 1, lambda share: progress(share / 2))
+    twin = Twin(cell.robot, cell.heat, cell.profiles, np.zeros(3), np.eye(3), faults)
+    twin.confirm_inverse(theta, *flange, poses.number[pose] - 1, lambda share: progress(share / 2))
     tcp = np.array([*(t[0] for t in poses.tools), np.zeros(3)])[poses.tool[pose]]
     turn = np.array([*(t[1] for t in poses.tools), np.eye(3)])[poses.tool[pose]]
-    tool = None if flaws is None else (turn, tcp)
-    real = twin.reach(theta, rise, lambda share: progress(0.5 + share / 2), tool)
+    tool = None if faults is None else (turn, tcp)
+    real = twin.actual_pose(theta, rise, lambda share: progress(0.5 + share / 2), tool)
     if tool is None:
         real = real[0] + np.einsum("nij,nj->ni", real[1], tcp), real[1] @ turn
     return ProgramRide(station, fraction, time, rise, *real)

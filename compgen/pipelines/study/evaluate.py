@@ -1,7 +1,7 @@
 """One scenario to one row: what is shared between scenarios is done once.
 
-Path, joints, timing and the controller's ride depend on the geometry keys only; heat, growth and the error are then a
-few array operations on the ride's samples. A scenario that only changes temperatures costs those.
+Path, joints, timing and the controller's execution depend on the geometry keys only; heat, growth and the error are
+then a few array operations on its samples. A scenario that only changes temperatures costs those.
 """
 
 from collections import OrderedDict
@@ -22,8 +22,8 @@ from compgen.pipelines.study.scenarios import Scenario, Study
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion
-from compgen.verification.deviation import Deviation, deviation, statistics
-from compgen.verification.twin import Leg, Ride
+from compgen.verification.deviation import Deviation, deviation_from_path, statistics
+from compgen.verification.twin import Execution, PreparedProgram, prepare
 
 Row = dict[str, Any]
 KEPT = 4  # geometries at a time
@@ -33,11 +33,11 @@ WARM = ("before", "cycle", "after", "shift", "ambient", "log", "bounds", "compen
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Geometry:
-    """What scenarios share that differ in temperatures only: the uncorrected text, and its ride at M samples."""
+    """What scenarios share that differ in temperatures only: the uncorrected text, executed at M samples."""
 
     job: Job
     path: ToolPath
-    leg: Leg
+    prepared: PreparedProgram
     segment: IntArray  # (M,)
     fraction: Array  # (M,)
     now: Array  # (M,) [s]
@@ -46,7 +46,7 @@ class Geometry:
     @property
     def motion(self) -> JointMotion:
         """The program at its positions."""
-        return JointMotion(self.leg.time, self.leg.theta, self.leg.driven)
+        return JointMotion(self.prepared.time, self.prepared.theta, self.prepared.driven)
 
     def thinned(self, count: int) -> "Geometry":
         """At some of the samples only, both ends among them."""
@@ -56,8 +56,8 @@ class Geometry:
 
     def rises(self, job: Job) -> Array:
         """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
-        leg = self.leg.rewarmed(twin_of(job), job.before, job.air)
-        return leg.warmth(self.segment, self.fraction, self.now)[0]
+        reheated = self.prepared.reheated(twin_of(job), job.before, job.air)
+        return reheated.rise_and_growth(self.segment, self.fraction, self.now)[0]
 
 
 class Shared:
@@ -94,19 +94,19 @@ def geometry_key(scenario: Scenario) -> tuple[tuple[str, str], ...]:
 
 
 def lay_out(job: Job) -> Geometry:
-    """Plan a job and ride its uncorrected text once, pinocchio confirming."""
+    """Plan a job and execute its uncorrected text once, pinocchio confirming."""
     planned = generate.predict(job, lambda stage, share: None)
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
-    leg = twin_of(job).ready(program, job.before, job.air)
-    ride = leg.ride()
-    return Geometry(job, planned.path, leg, ride.segment, ride.fraction, ride.time, ride.theta)
+    prepared = prepare(twin_of(job), program, job.before, job.air)
+    execution = prepared.execute()
+    return Geometry(job, planned.path, prepared, execution.segment, execution.fraction, execution.time, execution.theta)
 
 
-def ridden(job: Job, geometry: Geometry) -> Ride:
-    """The uncorrected text ridden with another job's warmth: the twin's clock, heat and arm."""
+def execute_with(job: Job, geometry: Geometry) -> Execution:
+    """The uncorrected text executed with another job's warmth: the twin's clock, heat and arm."""
     rise, theta = geometry.rises(job), geometry.theta
-    position, rotation = twin_of(job).reach(theta, rise, lambda share: None)
-    return Ride(geometry.segment, geometry.fraction, geometry.now, rise, theta, position, rotation)
+    position, rotation = twin_of(job).actual_pose(theta, rise, lambda share: None)
+    return Execution(geometry.segment, geometry.fraction, geometry.now, rise, theta, position, rotation)
 
 
 def model_of(job: Job) -> ErrorModel:
@@ -120,12 +120,13 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
     try:
         job = load_job(study.path, study.robot, [*study.base, *scenario.overrides()])
         geometry = shared.of(scenario, job)
-        ride = ridden(job, geometry)
-        row |= {"state": "done"} | _numbers("before", deviation(geometry.path, ride))
+        execution = execute_with(job, geometry)
+        before = deviation_from_path(geometry.path, [execution], len(execution.time))
+        row |= {"state": "done"} | _numbers("before", before)
         row |= {
-            "duration_s": _round(float(ride.time[-1])),
+            "duration_s": _round(float(execution.time[-1])),
             "waypoints": len(geometry.path.arc),
-        } | {f"start_{n}_K": _round(float(r)) for n, r in zip(job.heat.names, ride.rise[0])}
+        } | {f"start_{n}_K": _round(float(r)) for n, r in zip(job.heat.names, execution.rise[0])}
         if study.correct:
             _, corrected = generate.generate(job, lambda stage, share: None)
             row |= _numbers("after", corrected.deviation)

@@ -1,7 +1,7 @@
 """The questions people ask of a path's warmth: each answered by one sentence, a curve and its numbers.
 
-All of them look at the uncorrected text ridden by the controller (its joints and clock) and ask what other rises would
-do to the tool: a file that is right for one state is off, in another, by the difference of their displacements.
+All of them look at the uncorrected text executed by the controller (its joints and times) and ask what other rises
+would do to the tool: a file that is right for one state is off, in another, by the difference of their displacements.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from compgen.core.units import HOUR, MINUTE, MM, UM
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.job import Job
 from compgen.pipelines.start_window import late_rise
-from compgen.pipelines.study.evaluate import displacement, lay_out, ridden
+from compgen.pipelines.study.evaluate import displacement, execute_with, lay_out
 from compgen.thermal import Ambient, Duty, rise_history, rises_during, state_after
 
 LONGEST = 48.0 * HOUR
@@ -94,20 +94,20 @@ def validity(job: Job, limit: float) -> Answer:
 def contributions(job: Job, limit: float) -> Answer:
     """Which node, and which length, contributes how much to the largest error."""
     geometry = lay_out(job)
-    ride = ridden(job, geometry)
-    whole = displacement(job, geometry, ride.rise)
+    execution = execute_with(job, geometry)
+    whole = displacement(job, geometry, execution.rise)
     worst = int(np.argmax(np.linalg.norm(whole, axis=1)))
     toward = whole[worst] / max(float(np.linalg.norm(whole[worst])), 1e-30)
     labels, rows = [], []
     for k, name in enumerate(job.heat.names):
-        alone = np.zeros_like(ride.rise)
-        alone[:, k] = ride.rise[:, k]
+        alone = np.zeros_like(execution.rise)
+        alone[:, k] = execution.rise[:, k]
         moved = displacement(job, geometry, alone)
         labels.append(f"node {name}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     for profile in job.profiles:
         held = tuple(s.without(profile.length) if isinstance(s, ThermalGrowth) else s for s in job.sources)
-        moved = whole - displacement(replace(job, sources=held), geometry, ride.rise)
+        moved = whole - displacement(replace(job, sources=held), geometry, execution.rise)
         labels.append(f"length {profile.length}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     table = np.array([[float(n), *row] for n, row in enumerate(rows)])

@@ -41,7 +41,7 @@ def timeline(job: Job) -> Timeline:
     geometry = lay_out(job)
     cycle = job.cycle
     duties = [*job.before, *cycle, *job.after]
-    end = max(sum(d.duration for d in duties), job.clock + float(geometry.leg.time[-1]))
+    end = max(sum(d.duration for d in duties), job.clock + float(geometry.prepared.time[-1]))
     edges = np.cumsum([0.0, *(d.duration for d in duties)])
     even = np.linspace(0.0, end, POINTS)
     time = np.unique(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))

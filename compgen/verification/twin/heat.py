@@ -11,10 +11,10 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.evaluation import BLOCK, parallel_for
 
-FADED = 200.0  # time constants over which a mode is summed in one go
+MAX_DECAY = 200.0  # time constants over which a mode is summed in one go
 
 
-def warmed(rate: Array, state: Array, time: Array, goals: Array) -> Array:
+def mode_states(rate: Array, state: Array, time: Array, goals: Array) -> Array:
     """States of modes at the positions of a program.
 
     Args:
@@ -27,39 +27,39 @@ def warmed(rate: Array, state: Array, time: Array, goals: Array) -> Array:
         (N, S).
     """
     begins = np.flatnonzero(np.concatenate([[True], (goals[1:] != goals[:-1]).any(axis=1)]))
-    edge = np.append(begins, len(goals))
-    corner = _stepped(rate, state, time[edge], goals[begins])
-    if len(edge) == len(time):
-        return corner
-    run = np.repeat(np.arange(len(begins)), np.diff(edge))
-    out = np.empty((len(time), len(state)))
-    out[-1] = corner[-1]
+    edges = np.append(begins, len(goals))
+    edge_states = _states_at_goal_changes(rate, state, time[edges], goals[begins])
+    if len(edges) == len(time):
+        return edge_states
+    run = np.repeat(np.arange(len(begins)), np.diff(edges))
+    states = np.empty((len(time), len(state)))
+    states[-1] = edge_states[-1]
 
-    def fade(first: int, last: int) -> None:
-        for at in range(first, last, BLOCK):
-            end = min(last, at + BLOCK)
-            k, goal = run[at:end], goals[at:end]
-            past = (time[at:end] - time[edge[k]])[:, None]
-            out[at:end] = goal + (corner[k] - goal) * np.exp(-past * rate)
+    def fill(first: int, last: int) -> None:
+        for begin in range(first, last, BLOCK):
+            end = min(last, begin + BLOCK)
+            k, goal = run[begin:end], goals[begin:end]
+            since = (time[begin:end] - time[edges[k]])[:, None]
+            states[begin:end] = goal + (edge_states[k] - goal) * np.exp(-since * rate)
 
-    parallel_for(len(goals), fade)
-    return out
+    parallel_for(len(goals), fill)
+    return states
 
 
-def _stepped(rate: Array, state: Array, time: Array, goals: Array) -> Array:
-    """The same from goal to goal."""
-    drop = np.diff(time)[:, None] * rate
-    out = np.empty((len(time), len(state)))
-    out[0] = state
+def _states_at_goal_changes(rate: Array, state: Array, time: Array, goals: Array) -> Array:
+    """States where the goal changes, (E,) [s] to (E, S)."""
+    exponent = np.diff(time)[:, None] * rate
+    states = np.empty((len(time), len(state)))
+    states[0] = state
     first = 0
-    passed = np.concatenate([[0.0], np.cumsum(drop.max(axis=1))])
+    decay = np.concatenate([[0.0], np.cumsum(exponent.max(axis=1))])
     while first < len(goals):
-        last = max(first + 1, int(np.searchsorted(passed, passed[first] + FADED, side="right")) - 1)
-        kept = np.exp(-np.cumsum(drop[first:last], axis=0))
-        gain = goals[first:last] * -np.expm1(-drop[first:last])
+        last = max(first + 1, int(np.searchsorted(decay, decay[first] + MAX_DECAY, side="right")) - 1)
+        kept = np.exp(-np.cumsum(exponent[first:last], axis=0))
+        gain = goals[first:last] * -np.expm1(-exponent[first:last])
         # the end of a long single segment may keep nothing: then only its own goal counts
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            summed = kept * (out[first] + np.cumsum(gain / kept, axis=0))
-        out[first + 1 : last + 1] = np.where(np.isfinite(summed), summed, goals[first:last])
+            summed = kept * (states[first] + np.cumsum(gain / kept, axis=0))
+        states[first + 1 : last + 1] = np.where(np.isfinite(summed), summed, goals[first:last])
         first = last
-    return out
+    return states

@@ -1,0 +1,85 @@
+"""From error sources to the twin's faults: plain numbers, which the twin applies by code of its own."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from compgen.error_model.loads import Loads
+from compgen.error_model.source import Source
+from compgen.error_model.sources.compliance import JointCompliance
+from compgen.error_model.sources.frames import BaseFrame, ToolFrame
+from compgen.error_model.sources.gear_harmonics import GearHarmonics
+from compgen.error_model.sources.hysteresis import Hysteresis
+from compgen.error_model.sources.joint_coupling import JointCoupling
+from compgen.error_model.sources.joint_ripple import JointRipple
+from compgen.error_model.sources.joint_zeros import JointZeros
+from compgen.error_model.sources.link_offsets import LinkOffsets
+from compgen.error_model.sources.measured_map import AxisMap
+from compgen.error_model.sources.thermal_bend import ThermalBend
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
+from compgen.error_model.sources.thermal_shift import ThermalShift
+from compgen.verification.twin.faults import AxisDeviation, Faults, ThermalDistortion
+
+
+def faults_of(sources: Sequence[Source]) -> Faults | None:
+    """What a twin must know of some sources beside thermal growth; None when there is nothing.
+
+    Raises:
+        TypeError: A source that the twin does not know: it could not prove anything.
+    """
+    fields: dict[str, Any] = {}
+    distortions: list[ThermalDistortion] = []
+    deviations: list[AxisDeviation] = []
+    for source in sources:
+        match source:
+            case ThermalGrowth():
+                rows = (("d", source.excess_d), ("a", source.excess_a))
+                excess = {f"{letter}{i + 1}": float(x) for letter, row in rows for i, x in enumerate(row) if x}
+                if excess:
+                    fields["cte_excess"] = excess
+            case LinkOffsets():
+                fields["link_offsets"] = np.column_stack([source.d, source.a, source.alpha, source.beta])
+            case JointZeros():
+                fields["joint_zeros"] = source.offset
+            case JointCoupling():
+                fields["joint_coupling"] = source.ratio
+            case JointCompliance():
+                fields |= {"compliance": source.compliance, **_load_fields(source.loads)}
+            case GearHarmonics():
+                fields["gear_harmonics"] = np.stack([source.sine, source.cosine], axis=2)
+                fields["gear_cycles"] = source.cycles
+            case JointRipple():
+                fields["joint_ripple"] = np.stack([source.sine, source.cosine], axis=2)
+                fields["ripple_orders"] = source.order
+            case Hysteresis():
+                fields |= {"backlash": source.backlash, "windup": source.windup, "reversal_width": source.width}
+                fields |= _load_fields(source.loads)
+            case BaseFrame():
+                fields["base_frame"] = np.concatenate([source.position, source.rotation])
+            case ToolFrame():
+                fields["tool_frame"] = np.concatenate([source.position, source.rotation])
+            case ThermalBend():
+                bends = zip(source.rate, source.row, source.axis, source.lever, source.node)
+                distortions += [ThermalDistortion(float(r), int(i), a, v, int(k)) for r, i, a, v, k in bends]
+            case ThermalShift():
+                shifts = zip(source.rate, source.row, source.axis, source.node)
+                distortions += [ThermalDistortion(0.0, int(i), a, a, int(k), float(r)) for r, i, a, k in shifts]
+            case AxisMap():
+                deviations.append(
+                    AxisDeviation(source.axis, source.station, source.forward, source.reverse, source.width)
+                )
+            case _:
+                raise TypeError(f"{type(source).__name__}: the twin does not know this source")
+    if not (fields or distortions or deviations):
+        return None
+    return Faults(**fields, thermal_distortions=tuple(distortions), axis_deviations=tuple(deviations))
+
+
+def _load_fields(loads: Loads) -> dict[str, Any]:
+    return {
+        "mass": np.append(loads.mass, loads.payload),
+        "centre": np.vstack([loads.centre, loads.payload_centre]),
+        "gravity": loads.gravity,
+        "force": loads.force,
+    }

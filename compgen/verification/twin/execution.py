@@ -1,0 +1,267 @@
+r"""What the real arm does with a program's text, driven as the controller would drive it.
+
+The time comes from the text's own lengths, speeds and stops; the heat from each node's own equation through that time.
+The controller's nominal inverse is ``inverse_kinematics``, and every pose it gives is confirmed with the nominal arm to
+1e-9 m. CNT is taken as passing through the points. Samples are at most 1 mm apart, the ends and the middle of each
+segment among them.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, column_extremes, norm, own
+from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
+from compgen.core.rotations import relative_rotation
+from compgen.fanuc.configuration import apply_turns, has_posture
+from compgen.fanuc.program import Program
+from compgen.robot.inverse_kinematics import solve_tool
+from compgen.robot.robot import Robot
+from compgen.thermal import Ambient, Duty, JointMotion, NodeModel, initial_state, still_air
+from compgen.verification.twin.direction_history import DirectionHistory
+from compgen.verification.twin.faulty_arm import TwinError
+from compgen.verification.twin.growth import growth_per_kelvin
+from compgen.verification.twin.heat import mode_states
+from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
+from compgen.verification.twin.real_arm import CONFIRMED, Twin, refuse_wrong_inverse
+from compgen.verification.twin.timing import time_program
+
+SPACING = 1e-3  # m between samples at most
+CHUNK = 16384  # segments at a time
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Execution:
+    """What the real arm does with a program, at M samples."""
+
+    segment: IntArray  # (M,) from 0: a straight line of the program
+    fraction: Array  # (M,) of the segment
+    time: Array  # (M,) [s]
+    rise: Array  # (M, K) [K]
+    theta: Array  # (M, 6) [rad] as the controller commands
+    position: Array  # (M, 3) [m] actual TCP
+    rotation: Array  # (M, 3, 3)
+
+    def __post_init__(self) -> None:
+        own(
+            self,
+            segment=("M",),
+            fraction=("M",),
+            time=("M",),
+            rise=("M", "K"),
+            theta=("M", 6),
+            position=("M", 3),
+            rotation=("M", 3, 3),
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PreparedProgram:
+    """A program of N positions, S segments between them, with the joints, times and rises that its execution needs."""
+
+    twin: Twin
+    program: Program
+    time: Array  # (N,) [s]
+    rise: Array  # (N, K) [K] without what the air does from the first duty on
+    driven: Array  # (S,) [m/s]
+    theta: Array  # (N, 6) [rad]
+    turn: Array  # (S, 3) [rad] rotation vector over each segment, in the axes of its start
+    samples_per_segment: IntArray  # (S,)
+    air: Ambient
+    start_time: float  # [s] from the first duty to the program's start
+
+    @property
+    def sample_count(self) -> int:
+        """How many samples there are in all."""
+        return int(self.samples_per_segment.sum()) + 1
+
+    def first_samples(self) -> IntArray:
+        """The sample at each position, (N,)."""
+        return np.concatenate([[0], np.cumsum(self.samples_per_segment)])
+
+    def execute(self, progress: Callable[[float], None] = lambda share: None) -> Execution:
+        """All samples at once."""
+        chunks = list(self.chunks(progress))
+        return Execution(*(np.concatenate([getattr(c, name) for c in chunks]) for name in Execution.__slots__))
+
+    def chunks(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[Execution]:
+        """The samples of some segments at a time; each chunk begins with its first segment's start."""
+        S = len(self.samples_per_segment)
+        history = DirectionHistory()
+
+        def execute_chunk(first: int, last: int) -> Execution:
+            nonlocal history
+            execution, history = self._execute_segments(first, last, history)
+            return execution
+
+        # faults remember what was executed before: then one chunk after the other, and not side by side
+        chunks = map_blocks(S, execute_chunk, CHUNK) if self.twin.faults is None else _in_order(S, execute_chunk)
+        for k, execution in enumerate(chunks, 1):
+            yield execution
+            progress(min(1.0, k * CHUNK / S))
+
+    def _execute_segments(self, first: int, last: int, history: DirectionHistory) -> tuple[Execution, DirectionHistory]:
+        """Samples of the segments first to last, with the end of the program where it is among them.
+
+        Raises:
+            TwinError: Out of reach, or the inverse and the nominal arm disagree, or pinocchio disagrees with either.
+        """
+        twin = self.twin
+        counts = self.samples_per_segment[first:last]
+        begin = np.concatenate([[0], np.cumsum(counts)])
+        segment = np.repeat(np.arange(first, last), counts)
+        fraction = (np.arange(begin[-1]) - begin[segment - first]) / self.samples_per_segment[segment]
+        if last == len(self.samples_per_segment):
+            segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
+        time = self.time[segment] + fraction * np.diff(self.time[first : last + 1])[segment - first]
+        rise, growth = self.rise_and_growth(segment, fraction, time)
+        tool = (twin.tool_position.tobytes(), twin.tool_rotation.tobytes())
+        function = build_segment_sample(twin.robot, self.program.posture, *tool)
+        positions, rows = self.program.position, self.program.rotation.reshape(-1, 9)
+        theta, position, rotation, checks = evaluate(
+            function, IndexedRows(positions, segment), IndexedRows(positions, segment + 1), IndexedRows(rows, segment),
+            IndexedRows(self.turn, segment), IndexedRows(self.theta, segment), IndexedRows(self.theta, segment + 1),
+            fraction[:, None], growth,
+        )  # fmt: skip
+        reach_margin, distance, turned = checks.T
+        if reach_margin.min() < 0:
+            raise TwinError(f"P[{segment[int(np.argmin(reach_margin))] + 1}]: out of the controller's reach")
+        refuse_wrong_inverse(segment, distance, turned)
+        every = max(1, (len(segment) * len(self.samples_per_segment)) // (CONFIRMED * (last - first)))
+        twin.confirm_by_pinocchio(theta, growth, (position, rotation), every)
+        rotation = rotation.reshape(-1, 3, 3)
+        if twin.faults is not None:
+            position, rotation, history = twin.faulty_pose(theta, growth, rise, history, every)
+        return Execution(segment, fraction, time, rise, theta, position, rotation), history
+
+    def rise_and_growth(self, segment: IntArray, fraction: Array, time: Array) -> tuple[Array, Array]:
+        """Rises (M, K) [K] and growths (M, 6) [m] on segments, (M,), at their fractions (M,) and times (M,) [s].
+
+        The nodes by their own equation; another model straight between two positions, seconds apart against hours.
+        """
+        heat, K = self.twin.heat, self.rise.shape[1]
+        if not isinstance(heat, NodeModel):
+            rise = self.rise[segment] + fraction[:, None] * (self.rise[segment + 1] - self.rise[segment])
+        else:
+            first, last = int(segment[0]), int(segment[-1]) + 1
+            steady = heat.steady_rise("moving", self.driven[first:last])
+            since = (time - self.time[segment])[:, None]
+            per_kelvin = growth_per_kelvin(heat, self.twin.profiles).reshape(1, -1)
+            rise, growth = evaluate(
+                build_rise_and_growth(K), IndexedRows(self.rise, segment), IndexedRows(steady, segment - first),
+                heat.tau[None], per_kelvin, since,
+            )  # fmt: skip
+            if self.air.is_still:
+                return rise, growth
+        if not self.air.is_still:
+            rise = rise + self._air_rise(time)
+        return rise, self.twin.growth(rise)
+
+    def _air_rise(self, time: Array) -> Array:
+        """What the air adds: the exact response on a grid of seconds, a straight line between, (M, K) [K]."""
+        heat = self.twin.heat
+        grid = np.arange(np.floor(time[0]), time[-1] + 2.0, 1.0)
+        states = heat.ambient * self.air.response(heat.rate, 0.0, self.start_time + grid)
+        return np.array([np.interp(time, grid, column) for column in (states @ heat.outputs.T).T]).T
+
+    def reheated(self, twin: Twin, duties: Sequence[Duty], air: Ambient | None = None) -> "PreparedProgram":
+        """The program prepared for an arm that differs in its heat and what was before only."""
+        return replace(self, twin=twin, **_thermal_fields(twin, self.time, self.theta, self.driven, duties, air))
+
+
+def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient | None = None) -> PreparedProgram:
+    """Joints, times and rises at the positions of a program, for executing it chunk by chunk.
+
+    Args:
+        twin: The real arm.
+        program: As read back from its text.
+        duties: What the cell did before.
+        air: Over time, from the first duty on; default still.
+
+    Raises:
+        TwinError: The text cannot be followed: out of reach, or another posture.
+    """
+    length = norm(np.diff(program.position, axis=0))
+    theta = _joints_at_positions(twin, program)
+    time, driven = time_program(twin.robot, program, length, theta)
+    thermal = _thermal_fields(twin, time, theta, driven, duties, air)
+    turn = relative_rotation(program.rotation[:-1], program.rotation[1:])
+    samples_per_segment = 2 * np.maximum(1, np.ceil(length / (2 * SPACING) - 1e-9)).astype(np.int64)
+    return PreparedProgram(
+        twin, program, time, driven=driven, theta=theta, turn=turn, samples_per_segment=samples_per_segment, **thermal
+    )
+
+
+def execute(
+    twin: Twin,
+    program: Program,
+    duties: Sequence[Duty],
+    progress: Callable[[float], None] = lambda share: None,
+    air: Ambient | None = None,
+) -> Execution:
+    """Execute a program after the given duties.
+
+    Args:
+        twin: The real arm.
+        program: As read back from its text.
+        duties: What the cell did before.
+        progress: Called with the share done.
+        air: Over time, from the first duty on; default still.
+
+    Raises:
+        TwinError: The text cannot be followed: out of reach, another posture, or inverse and pinocchio disagree.
+    """
+    return prepare(twin, program, duties, air).execute(progress)
+
+
+def _thermal_fields(
+    twin: Twin, time: Array, theta: Array, driven: Array, duties: Sequence[Duty], air: Ambient | None
+) -> dict[str, Any]:
+    """The fields of a prepared program that heat decides."""
+    heat = twin.heat
+    state = initial_state(heat, air)
+    for duty in duties:
+        steady = heat.steady_state(duty)
+        state = steady - (steady - state) * np.exp(-duty.duration * heat.rate)
+    states = mode_states(heat.rate, state, time, heat.steady_states(JointMotion(time, theta, driven)))
+    start_time = sum(d.duration for d in duties)
+    return {"rise": states @ heat.outputs.T, "air": air or still_air(), "start_time": start_time}
+
+
+def _joints_at_positions(twin: Twin, program: Program) -> Array:
+    """Joints of the positions, with the posture and turns that the text names, (N, 6) [rad].
+
+    Raises:
+        TwinError: Out of reach or of a limit, or the joints contradict the text.
+    """
+    robot, tool = twin.robot, (twin.tool_position, twin.tool_rotation)
+    theta, margin = solve_tool(robot, program.position, program.rotation, *tool, program.posture)
+    if margin.min() < 0:
+        raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
+    theta = apply_turns(robot, theta, program.turns)
+    if not has_posture(robot, theta, program.posture).all():
+        raise TwinError("the joints of a position contradict its CONFIG letters")
+    if _limit_excess(robot, theta) > 1e-6:
+        excess = np.maximum(robot.lower - theta, theta - robot.upper)
+        row, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
+        raise TwinError(
+            f"P[{row + 1}]: joint {robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
+        )
+    step = np.abs(np.diff(theta, axis=0))
+    if step.max(initial=0.0) > np.pi / 2:
+        n = int(np.argmax(step.max(axis=1)))
+        raise TwinError(f"P[{n + 1}] to P[{n + 2}]: a joint turns by over 90 deg within one line")
+    return theta
+
+
+def _limit_excess(robot: Robot, theta: Array) -> float:
+    """How far any joint is beyond its limits, at most [rad]; below zero inside."""
+    lowest, highest = column_extremes(theta)
+    return float(max((robot.lower - lowest).max(), (highest - robot.upper).max()))
+
+
+def _in_order(count: int, work: Callable[[int, int], Execution]) -> Iterator[Execution]:
+    """The results of work(first, last) over a count, one chunk after the other."""
+    return (work(first, min(count, first + CHUNK)) for first in range(0, count, CHUNK))

@@ -1,0 +1,111 @@
+r"""The real arm, independently: a nominal arm whose lengths grow with heat, and whose faults are known.
+
+Nothing here comes from the optimiser's chain. The arm is ``nominal_arm``'s, confirmed by pinocchio on samples of every
+motion; its lengths grow by thin elements of each link's profile.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, norm
+from compgen.core.evaluation import evaluate
+from compgen.robot.robot import Robot
+from compgen.thermal import Profile, ThermalModel
+from compgen.verification.twin.direction_history import DirectionHistory
+from compgen.verification.twin.faults import Faults
+from compgen.verification.twin.faulty_arm import Placement, TwinError, build_faulty_arm
+from compgen.verification.twin.growth import growth_per_kelvin
+from compgen.verification.twin.nominal_arm import AGREEMENT, LENGTHS, build_grown_pose, pinocchio_difference
+
+INVERSE_TOLERANCE = 1e-9  # m; ten times that in a rotation: how far the nominal arm may be from a commanded pose
+CONFIRMED = 1000  # samples of a motion that pinocchio repeats
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Twin:
+    """The real arm with its tool, its heat and its faults."""
+
+    robot: Robot
+    heat: ThermalModel
+    profiles: tuple[Profile, ...]
+    tool_position: Array  # (3,) [m]
+    tool_rotation: Array  # (3, 3)
+    faults: Faults | None = None  # beside growth; None is a perfect arm that only grows
+
+    def actual_pose(
+        self, theta: Array, rise: Array, progress: Callable[[float], None], tool: Placement | None = None
+    ) -> tuple[Array, Array]:
+        """Where the tool really is, at samples in the order in which they are executed.
+
+        Args:
+            theta: Commanded joints, (M, 6) [rad].
+            rise: (M, K) [K].
+            progress: Called with the share done.
+            tool: A tool a sample, (M, 3, 3) and (M, 3) [m]; default the twin's own.
+
+        Returns:
+            (M, 3) [m] and (M, 3, 3).
+        """
+        if self.faults is None and tool is None:
+            return self._grown_pose(theta, self.growth(rise), progress)
+        every = max(1, len(theta) // CONFIRMED)
+        position, rotation, _ = self.faulty_pose(theta, self.growth(rise), rise, DirectionHistory(), every, tool)
+        progress(1.0)
+        return position, rotation
+
+    def faulty_pose(
+        self,
+        theta: Array,
+        growth: Array,
+        rise: Array,
+        history: DirectionHistory,
+        every: int,
+        tool: Placement | None = None,
+    ) -> tuple[Array, Array, DirectionHistory]:
+        """The TCP with all faults, (M, 3) [m] and (M, 3, 3), and the history that the samples leave."""
+        arm = build_faulty_arm(self.robot, self.faults or Faults())
+        growth_of_length = dict(zip(LENGTHS, growth.T))
+        own_tool = (self.tool_rotation[None], self.tool_position[None])
+        return arm.actual_pose(theta, growth_of_length, rise, tool or own_tool, history, every)
+
+    def confirm_inverse(
+        self, theta: Array, position: Array, rotation: Array, segment: IntArray, progress: Callable[[float], None]
+    ) -> None:
+        """Raises TwinError unless the nominal arm at theta is at the commanded poses, to 1e-9 m."""
+        nominal = self._grown_pose(theta, np.zeros((len(theta), len(LENGTHS))), progress)
+        distance = norm(nominal[0] - position)
+        turned = np.linalg.norm(nominal[1] - rotation, axis=(1, 2))
+        refuse_wrong_inverse(segment, distance, turned)
+
+    def _grown_pose(self, theta: Array, growth: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
+        """The real TCP at joints (M, 6) [rad] and growths (M, 6) [m], confirmed by pinocchio on samples."""
+        tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
+        pose = evaluate(build_grown_pose(self.robot, *tool), theta, growth)
+        self.confirm_by_pinocchio(theta, growth, pose, max(1, len(theta) // CONFIRMED))
+        progress(1.0)
+        return pose[0], pose[1].reshape(-1, 3, 3)
+
+    def confirm_by_pinocchio(self, theta: Array, growth: Array, pose: tuple[Array, ...], every: int) -> None:
+        """Raises TwinError unless pinocchio agrees on one of so many samples, and on the last."""
+        rows = np.unique(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
+        chosen = (pose[0][rows], pose[1][rows])
+        tool = (self.tool_position, self.tool_rotation)
+        difference = pinocchio_difference(self.robot, *tool, theta[rows], growth[rows], chosen)
+        if not difference <= AGREEMENT:
+            raise TwinError(f"pinocchio's arm is {difference:.1e} from the twin's: the twin cannot be trusted")
+
+    def growth(self, rise: Array) -> Array:
+        """Growth of each of ``LENGTHS`` at rises (M, K) [K], (M, 6) [m]."""
+        return np.asarray(rise @ growth_per_kelvin(self.heat, self.profiles))
+
+
+def refuse_wrong_inverse(segment: IntArray, distance: Array, turned: Array) -> None:
+    """Raises TwinError where the nominal TCP is off a commanded pose, by (M,) [m] and by (M,) of rotation."""
+    if not (distance.max(initial=0.0) <= INVERSE_TOLERANCE and turned.max(initial=0.0) <= 10 * INVERSE_TOLERANCE):
+        m = int(np.argmax(distance + turned))
+        raise TwinError(
+            f"P[{segment[m] + 1}]: the nominal arm is {distance[m]:.1e} m from the pose asked for: "
+            "the inverse kinematics cannot be trusted here"
+        )

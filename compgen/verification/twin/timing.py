@@ -1,0 +1,60 @@
+"""The twin's own timing of a program as read from its text: when it passes each position, and how fast it really goes.
+
+A run between two stops takes its length over the written speeds and half of each ramp. A ramp to speed v takes
+T(v) = v / a + a / j, or 2 sqrt(v / j) below a^2 / j, with a and j what the joints allow along the path at its stop. A
+run too short for both ramps reaches the speed p with p T(p) = length, and takes 2 T(p).
+"""
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.fanuc.program import Program
+from compgen.robot.robot import Robot
+
+SAME_POSITION = 1e-9  # m; two positions whose texts are the same
+RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
+
+
+def time_program(robot: Robot, program: Program, length: Array, theta: Array) -> tuple[Array, Array]:
+    """When each position is passed, and the speed really driven on each segment.
+
+    Args:
+        robot: Its joint limits.
+        program: With N positions.
+        length: Of its segments, (N - 1,) [m].
+        theta: Joints at its positions, (N, 6) [rad].
+
+    Returns:
+        (N,) [s] and (N - 1,) [m/s].
+    """
+    stops = np.flatnonzero(program.fine)
+    first, last = stops[:-1], stops[1:] - 1  # segments of each run
+    a_first, j_first = _ramp_limits(robot, theta, length, first)
+    a_last, j_last = _ramp_limits(robot, theta, length, last)
+    written_time = length / program.speed
+    run_length, cruise_time = np.add.reduceat(length, first), np.add.reduceat(written_time, first)
+    T_first = _ramp_time(program.speed[first], a_first, j_first)
+    T_last = _ramp_time(program.speed[last], a_last, j_last)
+    ramp_length = program.speed[first] * T_first / 2 + program.speed[last] * T_last / 2
+    low, high = np.zeros(len(first)), np.minimum(program.speed[first], program.speed[last])
+    a, j = np.minimum(a_first, a_last), np.minimum(j_first, j_last)
+    for _ in range(60):  # bisection for p
+        p = (low + high) / 2
+        below = p * _ramp_time(p, a, j) < run_length
+        low, high = np.where(below, p, low), np.where(below, high, p)
+    run_time = np.where(ramp_length < run_length, cruise_time + (T_first + T_last) / 2, 2 * _ramp_time(low, a, j))
+    slowdown = np.repeat(cruise_time / run_time, np.diff(stops))
+    return np.concatenate([[0.0], np.cumsum(written_time / slowdown)]), program.speed * slowdown
+
+
+def _ramp_limits(robot: Robot, theta: Array, length: Array, segment: IntArray) -> tuple[Array, Array]:
+    """Acceleration and jerk along the path that the joints allow a ramp on some segments [m/s2], [m/s3]."""
+    turn = np.abs(theta[segment + 1] - theta[segment])
+    slope = turn / np.maximum(length[segment, None], SAME_POSITION) + 1e-12  # rad/m
+    a = RAMP_ACCELERATION * (robot.acceleration / slope).min(axis=1)
+    return a, RAMP_JERK * (robot.jerk / slope).min(axis=1)
+
+
+def _ramp_time(speed: Array, a: Array, j: Array) -> Array:
+    """T: from rest to a speed with limited acceleration and jerk, (K,) [s]."""
+    return np.where(speed > a * a / j, speed / a + a / j, 2 * np.sqrt(speed / j))
