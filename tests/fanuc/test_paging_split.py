@@ -14,7 +14,7 @@ from shipped import ROOT
 from compgen import fanuc as ls
 from compgen.core.exceptions import CompgenError, ImpossibleError, InputError
 from compgen.fanuc.analysis.control_flow import read_flow
-from compgen.fanuc.analysis.modal_state import read_settings
+from compgen.fanuc.analysis.modal_state import read_modal_state
 from compgen.fanuc.paging.capacity import Capacity, program_size
 from compgen.fanuc.paging.join_check import JoinError, called_programs, check_join
 from compgen.fanuc.paging.names import page_names
@@ -337,7 +337,7 @@ def test_a_condition_that_is_looked_at_all_the_time_is_repeated():
 def test_frames_of_two_groups_are_two_settings():
     program = ls.loads(text(["  UFRAME_NUM[GP1]=1 ", "  UFRAME_NUM[GP2]=4 ", move(1), move(2)]))
     flow = read_flow(program)
-    again, left = read_settings(program, flow).at(2)
+    again, left = read_modal_state(program, flow).at(2)
     assert again == [0, 1]
     assert left == []
 

@@ -9,7 +9,7 @@ from compgen.core.arrays import BoolArray, IntArray
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
-from compgen.fanuc.analysis.traversal import Drive, other_statements
+from compgen.fanuc.analysis.traversal import Traversal, other_statements
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.statements import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
@@ -26,7 +26,7 @@ class Scope:
     unsafe: tuple[Unsafe, ...]  # every statement or position that is passed through, or casts doubt on others
 
 
-def read_scope(program: LsProgram, poses: Poses, drive: Drive, robot: Robot) -> Scope:
+def read_scope(program: LsProgram, poses: Poses, drive: Traversal, robot: Robot) -> Scope:
     """Free stations, and the list of all that is passed through untouched."""
     p, m = program.positions, program.motions
     unsafe = list(unsafe_statements(program))

@@ -13,7 +13,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import NONE, Poses, read_poses
 from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
-from compgen.fanuc.analysis.traversal import arc_lengths, rows_of, speeds_said
+from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, position_rows
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
@@ -115,14 +115,14 @@ def _travel(
     stands = np.vstack([poses.position, np.full((1, 3), np.nan)])  # the last row: not known
     stands[:-1][poses.joint_form & (poses.tool == NONE)] = np.nan
     number = program.positions.number[poses.row]
-    there, between = stands[rows_of(goal, number)], stands[rows_of(via, number)]
+    there, between = stands[position_rows(goal, number)], stands[position_rows(via, number)]
     here = np.vstack([stands[-1:], there[:-1]])
     letter = np.array(m.letter, dtype="U1")[active]
     step = np.linalg.norm(there - here, axis=1)
     arc = np.flatnonzero((letter == "C") & (via != NO_NUMBER))
     step[arc] = arc_lengths(here[arc], between[arc], there[arc])
     step[letter == "J"] = np.nan
-    value, unit = (column[active] for column in speeds_said(m.speed))
+    value, unit = (column[active] for column in parse_speeds(m.speed))
     units, which = np.unique(unit, return_inverse=True)
     rate = np.array([RATES.get(u, np.nan) for u in units.tolist()])[which]
     seconds = np.array([TIMES.get(u, np.nan) for u in units.tolist()])[which]

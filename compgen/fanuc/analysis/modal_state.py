@@ -35,7 +35,7 @@ class Setting:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class InForce:
+class ModalState:
     """All settings of a program, in order, and where it may not be parted for their sake."""
 
     settings: tuple[Setting, ...]
@@ -49,7 +49,7 @@ class InForce:
         return sorted(again), left
 
 
-def read_settings(program: LsProgram, flow: Flow) -> InForce:
+def read_modal_state(program: LsProgram, flow: Flow) -> ModalState:
     """The settings of a program."""
     S = len(flow.line)
     statements: list[tuple[ModalStatement, str, int]] = []  # kind, which of it, unit
@@ -71,7 +71,7 @@ def read_settings(program: LsProgram, flow: Flow) -> InForce:
         if kind.ends_with_program:
             stop = next((unit for _, other, unit in statements[i + 1 :] if other == name), S)
             forbidden[max(until + 1, s) : stop] = True
-    return InForce(tuple(settings), forbidden)
+    return ModalState(tuple(settings), forbidden)
 
 
 def _known_until(

@@ -5,22 +5,22 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import interpolate_rotation
 from compgen.fanuc.analysis.poses import NONE, Poses
-from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.analysis.traversal import Traversal
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
 
 
-def samples(poses: Poses, drive: Drive, inside: Array) -> tuple[IntArray, Array]:
+def path_samples(poses: Poses, drive: Traversal, inside: Array) -> tuple[IntArray, Array]:
     """Stations and fractions of the straight ways to them, in order of time."""
-    known, lines = _known(poses, drive), straight(poses, drive)
+    known, lines = _known(poses, drive), straight_lines(poses, drive)
     station = np.concatenate([np.flatnonzero(known), *(np.flatnonzero(lines) for _ in inside)])
     fraction = np.concatenate([np.ones(int(known.sum())), *(np.full(int(lines.sum()), f) for f in inside)])
     order = np.lexsort((fraction, station))
     return station[order], fraction[order]
 
 
-def straight(poses: Poses, drive: Drive) -> BoolArray:
+def straight_lines(poses: Poses, drive: Traversal) -> BoolArray:
     """Stations reached by a straight line whose both ends are known, with one tool and one posture, (S,)."""
     found, known = drive.line.copy(), _known(poses, drive)
     if not known.any():
@@ -32,14 +32,14 @@ def straight(poses: Poses, drive: Drive) -> BoolArray:
     return np.asarray(found)
 
 
-def _known(poses: Poses, drive: Drive) -> BoolArray:
+def _known(poses: Poses, drive: Traversal) -> BoolArray:
     """Stations whose joints can be told, (S,)."""
     known = drive.pose != NONE
     known[known] = np.isfinite(poses.theta[drive.pose[known]]).all(axis=1)
     return np.asarray(known)
 
 
-def on_the_way(poses: Poses, drive: Drive, station: IntArray, fraction: Array) -> tuple[Array, Array]:
+def interpolate_poses(poses: Poses, drive: Traversal, station: IntArray, fraction: Array) -> tuple[Array, Array]:
     """Poses that a program means at fractions of the straight ways to stations, (M, 3) [m] and (M, 3, 3)."""
     there = drive.pose[station]
     here = np.where(fraction < 1, drive.pose[np.maximum(station - 1, 0)], there)
@@ -51,10 +51,10 @@ def on_the_way(poses: Poses, drive: Drive, station: IntArray, fraction: Array) -
     return position, rotation
 
 
-def commanded(
+def commanded_joints(
     robot: Robot,
     poses: Poses,
-    drive: Drive,
+    drive: Traversal,
     station: IntArray,
     fraction: Array,
     position: Array,

@@ -25,7 +25,7 @@ ASSUMED = {"J": 0.25, "L": 0.1}  # share of joint speed, m/s: where a program le
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Drive:
+class Traversal:
     """S stations: the targets of all motions that are not disabled, the via point of a C before its end point."""
 
     motion: IntArray  # (S,) in the program's table of motions
@@ -41,14 +41,14 @@ class Drive:
     flow: tuple[int, ...]  # lines of statements that may change the order
 
 
-def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
+def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
     """Stations and times of a program."""
     m = program.motions
     active = np.flatnonzero(~m.disabled).tolist()
     motion = np.array([i for i in active for _ in m.position[i]], dtype=np.int64)
     number = np.array([n for i in active for n in m.position[i]], dtype=np.int64)
     last = np.append(motion[1:] != motion[:-1], True) if len(motion) else np.zeros(0, dtype=bool)
-    pose = rows_of(number, program.positions.number[poses.row])
+    pose = position_rows(number, program.positions.number[poses.row])
     letter = np.array(m.letter, dtype="U1")[motion]
     final = np.array([t.upper().replace(" ", "") for t in m.termination], dtype="U8")[motion]
     stop = last & ((final == "FINE") | (final == "CNT0") | (final == ""))
@@ -60,7 +60,7 @@ def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
     theta = np.where(known[:, None], poses.theta[pose], np.nan) if len(poses.row) else np.full((len(pose), 6), np.nan)
     length = _lengths(position, letter == "C", last)
     turn = np.abs(np.diff(theta, axis=0, prepend=np.full((1, 6), np.nan)))
-    value, unit = (column[motion] for column in speeds_said(m.speed))
+    value, unit = (column[motion] for column in parse_speeds(m.speed))
     percent = unit == PERCENT
     rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
     seconds = np.array([TIMES.get(u, np.nan) for u in unit.tolist()])
@@ -80,7 +80,7 @@ def read_drive(program: LsProgram, poses: Poses, robot: Robot) -> Drive:
     loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
     loose[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     pause, flow = _others(program, m.line[motion])
-    return Drive(
+    return Traversal(
         motion=motion,
         pose=pose,
         joint=letter == "J",
@@ -106,7 +106,7 @@ def other_statements(program: LsProgram) -> list[tuple[int, str]]:
     return found
 
 
-def rows_of(number: IntArray, defined: IntArray) -> IntArray:
+def position_rows(number: IntArray, defined: IntArray) -> IntArray:
     """Row that holds each number; NONE for numbers that are not there."""
     if not len(defined):
         return np.full(len(number), NONE)
@@ -150,7 +150,7 @@ def _angles(poses: Poses, pose: IntArray) -> Array:
     return np.concatenate([[np.nan], np.where(known, np.linalg.norm(turn, axis=1), np.nan)])
 
 
-def speeds_said(texts: tuple[str, ...]) -> tuple[Array, np.ndarray]:
+def parse_speeds(texts: tuple[str, ...]) -> tuple[Array, np.ndarray]:
     """Number and unit of each speed; NaN and "" where run time decides."""
     seen: dict[str, tuple[float, str]] = {}
     for text in set(texts):

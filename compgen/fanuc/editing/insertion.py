@@ -9,8 +9,8 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
 from compgen.fanuc.analysis.poses import Poses, read_poses
-from compgen.fanuc.analysis.stations import on_the_way
-from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.analysis.stations import interpolate_poses
+from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram, edited
@@ -20,7 +20,7 @@ from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
 
 
-def allowed_pieces(program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray) -> IntArray:
+def allowed_pieces(program: LsProgram, poses: Poses, drive: Traversal, pieces: IntArray) -> IntArray:
     """Into how many pieces each straight way may be cut, (S,): 1 where its statement does not allow it.
 
     Not where a jump may arrive between its ends, not where its speed is the time of the whole line, not where another
@@ -47,7 +47,7 @@ def allowed_pieces(program: LsProgram, poses: Poses, drive: Drive, pieces: IntAr
 
 
 def insert_points(
-    program: LsProgram, poses: Poses, drive: Drive, pieces: IntArray, robot: Robot, frames: Frames
+    program: LsProgram, poses: Poses, drive: Traversal, pieces: IntArray, robot: Robot, frames: Frames
 ) -> LsProgram:
     """The program with each straight way cut into equal pieces; each statement keeps its target and all its options.
 
@@ -59,7 +59,7 @@ def insert_points(
     station = np.repeat(ways, pieces[ways] - 1)
     part = np.concatenate([np.arange(1, k) for k in pieces[ways].tolist()])
     fraction = part / pieces[station]
-    position, rotation = on_the_way(poses, drive, station, fraction)
+    position, rotation = interpolate_poses(poses, drive, station, fraction)
     first = int(program.positions.number.max()) + 1
     numbers = np.arange(first, first + len(station))
     eol = _line_end(program.data)
@@ -85,7 +85,9 @@ def insert_points(
     return edited(extended, edits)
 
 
-def split_positions(program: LsProgram, poses: Poses, drive: Drive, assigned: Sequence[tuple[int, int]]) -> LsProgram:
+def split_positions(
+    program: LsProgram, poses: Poses, drive: Traversal, assigned: Sequence[tuple[int, int]]
+) -> LsProgram:
     """The program with some stations on positions of their own, ``assigned`` as pairs of station and new number."""
     edits: Edits = {}
     copied: dict[int, int] = {}  # new number to the row that it copies
@@ -96,7 +98,7 @@ def split_positions(program: LsProgram, poses: Poses, drive: Drive, assigned: Se
     return edited(program, edits)
 
 
-def target_number_span(program: LsProgram, drive: Drive, station: int) -> tuple[int, int]:
+def target_number_span(program: LsProgram, drive: Traversal, station: int) -> tuple[int, int]:
     """Where the number of a station's P[n] stands in the text.
 
     Raises:
@@ -125,7 +127,7 @@ def _append_positions(program: LsProgram, copies: Sequence[tuple[int, int]], edi
 
 
 def _joints_between(
-    robot: Robot, poses: Poses, drive: Drive, station: IntArray, position: Array, rotation: Array
+    robot: Robot, poses: Poses, drive: Traversal, station: IntArray, position: Array, rotation: Array
 ) -> Array:
     """Joints at places on straight ways, on the posture and near the turns of their ends, (n, 6) [rad]."""
     pose = drive.pose[station]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.analysis.traversal import Traversal
 
 SAME_POSITION = 0.5e-6  # [m] what three decimals cannot tell apart
 SAME_ANGLE = 1e-5  # [rad]
@@ -22,7 +22,7 @@ class SharedCorrections:
     mixed: BoolArray  # (K,) also used by a station that must not change: kept as it is
 
 
-def average_shared(drive: Drive, free: BoolArray, correction: Array, theta: Array, count: int) -> SharedCorrections:
+def average_shared(drive: Traversal, free: BoolArray, correction: Array, theta: Array, count: int) -> SharedCorrections:
     """Mean of the corrections of all stations that use a position, for each of ``count`` positions."""
     used = np.bincount(drive.pose[free], minlength=count)
     fixed = np.bincount(drive.pose[~free & (drive.pose >= 0)], minlength=count) > 0
@@ -37,7 +37,7 @@ def average_shared(drive: Drive, free: BoolArray, correction: Array, theta: Arra
     return SharedCorrections(mean, theta_mean, (used > 0) & ~fixed, spread, (used > 0) & fixed)
 
 
-def assign_new_positions(drive: Drive, free: BoolArray, correction: Array, first: int) -> list[tuple[int, int]]:
+def assign_new_positions(drive: Traversal, free: BoolArray, correction: Array, first: int) -> list[tuple[int, int]]:
     """Stations that need a position of their own, and its number, counted from ``first``.
 
     Uses of a position with equal corrections stay together; the first group keeps the old number, unless a station that

@@ -9,7 +9,7 @@ import numpy as np
 from compgen.core.arrays import IntArray
 from compgen.core.exceptions import ImpossibleError
 from compgen.fanuc.analysis.control_flow import Flow
-from compgen.fanuc.analysis.modal_state import InForce, read_settings
+from compgen.fanuc.analysis.modal_state import ModalState, read_modal_state
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
@@ -57,7 +57,7 @@ def plan_pages(
             which its pages would not have; names the line.
     """
     _refuse_local_registers(program, flow)
-    settings = read_settings(program, flow)
+    settings = read_modal_state(program, flow)
     sizes = unit_sizes(program, flow)
     called = [name for text in flow.text.values() for name in CALL.findall(text)]
 
@@ -112,7 +112,7 @@ def page_positions(program: LsProgram, flow: Flow, page: PageRange) -> list[int]
 def _page_ranges(
     program: LsProgram,
     flow: Flow,
-    settings: InForce,
+    settings: ModalState,
     sizes: UnitSizes,
     capacity: Capacity,
     head_lines: int,
@@ -146,7 +146,7 @@ def _page_ranges(
 
 
 def _no_split_point(
-    program: LsProgram, flow: Flow, settings: InForce, first: int, count: int, capacity: Capacity
+    program: LsProgram, flow: Flow, settings: ModalState, first: int, count: int, capacity: Capacity
 ) -> ImpossibleError:
     """Why a program cannot be split within what a page holds: its next ``count`` units."""
     holds = f"{capacity.max_lines} lines, {capacity.max_positions} positions, {max(capacity.memory, 0) / 1000:.1f} kB"

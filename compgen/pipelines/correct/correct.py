@@ -12,8 +12,8 @@ from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import J1, Poses, read_poses, require_frames
-from compgen.fanuc.analysis.stations import on_the_way, straight
-from compgen.fanuc.analysis.traversal import read_drive
+from compgen.fanuc.analysis.stations import interpolate_poses, straight_lines
+from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.editing import watermark
 from compgen.fanuc.editing.insertion import allowed_pieces, insert_points, split_positions
 from compgen.fanuc.editing.numbers import decimal_places, number_edits
@@ -79,7 +79,7 @@ def _plan_correction(
     _refuse_unfit(program)
     require_frames(program, frames)
     poses = read_poses(program, cell.robot, frames)
-    drive = read_drive(program, poses, cell.robot)
+    drive = read_traversal(program, poses, cell.robot)
     scope = read_scope(program, poses, drive, cell.robot)
     if options.strict and scope.unsafe:
         first = scope.unsafe[0]
@@ -151,7 +151,7 @@ def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray
 
 def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:
     """The correction wanted midway on straight ways, (n, 6)."""
-    position, rotation = on_the_way(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
+    position, rotation = interpolate_poses(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
     ends = plan.drive.pose[ways]
     poses = replace(
         plan.poses, position=position, rotation=rotation, theta=plan.poses.theta[ends],
@@ -196,9 +196,9 @@ def _write_and_verify(
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
     planned_ride = ride_program(cell, poses, drive, before, lambda share: progress("twin before", share))
-    target = on_the_way(poses, drive, planned_ride.station, planned_ride.fraction)
+    target = interpolate_poses(poses, drive, planned_ride.station, planned_ride.fraction)
     new_poses = read_poses(written, cell.robot, frames)
-    new_drive = read_drive(written, new_poses, cell.robot)
+    new_drive = read_traversal(written, new_poses, cell.robot)
     progress("twin after", 0.0)
     ride = ride_program(cell, new_poses, new_drive, before, lambda share: progress("twin after", share))
     moved = plan.free & shared.changed[drive.pose] if len(poses.row) else plan.free
@@ -241,6 +241,6 @@ def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:
 
 def _straight_ways(plan: CorrectionPlan) -> IntArray:
     """Stations reached by straight lines between corrected ends."""
-    free = straight(plan.poses, plan.drive) & plan.free
+    free = straight_lines(plan.poses, plan.drive) & plan.free
     free[1:] &= plan.free[:-1]
     return np.flatnonzero(free)

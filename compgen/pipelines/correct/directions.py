@@ -5,14 +5,14 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, direction_states, reversal_widths
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.stations import commanded, on_the_way, samples
-from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.analysis.stations import commanded_joints, interpolate_poses, path_samples
+from compgen.fanuc.analysis.traversal import Traversal
 from compgen.pipelines.job import Cell
 
 SUBDIVISIONS = 16  # of each straight way; even, so that its middle is a sample
 
 
-def station_directions(cell: Cell, poses: Poses, drive: Drive) -> tuple[DirectionState, DirectionState]:
+def station_directions(cell: Cell, poses: Poses, drive: Traversal) -> tuple[DirectionState, DirectionState]:
     """Direction of motion at each station, and midway on the way to it; ``NO_DIRECTION`` for an arm without memory.
 
     Straight ways are followed in steps; a joint motion turns each joint in one direction. An unknown station moves
@@ -21,9 +21,9 @@ def station_directions(cell: Cell, poses: Poses, drive: Drive) -> tuple[Directio
     memory = reversal_widths(cell.sources)
     if memory is None:
         return NO_DIRECTION, NO_DIRECTION
-    station, fraction = samples(poses, drive, np.arange(1, SUBDIVISIONS) / SUBDIVISIONS)
-    position, rotation = on_the_way(poses, drive, station, fraction)
-    theta, _ = commanded(cell.robot, poses, drive, station, fraction, position, rotation)
+    station, fraction = path_samples(poses, drive, np.arange(1, SUBDIVISIONS) / SUBDIVISIONS)
+    position, rotation = interpolate_poses(poses, drive, station, fraction)
+    theta, _ = commanded_joints(cell.robot, poses, drive, station, fraction, position, rotation)
     along = direction_states(memory, theta, position)
     at, half = fraction == 1, fraction == 0.5
     return _at_stations(along, station, at, len(drive.pose)), _at_stations(along, station, half, len(drive.pose))

@@ -8,8 +8,8 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, dot
 from compgen.core.rotations import rotation_vector
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.stations import commanded, on_the_way, samples
-from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.analysis.stations import commanded_joints, interpolate_poses, path_samples
+from compgen.fanuc.analysis.traversal import Traversal
 from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty, initial_state
@@ -36,7 +36,7 @@ class ProgramRide:
 def ride_program(
     cell: Cell,
     poses: Poses,
-    drive: Drive,
+    drive: Traversal,
     before: Sequence[Duty],
     progress: Callable[[float], None] = lambda share: None,
 ) -> ProgramRide:
@@ -50,11 +50,11 @@ def ride_program(
     """
     faults = faults_of(cell.sources)
     subdivisions = SUBDIVISIONS if faults is None else FINE_SUBDIVISIONS
-    station, fraction = samples(poses, drive, np.arange(1, subdivisions) / subdivisions)
+    station, fraction = path_samples(poses, drive, np.arange(1, subdivisions) / subdivisions)
     time, rise = _rise_at_samples(cell, poses, drive, before, station, fraction)
-    position, rotation = on_the_way(poses, drive, station, fraction)
+    position, rotation = interpolate_poses(poses, drive, station, fraction)
     pose = drive.pose[station]
-    theta, flange = commanded(cell.robot, poses, drive, station, fraction, position, rotation)
+    theta, flange = commanded_joints(cell.robot, poses, drive, station, fraction, position, rotation)
     twin = Twin(cell.robot, cell.heat, cell.profiles, np.zeros(3), np.eye(3), faults)
     twin.confirm_inverse(theta, *flange, poses.number[pose] - 1, lambda share: progress(share / 2))
     tcp = np.array([*(t[0] for t in poses.tools), np.zeros(3)])[poses.tool[pose]]
@@ -74,7 +74,7 @@ def pose_errors(ride: ProgramRide, position: Array, rotation: Array) -> tuple[Ar
 
 
 def _rise_at_samples(
-    cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty], station: IntArray, fraction: Array
+    cell: Cell, poses: Poses, drive: Traversal, before: Sequence[Duty], station: IntArray, fraction: Array
 ) -> tuple[Array, Array]:
     """Time (M,) [s] and rise (M, K) [K] of samples, stepping each mode through every pause and way."""
     rate, motion = cell.heat.rate, heat_motion(poses, drive)

@@ -8,7 +8,7 @@ from compgen.core.findings import Finding, Level
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.pipelines.correct.proof import ProgramRide
 from compgen.pipelines.correct.station_corrections import StationCorrections
@@ -34,7 +34,7 @@ class CorrectionPlan:
 
     program: LsProgram
     poses: Poses
-    drive: Drive
+    drive: Traversal
     scope: Scope
     stations: StationCorrections
     free: BoolArray  # (S,) stations that take a correction

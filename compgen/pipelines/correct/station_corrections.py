@@ -16,7 +16,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.fanuc.analysis.poses import NONE, Poses
-from compgen.fanuc.analysis.traversal import Drive
+from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.configuration import postures_of
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.job import Cell
@@ -43,7 +43,7 @@ class StationCorrections:
     midway: DirectionState  # halfway on the way to each station
 
 
-def rise_at_stations(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
+def rise_at_stations(cell: Cell, poses: Poses, drive: Traversal, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
     """Time (S,) [s] and rise (S, K) [K] at each station, and rise at the start (K,).
 
     During a pause the robot stands with its servo on.
@@ -53,7 +53,7 @@ def rise_at_stations(cell: Cell, poses: Poses, drive: Drive, before: Sequence[Du
     return motion.time[2::2], rise[2::2], rise[0]
 
 
-def heat_motion(poses: Poses, drive: Drive) -> JointMotion:
+def heat_motion(poses: Poses, drive: Traversal) -> JointMotion:
     """A program as the heat model takes it: a pause and a way to each station, (2 S + 1) places."""
     durations = np.column_stack([drive.pause, drive.duration]).ravel()
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -62,7 +62,7 @@ def heat_motion(poses: Poses, drive: Drive) -> JointMotion:
     return JointMotion(np.concatenate([[0.0], np.cumsum(durations)]), _joint_sequence(poses, drive), speeds)
 
 
-def _joint_sequence(poses: Poses, drive: Drive) -> Array:
+def _joint_sequence(poses: Poses, drive: Traversal) -> Array:
     """Joints at the beginning, after each pause and at each station, (2 S + 1, 6) [rad]."""
     if not len(drive.pose):
         return np.zeros((1, 6))
@@ -77,7 +77,7 @@ def _joint_sequence(poses: Poses, drive: Drive) -> Array:
 def correct_stations(
     cell: Cell,
     poses: Poses,
-    drive: Drive,
+    drive: Traversal,
     free: BoolArray,
     before: Sequence[Duty],
     settings: Settings,
@@ -155,7 +155,7 @@ def _build_problem(
     )  # fmt: skip
 
 
-def dense_runs(poses: Poses, drive: Drive, free: BoolArray, period: float) -> list[tuple[int, int]]:
+def dense_runs(poses: Poses, drive: Traversal, free: BoolArray, period: float) -> list[tuple[int, int]]:
     """First and last station of runs of straight lines, three or more, some shorter than the smoothing period."""
     tool, posture = poses.tool[drive.pose], poses.posture[drive.pose]
     joined = drive.line[1:] & free[1:] & free[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
