@@ -16,8 +16,8 @@ from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warmin
 from compgen.identification.fit import fit
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
-from compgen.identification.measurements import joined
-from compgen.identification.model import chosen
+from compgen.identification.measurements import concatenate
+from compgen.identification.model import active_in_groups
 
 SOURCES = (
     "thermal_growth", "link_offsets", "joint_zeros", "joint_coupling", "compliance", "gear_harmonics", "joint_ripple",
@@ -41,7 +41,7 @@ def aligned_error(truth, model, p, frames, theta, direction):
     rng = np.random.default_rng(0)
     fresh = measured(truth, theta, rng, noise=0.0, direction=direction)
     own = InstrumentFrames(frames.rotation[:1], frames.origin[:1], frames.reflector[:3])
-    return own.seen(fresh, *model.pose(fresh, p)) - fresh.position
+    return own.predict(fresh, *model.pose(fresh, p)) - fresh.position
 
 
 def warm_excess(truth, model, best, rng, temperatures):
@@ -55,7 +55,7 @@ def warm_excess(truth, model, best, rng, temperatures):
     real = truth.noiseless(warm) - truth.noiseless(cold)
     own = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
     seen = warm if temperatures else replace(warm, rise=0 * rise)
-    told = own.seen(seen, *model.pose(seen, best.p)) - own.seen(cold, *model.pose(cold, best.p))
+    told = own.predict(seen, *model.pose(seen, best.p)) - own.predict(cold, *model.pose(cold, best.p))
     moved = np.einsum("ij,nj->ni", truth.frames.rotation[0].T, real)
     guess = np.einsum("ij,nj->ni", best.frames.rotation[0].T, told)
     return np.sqrt((moved**2).mean()), np.sqrt(((guess - moved) ** 2).mean())
@@ -71,7 +71,7 @@ def run(seed, temperatures=True, file=None):
     warm, _ = warming(truth, rng)
     if not temperatures:
         warm = replace(warm, rise=np.zeros_like(warm.rise))
-    data = joined([cold, warm, lines])
+    data = concatenate([cold, warm, lines])
     # one instrument for cold and warm: it stays where it is
     same = np.where(data.instrument <= 1, 0, data.instrument - 1)
     data = replace(
@@ -81,30 +81,30 @@ def run(seed, temperatures=True, file=None):
     start = time.perf_counter()
     found = identify(robot, truth.arm.known, data, nodes, temperatures, quiet)
     took = time.perf_counter() - start
-    best = found.chosen.fit
+    best = found.selected.fit
     theta = random_theta(robot, rng, 500)
     direction = rng.choice([-1.0, 1.0], theta.shape)
     error = aligned_error(truth, found.model, best.p, best.frames, theta, direction)
     rms = np.sqrt((error**2).mean())
     noisy = np.sqrt(rms**2 + NOISE**2)
-    flagged = best.wild[: len(wild)]
+    flagged = best.outlier[: len(wild)]
     hits = int((flagged & wild).sum())
-    extra = int(best.wild.sum()) - hits
-    value = {t.name: v for t, v in zip(truth.model.terms, truth.p)}
+    extra = int(best.outlier.sum()) - hits
+    value = {t.name: v for t, v in zip(truth.model.parameters, truth.p)}
     cover = [
         abs(best.p[k] - value[t.name]) <= 1.96 * best.sigma[k]
-        for k, t in enumerate(found.model.terms)
+        for k, t in enumerate(found.model.parameters)
         if best.active[k]
         and t.name in value
         and t.source != "joint_ripple"
         and (temperatures or not t.source.startswith("thermal"))  # else rise and rate are only known together
     ]
     # what the warm-up does to the cold parameters when nothing explains it, and when something does
-    level = found.chosen.candidate
-    clean = fit(found.model, joined([cold, lines]), chosen(found.model, level.groups))
+    level = found.selected.candidate
+    clean = fit(found.model, concatenate([cold, lines]), active_in_groups(found.model, level.groups))
     plain = [g for g in level.groups if g.split(".")[0] not in ("thermal_growth", "thermal_bend", "warm_up")]
     blind = fit(found.model, replace(data, rise=np.zeros_like(data.rise), warm=np.zeros_like(data.warm)),
-                chosen(found.model, plain))  # fmt: skip
+                active_in_groups(found.model, plain))  # fmt: skip
     base = np.sqrt((aligned_error(truth, found.model, clean.p, clean.frames, theta, direction) ** 2).mean())
     bad = np.sqrt((aligned_error(truth, found.model, blind.p, blind.frames, theta, direction) ** 2).mean())
     excess, left = warm_excess(truth, found.model, best, rng, temperatures)

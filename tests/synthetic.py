@@ -9,8 +9,8 @@ from compgen.core.units import DEG, UM
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model
-from compgen.identification.parameters import parts_of
-from compgen.identification.pose_files import directions
+from compgen.identification.parameters import symbolic_sources
+from compgen.identification.pose_files import motion_directions
 from compgen.pipelines.robot_file import load_arm
 
 NOISE = 25 * UM
@@ -29,16 +29,16 @@ class Truth:
     frames: InstrumentFrames
 
     def noiseless(self, data):
-        return self.frames.seen(data, *self.model.pose(data, self.p))
+        return self.frames.predict(data, *self.model.pose(data, self.p))
 
 
 def made_up(robot_file, seed, ripple=0.0):
     """A robot whose parameters are drawn from their priors; ``ripple`` scales the orders above two."""
     arm = load_arm(robot_file)
-    parts = parts_of(arm.robot, arm.known, np.ones(6, bool), True)
+    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), True)
     model = build_model(arm.robot, parts, len(arm.nodes))
     rng = np.random.default_rng(seed)
-    share = np.array([ripple if t.source == "joint_ripple" else 1.0 for t in model.terms])
+    share = np.array([ripple if t.source == "joint_ripple" else 1.0 for t in model.parameters])
     p = rng.normal(0, model.prior) * share
     turn = rotation_matrix(rng.normal(0, 1, (1, 3)))
     return Truth(arm, model, p, InstrumentFrames(turn, rng.uniform(-3, 3, (1, 3)), PRISM))
@@ -66,7 +66,7 @@ def measured(
     data = Measurements(
         theta=theta,
         rise=np.zeros((M, nodes)) if rise is None else rise,
-        direction=directions(theta) if direction is None else direction,
+        direction=motion_directions(theta) if direction is None else direction,
         time=np.arange(M, dtype=float) if time is None else time,
         warm=np.zeros(M) if warm is None else warm,
         pose=pose,

@@ -14,8 +14,8 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.identify import Identified
-from compgen.identification.measurements import Measurements, joined
+from compgen.identification.identify import Identification
+from compgen.identification.measurements import Measurements, concatenate
 from compgen.identification.pose_files import read_poses
 from compgen.identification.robot_file import robot_text
 from compgen.identification.warm_up import as_warm_up, with_temperatures
@@ -34,7 +34,7 @@ def read_measurements(
         parts, warm = (parts, logged) if warm else (logged, [])
     elif warm:
         warm = [as_warm_up(part) for part in warm]
-    return joined([*parts, *warm, *(read_lines(file, arm.robot, nodes) for file in lines)])
+    return concatenate([*parts, *warm, *(read_lines(file, arm.robot, nodes) for file in lines)])
 
 
 def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
@@ -60,10 +60,10 @@ def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
     )
 
 
-def identified_robot_text(arm: Arm, identified: Identified, files: Sequence[str]) -> str:
+def identified_robot_text(arm: Arm, identified: Identification, files: Sequence[str]) -> str:
     """The robot file with the error sources that were identified, and the files that they are from."""
     checksums = ", ".join(f"{Path(f).name} ({sha256(Path(f).read_bytes()).hexdigest()[:12]})" for f in files)
-    model = identified.chosen.candidate.name
+    model = identified.selected.candidate.name
     provenance = f"{len(identified.data.theta)} poses, model '{model}', from {checksums}"
     known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]
     text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], identified.record())

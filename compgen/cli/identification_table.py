@@ -6,13 +6,13 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from compgen.identification.identify import Identified
+from compgen.identification.identify import Identification
 from compgen.report.identification_summary import identification_summary
 
 MOST_PARAMETERS = 20  # that are printed, the best known first
 
 
-def show_identification(identified: Identified) -> None:
+def show_identification(identified: Identification) -> None:
     """Print the models tried, how well the joints were covered, the parameters, the findings and the verdict."""
     summary = identification_summary(identified)
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)

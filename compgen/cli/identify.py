@@ -85,7 +85,7 @@ def validate(
     from compgen.cli.identification_files import identified_frames
     from compgen.cli.identification_table import show_validation
     from compgen.identification import validation
-    from compgen.identification.measurements import joined
+    from compgen.identification.measurements import concatenate
     from compgen.identification.pose_files import read_poses
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_summary import validation_summary
@@ -93,7 +93,7 @@ def validate(
     if not poses:
         raise InputError("--poses: missing; give at least one CSV of measured poses")
     arm = load_arm(robot)
-    measurements = joined([read_poses(file, arm.robot, len(arm.nodes), force=True) for file in poses])
+    measurements = concatenate([read_poses(file, arm.robot, len(arm.nodes), force=True) for file in poses])
     frames = None if refit else identified_frames(arm, measurements)
     summary = validation_summary(validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), frames))
     if as_json:

@@ -45,7 +45,7 @@ def plan_poses(
     from compgen.fanuc.measuring_program import visit
     from compgen.identification import pose_planning
     from compgen.identification.model import build_model
-    from compgen.identification.parameters import parts_of
+    from compgen.identification.parameters import symbolic_sources
     from compgen.pipelines.robot_file import load_arm
 
     arm = load_arm(robot)
@@ -66,21 +66,23 @@ def plan_poses(
     stand = None if instrument is None else np.array(_numbers("--instrument", instrument, 3)) * MM
     site = pose_planning.Site(np.array([low, high]) * MM, reflectors_mm * MM, stand, view * DEG, noise * UM, share)
     parts = [
-        p for p in parts_of(arm.robot, arm.known, np.ones(6, dtype=bool), False) if p.before.NAME != "joint_ripple"
+        p
+        for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False)
+        if p.before.NAME != "joint_ripple"
     ]
     model = build_model(arm.robot, parts, len(arm.nodes))
     with show_progress(quiet) as progress:
-        plan = pose_planning.plan(arm.robot, model, len(arm.nodes), site, count, progress)
+        plan = pose_planning.plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
     pendant = np.round(arm.robot.to_pendant(plan.theta) / DEG, 3)
     name = program_name(f"{arm.robot.name}_poses", arm.robot.controller.name_length)
     files = {
         "poses.csv": poses_csv(pendant, len(reflectors_mm)),
-        "expected.csv": expected_csv(model.terms, plan),
+        "expected.csv": expected_csv(model.parameters, plan),
         f"{name}.LS": visit(name, "poses to measure", checked_date(date), pendant, wait),
     }
     publish(folder, files, set(files))
     if not quiet:
-        show_pose_plan(model.terms, plan, folder, sorted(files))
+        show_pose_plan(model.parameters, plan, folder, sorted(files))
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from compgen.core.arrays import Array
-from compgen.identification.model import Term
+from compgen.identification.model import FreeParameter
 from compgen.identification.pose_planning import PosePlan
 
 
@@ -21,7 +21,7 @@ def poses_csv(pendant: Array, reflectors: int) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def expected_csv(terms: Sequence[Term], plan: PosePlan) -> bytes:
+def expected_csv(terms: Sequence[FreeParameter], plan: PosePlan) -> bytes:
     """Each parameter's uncertainty before and after the measurement."""
     lines = ["parameter,prior_sigma,expected_sigma"]
     for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
@@ -30,7 +30,7 @@ def expected_csv(terms: Sequence[Term], plan: PosePlan) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def show_pose_plan(terms: Sequence[Term], plan: PosePlan, folder: Path, files: list[str]) -> None:
+def show_pose_plan(terms: Sequence[FreeParameter], plan: PosePlan, folder: Path, files: list[str]) -> None:
     """Print how well each parameter will be known, and the files."""
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
     table = Table("parameter", "sigma before", "expected after", "known")

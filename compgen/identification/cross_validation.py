@@ -1,9 +1,9 @@
-r"""How well a model predicts what it has not seen: blocked cross-validation.
+r"""How well a model predicts measurements that it was not fitted to: blocked cross-validation.
 
 Poses that follow each other are alike (same posture, same warmth), so they are left out in blocks: consecutive poses
 make a block, blocks are dealt to the folds in turn, and all rows of a pose stay together. For each fold the linear
-problem, with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted. Rows
-that were set aside as wild take part in neither."""
+problem, with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted. Outliers
+take part in neither."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.identification.evidence import posterior
-from compgen.identification.fit import Fit, frame_prior, normals
+from compgen.identification.fit import Fit, channel_equations, frame_prior
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import Model
+from compgen.identification.model import ArmModel
 
 FOLDS = 10
 BLOCKS = 50  # about so many blocks of consecutive poses
@@ -21,10 +21,10 @@ ROUNDS = 25
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class HeldOut:
-    """Distances between measured and predicted places that were not used for the prediction."""
+class CrossValidation:
+    """Distances of measured positions from predictions that did not use them."""
 
-    distance: Array  # (N,) [m]; NaN at rows set aside
+    distance: Array  # (N,) [m]; NaN at outliers
     block: IntArray  # (N,)
 
     @property
@@ -34,10 +34,10 @@ class HeldOut:
 
     def interval(self) -> tuple[float, float]:
         """95 % confidence interval of the mean, from the spread of the blocks' means [m]."""
-        return _interval(self.distance, self.block)
+        return confidence_interval(self.distance, self.block)
 
 
-def blocks_of(data: Measurements) -> IntArray:
+def pose_blocks(data: Measurements) -> IntArray:
     """The block of each row, (N,)."""
     size = max(1, round(len(data.theta) / BLOCKS))
     rank = np.empty(len(data.theta), dtype=int)
@@ -45,43 +45,44 @@ def blocks_of(data: Measurements) -> IntArray:
     return np.asarray(rank[data.pose] // size)
 
 
-def held_out(model: Model, data: Measurements, found: Fit) -> HeldOut:
+def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossValidation:
     """Cross-validation of a fit, by folds of blocks."""
-    block = blocks_of(data)
+    block = pose_blocks(data)
     fold = block % FOLDS
-    at = np.concatenate([(found.p / model.prior)[found.active], np.zeros(_frames(found))])
-    weight = (~found.wild) / data.sigma**2
-    everything = normals(found.linear, weight, at)
+    u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(_frame_unknowns(fitted))])
+    weight = (~fitted.outlier) / data.sigma**2
+    all_rows = channel_equations(fitted.linear, weight, u)
     _, group = model.groups()
-    fixed, target = frame_prior(data, found.frames, _frames(found))
+    fixed, target = frame_prior(data, fitted.frames, _frame_unknowns(fitted))
     distance = np.full(len(block), np.nan)
     for k in range(FOLDS):
-        own = fold == k
-        if not (own & ~found.wild).any():
+        held_out = fold == k
+        if not (held_out & ~fitted.outlier).any():
             continue
-        rest = [a.less(b) for a, b in zip(everything, normals(found.linear, weight, at, own))]
-        if rest[0].count * (data.sigma**2).min() < 3:
+        training = [a.without(b) for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, held_out))]
+        if training[0].rows * (data.sigma**2).min() < 3:
             continue
-        told = posterior(rest, group[found.active], fixed, target, found.posterior.scales, rounds=ROUNDS)
-        step = told.x - at
-        missed = found.linear.z[own] - found.linear.A[own] @ step
-        distance[own] = np.linalg.norm(missed, axis=1)
-    distance[found.wild] = np.nan
-    return HeldOut(distance, block)
+        refitted = posterior(training, group[fitted.active], fixed, target, fitted.posterior.scales, rounds=ROUNDS)
+        step = refitted.x - u
+        residual = fitted.linear.z[held_out] - fitted.linear.A[held_out] @ step
+        distance[held_out] = np.linalg.norm(residual, axis=1)
+    distance[fitted.outlier] = np.nan
+    return CrossValidation(distance, block)
 
 
-def better(model: HeldOut, other: HeldOut) -> tuple[float, float]:
+def improvement_interval(model: CrossValidation, other: CrossValidation) -> tuple[float, float]:
     """95 % interval of how much nearer a model predicts than another, on the same rows [m]."""
-    return _interval(other.distance - model.distance, model.block)
+    return confidence_interval(other.distance - model.distance, model.block)
 
 
-def _interval(values: Array, block: IntArray) -> tuple[float, float]:
+def confidence_interval(values: Array, block: IntArray) -> tuple[float, float]:
+    """95 % confidence interval of the mean of values, (N,), from the spread of the means of their blocks."""
     means, sizes = [], []
     for b in np.unique(block):
-        own = values[(block == b) & np.isfinite(values)]
-        if len(own):
-            means.append(float(own.mean()))
-            sizes.append(len(own))
+        inside = values[(block == b) & np.isfinite(values)]
+        if len(inside):
+            means.append(float(inside.mean()))
+            sizes.append(len(inside))
     weights = np.array(sizes) / sum(sizes) if sizes else np.zeros(0)
     if len(means) < 2:
         return float("-inf"), float("inf")
@@ -90,5 +91,5 @@ def _interval(values: Array, block: IntArray) -> tuple[float, float]:
     return centre - 1.96 * spread, centre + 1.96 * spread
 
 
-def _frames(found: Fit) -> int:
-    return int(found.linear.A.shape[2] - found.active.sum())
+def _frame_unknowns(fitted: Fit) -> int:
+    return int(fitted.linear.A.shape[2] - fitted.active.sum())

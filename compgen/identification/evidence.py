@@ -1,4 +1,4 @@
-r"""The linear problem inside each step: a Gaussian posterior, and the scales that the data itself asks for.
+r"""The linear problem of each Gauss-Newton step: a Gaussian posterior, its scales by maximum evidence.
 
 Unknowns x = (u, f): parameters in units of their prior, u_k = p_k / sigma_k with prior N(0, lambda_g(k)), and frames
 f with (nearly) none. Rows z = A x + noise of variance s^2. Then
@@ -26,35 +26,38 @@ NU = 0.3
 USUAL_NOISE = (30e-6, 50e-6)  # [m], [rad] of one coordinate: an instrument's and the arm's repeatability together
 NOISE_ROWS = 10.0  # weight of the usual noise, as so many measured coordinates
 ROUNDS = 60
-SETTLED = 0.02  # relative change of the scales that ends the rounds
+CONVERGED = 0.02  # relative change of the scales that ends the rounds
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Normal:
-    """Sums over rows of one kind of noise: all that the linear problem needs."""
+class NormalEquations:
+    """Normal equations A'A x = A'z of rows of one kind of noise, weighted."""
 
-    square: Array  # (D, D) A'A
-    side: Array  # (D,) A'z
-    length: float  # z'z
-    count: float  # rows
+    matrix: Array  # (D, D) A'A
+    vector: Array  # (D,) A'z
+    sum_of_squares: float  # z'z
+    rows: float  # how many, by weight
 
-    def less(self, other: "Normal") -> "Normal":
-        """Without some of the rows."""
-        return Normal(
-            self.square - other.square, self.side - other.side, self.length - other.length, self.count - other.count
+    def without(self, other: "NormalEquations") -> "NormalEquations":
+        """The equations less those of some of the rows."""
+        return NormalEquations(
+            self.matrix - other.matrix,
+            self.vector - other.vector,
+            self.sum_of_squares - other.sum_of_squares,
+            self.rows - other.rows,
         )
 
 
-def normal_of(A: Array, z: Array, weight: Array) -> Normal:
-    """Sums over rows A (n, D), z (n,), weights (n,)."""
+def normal_equations(A: Array, z: Array, weight: Array) -> NormalEquations:
+    """Normal equations of rows A (n, D), z (n,), weights (n,)."""
     root = np.sqrt(weight)
     scaled, right = A * root[:, None], z * root
-    return Normal(scaled.T @ scaled, scaled.T @ right, float(right @ right), float(weight.sum()))
+    return NormalEquations(scaled.T @ scaled, scaled.T @ right, float(right @ right), float(weight.sum()))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Scales:
-    """What the data says about scales: of each group against its prior, and of the noise."""
+    """Variances: of each group against its prior, and of the noise of each channel."""
 
     group: Array  # (G,) lambda
     noise: Array  # (channels,) s^2 [m^2], [rad^2]
@@ -66,28 +69,28 @@ class Posterior:
 
     x: Array  # (D,)
     covariance: Array  # (D, D)
-    gamma: Array  # (K,) how much of each parameter the data says, 0 to 1
+    gamma: Array  # (K,) share of each parameter that the data determines, 0 to 1
     scales: Scales
     log_evidence: float
 
 
 def posterior(
-    channels: Sequence[Normal],
+    channels: Sequence[NormalEquations],
     group: IntArray,
-    fixed: Array,
-    target: Array,
+    frame_precision: Array,
+    frame_mean: Array,
     scales: Scales,
     learn_groups: bool = True,
     learn_noise: bool = True,
     rounds: int = ROUNDS,
 ) -> Posterior:
-    """Scales and posterior together.
+    """The posterior, with scales of the groups and of the noise that maximise the evidence.
 
     Args:
-        channels: Sums of the position rows, and of the orientation rows if any.
+        channels: Equations of the position rows, and of the orientation rows if any.
         group: Group of each parameter, (K,); the first K unknowns.
-        fixed: Prior precision of the other unknowns, (D - K,).
-        target: Prior mean of the other unknowns, (D - K,).
+        frame_precision: Prior precision of the other unknowns, (D - K,).
+        frame_mean: Prior mean of the other unknowns, (D - K,).
         scales: Where to begin.
         learn_groups: Whether the scales of the groups may change.
         learn_noise: Whether the noise may change.
@@ -96,14 +99,14 @@ def posterior(
     K, G = len(group), len(scales.group)
     size = np.bincount(group, minlength=G)
     lam, noise = scales.group.copy(), scales.noise.copy()
-    pull = np.concatenate([np.zeros(K), fixed * target])
-    for turn in range(rounds + 1):
-        precision = np.concatenate([1 / lam[group], fixed])
+    prior_vector = np.concatenate([np.zeros(K), frame_precision * frame_mean])
+    for step in range(rounds + 1):
+        precision = np.concatenate([1 / lam[group], frame_precision])
         H = np.diag(precision)
-        b = pull.copy()
-        for normal, s2 in zip(channels, noise):
-            H += normal.square / s2
-            b += normal.side / s2
+        b = prior_vector.copy()
+        for channel, s2 in zip(channels, noise):
+            H += channel.matrix / s2
+            b += channel.vector / s2
         root = np.sqrt(np.diag(H))
         factor = cho_factor(H / np.outer(root, root), lower=True)
         inverse, _ = lapack.dpotri(factor[0], lower=1)
@@ -111,33 +114,33 @@ def posterior(
         C = inverse / np.outer(root, root)
         x = cho_solve(factor, b / root) / root
         gamma = 1 - precision * np.diag(C)
-        if turn == rounds or not (learn_groups or learn_noise):
+        if step == rounds or not (learn_groups or learn_noise):
             break
-        new, fresh = lam.copy(), noise.copy()
+        new_lam, new_noise = lam.copy(), noise.copy()
         if learn_groups and K:
-            new = (NU + np.bincount(group, x[:K] ** 2, G)) / (NU + np.bincount(group, np.maximum(gamma[:K], 0), G))
-            new = np.where(size > 0, np.clip(new, 1e-6, 1e6), lam)
+            new_lam = (NU + np.bincount(group, x[:K] ** 2, G)) / (NU + np.bincount(group, np.maximum(gamma[:K], 0), G))
+            new_lam = np.where(size > 0, np.clip(new_lam, 1e-6, 1e6), lam)
         if learn_noise:
-            for c, normal in enumerate(channels):
-                if normal.count > 0:
-                    used = float(np.einsum("ij,ji->", C, normal.square)) / noise[c]
-                    rest = max(_rest(normal, x), 0.0)
-                    free = max(normal.count - used, 0.0)
-                    fresh[c] = (NOISE_ROWS * USUAL_NOISE[c] ** 2 + rest) / (NOISE_ROWS + free)
-        change = max(np.abs(np.log(new / lam)).max(initial=0.0), np.abs(np.log(fresh / noise)).max())
-        lam, noise = new, fresh
-        if change < SETTLED:
-            rounds = min(rounds, turn + 1)
+            for c, channel in enumerate(channels):
+                if channel.rows > 0:
+                    determined = float(np.einsum("ij,ji->", C, channel.matrix)) / noise[c]
+                    misfit = max(_squared_residual(channel, x), 0.0)
+                    freedom = max(channel.rows - determined, 0.0)
+                    new_noise[c] = (NOISE_ROWS * USUAL_NOISE[c] ** 2 + misfit) / (NOISE_ROWS + freedom)
+        change = max(np.abs(np.log(new_lam / lam)).max(initial=0.0), np.abs(np.log(new_noise / noise)).max())
+        lam, noise = new_lam, new_noise
+        if change < CONVERGED:
+            rounds = min(rounds, step + 1)
     evidence = -0.5 * sum(
-        n.count * np.log(2 * np.pi * s2) + _rest(n, x) / s2 for n, s2 in zip(channels, noise) if n.count
+        n.rows * np.log(2 * np.pi * s2) + _squared_residual(n, x) / s2 for n, s2 in zip(channels, noise) if n.rows
     )
-    pulled = np.concatenate([x[:K], x[K:] - target])
+    deviation = np.concatenate([x[:K], x[K:] - frame_mean])
     with np.errstate(divide="ignore"):
         log_prior = float(np.log(precision[precision > 0]).sum())
-    evidence += 0.5 * (log_prior - float(pulled**2 @ precision) - 2 * float(np.log(np.diag(factor[0]) * root).sum()))
+    evidence += 0.5 * (log_prior - float(deviation**2 @ precision) - 2 * float(np.log(np.diag(factor[0]) * root).sum()))
     return Posterior(x, C, np.clip(gamma[:K], 0, 1), Scales(lam, noise), float(evidence))
 
 
-def _rest(normal: Normal, x: Array) -> float:
+def _squared_residual(equations: NormalEquations, x: Array) -> float:
     """|z - A x|^2."""
-    return float(normal.length - 2 * x @ normal.side + x @ normal.square @ x)
+    return float(equations.sum_of_squares - 2 * x @ equations.vector + x @ equations.matrix @ x)

@@ -1,4 +1,4 @@
-r"""Where the instrument stands and where the reflectors sit: unknown, and fitted along.
+r"""Frames of instruments and positions of reflectors: unknown, and fitted with the parameters.
 
     y = R_i (P + R t_r) + c_i
 
@@ -27,62 +27,66 @@ class InstrumentFrames:
     def __post_init__(self) -> None:
         own(self, rotation=("V", 3, 3), origin=("V", 3), reflector=("R", 3))
 
-    def seen(self, data: Measurements, position: Array, rotation: Array) -> Array:
-        """Where the instrument sees each row's reflector, (N, 3) [m]."""
+    def predict(self, data: Measurements, position: Array, rotation: Array) -> Array:
+        """Position of each row's reflector in its instrument's frame, (N, 3) [m], for the flange at each pose."""
         P, R = position[data.pose], rotation[data.pose]
-        place = P + np.einsum("nij,nj->ni", R, self.reflector[data.reflector])
-        return np.asarray(np.einsum("nij,nj->ni", self.rotation[data.instrument], place) + self.origin[data.instrument])
+        reflector = P + np.einsum("nij,nj->ni", R, self.reflector[data.reflector])
+        return np.asarray(
+            np.einsum("nij,nj->ni", self.rotation[data.instrument], reflector) + self.origin[data.instrument]
+        )
 
 
-def begin(data: Measurements, position: Array, rotation: Array) -> InstrumentFrames:
-    """Frames that meet the nominal arm best, by alternating linear steps; robust against a few wild rows."""
+def initial_frames(data: Measurements, position: Array, rotation: Array) -> InstrumentFrames:
+    """Frames that fit the nominal arm best, by alternating linear steps; robust against a few outliers."""
     V, R = len(data.instruments), len(data.reflectors)
     frames = InstrumentFrames(np.tile(np.eye(3), (V, 1, 1)), np.zeros((V, 3)), np.zeros((R, 3)))
-    P, turn = position[data.pose], rotation[data.pose]
+    P, rotation_of_row = position[data.pose], rotation[data.pose]
     weight = np.ones(len(P))
-    last = np.inf
+    previous = np.inf
     for _ in range(ROUNDS):
-        place = P + np.einsum("nij,nj->ni", turn, frames.reflector[data.reflector])
-        frames = _placed(data, frames, place, weight)
-        frames = _sat(data, frames, P, turn, weight)
-        miss = np.linalg.norm(frames.seen(data, position, rotation) - data.position, axis=1)
-        usual = max(float(np.median(miss)), 1e-9)
-        weight = 1 / np.maximum(miss / (4 * usual), 1.0) ** 2
-        if abs(last - usual) <= 0.02 * usual:
+        reflector = P + np.einsum("nij,nj->ni", rotation_of_row, frames.reflector[data.reflector])
+        frames = _fit_instruments(data, frames, reflector, weight)
+        frames = _fit_reflectors(data, frames, P, rotation_of_row, weight)
+        distance = np.linalg.norm(frames.predict(data, position, rotation) - data.position, axis=1)
+        median = max(float(np.median(distance)), 1e-9)
+        weight = 1 / np.maximum(distance / (4 * median), 1.0) ** 2
+        if abs(previous - median) <= 0.02 * median:
             break
-        last = usual
+        previous = median
     return frames
 
 
-def _placed(data: Measurements, frames: InstrumentFrames, place: Array, weight: Array) -> InstrumentFrames:
+def _fit_instruments(data: Measurements, frames: InstrumentFrames, reflector: Array, weight: Array) -> InstrumentFrames:
     """Each instrument's frame, by Kabsch; an aligned one only moves."""
     rotation, origin = frames.rotation.copy(), frames.origin.copy()
     for i, aligned in enumerate(data.aligned.tolist()):
-        own_ = data.instrument == i
-        w = weight[own_, None] / weight[own_].sum()
-        a, b = (w * place[own_]).sum(axis=0), (w * data.position[own_]).sum(axis=0)
+        rows = data.instrument == i
+        share = weight[rows, None] / weight[rows].sum()
+        centre, measured_centre = (share * reflector[rows]).sum(axis=0), (share * data.position[rows]).sum(axis=0)
         if not aligned:
-            u, _, v = np.linalg.svd((w * (place[own_] - a)).T @ (data.position[own_] - b))
+            u, _, v = np.linalg.svd((share * (reflector[rows] - centre)).T @ (data.position[rows] - measured_centre))
             flip = np.diag([1, 1, np.sign(np.linalg.det(v.T @ u.T))])
             rotation[i] = v.T @ flip @ u.T
-        origin[i] = b - rotation[i] @ a
+        origin[i] = measured_centre - rotation[i] @ centre
     return InstrumentFrames(rotation, origin, frames.reflector)
 
 
-def _sat(data: Measurements, frames: InstrumentFrames, P: Array, turn: Array, weight: Array) -> InstrumentFrames:
+def _fit_reflectors(
+    data: Measurements, frames: InstrumentFrames, P: Array, rotation: Array, weight: Array
+) -> InstrumentFrames:
     """Reflectors and origins together, linear for given frame rotations."""
     V, R = len(frames.origin), len(frames.reflector)
     N = len(P)
-    base = np.einsum("nij,nj->ni", frames.rotation[data.instrument], P)
+    flange = np.einsum("nij,nj->ni", frames.rotation[data.instrument], P)
     A = np.zeros((N, 3, 3 * (R + V)))
-    through = frames.rotation[data.instrument] @ turn
+    to_instrument = frames.rotation[data.instrument] @ rotation
     for r in range(R):
-        A[data.reflector == r, :, 3 * r : 3 * r + 3] = through[data.reflector == r]
+        A[data.reflector == r, :, 3 * r : 3 * r + 3] = to_instrument[data.reflector == r]
     for i in range(V):
         A[data.instrument == i, :, 3 * (R + i) : 3 * (R + i) + 3] = np.eye(3)
     root = np.sqrt(weight)
-    lhs, rhs = (A * root[:, None, None]).reshape(3 * N, -1), ((data.position - base) * root[:, None]).ravel()
-    # a faint pull to the flange keeps what poses of one orientation cannot tell
-    faint = 1e-6 * np.eye(lhs.shape[1])[: 3 * R]
-    x = np.linalg.lstsq(np.vstack([lhs, faint]), np.concatenate([rhs, np.zeros(3 * R)]), rcond=None)[0]
+    lhs, rhs = (A * root[:, None, None]).reshape(3 * N, -1), ((data.position - flange) * root[:, None]).ravel()
+    # a faint pull to the flange, for what poses of one orientation do not determine
+    regularisation = 1e-6 * np.eye(lhs.shape[1])[: 3 * R]
+    x = np.linalg.lstsq(np.vstack([lhs, regularisation]), np.concatenate([rhs, np.zeros(3 * R)]), rcond=None)[0]
     return InstrumentFrames(frames.rotation, x[3 * R :].reshape(V, 3), x[: 3 * R].reshape(R, 3))

@@ -1,12 +1,11 @@
-r"""What the measurements can tell apart: the scaled Jacobian, its singular values and the order in which columns
-stand out.
+r"""What the measurements can identify: the scaled Jacobian, its singular values, and a ranking of its columns.
 
 Columns are scaled by each parameter's prior and freed from what the frames can do as well (projected off them):
 
     S = (I - F F^+) A diag(sigma) / s
 
-A singular value far below one is a combination of parameters that the data says nothing of against its prior. QR with
-column pivoting puts such columns last and names them."""
+A singular value far below one is a combination of parameters that the data adds nothing to its prior. QR with column
+pivoting puts such columns last and names them."""
 
 from dataclasses import dataclass
 
@@ -16,70 +15,72 @@ from scipy.linalg import qr
 from compgen.core.arrays import Array
 from compgen.identification.fit import Fit
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import Model
+from compgen.identification.model import ArmModel
 
 KNOWN = 0.5  # share of a parameter's prior variance that the data must take away, to call it identified
-ALIKE = 0.95  # correlation beyond which two parameters cannot be told apart
+CORRELATED = 0.95  # correlation beyond which two parameters cannot be told apart
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Identifiability:
-    """What is known after the measurements."""
+    """Which parameters the measurements determine, and which the priors hold."""
 
-    singular: Array  # (K,) of S, falling
-    order: tuple[int, ...]  # parameters by how well they stand out, best first
-    held: tuple[int, ...]  # parameters that the data says little of: the prior holds them
-    alike: tuple[tuple[int, int, float], ...]  # pairs and their correlation
+    singular_values: Array  # (K,) of S, falling
+    ranking: tuple[int, ...]  # parameters by how well they stand out, best first
+    held_by_prior: tuple[int, ...]  # parameters that the data says little of: the prior holds them
+    correlated: tuple[tuple[int, int, float], ...]  # pairs and their correlation
     condition: float  # of S over what the data knows better than the priors
     frames_condition: float  # of the frames' own columns, scaled
 
 
-def identifiable(model: Model, data: Measurements, found: Fit) -> Identifiability:
-    """Judge a fit's Jacobian."""
-    K = int(found.active.sum())
-    keep = ~found.wild
-    D = found.linear.A.shape[2]
-    rows = (found.linear.A[keep] / data.sigma[keep, None, None]).reshape(-1, D)
+def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> Identifiability:
+    """Singular values, ranking, correlations and condition numbers of a fit's scaled Jacobian."""
+    K = int(fitted.active.sum())
+    rows_kept = ~fitted.outlier
+    D = fitted.linear.A.shape[2]
+    rows = (fitted.linear.A[rows_kept] / data.sigma[rows_kept, None, None]).reshape(-1, D)
     frames = rows[:, K:]
     size = np.linalg.norm(frames, axis=0)
     scaled = frames / np.where(size > 0, size, 1.0)
-    ill = _frames_condition(data, found, K)
-    index = np.flatnonzero(found.active)
+    frames_condition = _condition_of_frames(data, fitted, K)
+    index = np.flatnonzero(fitted.active)
     if K == 0:
-        return Identifiability(np.zeros(0), (), (), (), 1.0, ill)
-    values, left = np.linalg.eigh(scaled.T @ scaled)
-    base = np.linalg.qr(scaled @ left[:, values > 1e-10 * values[-1]])[0]
+        return Identifiability(np.zeros(0), (), (), (), 1.0, frames_condition)
+    values, eigenvectors = np.linalg.eigh(scaled.T @ scaled)
+    base = np.linalg.qr(scaled @ eigenvectors[:, values > 1e-10 * values[-1]])[0]
     _, group = model.groups()
-    spread = np.sqrt(found.posterior.scales.group[group[found.active]])
-    S = rows[:, :K] * spread / found.noise
+    spread = np.sqrt(fitted.posterior.scales.group[group[fitted.active]])
+    S = rows[:, :K] * spread / fitted.noise
     S = S - base @ (base.T @ S)
     _, pivot = qr(np.linalg.qr(S, mode="r"), mode="r", pivoting=True)
     singular = np.linalg.svd(S, compute_uv=False)
-    told = singular[singular > 1.0]
-    variance = np.diag(found.posterior.covariance)[:K]
-    held = tuple(int(index[k]) for k in range(K) if variance[k] > (1 - KNOWN) * spread[k] ** 2)
-    correlation = found.posterior.covariance[:K, :K] / np.sqrt(np.outer(variance, variance))
-    upper = np.argwhere(np.triu(np.abs(correlation), 1) > ALIKE)
-    alike = tuple((int(index[i]), int(index[j]), float(correlation[i, j])) for i, j in upper.tolist())
-    condition = float(told[0] / told[-1]) if len(told) else float("inf")
-    order = tuple(int(index[k]) for k in pivot.tolist())
-    return Identifiability(np.asarray(singular, dtype=float), order, held, alike, condition, ill)
+    above_prior = singular[singular > 1.0]
+    variance = np.diag(fitted.posterior.covariance)[:K]
+    held_by_prior = tuple(int(index[k]) for k in range(K) if variance[k] > (1 - KNOWN) * spread[k] ** 2)
+    correlation = fitted.posterior.covariance[:K, :K] / np.sqrt(np.outer(variance, variance))
+    upper = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
+    correlated = tuple((int(index[i]), int(index[j]), float(correlation[i, j])) for i, j in upper.tolist())
+    condition = float(above_prior[0] / above_prior[-1]) if len(above_prior) else float("inf")
+    ranking = tuple(int(index[k]) for k in pivot.tolist())
+    return Identifiability(
+        np.asarray(singular, dtype=float), ranking, held_by_prior, correlated, condition, frames_condition
+    )
 
 
-def _frames_condition(data: Measurements, found: Fit, K: int) -> float:
-    """Of the columns of instruments with frames of their own and of the reflectors they saw; axis tests have theirs."""
-    free = ~data.aligned[data.instrument] & ~found.wild
+def _condition_of_frames(data: Measurements, fitted: Fit, K: int) -> float:
+    """Condition of the columns of free instrument frames and of their reflectors; axis tests are aligned with World."""
+    free = ~data.aligned[data.instrument] & ~fitted.outlier
     if not free.any():
         return 1.0
-    rows = found.linear.A[free].reshape(-1, found.linear.A.shape[2])[:, K:]
+    rows = fitted.linear.A[free].reshape(-1, fitted.linear.A.shape[2])[:, K:]
     size = np.linalg.norm(rows, axis=0)
     values = np.linalg.svd(rows[:, size > 0] / size[size > 0], compute_uv=False)
     return float(values[0] / values[-1]) if values[-1] > 0 else float("inf")
 
 
-def correlations(found: Fit) -> Array:
+def correlations(fitted: Fit) -> Array:
     """Correlation of all free parameters, (K', K')."""
-    K = int(found.active.sum())
-    C = found.posterior.covariance[:K, :K]
+    K = int(fitted.active.sum())
+    C = fitted.posterior.covariance[:K, :K]
     size = np.sqrt(np.diag(C))
     return np.asarray(C / np.outer(size, size))

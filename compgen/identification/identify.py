@@ -1,4 +1,4 @@
-r"""Identification on one page: check, fit the ladder of models, choose by held-out error, judge, hand out sources."""
+r"""Identification: check the measurements, fit the candidate models, select one by cross-validation, judge it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,60 +11,60 @@ from compgen.core.findings import Finding, Level, Progress
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.uncertainty import UncertainSource
-from compgen.identification.cross_validation import HeldOut, better, held_out
+from compgen.identification.cross_validation import CrossValidation, cross_validate, improvement_interval
 from compgen.identification.fit import Fit, fit
-from compgen.identification.identifiability import Identifiability, identifiable
+from compgen.identification.identifiability import Identifiability, assess_identifiability
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import Model, Part, build_model, chosen
-from compgen.identification.parameters import Candidate, ladder, parts_of, warm_states
-from compgen.identification.plausibility import check_enough, check_plausible
+from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
+from compgen.identification.parameters import CandidateModel, candidate_models, symbolic_sources, warm_up_states
+from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import STILL
 from compgen.robot.robot import Robot
 
 ILL = 1e4  # condition of the frames' columns beyond which poses cannot tell instrument and reflector apart
-NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unseen
+NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Step:
-    """One model of the ladder, and how well it predicts."""
+class FittedCandidate:
+    """A candidate model fitted to the measurements, and how well it predicts."""
 
-    candidate: Candidate
+    candidate: CandidateModel
     fit: Fit
-    held_out: HeldOut
+    cross_validation: CrossValidation
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Identified:
-    """Everything that came out."""
+class Identification:
+    """The fitted models, the one selected, and the verdict."""
 
     robot: Robot
-    model: Model
+    model: ArmModel
     data: Measurements
-    steps: tuple[Step, ...]  # the ladder, plainest first; the first knows frames only
-    best: int
-    sight: Identifiability
+    candidates: tuple[FittedCandidate, ...]  # from the plainest; the first fits frames only
+    best: int  # index of the selected one
+    identifiability: Identifiability
     findings: tuple[Finding, ...]
     known: tuple[UncertainSource, ...]  # sources with fitted values and sigmas
     box: Array  # (6, 2) [rad] theta that the poses cover
 
     @property
-    def chosen(self) -> Step:
+    def selected(self) -> FittedCandidate:
         """The model that predicts best."""
-        return self.steps[self.best]
+        return self.candidates[self.best]
 
     def record(self) -> dict[str, Any]:
-        """The robot file's own table of what was found beside the sources."""
-        frames, held = self.chosen.fit.frames, self.chosen.held_out
+        """The robot file's table ``identified``: frames, noise and held-out error."""
+        frames, validation = self.selected.fit.frames, self.selected.cross_validation
         i = int(np.argmin(self.data.aligned))  # the first instrument whose frame is its own
         numbers = {k: [float(f"{v:.9g}") for v in row] for k, row in (
-            ("held_out_um", [held.mean / UM, *(x / UM for x in held.interval())]),
+            ("held_out_um", [validation.mean / UM, *(x / UM for x in validation.interval())]),
             ("instrument_mm", (frames.origin[i] / MM).tolist()),
             ("instrument_deg", (rotation_vector(frames.rotation[i]) / DEG).tolist()),
         )}  # fmt: skip
         return {
-            "model": self.chosen.candidate.name,
-            "noise_um": float(f"{self.chosen.fit.noise / UM:.9g}"),
+            "model": self.selected.candidate.name,
+            "noise_um": float(f"{self.selected.fit.noise / UM:.9g}"),
             **numbers,
             "reflector_mm": {
                 name: [float(f"{v:.9g}") for v in place / MM]
@@ -85,7 +85,7 @@ def identify(
     nodes: int,
     temperatures: bool,
     progress: Progress,
-) -> Identified:
+) -> Identification:
     """Fit the error sources of a robot to measurements.
 
     Args:
@@ -100,39 +100,45 @@ def identify(
         InputError: Too few numbers, or measurements that cannot be of this arm.
     """
     progress("model", 0.0)
-    check_enough(data)
+    check_row_count(data)
     moved = np.asarray(np.ptp(data.theta, axis=0) > STILL)
     warm = bool((data.warm > 0).any())
-    states = warm_states(known, nodes) if warm and not temperatures else ()
-    parts = parts_of(robot, known, moved, warm, temperatures)
-    model = build_model(robot, parts, nodes, states)
+    states = warm_up_states(known, nodes) if warm and not temperatures else ()
+    sources = symbolic_sources(robot, known, moved, warm, temperatures)
+    model = build_model(robot, sources, nodes, states)
     check_plausible(robot, model, data)
     names, _ = model.groups()
-    levels = ladder(names)
-    steps: list[Step] = []
-    for i, level in enumerate(levels):
-        progress(f"fit {level.name}", i / len(levels))
-        found = fit(model, data, chosen(model, level.groups))
-        steps.append(Step(level, found, held_out(model, data, found)))
-    errors = [s.held_out.mean for s in steps]
-    best = int(np.nanargmin(errors))
+    models = candidate_models(names)
+    candidates: list[FittedCandidate] = []
+    for i, candidate in enumerate(models):
+        progress(f"fit {candidate.name}", i / len(models))
+        fitted = fit(model, data, active_in_groups(model, candidate.groups))
+        candidates.append(FittedCandidate(candidate, fitted, cross_validate(model, data, fitted)))
+    held_out_errors = [s.cross_validation.mean for s in candidates]
+    best = int(np.nanargmin(held_out_errors))
     progress("judge", 0.95)
-    sight = identifiable(model, data, steps[best].fit)
-    told = judge(robot, model, data, steps, best, sight, moved)
-    fitted = fitted_sources(known, parts, model, steps[best].fit)
+    identifiability = assess_identifiability(model, data, candidates[best].fit)
+    findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
+    identified = fitted_sources(known, sources, model, candidates[best].fit)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
-    return Identified(robot, model, data, tuple(steps), best, sight, tuple(told), fitted, box)
+    return Identification(
+        robot, model, data, tuple(candidates), best, identifiability, tuple(findings), identified, box
+    )
 
 
 def judge(
-    robot: Robot, model: Model, data: Measurements, steps: Sequence[Step], best: int, sight: Identifiability,
+    robot: Robot,
+    model: ArmModel,
+    data: Measurements,
+    nominal: FittedCandidate,
+    selected: FittedCandidate,
+    identifiability: Identifiability,
     moved: BoolArray,
-) -> list[Finding]:  # fmt: skip
-    """The verdict's reasons."""
-    nominal, chosen_ = steps[0], steps[best]
-    found: list[Finding] = []
-    if sight.frames_condition > ILL:
-        found.append(
+) -> list[Finding]:
+    """The reasons of the verdict: the selected model against the nominal arm, joints, outliers, weak parameters."""
+    findings: list[Finding] = []
+    if identifiability.frames_condition > ILL:
+        findings.append(
             Finding(
                 Level.REFUSED, "frames",
                 "not identifiable: the poses hardly turn the tool, so the places of instrument and reflector cannot be "
@@ -140,49 +146,49 @@ def judge(
                 "second reflector",
             )
         )  # fmt: skip
-    gain = better(chosen_.held_out, nominal.held_out)
-    if best == 0 or gain[0] <= 0:
-        found.append(
+    gain = improvement_interval(selected.cross_validation, nominal.cross_validation)
+    if selected is nominal or gain[0] <= 0:
+        findings.append(
             Finding(
                 Level.REFUSED, "no_gain",
-                f"on held-out poses no model beats the nominal arm ({nominal.held_out.mean / UM:.1f} um "
-                f"with frames fitted"
-                f"; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); {_missing(robot, data, moved)}",
+                f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
+                f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
+                f"{_poses_to_add(robot, data, moved)}",
             )
         )  # fmt: skip
     span = np.ptp(data.theta, axis=0)
-    found += [
+    findings += [
         Finding(Level.WARNING, "still", f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; "
                 f"measure poses that move J{k + 1}")
         for k in np.flatnonzero(~moved).tolist()
     ]  # fmt: skip
-    found += [
+    findings += [
         Finding(Level.WARNING, "narrow", f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are "
-        f"known there "
-                "and nowhere else; the robot file says so (sources.box)")
+                "known there and nowhere else; the robot file says so (sources.box)")
         for k in np.flatnonzero(moved & (span < NARROW)).tolist()
     ]  # fmt: skip
-    wild = np.flatnonzero(chosen_.fit.wild).tolist()
-    for n in wild[:20]:
-        miss = np.linalg.norm(chosen_.fit.residual[n]) / UM
-        usual = chosen_.fit.noise * np.sqrt(3) / UM
-        found.append(
-            Finding(Level.WARNING, "outlier", f"{data.label[n]}: set aside: {miss:.0f} um from what the other rows "
+    outliers = np.flatnonzero(selected.fit.outlier).tolist()
+    for n in outliers[:20]:
+        distance = np.linalg.norm(selected.fit.residual[n]) / UM
+        usual = selected.fit.noise * np.sqrt(3) / UM
+        findings.append(
+            Finding(Level.WARNING, "outlier", f"{data.label[n]}: set aside: {distance:.0f} um from what the other rows "
                     f"say, where {usual:.0f} um is usual")
         )  # fmt: skip
-    if len(wild) > 20:
-        found.append(Finding(Level.WARNING, "outlier", f"{len(wild) - 20} more rows were set aside"))
-    if sight.held:
-        some = ", ".join(model.terms[k].name for k in sight.held[:6])
-        more = f" and {len(sight.held) - 6} more" if len(sight.held) > 6 else ""
-        found.append(
-            Finding(Level.NOTE, "held", f"the data says little of {some}{more}: their priors hold them near nominal")
+    if len(outliers) > 20:
+        findings.append(Finding(Level.WARNING, "outlier", f"{len(outliers) - 20} more rows were set aside"))
+    weak = identifiability.held_by_prior
+    if weak:
+        names = ", ".join(model.parameters[k].name for k in weak[:6])
+        more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
+        findings.append(
+            Finding(Level.NOTE, "held", f"the data says little of {names}{more}: their priors hold them near nominal")
         )
-    return found
+    return findings
 
 
-def _missing(robot: Robot, data: Measurements, moved: BoolArray) -> str:
-    """What measurement would help most."""
+def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
+    """The mend: which poses would help most."""
     span = np.ptp(data.theta, axis=0)
     share = span / (robot.upper - robot.lower)
     k = int(np.argmin(np.where(moved, share, 0.0)))
@@ -193,26 +199,26 @@ def _missing(robot: Robot, data: Measurements, moved: BoolArray) -> str:
 
 
 def fitted_sources(
-    known: Sequence[UncertainSource], parts: Sequence[Part], model: Model, found: Fit
+    known: Sequence[UncertainSource], symbolic: Sequence[SymbolicSource], model: ArmModel, fitted: Fit
 ) -> tuple[UncertainSource, ...]:
-    """The sources with what was found in them; those that were not fitted stay as they are."""
-    have = {k.source.NAME: k for k in known}
-    value = dict(zip(model.terms, zip(found.p, found.sigma, found.active)))
-    result: list[UncertainSource] = []
-    for part in parts:
-        old = have.get(part.before.NAME)
-        own = [(t, *value[t]) for t in part.terms if value[t][2]]
-        if not own:
+    """The sources with fitted values and sigmas; those that were not fitted stay as they are."""
+    of_file = {k.source.NAME: k for k in known}
+    fit_of = dict(zip(model.parameters, zip(fitted.p, fitted.sigma, fitted.active)))
+    sources: list[UncertainSource] = []
+    for source in symbolic:
+        old = of_file.get(source.before.NAME)
+        free = [(t, *fit_of[t]) for t in source.parameters if fit_of[t][2]]
+        if not free:
             if old is not None:
-                result.append(old)
+                sources.append(old)
             continue
-        values = {f: v.copy() for f, v in part.numbers.items()}
+        values = {f: v.copy() for f, v in source.numbers.items()}
         sigmas: dict[str, Array] = {}
-        for term, number, sigma, _ in own:
-            values[term.field][term.index] = number
-            sigmas.setdefault(term.field, np.zeros(values[term.field].shape))[term.index] = sigma
+        for parameter, value, sigma, _ in free:
+            values[parameter.field][parameter.index] = value
+            sigmas.setdefault(parameter.field, np.zeros(values[parameter.field].shape))[parameter.index] = sigma
         prior = dict(old.prior) if old is not None else {}
-        told = f"identified from {len(found.wild)} measured places"
-        result.append(UncertainSource(replace(part.before, **values), prior, sigmas, told))  # type: ignore[type-var]
-    names = {part.before.NAME for part in parts}
-    return (*result, *(k for k in known if k.source.NAME not in names))
+        provenance = f"identified from {len(fitted.outlier)} measured places"
+        sources.append(UncertainSource(replace(source.before, **values), prior, sigmas, provenance))  # type: ignore[type-var]
+    names = {source.before.NAME for source in symbolic}
+    return (*sources, *(k for k in known if k.source.NAME not in names))

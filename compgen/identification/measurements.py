@@ -33,7 +33,7 @@ class Measurements:
             instrument=("N",), reflector=("N",), position=("N", 3), rotation=("N", 3, 3), sigma=("N",), aligned=("I",),
         )  # fmt: skip
 
-    def kept(self, rows: BoolArray) -> "Measurements":
+    def subset(self, rows: BoolArray) -> "Measurements":
         """Some rows only; all poses, reflectors and instruments stay."""
         per_row = ("pose", "instrument", "reflector", "position", "rotation", "sigma")
         values = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -42,7 +42,7 @@ class Measurements:
         return Measurements(**values)
 
 
-def joined(parts: list[Measurements]) -> Measurements:
+def concatenate(parts: list[Measurements]) -> Measurements:
     """Several files as one: reflectors of the same name are the same, instruments are each file's own."""
     names = list(dict.fromkeys(r for p in parts for r in p.reflectors))
     poses = np.cumsum([0, *(len(p.theta) for p in parts)])

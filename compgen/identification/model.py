@@ -25,7 +25,7 @@ from compgen.robot.robot import Robot
 
 
 @dataclass(frozen=True, slots=True)
-class Term:
+class FreeParameter:
     """One parameter that measurements may move."""
 
     source: str  # its table in the robot file
@@ -44,25 +44,25 @@ class Term:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Model:
+class ArmModel:
     """CasADi functions of (theta 6, rise K, direction 6, time since warm-up 1, p)."""
 
-    terms: tuple[Term, ...]
+    parameters: tuple[FreeParameter, ...]
     flange: Any  # -> P (3), R (9)
     graph: tuple[Any, ...]  # SX: the inputs as a list, P, R (9), d(P, R)/dp (12, K)
 
     def pose(self, data: Measurements, p: Array) -> tuple[Array, Array]:
         """The flange at each pose, (M, 3) [m] and (M, 3, 3)."""
-        position, rotation = evaluate(self.flange, *_rows(data, p))
+        position, rotation = evaluate(self.flange, *_model_inputs(data, p))
         return position, np.swapaxes(rotation.reshape(-1, 3, 3), 1, 2)
 
-    def slopes(self, active: BoolArray) -> Any:
+    def jacobian_function(self, active: BoolArray) -> Any:
         """What ``derivatives`` runs, for some parameters only; -> P, R, dP (3 K'), dR (9 K')."""
-        return _slopes(self, active.tobytes())
+        return _jacobian_function(self, active.tobytes())
 
     def derivatives(self, slopes: Any, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
         """The flange and its derivatives, (M, 3), (M, 3, 3), (M, 3, K'), (M, 3, 3, K')."""
-        position, rotation, dP, dR = evaluate(slopes, *_rows(data, p))
+        position, rotation, dP, dR = evaluate(slopes, *_model_inputs(data, p))
         M, K = len(position), dP.shape[1] // 3
         turned = np.swapaxes(rotation.reshape(M, 3, 3), 1, 2)
         dP = np.swapaxes(dP.reshape(M, K, 3), 1, 2)
@@ -71,16 +71,16 @@ class Model:
     @property
     def prior(self) -> Array:
         """Standard deviations before any measurement, (K,) [SI]."""
-        return np.array([t.prior for t in self.terms])
+        return np.array([t.prior for t in self.parameters])
 
     def groups(self) -> tuple[tuple[str, ...], IntArray]:
         """Names of the groups, and the group of each parameter, (K,)."""
-        names = tuple(dict.fromkeys(t.group for t in self.terms))
-        return names, np.array([names.index(t.group) for t in self.terms], dtype=int)
+        names = tuple(dict.fromkeys(t.group for t in self.parameters))
+        return names, np.array([names.index(t.group) for t in self.parameters], dtype=int)
 
 
 @lru_cache(maxsize=8)
-def _slopes(model: Model, active: bytes) -> Any:
+def _jacobian_function(model: ArmModel, active: bytes) -> Any:
     """Built once: robust and learnt fits ask again and again."""
     ins, position, flat, slope = model.graph
     columns = slope[:, np.flatnonzero(np.frombuffer(active, dtype=bool)).tolist()]
@@ -88,18 +88,18 @@ def _slopes(model: Model, active: bytes) -> Any:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Part:
+class SymbolicSource:
     """A source with symbols in the fields that shall be fitted."""
 
     source: Source  # with symbols
     before: Source  # as the robot file has it
     symbols: Any  # SX column of the parameters in it
-    terms: tuple[Term, ...]
+    parameters: tuple[FreeParameter, ...]
     numbers: Mapping[str, Array]  # values before, by field
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class WarmState:
+class WarmUpState:
     """A node whose rise during the warm-up is unknown: A (1 + y) (1 - exp(-t / tau)), tau = typical exp(x).
 
     It begins at the typical rise and not at none, where a bend of unknown rate would show no slope.
@@ -111,11 +111,13 @@ class WarmState:
     clock: str  # nodes with the same word share one tau
 
 
-def build_model(robot: Robot, parts: Sequence[Part], nodes: int, states: Sequence[WarmState] = ()) -> Model:
+def build_model(
+    robot: Robot, parts: Sequence[SymbolicSource], nodes: int, states: Sequence[WarmUpState] = ()
+) -> ArmModel:
     """Fold the parts over the nominal chain, and differentiate."""
     theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1))
     direction, warm = ca.SX.sym("direction", 6), ca.SX.sym("warm")
-    extra, extra_terms, real_rise = _warm(states, rise, warm)
+    extra, extra_terms, real_rise = _warm_up_expr(states, rise, warm)
     chain = nominal_chain(robot, theta)
     state = State(chain, real_rise, direction, ca.SX.zeros(3))
     for part in parts:
@@ -127,14 +129,14 @@ def build_model(robot: Robot, parts: Sequence[Part], nodes: int, states: Sequenc
     both = ca.vertcat(position, flat)
     slope = ca.densify(ca.jacobian(both, p)) if p.numel() else ca.SX.zeros(12, 0)
     ins = [theta, rise, direction, warm, p]
-    return Model(
-        tuple(t for part in parts for t in part.terms) + tuple(extra_terms),
+    return ArmModel(
+        tuple(t for part in parts for t in part.parameters) + tuple(extra_terms),
         ca.Function("flange", ins, ca.cse([position, flat])),
         (ins, position, flat, slope),
     )
 
 
-def _warm(states: Sequence[WarmState], rise: Any, warm: Any) -> tuple[list[Any], list[Term], Any]:
+def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[list[Any], list[FreeParameter], Any]:
     """Symbols, terms and rises of the unknown states."""
     symbols, terms, rises = [], [], [rise[k] for k in range(rise.numel())]
     clocks: dict[str, Any] = {}
@@ -143,19 +145,19 @@ def _warm(states: Sequence[WarmState], rise: Any, warm: Any) -> tuple[list[Any],
             x = ca.SX.sym(f"log_tau_{s.clock}")
             clocks[s.clock] = x
             symbols.append(x)
-            terms.append(Term("warm_up", "log_tau", (len(clocks) - 1,), "log_tau", 1.0, 1.0, "warm_up.tau"))
+            terms.append(FreeParameter("warm_up", "log_tau", (len(clocks) - 1,), "log_tau", 1.0, 1.0, "warm_up.tau"))
         A = ca.SX.sym(f"rise_{s.node}")
         symbols.append(A)
-        terms.append(Term("warm_up", "rise", (s.node,), "rise_over_typical", 1.0, 1.0, "warm_up.rise"))
+        terms.append(FreeParameter("warm_up", "rise", (s.node,), "rise_over_typical", 1.0, 1.0, "warm_up.rise"))
         rises[s.node] = rises[s.node] + s.amplitude * (1 + A) * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
     return symbols, terms, ca.vertcat(*rises)
 
 
-def _rows(data: Measurements, p: Array) -> tuple[Array, ...]:
+def _model_inputs(data: Measurements, p: Array) -> tuple[Array, ...]:
     rise = data.rise if data.rise.shape[1] else np.zeros((len(data.theta), 1))
     return data.theta, rise, data.direction, data.warm[:, None], p[None, :]
 
 
-def chosen(model: Model, groups: Sequence[str]) -> BoolArray:
+def active_in_groups(model: ArmModel, groups: Sequence[str]) -> BoolArray:
     """Which parameters belong to some groups, (K,)."""
-    return np.array([t.group in groups for t in model.terms], dtype=bool)
+    return np.array([t.group in groups for t in model.parameters], dtype=bool)

@@ -15,7 +15,7 @@ from compgen.error_model.schema import LoadsTable
 from compgen.error_model.source import ArmFacts, Entry, LoadDependent, RiseDependent, Rung, Visibility
 from compgen.error_model.sources import ORDER
 from compgen.error_model.uncertainty import UncertainSource, prior_of
-from compgen.identification.model import Part, Term, WarmState
+from compgen.identification.model import FreeParameter, SymbolicSource, WarmUpState
 from compgen.robot.robot import Robot
 
 WARM_RISE = 8.0  # K: typical of a node in a warm-up without temperatures
@@ -23,32 +23,32 @@ WARM_TAU = 2 * HOUR  # s: typical; its logarithm has a prior of 1
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class CandidateModel:
     """A step of the ladder of models: its own groups come on top of those before."""
 
     name: str
     groups: tuple[str, ...]
 
 
-def ladder(groups: Sequence[str]) -> list[Candidate]:
+def candidate_models(groups: Sequence[str]) -> list[CandidateModel]:
     """Models from the plainest to the richest, as far as there are parameters for them.
 
     What the warm-up shows is in all but the first, or the cold parameters would answer for it.
     """
     rung = {kind.NAME: kind.FITTING.rung for kind in ORDER if kind.FITTING} | {"warm_up": "temperature"}
-    candidates = [Candidate("frames only", ())]
+    candidates = [CandidateModel("frames only", ())]
     kept = [g for g in groups if rung[g.split(".")[0]] == "temperature"]
     for name in get_args(Rung)[1:]:
         own = [g for g in groups if rung[g.split(".")[0]] == name]
         if own:
             kept = [*kept, *own]
-            candidates.append(Candidate(name, tuple(kept)))
+            candidates.append(CandidateModel(name, tuple(kept)))
     return candidates
 
 
-def parts_of(
+def symbolic_sources(
     robot: Robot, known: Sequence[UncertainSource], moved: BoolArray, warm: bool, log: bool = True
-) -> list[Part]:
+) -> list[SymbolicSource]:
     """The sources that can be fitted, with symbols, and the others of the robot file as they are.
 
     Left out are what the frames of instrument and reflector hold already: the first d and zero, the last row, base and
@@ -66,7 +66,7 @@ def parts_of(
     unloaded = loads_of(LoadsTable(), robot)
     arm = ArmFacts(robot, (), (np.zeros((6, 0)), np.zeros((6, 0))), unloaded if loads is None else loads)
     visible = Visibility(robot, tuple(np.flatnonzero(moved).tolist()), warm, log)
-    parts: list[Part] = []
+    parts: list[SymbolicSource] = []
     for kind in ORDER:
         if kind.FITTING is None:
             continue
@@ -75,14 +75,14 @@ def parts_of(
             source = source_of(kind, kind.FITTING.table, arm, kind.NAME)
             start = UncertainSource(source, prior_of(source), {}, "")
         if start is not None:
-            parts.append(_part(start, start.source.entries_to_fit(visible)))
+            parts.append(_with_symbols(start, start.source.entries_to_fit(visible)))
     return parts
 
 
-def warm_states(known: Sequence[UncertainSource], nodes: int) -> tuple[WarmState, ...]:
+def warm_up_states(known: Sequence[UncertainSource], nodes: int) -> tuple[WarmUpState, ...]:
     """Unknown states of the nodes that something grows or bends with; each with its own clock."""
     used = set[int]().union(*(k.source.nodes() for k in known if isinstance(k.source, RiseDependent)))
-    return tuple(WarmState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used))
+    return tuple(WarmUpState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used))
 
 
 def without_force(known: UncertainSource) -> UncertainSource:
@@ -93,13 +93,13 @@ def without_force(known: UncertainSource) -> UncertainSource:
     return replace(known, source=replace(source, loads=known.source.loads.without_force()))
 
 
-def _part(start: UncertainSource, entries: Sequence[Entry]) -> Part:
+def _with_symbols(start: UncertainSource, entries: Sequence[Entry]) -> SymbolicSource:
     """A source with symbols at the entries to fit, where their prior is not zero; the others stay as they are."""
     source: Any = start.source
     fields: dict[str, Any] = {}
     numbers: dict[str, Array] = {}
     symbols: list[Any] = []
-    terms: list[Term] = []
+    terms: list[FreeParameter] = []
     for p in source.PARAMETERS:
         value = np.array(getattr(source, p.field))
         numbers[p.field] = value
@@ -113,8 +113,8 @@ def _part(start: UncertainSource, entries: Sequence[Entry]) -> Part:
             filled[index if len(index) > 1 else index[0]] = symbol
             group = f"{source.NAME}.{entry.group or p.field}"
             deviation = float(start.prior[p.field][index])
-            terms.append(Term(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint))
+            terms.append(FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint))
             symbols.append(symbol)
         fields[p.field] = filled
     fitted = replace(source, **fields) if fields else source
-    return Part(fitted, source, ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1), tuple(terms), numbers)
+    return SymbolicSource(fitted, source, ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1), tuple(terms), numbers)

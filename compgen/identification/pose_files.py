@@ -57,7 +57,7 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     return Measurements(
         theta=theta,
         rise=np.zeros((len(theta), nodes)),
-        direction=directions(theta, clock if table.has("order") and not table.has("time_s") else None),
+        direction=motion_directions(theta, clock if table.has("order") and not table.has("time_s") else None),
         time=clock,
         warm=np.zeros(len(theta)),
         pose=pose,
@@ -73,7 +73,7 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     )
 
 
-def directions(theta: Array, order: Array | None = None) -> Array:
+def motion_directions(theta: Array, order: Array | None = None) -> Array:
     """The direction each joint came with, from the pose before, (M, 6) of -1, 0, 1.
 
     A joint that stood still keeps the direction it had; before the first pose, and where ``order`` (M,) leaves out

@@ -16,11 +16,11 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.units import MM
-from compgen.identification.fit import WIDE, linearise
+from compgen.identification.fit import FRAME_PRECISION, linearise
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import Model
-from compgen.identification.pose_files import directions
+from compgen.identification.model import ArmModel
+from compgen.identification.pose_files import motion_directions
 from compgen.robot.robot import Robot
 
 CANDIDATES = 1500
@@ -50,8 +50,8 @@ class PosePlan:
     prior: Array  # (K,) [SI] before
 
 
-def plan(
-    robot: Robot, model: Model, nodes: int, site: Site, count: int, progress: Callable[[str, float], None]
+def plan_poses(
+    robot: Robot, model: ArmModel, nodes: int, site: Site, count: int, progress: Callable[[str, float], None]
 ) -> PosePlan:
     """Choose poses.
 
@@ -61,23 +61,25 @@ def plan(
     """
     if not 2 <= count <= CANDIDATES // 2:
         raise InputError(f"-n {count}: must be 2 to {CANDIDATES // 2} poses")
-    theta = _candidates(robot, model, nodes, site, count)
+    theta = _candidate_poses(robot, model, nodes, site, count)
     progress("candidates", 0.2)
-    A = _slopes(robot, model, nodes, site, theta)
+    A = _jacobians(robot, model, nodes, site, theta)
     progress("slopes", 0.4)
-    prior = np.concatenate([np.ones(len(model.terms)), np.full(A.shape[2] - len(model.terms), WIDE)])
+    prior = np.concatenate(
+        [np.ones(len(model.parameters)), np.full(A.shape[2] - len(model.parameters), FRAME_PRECISION)]
+    )
     rows = _exchange(A, prior, count, progress)
-    order = _tour(theta[rows], robot.pendant_zero)
+    order = _nearest_neighbour_order(theta[rows], robot.pendant_zero)
     rows = rows[order]
-    A = _slopes(robot, model, nodes, site, theta[rows])  # again: each joint now comes from the pose before
+    A = _jacobians(robot, model, nodes, site, theta[rows])  # again: each joint now comes from the pose before
     information = np.diag(prior) + np.einsum("nij,nik->jk", A, A)
     covariance = np.linalg.inv(information)
-    sigma = np.sqrt(np.diag(covariance)[: len(model.terms)]) * model.prior
-    position, _ = model.pose(_data(theta[rows], nodes, site), np.zeros(len(model.terms)))
+    sigma = np.sqrt(np.diag(covariance)[: len(model.parameters)]) * model.prior
+    position, _ = model.pose(_measurements(theta[rows], nodes, site), np.zeros(len(model.parameters)))
     return PosePlan(theta[rows], position, sigma, model.prior)
 
 
-def _candidates(robot: Robot, model: Model, nodes: int, site: Site, count: int) -> Array:
+def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, count: int) -> Array:
     """Poses inside limits whose reflectors lie in the box and are seen."""
     rng = np.random.default_rng(1)  # the same plan at every run
     middle, half = (robot.upper + robot.lower) / 2, (robot.upper - robot.lower) / 2
@@ -87,7 +89,7 @@ def _candidates(robot: Robot, model: Model, nodes: int, site: Site, count: int) 
     while have < CANDIDATES and tried < DRAWS:
         theta = middle + half * rng.uniform(-1, 1, (20_000, 6))
         tried += len(theta)
-        good = theta[_usable(model, nodes, site, theta)]
+        good = theta[_visible(model, nodes, site, theta)]
         found.append(good)
         have += len(good)
     if have < 2 * count:
@@ -100,8 +102,8 @@ def _candidates(robot: Robot, model: Model, nodes: int, site: Site, count: int) 
     return np.concatenate(found)[:CANDIDATES]
 
 
-def _usable(model: Model, nodes: int, site: Site, theta: Array) -> Array:
-    position, rotation = model.pose(_data(theta, nodes, site), np.zeros(len(model.terms)))
+def _visible(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
+    position, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))
     places = position[:, None] + np.einsum("nij,rj->nri", rotation, site.reflector)
     inside = ((places >= site.box[0]) & (places <= site.box[1])).all(axis=(1, 2))
     if site.instrument is not None:
@@ -112,11 +114,11 @@ def _usable(model: Model, nodes: int, site: Site, theta: Array) -> Array:
     return np.asarray(inside)
 
 
-def _data(theta: Array, nodes: int, site: Site) -> Measurements:
+def _measurements(theta: Array, nodes: int, site: Site) -> Measurements:
     M, R = len(theta), len(site.reflector)
     N = M * R
     return Measurements(
-        theta=theta, rise=np.zeros((M, nodes)), direction=directions(theta), time=np.arange(M, dtype=float),
+        theta=theta, rise=np.zeros((M, nodes)), direction=motion_directions(theta), time=np.arange(M, dtype=float),
         warm=np.zeros(M), pose=np.repeat(np.arange(M), R), instrument=np.zeros(N, dtype=int),
         reflector=np.tile(np.arange(R), M), position=np.zeros((N, 3)), rotation=np.full((N, 3, 3), np.nan),
         sigma=np.ones(N), label=("",) * N, reflectors=tuple(map(str, range(R))), instruments=("plan",),
@@ -124,14 +126,14 @@ def _data(theta: Array, nodes: int, site: Site) -> Measurements:
     )  # fmt: skip
 
 
-def _slopes(robot: Robot, model: Model, nodes: int, site: Site, theta: Array) -> Array:
+def _jacobians(robot: Robot, model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
     """Slopes of all places at each candidate over the noise, (M, 3 R, D)."""
-    active = np.ones(len(model.terms), dtype=bool)
+    active = np.ones(len(model.parameters), dtype=bool)
     frames = InstrumentFrames(np.eye(3)[None], np.zeros((1, 3)), site.reflector)
-    data = _data(theta, nodes, site)
+    data = _measurements(theta, nodes, site)
     linear = linearise(
         model,
-        model.slopes(active),
+        model.jacobian_function(active),
         data,
         active,
         np.zeros(len(active)),
@@ -147,8 +149,8 @@ def _exchange(A: Array, prior: Array, count: int, progress: Callable[[str, float
     C = np.diag(1 / prior)
     chosen: list[int] = []
     for _ in range(count):  # one by one: log det grows by log det(I + A C A')
-        best = _best(A, C, chosen)
-        C = _with(C, A[best], size)
+        best = _best_candidate(A, C, chosen)
+        C = _covariance_with(C, A[best], size)
         chosen.append(best)
     progress("exchange", 0.6)
     for turn in range(EXCHANGES):
@@ -158,34 +160,37 @@ def _exchange(A: Array, prior: Array, count: int, progress: Callable[[str, float
             S = np.eye(size) - A[out] @ C @ A[out].T
             less = C + C @ A[out].T @ np.linalg.solve(S, A[out] @ C)
             rest = chosen[:k] + chosen[k + 1 :]
-            best = _best(A, less, rest)
-            if best != out and _gain(A[best : best + 1], less)[0] > _gain(A[out : out + 1], less)[0] + 1e-9:
+            best = _best_candidate(A, less, rest)
+            if (
+                best != out
+                and _log_det_gain(A[best : best + 1], less)[0] > _log_det_gain(A[out : out + 1], less)[0] + 1e-9
+            ):
                 chosen[k], changed = best, True
-                C = _with(less, A[best], size)
+                C = _covariance_with(less, A[best], size)
         progress("exchange", 0.6 + 0.3 * (turn + 1) / EXCHANGES)
         if not changed:
             break
     return np.array(chosen)
 
 
-def _gain(A: Array, C: Array) -> Array:
+def _log_det_gain(A: Array, C: Array) -> Array:
     inner = np.eye(A.shape[1]) + (A @ C) @ np.swapaxes(A, 1, 2)
     return np.asarray(np.linalg.slogdet(inner)[1])
 
 
-def _best(A: Array, C: Array, taken: list[int]) -> int:
-    gain = _gain(A, C)
+def _best_candidate(A: Array, C: Array, taken: list[int]) -> int:
+    gain = _log_det_gain(A, C)
     gain[taken] = -np.inf
     return int(np.argmax(gain))
 
 
-def _with(C: Array, rows: Array, size: int) -> Array:
+def _covariance_with(C: Array, rows: Array, size: int) -> Array:
     inner = np.eye(size) + rows @ C @ rows.T
     new = C - C @ rows.T @ np.linalg.solve(inner, rows @ C)
     return np.asarray((new + new.T) / 2)
 
 
-def _tour(theta: Array, start: Array) -> IntArray:
+def _nearest_neighbour_order(theta: Array, start: Array) -> IntArray:
     """From the start always to the nearest pose, by the largest joint motion."""
     left = list(range(len(theta)))
     here, order = start, []

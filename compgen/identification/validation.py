@@ -14,14 +14,14 @@ from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.fit import fit
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import Part, build_model
+from compgen.identification.model import SymbolicSource, build_model
 from compgen.identification.parameters import without_force
-from compgen.identification.plausibility import check_enough, check_plausible
+from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Validated:
+class Validation:
     """Distances of measured from predicted places."""
 
     data: Measurements
@@ -43,7 +43,7 @@ def statistics(distance: Array) -> dict[str, float]:
 
 def validate(
     robot: Robot, known: Sequence[UncertainSource], data: Measurements, nodes: int, frames: InstrumentFrames | None
-) -> Validated:
+) -> Validation:
     """Compare a robot's sources with measurements.
 
     Args:
@@ -57,18 +57,18 @@ def validate(
         InputError: Too few numbers to fit frames, or measurements that cannot be of this arm.
     """
     parts = [
-        Part(k.source, k.source, ca.SX.zeros(0, 1), (), {})
+        SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {})
         for k in map(without_force, known)
         if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
     ]
     nominal, real = build_model(robot, [], nodes), build_model(robot, parts, nodes)
     free = np.zeros(0, dtype=bool)
     if frames is None:
-        check_enough(data)
+        check_row_count(data)
         check_plausible(robot, nominal, data)
         plain, good = (fit(m, data, free, robust=False) for m in (nominal, real))
         frames = good.frames
-        return Validated(data, frames, *(np.linalg.norm(f.residual, axis=1) for f in (plain, good)))
+        return Validation(data, frames, *(np.linalg.norm(f.residual, axis=1) for f in (plain, good)))
     if len(frames.reflector) != len(data.reflectors):
         raise InputError(
             f"{data.instruments[0]}: {len(data.reflectors)} reflectors; refit their places: --refit-frames"
@@ -76,5 +76,5 @@ def validate(
     missed = []
     for model in (nominal, real):
         position, rotation = model.pose(data, np.zeros(0))
-        missed.append(np.linalg.norm(data.position - frames.seen(data, position, rotation), axis=1))
-    return Validated(data, frames, missed[0], missed[1])
+        missed.append(np.linalg.norm(data.position - frames.predict(data, position, rotation), axis=1))
+    return Validation(data, frames, missed[0], missed[1])

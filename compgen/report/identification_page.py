@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identifiability import correlations
-from compgen.identification.identify import Identified
+from compgen.identification.identify import Identification
 from compgen.report.figure import RED_TO_BLUE, Figure, axis, div, figure, trace
 from compgen.report.identification_summary import identification_summary
 from compgen.report.page import COOL, GREY, LINES, WARM, page, thin
@@ -15,7 +15,7 @@ from compgen.report.page import COOL, GREY, LINES, WARM, page, thin
 MANY = 60  # parameters that a picture of correlations can show
 
 
-def identification_html(found: Identified) -> bytes:
+def identification_html(found: Identification) -> bytes:
     """One page: the verdict, the ladder, residuals before and after, parameters, correlations."""
     told = identification_summary(found)
     held = told["held_out_um"]
@@ -69,11 +69,11 @@ def _parameters(told: dict[str, Any]) -> str:
     )
 
 
-def _in_space(found: Identified) -> Figure:
-    data, fit = found.data, found.chosen.fit
+def _in_space(found: Identification) -> Figure:
+    data, fit = found.data, found.selected.fit
     traces = []
     keep = thin(np.linalg.norm(fit.residual, axis=1))
-    for step, colour, name in ((found.steps[0], WARM, "before"), (found.chosen, COOL, "after")):
+    for step, colour, name in ((found.candidates[0], WARM, "before"), (found.selected, COOL, "after")):
         start = data.position[keep]
         end = start + 100 * step.fit.residual[keep]
         gap = np.full(len(start), np.nan)
@@ -83,25 +83,25 @@ def _in_space(found: Identified) -> Figure:
     return figure(traces, 520, scene=scene)
 
 
-def _over_time(found: Identified) -> Figure:
+def _over_time(found: Identification) -> Figure:
     data = found.data
     time = data.time[data.pose]
     traces = []
-    for step, colour, name in ((found.steps[0], WARM, "before"), (found.chosen, COOL, "after")):
+    for step, colour, name in ((found.candidates[0], WARM, "before"), (found.selected, COOL, "after")):
         size = np.linalg.norm(step.fit.residual, axis=1)
         keep = thin(size)
         look = {"mode": "markers", "name": name, "marker": {"color": colour, "size": 5}}
         traces.append(trace("scatter", time[keep], np.round(size[keep] / UM, 2), **look))
-    wild = np.flatnonzero(found.chosen.fit.wild)
-    size = np.linalg.norm(found.chosen.fit.residual, axis=1)
+    wild = np.flatnonzero(found.selected.fit.outlier)
+    size = np.linalg.norm(found.selected.fit.residual, axis=1)
     look = {"mode": "markers", "name": "set aside", "marker": {"color": GREY, "symbol": "x", "size": 9}}
     traces.append(trace("scatter", time[wild], np.round(size[wild] / UM, 2), **look))
     return figure(traces, 340, yaxis=axis("residual [µm]", type="log"), xaxis=axis("time [s], or order"))
 
 
-def _over_joints(found: Identified) -> Figure:
-    data, fit = found.data, found.chosen.fit
-    size = np.round(np.where(fit.wild, np.nan, np.linalg.norm(fit.residual, axis=1)) / UM, 2)
+def _over_joints(found: Identification) -> Figure:
+    data, fit = found.data, found.selected.fit
+    size = np.round(np.where(fit.outlier, np.nan, np.linalg.norm(fit.residual, axis=1)) / UM, 2)
     pendant = np.round(found.robot.to_pendant(data.theta)[data.pose] / DEG, 3)
     traces = [
         trace(
@@ -114,11 +114,11 @@ def _over_joints(found: Identified) -> Figure:
     return figure(traces, 340, yaxis=axis("residual [µm]"), xaxis=axis(told))
 
 
-def _correlated(found: Identified) -> Figure:
-    fit = found.chosen.fit
+def _correlated(found: Identification) -> Figure:
+    fit = found.selected.fit
     index = np.flatnonzero(fit.active)
     best = np.sort(np.argsort(-fit.gamma[index], kind="stable")[:MANY])
-    names = [found.model.terms[k].name for k in index[best]]
+    names = [found.model.parameters[k].name for k in index[best]]
     values = np.round(correlations(fit)[np.ix_(best, best)], 3)
     small = {"tickfont": {"size": 8}}
     return figure(

@@ -8,15 +8,15 @@ import numpy as np
 from compgen import __version__
 from compgen.core.arrays import IntArray
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.identify import Identified
-from compgen.identification.validation import Validated, statistics
+from compgen.identification.identify import Identification
+from compgen.identification.validation import Validation, statistics
 
 
-def identification_summary(found: Identified) -> dict[str, Any]:
+def identification_summary(found: Identification) -> dict[str, Any]:
     """Everything a machine may ask, SI left for the units in the names."""
-    best, data = found.chosen, found.data
-    terms = found.model.terms
-    low, high = best.held_out.interval()
+    best, data = found.selected, found.data
+    terms = found.model.parameters
+    low, high = best.cross_validation.interval()
     span = np.ptp(data.theta, axis=0) / DEG
     limits = (found.robot.upper - found.robot.lower) / DEG
     return {
@@ -28,23 +28,23 @@ def identification_summary(found: Identified) -> dict[str, Any]:
         "places": len(data.pose),
         "reflectors": list(data.reflectors),
         "noise_um": _um(best.fit.noise),
-        "held_out_um": {"mean": _um(best.held_out.mean), "low": _um(low), "high": _um(high)},
+        "held_out_um": {"mean": _um(best.cross_validation.mean), "low": _um(low), "high": _um(high)},
         "ladder": [
             {
                 "model": s.candidate.name,
                 "parameters": int(s.fit.active.sum()),
                 "effective": round(float(s.fit.gamma.sum()), 2),
                 "held_out_um": {
-                    "mean": _um(s.held_out.mean),
-                    "low": _um(s.held_out.interval()[0]),
-                    "high": _um(s.held_out.interval()[1]),
+                    "mean": _um(s.cross_validation.mean),
+                    "low": _um(s.cross_validation.interval()[0]),
+                    "high": _um(s.cross_validation.interval()[1]),
                 },
                 "noise_um": _um(s.fit.noise),
             }
-            for s in found.steps
+            for s in found.candidates
         ],
-        "condition": _finite(found.sight.condition),
-        "frames_condition": _finite(found.sight.frames_condition),
+        "condition": _finite(found.identifiability.condition),
+        "frames_condition": _finite(found.identifiability.frames_condition),
         "coverage": {
             f"j{k + 1}": {"span_deg": round(float(span[k]), 3), "share": round(float(span[k] / limits[k]), 4)}
             for k in range(6)
@@ -55,21 +55,21 @@ def identification_summary(found: Identified) -> dict[str, Any]:
                 "value": _nine(best.fit.p[k] / t.unit),
                 "sigma": _nine(best.fit.sigma[k] / t.unit),
                 "told": round(float(best.fit.gamma[k]), 4),
-                "held_by_prior": k in found.sight.held,
+                "held_by_prior": k in found.identifiability.held_by_prior,
             }
             for k, t in enumerate(terms)
             if best.fit.active[k]
         ],
-        "alike": [[terms[i].name, terms[j].name, round(r, 4)] for i, j, r in found.sight.alike],
+        "alike": [[terms[i].name, terms[j].name, round(r, 4)] for i, j, r in found.identifiability.correlated],
         "outliers": [
             {"row": data.label[n], "distance_um": _um(float(np.linalg.norm(best.fit.residual[n])))}
-            for n in np.flatnonzero(best.fit.wild).tolist()
+            for n in np.flatnonzero(best.fit.outlier).tolist()
         ],
         "findings": [f.record() for f in found.findings],
     }
 
 
-def validation_summary(found: Validated) -> dict[str, Any]:
+def validation_summary(found: Validation) -> dict[str, Any]:
     """Errors per target and overall, in mm."""
 
     def told(rows: IntArray) -> dict[str, Any]:
@@ -89,7 +89,7 @@ def validation_summary(found: Validated) -> dict[str, Any]:
     }
 
 
-def identification_json(found: Identified) -> bytes:
+def identification_json(found: Identification) -> bytes:
     """The summary as a file."""
     return (json.dumps(identification_summary(found), indent=2, allow_nan=False) + "\n").encode()
 

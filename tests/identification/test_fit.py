@@ -11,14 +11,14 @@ from scipy.optimize import least_squares
 from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warming, with_outliers
 
 from compgen.core.rotations import rotation_matrix
-from compgen.identification.cross_validation import held_out
-from compgen.identification.evidence import Scales, normal_of, posterior
+from compgen.identification.cross_validation import cross_validate
+from compgen.identification.evidence import Scales, normal_equations, posterior
 from compgen.identification.fit import fit, linearise
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
-from compgen.identification.measurements import joined
+from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model
-from compgen.identification.parameters import parts_of
+from compgen.identification.parameters import symbolic_sources
 
 FORTY = ("link_offsets", "joint_zeros", "gear_harmonics")
 
@@ -46,11 +46,11 @@ def small(truth):
 def test_slopes_are_difference_quotients(truth, small):
     """Of every parameter, every frame and every reflector."""
     model, data = truth.model, small
-    active = np.array([t.source != "joint_ripple" for t in model.terms])
+    active = np.array([t.source != "joint_ripple" for t in model.parameters])
     rng = np.random.default_rng(2)
     p = rng.normal(0, 1, len(active)) * model.prior * active
     turn = np.tile(np.eye(3), (3, 1, 1))
-    slopes = model.slopes(active)
+    slopes = model.jacobian_function(active)
     linear = linearise(model, slopes, data, active, p, truth.frames, turn)
     K, step = int(active.sum()), 1e-3
     for k in range(K):
@@ -59,8 +59,8 @@ def test_slopes_are_difference_quotients(truth, small):
         for sign in (1, -1):
             moved = p.copy()
             moved[here] += sign * step * model.prior[here]
-            z.append(data.position - truth.frames.seen(data, *model.pose(data, moved)))
-        assert_allclose(linear.A[:, :, k], -(z[0] - z[1]) / (2 * step), atol=2e-8, err_msg=model.terms[here].name)
+            z.append(data.position - truth.frames.predict(data, *model.pose(data, moved)))
+        assert_allclose(linear.A[:, :, k], -(z[0] - z[1]) / (2 * step), atol=2e-8, err_msg=model.parameters[here].name)
     for k in range(6 + 9):
         z = []
         for sign in (1, -1):
@@ -70,25 +70,25 @@ def test_slopes_are_difference_quotients(truth, small):
                 rotation_matrix(d[None, :3]) @ truth.frames.rotation, truth.frames.origin + d[3:6],
                 truth.frames.reflector + d[6:].reshape(3, 3),
             )  # fmt: skip
-            z.append(data.position - frames.seen(data, *model.pose(data, p)))
+            z.append(data.position - frames.predict(data, *model.pose(data, p)))
         assert_allclose(linear.A[:, :, K + k], -(z[0] - z[1]) / 2e-6, atol=1e-8)
 
 
 def test_orientation_rows_have_the_right_slope(truth, small):
     model = truth.model
-    active = np.array([t.source in ("joint_zeros", "link_offsets") for t in model.terms])
+    active = np.array([t.source in ("joint_zeros", "link_offsets") for t in model.parameters])
     zero = np.zeros(len(active))
     _, R = model.pose(small, zero)
     seen = truth.frames.rotation[0] @ R[small.pose]
     data = replace(small, rotation=seen @ rotation_matrix(np.full((len(seen), 3), 1e-4)))
     turn = np.tile(np.eye(3), (3, 1, 1))
-    linear = linearise(model, model.slopes(active), data, active, zero, truth.frames, turn)
+    linear = linearise(model, model.jacobian_function(active), data, active, zero, truth.frames, turn)
     assert_allclose(linear.turn, 1e-4, rtol=1e-6)
-    k = next(i for i, j in enumerate(np.flatnonzero(active)) if model.terms[j].source == "joint_zeros")
+    k = next(i for i, j in enumerate(np.flatnonzero(active)) if model.parameters[j].source == "joint_zeros")
     here, step = np.flatnonzero(active)[k], 1e-2
     moved = zero.copy()
     moved[here] = step * model.prior[here]
-    after = linearise(model, model.slopes(active), data, active, moved, truth.frames, turn)
+    after = linearise(model, model.jacobian_function(active), data, active, moved, truth.frames, turn)
     assert_allclose(
         linear.B[:, :, k], -(after.turn - linear.turn) / step, atol=1e-7
     )  # turns of 1e-4 rad add as vectors
@@ -101,7 +101,7 @@ def test_the_linear_problem_meets_the_closed_form():
     lam, s2 = np.array([0.5, 2.0]), 0.3
     group = np.array([0, 0, 1, 1])
     told = posterior(
-        [normal_of(A, z, np.ones(40))], group, np.array([1e-3, 1e-3]), np.zeros(2),
+        [normal_equations(A, z, np.ones(40))], group, np.array([1e-3, 1e-3]), np.zeros(2),
         Scales(lam, np.array([s2, s2])), learn_groups=False, learn_noise=False,
     )  # fmt: skip
     D = np.diag([*(1 / lam[group]), 1e-3, 1e-3])
@@ -118,7 +118,7 @@ def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
     A = rng.normal(size=(300, 20))
     z = A[:, :10] @ rng.normal(0, 3, 10) + rng.normal(0, 0.1, 300)
     told = posterior(
-        [normal_of(A, z, np.ones(300))], np.repeat([0, 1], 10), np.zeros(0), np.zeros(0),
+        [normal_equations(A, z, np.ones(300))], np.repeat([0, 1], 10), np.zeros(0), np.zeros(0),
         Scales(np.ones(2), np.array([1.0, 1.0])),
     )  # fmt: skip
     assert told.scales.group[0] > 3
@@ -128,7 +128,7 @@ def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
 
 def forty(truth, poses):
     rng = np.random.default_rng(4)
-    active = np.array([t.source in FORTY for t in truth.model.terms])
+    active = np.array([t.source in FORTY for t in truth.model.parameters])
     active[np.flatnonzero(active)[40:]] = False
     only = replace(truth, p=np.where(active, truth.p, 0.0))
     return measured(only, random_theta(truth.arm.robot, rng, poses), rng), active
@@ -143,7 +143,7 @@ def by_scipy(model, data, active, start):
         p[active] = x[:40] * scale
         frames = InstrumentFrames(rotation_matrix(x[None, 40:43]) @ start.rotation, start.origin + x[43:46],
                         start.reflector + x[46:].reshape(3, 3))  # fmt: skip
-        z = data.position - frames.seen(data, *model.pose(data, p))
+        z = data.position - frames.predict(data, *model.pose(data, p))
         return np.concatenate([z.ravel() / NOISE, x[:40]])
 
     begun = time.perf_counter()
@@ -152,11 +152,13 @@ def by_scipy(model, data, active, start):
 
 
 def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
-    parts = [p for p in parts_of(truth.arm.robot, truth.arm.known, np.ones(6, bool), False) if p.before.NAME in FORTY]
+    parts = [
+        p for p in symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), False) if p.before.NAME in FORTY
+    ]
     model = build_model(truth.arm.robot, parts, len(truth.arm.nodes))
     plain = replace(truth, model=model, p=np.random.default_rng(6).normal(0, model.prior))
     data, active = forty(plain, 1000)
-    fit(model, data.kept(data.pose < 50), active, learn=False, robust=False, noise=NOISE)  # warm caches
+    fit(model, data.subset(data.pose < 50), active, learn=False, robust=False, noise=NOISE)  # warm caches
     ours = np.inf
     for _ in range(10):  # the least of them: a busy machine costs a short run more than a long one
         begun = time.perf_counter()
@@ -175,22 +177,24 @@ def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
 def test_wild_rows_are_found_and_named(truth):
     rng = np.random.default_rng(12)
     data, wild = with_outliers(measured(truth, random_theta(truth.arm.robot, rng, 60), rng), rng, share=0.03)
-    active = np.array([t.source != "joint_ripple" and not t.source.startswith("thermal") for t in truth.model.terms])
+    active = np.array(
+        [t.source != "joint_ripple" and not t.source.startswith("thermal") for t in truth.model.parameters]
+    )
     found = fit(truth.model, data, active)
-    assert np.array_equal(found.wild, wild)
+    assert np.array_equal(found.outlier, wild)
     assert_allclose(found.noise, NOISE, rtol=0.25)
 
 
 def test_held_out_error_is_what_leaving_out_and_fitting_again_gives(truth, small):
     """The linear folds against a real fit without the rows."""
-    active = np.array([t.source in ("joint_zeros", "link_offsets") for t in truth.model.terms])
+    active = np.array([t.source in ("joint_zeros", "link_offsets") for t in truth.model.parameters])
     found = fit(truth.model, small, active, robust=False)
-    folds = held_out(truth.model, small, found)
+    folds = cross_validate(truth.model, small, found)
     own = folds.block % 10 == 3
-    again = fit(truth.model, small.kept(~own), active, robust=False)
+    again = fit(truth.model, small.subset(~own), active, robust=False)
     frames = again.frames
-    left = small.kept(own)
-    direct = np.linalg.norm(left.position - frames.seen(left, *truth.model.pose(left, again.p)), axis=1)
+    left = small.subset(own)
+    direct = np.linalg.norm(left.position - frames.predict(left, *truth.model.pose(left, again.p)), axis=1)
     assert_allclose(folds.distance[own], direct, rtol=0.1, atol=10e-6)
     assert folds.mean > np.linalg.norm(found.residual, axis=1).mean()
 
@@ -200,7 +204,7 @@ def cold_and_warm(truth):
     rng = np.random.default_rng(21)
     cold, wild = with_outliers(measured(truth, random_theta(truth.arm.robot, rng, 60), rng), rng)
     warm, _ = warming(truth, rng)
-    data = joined([cold, replace(warm, instruments=cold.instruments), axis_lines(truth, rng)])
+    data = concatenate([cold, replace(warm, instruments=cold.instruments), axis_lines(truth, rng)])
     same = np.where(data.instrument <= 1, 0, data.instrument - 1)
     return replace(
         data, instrument=same, instruments=data.instruments[1:], aligned=np.array(data.aligned)[1:]
@@ -211,19 +215,19 @@ def test_a_made_up_robot_is_found_again(truth, cold_and_warm):
     data, wild = cold_and_warm
     found = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
     assert not found.refused
-    best = found.chosen.fit
-    assert np.array_equal(best.wild[: len(wild)], wild)
+    best = found.selected.fit
+    assert np.array_equal(best.outlier[: len(wild)], wild)
     rng = np.random.default_rng(5)
     theta = random_theta(truth.arm.robot, rng, 200)
     for sense in (1.0, -1.0):
         fresh = measured(truth, theta, rng, noise=0.0, direction=np.full_like(theta, sense))
         own = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
-        error = own.seen(fresh, *found.model.pose(fresh, best.p)) - fresh.position
+        error = own.predict(fresh, *found.model.pose(fresh, best.p)) - fresh.position
         assert np.sqrt((error**2).mean()) < 0.83 * NOISE  # with the noise of new measurements: 1.3 times
     inside = [
         abs(best.p[k] - v) <= 1.96 * best.sigma[k]
         for k, v in enumerate(truth.p)
-        if found.model.terms[k].source != "joint_ripple" and best.active[k]
+        if found.model.parameters[k].source != "joint_ripple" and best.active[k]
     ]
     assert len(inside) > 80
     assert np.mean(inside) > 0.85
@@ -233,7 +237,7 @@ def test_few_poses_shrink_rather_than_blow_up(truth):
     rng = np.random.default_rng(31)
     data = measured(truth, random_theta(truth.arm.robot, rng, 7), rng, reflectors=1)
     found = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
-    best = found.chosen.fit
+    best = found.selected.fit
     assert (np.abs(best.p) < 6 * truth.model.prior[: len(best.p)].max()).all()
     assert np.isfinite(best.sigma).all()
     assert best.gamma.sum() < 3 * 7

@@ -16,7 +16,7 @@ from compgen.cli.app import app
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identify import fitted_sources
-from compgen.identification.parameters import parts_of
+from compgen.identification.parameters import symbolic_sources
 from compgen.identification.robot_file import robot_text
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
@@ -46,7 +46,7 @@ def made(tmp_path_factory):
     """A cold made-up robot, its measurements as files, and the robot file that identify writes."""
     folder = tmp_path_factory.mktemp("twin")
     truth = made_up(robot_file(folder), 7)
-    cold = np.array([not t.source.startswith("thermal") for t in truth.model.terms])
+    cold = np.array([not t.source.startswith("thermal") for t in truth.model.parameters])
     truth = replace(truth, p=np.where(cold, truth.p, 0.0))
     rng = np.random.default_rng(70)
     robot = truth.arm.robot
@@ -62,10 +62,10 @@ def made(tmp_path_factory):
 
 def real_sources(truth, folder):
     """The sources as they really are, by way of a robot file."""
-    parts = parts_of(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
+    parts = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
 
     class Everything:
-        p, sigma, active, wild = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
+        p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
 
     known = fitted_sources(truth.arm.known, parts, truth.model, Everything)
     record = {"instrument_mm": [0, 0, 0], "instrument_deg": [0, 0, 0], "reflector_mm": {}}

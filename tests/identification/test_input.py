@@ -7,9 +7,9 @@ from synthetic import random_theta
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
-from compgen.identification.measurements import joined
+from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model
-from compgen.identification.plausibility import check_enough, check_plausible
+from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import read_poses
 from compgen.identification.warm_up import with_temperatures
 from compgen.pipelines.robot_file import load_any_robot
@@ -44,7 +44,7 @@ def read(tmp_path, arm, content, name="poses.csv", **options):
     file = tmp_path / name
     file.write_text(content)
     data = read_poses(str(file), arm, 0, **options)
-    check_enough(data)
+    check_row_count(data)
     check_plausible(arm, build_model(arm, [], 0), data)
     return data
 
@@ -118,7 +118,7 @@ def test_mixed_instruments_are_refused_in_a_file_and_welcome_in_two(tmp_path, ar
         read(tmp_path, arm, text(mixed, HEAD + ",instrument"))
     one = read(tmp_path, arm, text(rows[:12]), "one.csv")
     two = read(tmp_path, arm, text(rows[12:]), "two.csv")
-    both = joined([one, two])
+    both = concatenate([one, two])
     assert len(both.instruments) == 2
     assert both.reflectors == ("a", "b")
 
