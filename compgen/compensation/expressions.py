@@ -39,7 +39,7 @@ class CorrectionFunctions:
     def __init__(
         self, robot: Robot, model: ErrorModel, posture: Posture, tool_position: bytes, tool_rotation: bytes
     ) -> None:
-        p, rows, planned, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("near", 6), ("c", 6)))
+        p, rows, planned, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("planned", 6), ("c", 6)))
         state = [ca.SX.sym(name, model.actual.size1_in(k)) for k, name in enumerate(("rise", "direction", "travel"), 1)]
         rotation = ca.reshape(rows, 3, 3).T
         tcp, tool = (ca.DM(np.frombuffer(numbers).reshape(-1, 3)) for numbers in (tool_position, tool_rotation))
@@ -68,7 +68,7 @@ class CorrectionFunctions:
     def residual(self) -> Any:
         """(target, c (6), rise, direction, travel) -> e (6), theta (6), reach margin."""
         outputs = ca.cse([self._residual(self._c), *self._joints])
-        return ca.Function("error", [*self._target, self._c, *self._state], outputs)
+        return ca.Function("residual", [*self._target, self._c, *self._state], outputs)
 
     @cached_property
     def pointwise(self) -> Any:
@@ -85,7 +85,7 @@ class CorrectionFunctions:
         c, e, theta = self._c, self._residual(self._c), self._joints[0]
         E, G = ca.jacobian(e, c), ca.jacobian(theta, c)
         outputs = ca.cse([e, ca.densify(E), theta, ca.densify(G)])
-        return ca.Function("linear", [*self._target, c, *self._state], outputs)
+        return ca.Function("linearised", [*self._target, c, *self._state], outputs)
 
 
 @lru_cache(maxsize=16)

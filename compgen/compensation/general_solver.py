@@ -97,7 +97,7 @@ def build_pose_differences(problem: Problem) -> Any:
     actual = problem.model.actual(theta, rise, direction, travel)
     c = ca.vertcat(nominal[0] - p, _rotation_vector_expr(R.T @ nominal[1]))
     e = ca.vertcat(actual[0] - p, _rotation_vector_expr(R.T @ actual[1]))
-    return ca.Function("pose", [theta, rise, direction, travel, p, r], [c, e])
+    return ca.Function("pose_differences", [theta, rise, direction, travel, p, r], [c, e])
 
 
 def _rotation_vector_expr(rotation: Any) -> Any:

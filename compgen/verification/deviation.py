@@ -132,7 +132,7 @@ def _build_components() -> Any:
     side = side / ca.norm_2(side)
     angle = ca.atan2(ca.norm_2(ca.cross(axis, actual_axis)), ca.dot(axis, actual_axis))
     components = ca.vertcat(ca.dot(error, ca.cross(axis, side)), ca.dot(error, side), ca.dot(error, -axis), angle)
-    return ca.Function("parts", inputs, ca.cse([error, components]))
+    return ca.Function("components", inputs, ca.cse([error, components]))
 
 
 def _extent(values: Array, weight: Array, arc: Array) -> Extent:

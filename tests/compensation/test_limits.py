@@ -28,13 +28,13 @@ def circle():
     )  # fmt: skip
 
 
-def size(correction):
+def position_norm(correction):
     return np.linalg.norm(correction[:, :3], axis=1)
 
 
 def clamp_of(problem, share):
     """A clamp that this share of the waypoints keeps without being asked to."""
-    return float(np.quantile(size(optimise.optimise(problem, Settings()).correction), share))
+    return float(np.quantile(position_norm(optimise.optimise(problem, Settings()).correction), share))
 
 
 def slope_of(problem, share):
@@ -42,16 +42,16 @@ def slope_of(problem, share):
     return float(np.quantile(np.linalg.norm(np.diff(c[:, :3], axis=0), axis=1) / np.diff(problem.arc), share))
 
 
-def whole(problem, settings):
+def solve_whole(problem, settings):
     """The optimum with every waypoint in one system."""
     N = len(problem.arc)
-    found, converged = interior_point.solve(problem, settings, np.zeros((N, 6)), np.ones(N, dtype=bool))
+    correction, converged = interior_point.solve(problem, settings, np.zeros((N, 6)), np.ones(N, dtype=bool))
     assert converged
-    return found
+    return correction
 
 
 def dense(problem, start, count, factor):
-    """The same stretch of path in shorter steps: waypoints between, their arc and warmth with them."""
+    """A stretch of a problem's path in shorter steps: waypoints between, with their arc, targets and rises."""
     part = problem.window(slice(start, start + count))
     at = np.linspace(0, count - 1, factor * (count - 1) + 1)
 
@@ -70,15 +70,15 @@ def test_the_stretch_around_a_limit_is_as_long_as_its_influence_whatever_the_spa
     """Counted in waypoints it would be too short on a dense path."""
     part = dense(circle, 400, 1000 if factor == 1 else 300, factor)
     settings = Settings(clamp_position=clamp_of(part, 0.9))
-    found = optimise.optimise(part, settings)
-    assert found.status is optimise.Status.LIMITED
-    held = np.array([n for n, _ in found.active_limits])
-    assert 0.02 < len(set(held)) / len(part.arc) < 0.2
+    solution = optimise.optimise(part, settings)
+    assert solution.status is optimise.Status.LIMITED
+    limited = np.array([n for n, _ in solution.active_limits])
+    assert 0.02 < len(set(limited)) / len(part.arc) < 0.2
     if factor == 1:  # elsewhere nothing was touched at all
-        far = np.abs(part.arc[:, None] - part.arc[held - 1]).min(axis=1) > 2 * limits.influence_length(settings)
+        far = np.abs(part.arc[:, None] - part.arc[limited - 1]).min(axis=1) > 2 * limits.influence_length(settings)
         assert far.any()
-        assert np.array_equal(found.correction[far], optimise.optimise(part, Settings()).correction[far])
-    assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
+        assert np.array_equal(solution.correction[far], optimise.optimise(part, Settings()).correction[far])
+    assert np.abs(solution.correction - solve_whole(part, settings))[:, :3].max() < ATOL_M
 
 
 def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
@@ -102,20 +102,20 @@ def test_windows_end_where_nothing_is_solved(circle, monkeypatch):
     settings = Settings(rate=slope_of(part, 0.5))
     monkeypatch.setattr(limits, "WINDOW", 100)
     monkeypatch.setattr(limits, "MAX_WINDOW", 1000)
-    found = optimise.optimise(part, settings)
-    assert found.status is optimise.Status.LIMITED
-    assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
+    solution = optimise.optimise(part, settings)
+    assert solution.status is optimise.Status.LIMITED
+    assert np.abs(solution.correction - solve_whole(part, settings))[:, :3].max() < ATOL_M
 
 
 def test_a_rate_that_needs_a_longer_way_gets_it(circle):
-    """The correction cannot come back to the free one within the first stretch: it is widened until it can."""
+    """The correction cannot come back to the free one within the first window: it is widened until it can."""
     part = circle.window(slice(3, 1003))
     settings = Settings(rate=slope_of(part, 0.8))
-    found = optimise.optimise(part, settings)
-    assert found.status is optimise.Status.LIMITED
-    step = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1)
+    solution = optimise.optimise(part, settings)
+    assert solution.status is optimise.Status.LIMITED
+    step = np.linalg.norm(np.diff(solution.correction[:, :3], axis=0), axis=1)
     assert np.all(step <= settings.rate * np.diff(part.arc) * (1 + 1e-6))
-    assert np.abs(found.correction - whole(part, settings))[:, :3].max() < ATOL_M
+    assert np.abs(solution.correction - solve_whole(part, settings))[:, :3].max() < ATOL_M
 
 
 def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
@@ -130,21 +130,21 @@ def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
     N = len(path.arc)
     assert N > 100_000
     free = optimise.optimise(problem, Settings())
-    settings = Settings(clamp_position=float(np.quantile(size(free.correction), 0.95)))
+    settings = Settings(clamp_position=float(np.quantile(position_norm(free.correction), 0.95)))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    found = optimise.optimise(problem, settings)
+    solution = optimise.optimise(problem, settings)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 150e3  # kB
-    assert found.status is optimise.Status.LIMITED
-    assert size(found.correction).max() <= settings.clamp_position * (1 + 1e-6)
-    held = np.unique([n for n, _ in found.active_limits]) - 1
-    assert 0.045 < len(held) / N < 0.055
+    assert solution.status is optimise.Status.LIMITED
+    assert position_norm(solution.correction).max() <= settings.clamp_position * (1 + 1e-6)
+    limited = np.unique([n for n, _ in solution.active_limits]) - 1
+    assert 0.045 < len(limited) / N < 0.055
     away = np.ones(N, dtype=bool)
-    reach = 2 * limits.influence_length(settings)
-    for first, last in zip(path.arc[held] - reach, path.arc[held] + reach):
+    distance = 2 * limits.influence_length(settings)
+    for first, last in zip(path.arc[limited] - distance, path.arc[limited] + distance):
         away[np.searchsorted(path.arc, first) : np.searchsorted(path.arc, last, "right")] = False
     assert away.mean() > 0.8
-    assert np.array_equal(found.correction[away], free.correction[away])
-    few = slice(max(0, held[0] - 300), held[0] + 300)
-    alone = optimise.optimise(problem.window(few), settings).correction
-    assert np.abs(alone - found.correction[few])[100:-100, :3].max() < ATOL_M
-    assert np.abs(found.correction - free.correction)[:, :3].max() > 0.1 * UM  # the limit bites
+    assert np.array_equal(solution.correction[away], free.correction[away])
+    rows = slice(max(0, limited[0] - 300), limited[0] + 300)
+    alone = optimise.optimise(problem.window(rows), settings).correction
+    assert np.abs(alone - solution.correction[rows])[100:-100, :3].max() < ATOL_M
+    assert np.abs(solution.correction - free.correction)[:, :3].max() > 0.1 * UM  # the limit bites

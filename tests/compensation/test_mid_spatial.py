@@ -1,4 +1,4 @@
-"""What a correction puts onto the surface: known waves, and the same as over a whole run at once."""
+"""What a correction puts onto the surface: known waves, and windows against a whole run."""
 
 import numpy as np
 import pytest
@@ -18,23 +18,23 @@ def straight(length, spacing=0.5 * MM):
     return toolpath.plan_tool_path(table, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
 
 
-def lifted(path, heave):
-    return np.column_stack([-heave[:, None] * path.rotation[:, :, 2], np.zeros((len(heave), 3))])
+def along_normal(path, normal):
+    return np.column_stack([-normal[:, None] * path.rotation[:, :, 2], np.zeros((len(normal), 3))])
 
 
-def at_once(path, heave):
+def rms_at_once(path, normal):
     """The mean over one run's samples, its transform of twice its length and more, point by point."""
     arc = path.arc
     at = np.arange(0.0, arc[-1], mid_spatial.STEP)
     k = np.clip(np.searchsorted(arc, at, side="right") - 2, 0, len(arc) - 4)
-    cubic = [BarycentricInterpolator(arc[i : i + 4], heave[i : i + 4])(x) for i, x in zip(k, at)]
+    cubic = [BarycentricInterpolator(arc[i : i + 4], normal[i : i + 4])(x) for i, x in zip(k, at)]
     run = np.array(cubic, dtype=float)
     pad = min(2000, len(run) - 1)
-    whole = np.concatenate([2 * run[0] - run[pad:0:-1], run, 2 * run[-1] - run[-2 : -pad - 2 : -1]])
+    padded = np.concatenate([2 * run[0] - run[pad:0:-1], run, 2 * run[-1] - run[-2 : -pad - 2 : -1]])
     w1, w2 = (np.tan(np.pi * mid_spatial.STEP / period) for period in mid_spatial.BAND[::-1])
-    w = np.tan(np.pi * np.minimum(np.fft.rfftfreq(len(whole)), 0.4999)) + 1e-12
+    w = np.tan(np.pi * np.minimum(np.fft.rfftfreq(len(padded)), 0.4999)) + 1e-12
     gain = 1 / (1 + ((w * w - w1 * w2) / (w * (w2 - w1))) ** 8)
-    passed = np.fft.irfft(np.fft.rfft(whole) * gain, len(whole))[pad : pad + len(run)]
+    passed = np.fft.irfft(np.fft.rfft(padded) * gain, len(padded))[pad : pad + len(run)]
     return np.sqrt(np.mean(passed**2))
 
 
@@ -43,19 +43,21 @@ def test_a_wave_inside_the_band_counts_whole_and_those_outside_do_not():
     assert path.arc[-1] / mid_spatial.STEP > 2 * mid_spatial.WINDOW - 8 * mid_spatial.MARGIN  # more than two windows
     wave = 7 * NM * np.sin(2 * np.pi * path.arc / (5 * MM))
     slow = 100 * UM * np.sin(2 * np.pi * path.arc / 3.0)
-    found = mid_spatial.mid_spatial(path, lifted(path, wave + slow))
-    assert found == pytest.approx(7 * NM / np.sqrt(2), rel=2e-3)  # ends aside
-    assert mid_spatial.mid_spatial(path, lifted(path, slow)) < 1e-3 * NM
+    rms = mid_spatial.mid_spatial(path, along_normal(path, wave + slow))
+    assert rms == pytest.approx(7 * NM / np.sqrt(2), rel=2e-3)  # ends aside
+    assert mid_spatial.mid_spatial(path, along_normal(path, slow)) < 1e-3 * NM
 
 
 @pytest.mark.parametrize("length", [0.12, 0.4, 6.1])
-def test_windows_tell_what_a_whole_run_at_once_tells(length):
+def test_windows_give_what_one_long_run_gives(length):
     path = straight(length)
     noise = np.cumsum(np.random.default_rng(3).normal(size=len(path.arc))) * NM
-    heave = noise + 200 * UM * path.arc
-    assert mid_spatial.mid_spatial(path, lifted(path, heave)) == pytest.approx(at_once(path, heave), rel=1e-9)
+    normal = noise + 200 * UM * path.arc
+    assert mid_spatial.mid_spatial(path, along_normal(path, normal)) == pytest.approx(
+        rms_at_once(path, normal), rel=1e-9
+    )
 
 
 def test_runs_shorter_than_five_periods_say_nothing():
     path = straight(0.09)
-    assert mid_spatial.mid_spatial(path, lifted(path, np.sin(path.arc / 1e-3))) == 0.0
+    assert mid_spatial.mid_spatial(path, along_normal(path, np.sin(path.arc / 1e-3))) == 0.0

@@ -1,4 +1,4 @@
-"""The correction: what it reaches, what it keeps, and the general program as its oracle."""
+"""The correction: what it reaches, which limits it keeps, and the general solver as its oracle."""
 
 from dataclasses import replace
 
@@ -10,9 +10,9 @@ from shipped import path_file, quiet
 from compgen.compensation import general_solver, optimise
 from compgen.compensation.optimise import Status
 from compgen.compensation.problem import Problem, Settings
-from compgen.compensation.smoothness import smoothing_matrix, waypoint_lengths
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
+from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
@@ -42,17 +42,17 @@ def circle():
     return problem_of("circle_1300")
 
 
-def stretch(problem, start=400, count=60):
+def part_of(problem, start=400, count=60):
     """Waypoints of the circle only: regular, no stop."""
     return problem.window(slice(start, start + count))
 
 
 def test_the_error_cancels_and_the_correction_is_its_opposite(circle):
-    found = optimise.optimise(circle, Settings())
-    assert found.status is Status.CONVERGED
-    assert np.linalg.norm(found.residual[:, :3], axis=1).max() < 0.02 * UM
-    before = circle.residual(np.zeros_like(found.correction))
-    assert_allclose(found.correction[:, :3], -before[:, :3], atol=0.2 * UM)
+    solution = optimise.optimise(circle, Settings())
+    assert solution.status is Status.CONVERGED
+    assert np.linalg.norm(solution.residual[:, :3], axis=1).max() < 0.02 * UM
+    before = circle.residual(np.zeros_like(solution.correction))
+    assert_allclose(solution.correction[:, :3], -before[:, :3], atol=0.2 * UM)
     assert np.abs(before[:, :3]).max() > 100 * UM
 
 
@@ -64,14 +64,14 @@ def test_what_a_further_step_would_change_is_known_without_it(circle, monkeypatc
     rise = circle.rise + np.random.default_rng(7).normal(size=circle.rise.shape)  # K, for smoothing to bite
     rough, settings = replace(circle, rise=rise), Settings(curvature_period=50e-3)
     lever = np.array([1, 1, 1, *3 * [settings.lever]])
-    found = optimise.optimise(rough, settings)
-    assert found.iterations == 2
+    solution = optimise.optimise(rough, settings)
+    assert solution.iterations == 2
     assert optimise.optimise(circle, Settings()).iterations == 1
-    monkeypatch.setattr(optimise, "STEP_TOLERANCE", found.last_step / 2)
+    monkeypatch.setattr(optimise, "STEP_TOLERANCE", solution.last_step / 2)
     further = optimise.optimise(rough, settings)
     assert further.iterations == 3
-    moved = np.abs((further.correction - found.correction) * lever).max()
-    assert 1e-15 < moved <= 1.5 * found.last_step <= 1.5e-11  # m
+    moved = np.abs((further.correction - solution.correction) * lever).max()
+    assert 1e-15 < moved <= 1.5 * solution.last_step <= 1.5e-11  # m
 
 
 def test_no_error_gives_exactly_no_correction(circle):
@@ -80,57 +80,19 @@ def test_no_error_gives_exactly_no_correction(circle):
 
 
 def test_waypoints_move_together(circle):
-    """A kink in the wanted correction is rounded over the curvature period, not followed."""
+    """A kink in the pointwise correction is rounded over the curvature period, not followed."""
     bumped = circle.rise.copy()
     bumped[700] += 5.0  # one waypoint alone 5 K warmer
     rough = replace(circle, rise=bumped)
-    wanted = circle.residual(np.zeros((len(bumped), 6))) - rough.residual(np.zeros((len(bumped), 6)))
-    got = optimise.optimise(rough, Settings()).correction - optimise.optimise(circle, Settings()).correction
-    assert np.linalg.norm(wanted[700, :3]) > 20 * UM
-    assert np.linalg.norm(got[700, :3]) < 0.75 * np.linalg.norm(wanted[700, :3])
-    assert np.linalg.norm(got[699, :3]) > 0.1 * np.linalg.norm(wanted[700, :3])
+    unsmoothed = circle.residual(np.zeros((len(bumped), 6))) - rough.residual(np.zeros((len(bumped), 6)))
+    smoothed = optimise.optimise(rough, Settings()).correction - optimise.optimise(circle, Settings()).correction
+    assert np.linalg.norm(unsmoothed[700, :3]) > 20 * UM
+    assert np.linalg.norm(smoothed[700, :3]) < 0.75 * np.linalg.norm(unsmoothed[700, :3])
+    assert np.linalg.norm(smoothed[699, :3]) > 0.1 * np.linalg.norm(unsmoothed[700, :3])
 
 
-@pytest.mark.parametrize(("period", "kept"), [(5e-3, 0.06), (10e-3, 0.5), (40e-3, 0.99)])
-def test_smoothing_halves_its_own_period_and_leaves_longer_ones(period, kept):
-    arc = np.arange(0, 2, 0.2e-3)
-    settings = Settings(rate_period=0.0, curvature_period=10e-3)
-    wave = np.cos(2 * np.pi * arc / period)
-    from scipy.linalg import solveh_banded
-
-    stop = np.zeros(len(arc), dtype=bool)
-    out = solveh_banded(smoothing_matrix(arc, stop, settings), waypoint_lengths(arc) * wave)
-    middle = slice(len(arc) // 3, 2 * len(arc) // 3)
-    assert np.ptp(out[middle]) / np.ptp(wave[middle]) == pytest.approx(kept, abs=0.02)
-
-
-def test_bands_are_the_gradient_of_the_stated_cost():
-    rng = np.random.default_rng(0)
-    arc = np.cumsum(rng.uniform(0.5e-3, 3e-3, 40))
-    stop = rng.random(40) < 0.2
-    settings = Settings(rate_period=3e-3, curvature_period=8e-3)
-    c = rng.normal(size=40)
-
-    def cost(c):
-        h = np.diff(arc)
-        first = np.diff(c) / h
-        between = (h[:-1] + h[1:]) / 2
-        second = np.diff(first) / between
-        return (
-            np.sum(waypoint_lengths(arc) * c**2)
-            + (3e-3 / 2 / np.pi) ** 2 * np.sum(h * first**2)
-            + (8e-3 / 2 / np.pi) ** 4 * np.sum(between * ~stop[1:-1] * second**2)
-        ) / 2
-
-    second, first, diagonal = smoothing_matrix(arc, stop, settings)
-    full = np.diag(diagonal) + np.diag(first[1:], 1) + np.diag(first[1:], -1)
-    full += np.diag(second[2:], 2) + np.diag(second[2:], -2)
-    gradient = [(cost(c + e) - cost(c - e)) / 2e-6 for e in 1e-6 * np.eye(40)]
-    assert_allclose(full @ c, gradient, rtol=1e-5, atol=1e-9)
-
-
-def test_fast_solution_is_the_general_programs_optimum(circle):
-    part = stretch(circle)
+def test_fast_solution_is_the_general_solvers_optimum(circle):
+    part = part_of(circle)
     part = replace(
         part, rise=part.rise + np.random.default_rng(6).normal(size=part.rise.shape)
     )  # K, for smoothing to bite
@@ -143,7 +105,7 @@ def test_fast_solution_is_the_general_programs_optimum(circle):
     assert np.abs(fast - pointwise)[:, :3].max() > 1e-6  # smoothing did something
 
 
-def test_general_program_keeps_a_tool_tilt_small(circle):
+def test_general_solver_keeps_a_tool_tilt_small(circle):
     """A tilting source: the oracle and the fast solution agree in rotation as well."""
     growth = circle.rise.shape[1]
 
@@ -153,10 +115,8 @@ def test_general_program_keeps_a_tool_tilt_small(circle):
             theta[4] = theta[4] + 1e-5 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
-    from compgen.error_model.model import build_error_model
-
     model = build_error_model(circle.robot, [Tilt()], growth, np.zeros(3), np.eye(3))
-    part = replace(stretch(circle), model=model)
+    part = replace(part_of(circle), model=model)
     fast = optimise.optimise(part, Settings()).correction
     slow, _ = general_solver.solve(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool))
     assert np.abs(fast[:, 3:]).max() > 5e-5
@@ -170,10 +130,8 @@ def test_free_spin_leaves_the_turn_about_the_tool_alone(circle):
             theta[5] = theta[5] + 1e-4 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
-    from compgen.error_model.model import build_error_model
-
     model = build_error_model(circle.robot, [Spin()], 5, np.zeros(3), np.eye(3))
-    part = replace(stretch(circle), model=model)
+    part = replace(part_of(circle), model=model)
     tied = optimise.optimise(part, Settings()).correction
     free = optimise.optimise(part, Settings(free_spin=True))
     assert np.abs(tied[:, 5]).min() > 1e-3  # rad: 11 K x 1e-4
@@ -195,16 +153,16 @@ def test_a_joint_limit_is_kept_and_named(circle):
     # to shorten the reach the elbow folds: theta_3 falls
     part = circle.window(slice(3, 200))
     tight, free = just_inside(part, 2)
-    found = optimise.optimise(tight, Settings())
-    assert found.status is Status.LIMITED
-    assert np.all(found.theta >= tight.robot.lower - 1e-12)
-    held = [n for n, limit in found.active_limits if limit == "joint J2+J3 limit"]
-    assert held
-    off = np.linalg.norm(found.residual[:, :3], axis=1)
-    assert off[np.array(held) - 1].max() > 1 * UM
-    assert off[np.array(held) - 1].max() < np.linalg.norm(free.correction[:, :3], axis=1).max()
+    solution = optimise.optimise(tight, Settings())
+    assert solution.status is Status.LIMITED
+    assert np.all(solution.theta >= tight.robot.lower - 1e-12)
+    limited = [n for n, limit in solution.active_limits if limit == "joint J2+J3 limit"]
+    assert limited
+    off = np.linalg.norm(solution.residual[:, :3], axis=1)
+    assert off[np.array(limited) - 1].max() > 1 * UM
+    assert off[np.array(limited) - 1].max() < np.linalg.norm(free.correction[:, :3], axis=1).max()
     far = np.ones(len(off), dtype=bool)
-    far[max(0, min(held) - 80) : max(held) + 80] = False
+    far[max(0, min(limited) - 80) : max(limited) + 80] = False
     if far.any():
         assert off[far].max() < 0.05 * UM
 
@@ -222,36 +180,36 @@ def test_best_legal_correction_is_no_worse_than_stopping_at_the_limit(circle):
     """Against a naive answer: full correction with the joint clipped."""
     part = circle.window(slice(3, 120))
     tight, free = just_inside(part, 2)
-    found = optimise.optimise(tight, Settings())
+    solution = optimise.optimise(tight, Settings())
     clipped = np.maximum(free.theta, tight.robot.lower)
     naive = tight.model.error(clipped, tight.rise, tight.position, tight.rotation)
     weight = np.array([1, 1, 1, 0.25, 0.25, 0.25])
-    assert np.sum((found.residual * weight) ** 2) < np.sum((naive * weight) ** 2)
+    assert np.sum((solution.residual * weight) ** 2) < np.sum((naive * weight) ** 2)
 
 
 def test_the_clamp_holds_and_is_named(circle):
-    part = stretch(circle, 3, 100)
-    found = optimise.optimise(part, Settings(clamp_position=100 * UM))
-    size = np.linalg.norm(found.correction[:, :3], axis=1)
-    assert found.status is Status.LIMITED
+    part = part_of(circle, 3, 100)
+    solution = optimise.optimise(part, Settings(clamp_position=100 * UM))
+    size = np.linalg.norm(solution.correction[:, :3], axis=1)
+    assert solution.status is Status.LIMITED
     assert size.max() <= 100.001 * UM
-    assert {limit for _, limit in found.active_limits} == {"position clamp"}
-    assert np.linalg.norm(found.residual[:, :3], axis=1).max() == pytest.approx(22 * UM, abs=2 * UM)
+    assert {limit for _, limit in solution.active_limits} == {"position clamp"}
+    assert np.linalg.norm(solution.residual[:, :3], axis=1).max() == pytest.approx(22 * UM, abs=2 * UM)
 
 
 def test_the_rate_limit_holds_and_is_named(circle):
-    part = stretch(circle, 300, 50)
+    part = part_of(circle, 300, 50)
     free = optimise.optimise(part, Settings())
     slope = np.linalg.norm(np.diff(free.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
-    found = optimise.optimise(part, Settings(rate=0.6 * float(slope.max())))
-    steepest = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
-    assert found.status is Status.LIMITED
+    solution = optimise.optimise(part, Settings(rate=0.6 * float(slope.max())))
+    steepest = np.linalg.norm(np.diff(solution.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
+    assert solution.status is Status.LIMITED
     assert steepest.max() <= 0.6001 * slope.max()
-    assert any(limit == "rate limit" for _, limit in found.active_limits)
+    assert any(limit == "rate limit" for _, limit in solution.active_limits)
 
 
-def test_pose_functions_agree_with_the_numeric_error(circle):
-    part = stretch(circle, 10, 5)
+def test_pose_differences_agree_with_the_numeric_error(circle):
+    part = part_of(circle, 10, 5)
     function = general_solver.build_pose_differences(part)
     rng = np.random.default_rng(5)
     correction = np.hstack([rng.normal(scale=1e-4, size=(5, 3)), rng.normal(scale=1e-3, size=(5, 3))])
@@ -263,7 +221,7 @@ def test_pose_functions_agree_with_the_numeric_error(circle):
 
 
 def test_commanded_pose_applies_rotation_in_tool_axes(circle):
-    part = stretch(circle, 10, 1)
+    part = part_of(circle, 10, 1)
     turned = part.commanded(np.array([[0, 0, 0, 0, 0, 0.01]]))[1][0]
     assert_allclose(turned, part.rotation[0] @ rotation_matrix(np.array([0, 0, 0.01])), atol=1e-15)
 

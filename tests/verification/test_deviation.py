@@ -8,8 +8,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
 from compgen.planning import curves, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
-from compgen.verification import deviation
-from compgen.verification.deviation import deviation_from_path
+from compgen.verification.deviation import SUBSAMPLE, deviation_from_path, percentile99, statistics
 from compgen.verification.twin import Execution
 from compgen.verification.verdict import Bounds, judge
 
@@ -42,10 +41,10 @@ def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
     execution, place, rotation, travel = executed(path, 5000)
     odd = np.isnan(path.slope[execution.segment, 0])
     assert 0.01 < odd.mean() < 0.99
-    found = deviation_from_path(path, [execution], len(execution.time))
+    deviation = deviation_from_path(path, [execution], len(execution.time))
     error = execution.position - place
-    assert_allclose(found.error, error, atol=1e-14)
-    assert_allclose(found.total(), np.linalg.norm(error, axis=1), atol=1e-14)
+    assert_allclose(deviation.error, error, atol=1e-14)
+    assert_allclose(deviation.total(), np.linalg.norm(error, axis=1), atol=1e-14)
     axis = rotation[:, :, 2]
     leads = np.linalg.norm(np.cross(travel, axis), axis=1) < 0.5
     assert 10 < leads.sum() < len(leads) / 2
@@ -58,16 +57,18 @@ def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
         "normal": -np.einsum("ij,ij->i", error, axis),
         "axis_angle": np.arcsin(np.linalg.norm(np.cross(axis, execution.rotation[:, :, 2]), axis=1)),
     }
-    assert_allclose(found.normal, values["normal"], atol=1e-14)
+    assert_allclose(deviation.normal, values["normal"], atol=1e-14)
     assert_allclose(
-        found.arc, path.arc[execution.segment] + execution.fraction * np.diff(path.arc)[execution.segment], atol=1e-14
+        deviation.arc,
+        path.arc[execution.segment] + execution.fraction * np.diff(path.arc)[execution.segment],
+        atol=1e-14,
     )
-    gaps = np.diff(found.arc)
+    gaps = np.diff(deviation.arc)
     weight = np.r_[gaps, 0] / 2 + np.r_[0, gaps] / 2
     for name, size in values.items():
-        size, extent = np.abs(size), found.extents[name]
+        size, extent = np.abs(size), deviation.extents[name]
         assert extent.max == pytest.approx(size.max(), abs=1e-13)
-        assert extent.where == found.arc[np.argmax(size)]
+        assert extent.where == deviation.arc[np.argmax(size)]
         assert extent.rms == pytest.approx(np.sqrt(np.average(size**2, weights=weight)), rel=1e-9)
         assert extent.p99 == pytest.approx(by_sorting(size, weight), abs=1e-13)
 
@@ -102,25 +103,25 @@ def test_the_percentile_is_that_of_all_values_sorted():
         (np.full(20_000, 0.3), even),
         (many, np.exp(20 * many)),  # nearly all of the length lies with the largest
         (many, np.exp(-20 * many)),
-        (np.where(np.arange(20_000) % deviation.SUBSAMPLE, many, 0.0), even),  # what is looked at first tells nothing
-        (np.where(np.arange(20_000) % deviation.SUBSAMPLE, many, 2.0), even),
+        (np.where(np.arange(20_000) % SUBSAMPLE, many, 0.0), even),  # what is looked at first tells nothing
+        (np.where(np.arange(20_000) % SUBSAMPLE, many, 2.0), even),
         (many[:3], even[:3]),
     ):
-        assert deviation.percentile99(values, weight) == by_sorting(values, weight)
+        assert percentile99(values, weight) == by_sorting(values, weight)
 
 
 def test_each_broken_bound_is_named_with_its_worst_place(path):
     execution = executed(path, 3000)[0]
-    found = deviation_from_path(path, [execution], len(execution.time))
+    deviation = deviation_from_path(path, [execution], len(execution.time))
     kept = Bounds(max=1.0, p99=1.0, rms=1.0, feed=1.0, cross=1.0, normal=1.0, axis=1.0)
-    assert judge(found, kept) == []
-    broken = judge(found, Bounds(*[1e-6] * 7))
+    assert judge(deviation, kept) == []
+    broken = judge(deviation, Bounds(*[1e-6] * 7))
     assert [f.code.split(".")[1] for f in broken] == [
         "max_um", "p99_um", "rms_um", "feed_um", "cross_um", "normal_um", "axis_mdeg"
     ]  # fmt: skip
-    table = deviation.statistics(found)
+    table = statistics(deviation)
     for finding, value in zip(broken, table["total"].values()):
         assert f"{value:.3f} um" in finding.message
-    where = found.arc[np.argmax(np.abs(found.normal))]
+    where = deviation.arc[np.argmax(np.abs(deviation.normal))]
     assert f"worst {where:.3f} m" in broken[5].message
     assert f"{table['axis_angle']['max_mdeg']:.3f} mdeg" in broken[6].message

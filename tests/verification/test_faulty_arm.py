@@ -27,7 +27,7 @@ def cell(tmp_path_factory):
 
 
 def motion(cell, count=400):
-    """A smooth random motion with many reversals, and its warmth."""
+    """A smooth random motion with many reversals, and rises."""
     rng = np.random.default_rng(7)
     t = np.linspace(0, 20, count)[:, None]
     middle, half = (cell.robot.upper + cell.robot.lower) / 2, (cell.robot.upper - cell.robot.lower) / 2
@@ -35,19 +35,19 @@ def motion(cell, count=400):
     return theta, rng.uniform(-5, 14, (count, 5))
 
 
-def both(cell, sources, theta, rise):
+def chain_and_twin(cell, sources, theta, rise):
     model = build_error_model(cell.robot, sources, 5, *TOOL)
-    believed, _ = model.nominal_pose(theta)
-    chain = model.actual_pose(theta, rise, direction_states(reversal_widths(sources), theta, believed))
+    nominal, _ = model.nominal_pose(theta)
+    chain = model.actual_pose(theta, rise, direction_states(reversal_widths(sources), theta, nominal))
     twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, faults_of(sources))
-    return chain, twin.actual_pose(theta, rise, lambda share: None), believed
+    return chain, twin.actual_pose(theta, rise, lambda share: None), nominal
 
 
 def test_chain_and_twin_agree_with_every_source_on(cell):
-    chain, real, believed = both(cell, cell.sources, *motion(cell))
-    assert np.abs(chain[0] - real[0]).max() < ATOL_M
-    assert np.abs(chain[1] - real[1]).max() < ATOL_RAD
-    assert np.linalg.norm(chain[0] - believed, axis=1).min() > 100 * UM  # the set-up bites
+    chain, twin_pose, nominal = chain_and_twin(cell, cell.sources, *motion(cell))
+    assert np.abs(chain[0] - twin_pose[0]).max() < ATOL_M
+    assert np.abs(chain[1] - twin_pose[1]).max() < ATOL_RAD
+    assert np.linalg.norm(chain[0] - nominal, axis=1).min() > 100 * UM  # the set-up bites
 
 
 @pytest.mark.parametrize("number", range(14))
@@ -56,11 +56,11 @@ def test_chain_and_twin_agree_on_each_source_alone(cell, number):
     one = (cell.sources[number],)
     if number:  # the twin always grows
         one = (cell.sources[0], *one)
-    chain, real, _ = both(cell, one, theta, rise)
-    assert np.abs(chain[0] - real[0]).max() < ATOL_M
-    assert np.abs(chain[1] - real[1]).max() < ATOL_RAD
+    chain, twin_pose, _ = chain_and_twin(cell, one, theta, rise)
+    assert np.abs(chain[0] - twin_pose[0]).max() < ATOL_M
+    assert np.abs(chain[1] - twin_pose[1]).max() < ATOL_RAD
     if number:
-        without, *_ = both(cell, one[:1], theta, rise)
+        without, *_ = chain_and_twin(cell, one[:1], theta, rise)
         assert np.abs(chain[0] - without[0]).max() > 5 * UM  # the source does something
 
 
@@ -69,12 +69,12 @@ def test_all_sources_are_in_the_test(cell):
     assert len({type(s) for s in cell.sources}) == 13
 
 
-def test_the_flaws_come_from_the_motion_executed(cell):
+def test_the_faults_come_from_the_motion_executed(cell):
     """Backwards over the same places, the arm stands elsewhere: by twice its half-widths."""
     theta, rise = motion(cell)
-    there = both(cell, cell.sources, theta, rise)[1]
-    back = both(cell, cell.sources, theta[::-1], rise[::-1])[1]
-    assert np.linalg.norm(there[0] - back[0][::-1], axis=1).max() > 30 * UM
+    forwards = chain_and_twin(cell, cell.sources, theta, rise)[1]
+    backwards = chain_and_twin(cell, cell.sources, theta[::-1], rise[::-1])[1]
+    assert np.linalg.norm(forwards[0] - backwards[0][::-1], axis=1).max() > 30 * UM
 
 
 def test_the_side_a_joint_came_from_is_the_dahl_state():
@@ -84,11 +84,11 @@ def test_the_side_a_joint_came_from_is_the_dahl_state():
     np.testing.assert_allclose(u[:, 0], [0, first, first, (1 + first) * np.exp(-2) - 1], atol=1e-15)
 
 
-def test_a_wrong_flaw_in_the_twin_is_seen(cell):
+def test_a_wrong_fault_in_the_twin_is_seen(cell):
     theta, rise = motion(cell, 50)
     model = build_error_model(cell.robot, cell.sources, 5, *TOOL)
-    believed, _ = model.nominal_pose(theta)
-    chain, _ = model.actual_pose(theta, rise, direction_states(reversal_widths(cell.sources), theta, believed))
+    nominal, _ = model.nominal_pose(theta)
+    chain, _ = model.actual_pose(theta, rise, direction_states(reversal_widths(cell.sources), theta, nominal))
     faults = faults_of(cell.sources)
     for name in (
         "joint_zeros",

@@ -1,4 +1,4 @@
-"""The twin: its own clock and heat, and what it refuses."""
+"""The twin: its own timing and heat, and what it refuses."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from compgen.verification.twin.timing import _ramp_time
 
 
 @pytest.fixture(scope="module")
-def ridden():
+def generated():
     job = load_job(path_file("line_y"))
     planned, corrected = generate.generate(job, quiet)
     return job, planned, corrected
@@ -34,8 +34,8 @@ def test_a_ramp_takes_what_its_limits_allow():
     assert_allclose(a[1] * (T[1] - a[1] / j[1]), v[1])
 
 
-def test_the_clock_is_near_the_plan_and_not_the_plan(ridden):
-    _, planned, corrected = ridden
+def test_the_timing_is_near_the_plan_and_not_the_plan(generated):
+    _, planned, corrected = generated
     ratio = corrected.execution().time[-1] / corrected.trajectory.time[-1]
     assert ratio != 1
     assert ratio == pytest.approx(1, abs=0.2)
@@ -50,35 +50,35 @@ def test_many_stops_are_timed_to_a_tenth():
     assert corrected.deviation.total().max() < 1.0e-6  # straight sweeps: rounding and little else
 
 
-def test_heat_is_the_nodes_own_equation(ridden):
-    job, _, corrected = ridden
-    ride = corrected.execution()
-    assert_allclose(ride.rise[0], [11, 3.9, 13, 3, 2.3], atol=1e-12)
+def test_heat_is_the_nodes_own_equation(generated):
+    job, _, corrected = generated
+    execution = corrected.execution()
+    assert_allclose(execution.rise[0], [11, 3.9, 13, 3, 2.3], atol=1e-12)
     speeds = np.linalg.norm(np.diff(corrected.program.position, axis=0), axis=1)
-    at = np.append(np.flatnonzero(ride.fraction == 0), len(ride.time) - 1)
-    # against the closed sum of the planner, on the twin's own clock and driven speeds
-    length, spent = speeds, np.diff(ride.time[at])
-    motion = JointMotion(ride.time[at], ride.theta[at], length / spent)
-    expected, _ = rises_during(job.heat, ride.rise[0], motion)
-    assert_allclose(ride.rise[at], expected, atol=1e-9)
+    at = np.append(np.flatnonzero(execution.fraction == 0), len(execution.time) - 1)
+    # against the closed sum of the planner, at the twin's own times and driven speeds
+    length, spent = speeds, np.diff(execution.time[at])
+    motion = JointMotion(execution.time[at], execution.theta[at], length / spent)
+    expected, _ = rises_during(job.heat, execution.rise[0], motion)
+    assert_allclose(execution.rise[at], expected, atol=1e-9)
 
 
-def test_a_longer_wait_before_is_another_state(ridden):
-    job, _, corrected = ridden
+def test_a_longer_wait_before_is_another_state(generated):
+    job, _, corrected = generated
     twin = twin_of(job)
     late = execute(twin, corrected.program, (*job.before, Duty("off", 0.0, 3600.0)))
     assert np.all(late.rise[0] < corrected.execution().rise[0])
 
 
-def test_another_posture_in_config_is_refused(ridden):
-    job, _, corrected = ridden
+def test_another_posture_in_config_is_refused(generated):
+    job, _, corrected = generated
     other = replace(corrected.program, posture=replace(corrected.program.posture, up=False))
     with pytest.raises(TwinError, match="beyond its limit"):
         execute(twin_of(job), other, job.before)
 
 
-def test_a_wrong_turn_is_refused(ridden):
-    job, _, corrected = ridden
+def test_a_wrong_turn_is_refused(generated):
+    job, _, corrected = generated
     turns = corrected.program.turns.copy()
     j6 = corrected.solution.theta[:, 5]
     assert j6.min() < -0.1
@@ -87,8 +87,8 @@ def test_a_wrong_turn_is_refused(ridden):
         execute(twin_of(job), replace(corrected.program, turns=turns), job.before)
 
 
-def test_a_place_out_of_reach_is_refused(ridden):
-    job, _, corrected = ridden
+def test_a_place_out_of_reach_is_refused(generated):
+    job, _, corrected = generated
     position = corrected.program.position.copy()
     position[7] = [2.5, 0, 0.2]
     with pytest.raises(TwinError, match="P\\[8\\]"):

@@ -82,7 +82,7 @@ def build_segment_sample(robot: Robot, posture: Posture, tool_position: bytes, t
     nominal = pose_expr(robot, angles, ca.SX.zeros(len(LENGTHS)), tcp.ravel(), tool)
     actual = pose_expr(robot, angles, growth, tcp.ravel(), tool)
     checks = ca.vertcat(margin, ca.norm_2(nominal[0] - position), ca.norm_fro(nominal[1] - rotation))
-    return ca.Function("drive", symbols, ca.cse([theta, actual[0], ca.vec(actual[1].T), checks]))
+    return ca.Function("segment_sample", symbols, ca.cse([theta, actual[0], ca.vec(actual[1].T), checks]))
 
 
 @lru_cache(maxsize=4)
@@ -92,11 +92,11 @@ def build_rise_and_growth(nodes: int) -> Any:
     (rise at the segment's start, steady rise, time constants (K each); growth per kelvin (K by 6, node by node); time
     since the start) -> rise, growth.
     """
-    start, steady, tau = (ca.SX.sym(name, nodes) for name in ("rise", "goal", "tau"))
-    growth_per_kelvin, since = ca.SX.sym("per", nodes * len(LENGTHS)), ca.SX.sym("since")
+    start, steady, tau = (ca.SX.sym(name, nodes) for name in ("start", "steady", "tau"))
+    growth_per_kelvin, since = ca.SX.sym("growth_per_kelvin", nodes * len(LENGTHS)), ca.SX.sym("since")
     rise = steady + (start - steady) * ca.exp(-since / tau)
     growth = ca.reshape(growth_per_kelvin, len(LENGTHS), nodes) @ rise
-    return ca.Function("warmth", [start, steady, tau, growth_per_kelvin, since], [rise, growth])
+    return ca.Function("rise_and_growth", [start, steady, tau, growth_per_kelvin, since], [rise, growth])
 
 
 @lru_cache(maxsize=16)
@@ -105,7 +105,7 @@ def build_grown_pose(robot: Robot, tool_position: bytes, tool_rotation: bytes) -
     theta, growth = ca.SX.sym("theta", 6), ca.SX.sym("growth", len(LENGTHS))
     tcp, tool = (np.frombuffer(numbers).reshape(-1, 3) for numbers in (tool_position, tool_rotation))
     position, rotation = pose_expr(robot, theta - ca.DM(robot.pendant_zero), growth, tcp.ravel(), tool)
-    return ca.Function("fly", [theta, growth], [position, ca.vec(rotation.T)])
+    return ca.Function("grown_pose", [theta, growth], [position, ca.vec(rotation.T)])
 
 
 @lru_cache(maxsize=1)
@@ -113,7 +113,7 @@ def build_composition() -> Any:
     """One placement after another: (R (9, row by row), p (3), S (9), q (3)) -> R S (9, row by row), p + R q (3)."""
     r, p, s, q = (ca.SX.sym(name, size) for name, size in (("r", 9), ("p", 3), ("s", 9), ("q", 3)))
     R = ca.reshape(r, 3, 3).T
-    return ca.Function("join", [r, p, s, q], [ca.reshape(s, 3, 3) @ R.T, p + R @ q])
+    return ca.Function("composition", [r, p, s, q], [ca.reshape(s, 3, 3) @ R.T, p + R @ q])
 
 
 @lru_cache(maxsize=1)
@@ -124,14 +124,14 @@ def build_placed_chain() -> Any:
     (9, row by row)) -> position (3), rotation (9, row by row) of the TCP.
     """
     angles = ca.SX.sym("angles", 6)
-    placements = [ca.SX.sym(f"{name}{i}", size) for i in range(8) for name, size in (("place", 3), ("turn", 9))]
+    placements = [ca.SX.sym(f"{name}{i}", size) for i in range(8) for name, size in (("position", 3), ("rotation", 9))]
     position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
     for i, (offset, rows) in enumerate(zip(placements[::2], placements[1::2])):
         position = position + rotation @ offset
         rotation = rotation @ ca.reshape(rows, 3, 3).T
         if i < 6:
             rotation = rotation @ _axis_rotation_expr(AXES[i], angles[i])
-    return ca.Function("chain", [angles, *placements], [position, ca.vec(rotation.T)])
+    return ca.Function("placed_chain", [angles, *placements], [position, ca.vec(rotation.T)])
 
 
 @lru_cache(maxsize=16)
@@ -142,7 +142,7 @@ def build_load_torque(robot: Robot) -> Any:
     its centre (18) [kg m] in the axes of its joint; gravity (3) [m/s2]; force on the tool (3) [N] in its axes) ->
     torque about each joint (6) [N m], position (3) of the TCP.
     """
-    row_norms = {"angles": 6, "place": 3, "turn": 9, "mass": 6, "moment": 18, "gravity": 3, "force": 3}
+    row_norms = {"angles": 6, "tool_position": 3, "tool_rows": 9, "mass": 6, "moment": 18, "gravity": 3, "force": 3}
     symbols = [ca.SX.sym(name, size) for name, size in row_norms.items()]
     angles, tool_position, tool_rows, mass, moment, gravity, force = symbols
     model, flange = build_model(robot)
@@ -162,7 +162,7 @@ def build_load_torque(robot: Robot) -> Any:
         for mass_times_centre, link_mass in weights[j:]:
             lever = lever + mass_times_centre - link_mass * origin
         torque.append(ca.dot(axis, ca.cross(lever, gravity) + ca.cross(tcp - origin, tool_force)))
-    return ca.Function("loads", symbols, ca.cse([ca.vertcat(*torque), tcp]))
+    return ca.Function("load_torque", symbols, ca.cse([ca.vertcat(*torque), tcp]))
 
 
 def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
