@@ -1,14 +1,14 @@
-r"""Where each joint, and the TCP, has come from: the direction of motion with its memory, known off-line.
+r"""The direction that each joint, and the TCP, has come from: a state with a memory, known off-line.
 
 Joint i that turns by d theta takes its state u_i towards the side it moves to (Dahl 1968),
 
     du_i = (sign(d theta_i) - u_i) |d theta_i| / w_i
 
 and keeps it while it stands, so that u does not depend on speed, stays within [-1, 1], and has no step at a reversal:
-after it, 63 % of the change is done over w_i, 95 % over 3 w_i. At a FINE stop u is what the way up to it has made it;
-with a reversal there, it changes on the way out. The TCP's travel t follows the unit vector e along its path over a
-width W, dt = (e - t) ds / W. Before the first waypoint nothing is known and both are zero: they settle within three
-widths of motion (``strangeness`` says how much is still unknown).
+after it, 63 % of the change is done over w_i, 95 % over 3 w_i. At a FINE stop u has the value of the motion before it;
+a reversal there changes it during the motion after it. The TCP's travel t follows the unit vector e along its path over
+a width W, dt = (e - t) ds / W. Before the first waypoint nothing is known and both are zero: they settle within three
+widths of motion (``unknown_share`` says how much is still unknown).
 """
 
 from collections.abc import Sequence
@@ -47,12 +47,12 @@ def reversal_widths(sources: Sequence[Source]) -> ReversalWidths | None:
 
 
 def direction_states(
-    memory: ReversalWidths | None, theta: Array, position: Array, before: DirectionState = NO_DIRECTION
+    widths: ReversalWidths | None, theta: Array, position: Array, before: DirectionState = NO_DIRECTION
 ) -> DirectionState:
     """Direction of motion along a program.
 
     Args:
-        memory: From ``memory_of``; None gives no direction.
+        widths: From ``reversal_widths``; None gives no direction.
         theta: Planned joints, (N, 6) [rad].
         position: Planned TCP, (N, 3) [m].
         before: What the way to the first waypoint has made of u and t: its last row.
@@ -60,39 +60,39 @@ def direction_states(
     Returns:
         u and t at each waypoint.
     """
-    if memory is None:
+    if widths is None:
         return NO_DIRECTION
     turn, step = np.diff(theta, axis=0), np.diff(position, axis=0)
     length = np.linalg.norm(step, axis=1, keepdims=True)
-    ahead = step / np.where(length > 0, length, 1.0)
+    tangent = step / np.where(length > 0, length, 1.0)
     return DirectionState(
-        first_order_lag(np.sign(turn), np.exp(-np.abs(turn) / memory.joint), before.direction[-1]),
-        first_order_lag(ahead, np.exp(-length / memory.travel), before.travel[-1]),
+        first_order_lag(np.sign(turn), np.exp(-np.abs(turn) / widths.joint), before.direction[-1]),
+        first_order_lag(tangent, np.exp(-length / widths.travel), before.travel[-1]),
     )
 
 
-def unknown_share(memory: ReversalWidths | None, theta: Array, position: Array) -> DirectionState:
+def unknown_share(widths: ReversalWidths | None, theta: Array, position: Array) -> DirectionState:
     """How much of the unknown motion before the first waypoint is left in u and t, (N, 6) and (N, 3) [0, 1]."""
-    if memory is None:
+    if widths is None:
         return NO_DIRECTION
     turned = np.abs(np.diff(theta, axis=0, prepend=theta[:1])).cumsum(axis=0)
     length = np.linalg.norm(np.diff(position, axis=0, prepend=position[:1]), axis=1).cumsum()
-    left = np.exp(-turned / memory.joint), np.exp(-length[:, None] / memory.travel)
-    return DirectionState(*(np.where(np.isinf(w), 0.0, x) for w, x in zip((memory.joint, memory.travel), left)))
+    shares = np.exp(-turned / widths.joint), np.exp(-length[:, None] / widths.travel)
+    return DirectionState(*(np.where(np.isinf(w), 0.0, x) for w, x in zip((widths.joint, widths.travel), shares)))
 
 
 def first_order_lag(goal: Array, keep: Array, start: Array | float = 0.0) -> Array:
     """x_0 = start, x_{n+1} = goal_n + keep_n (x_n - goal_n), for all n at once, (N - 1, k) to (N, k).
 
-    Each step is an affine map. The way is parted into stretches of about as many steps as there are stretches: all
-    are walked side by side, then the state that each begins with is handed on.
+    Each step is an affine map. The steps are cut into about sqrt(N) stretches of equal length: all stretches are
+    composed side by side, then the state at the end of each is handed to the next.
     """
     steps, k = goal.shape
     size = max(1, int(np.sqrt(steps)))
     count = -(-steps // size)
     factor, offset = np.ones((count * size, k)), np.zeros((count * size, k))
     factor[:steps], offset[:steps] = keep, (1 - keep) * goal
-    factor, offset = (np.swapaxes(x.reshape(count, size, k), 0, 1).copy() for x in (factor, offset))
+    factor, offset = (np.swapaxes(m.reshape(count, size, k), 0, 1).copy() for m in (factor, offset))
     for n in range(1, size):
         offset[n] += factor[n] * offset[n - 1]
         factor[n] *= factor[n - 1]
@@ -100,7 +100,7 @@ def first_order_lag(goal: Array, keep: Array, start: Array | float = 0.0) -> Arr
     begin[0] = start
     for n in range(count):
         begin[n + 1] = offset[-1, n] + factor[-1, n] * begin[n]
-    found = np.empty((steps + 1, k))
-    found[0] = start
-    found[1:] = np.swapaxes(offset + factor * begin[:-1], 0, 1).reshape(-1, k)[:steps]
-    return found
+    x = np.empty((steps + 1, k))
+    x[0] = start
+    x[1:] = np.swapaxes(offset + factor * begin[:-1], 0, 1).reshape(-1, k)[:steps]
+    return x

@@ -12,9 +12,9 @@ from compgen.robot.kinematics import is_zero
 TERMS = 12  # of the sine series below: 1e-12 up to half a turn
 
 
-def plus(value: Any, more: Any) -> Any:
-    """value + more, and ``value`` itself when there is nothing more."""
-    return value if is_zero(more) else value + more
+def plus(value: Any, change: Any) -> Any:
+    """value + change; ``value`` itself when the change is exactly zero."""
+    return value if is_zero(change) else value + change
 
 
 def entries(value: Any, count: int) -> list[Any]:
@@ -49,6 +49,6 @@ def cross(a: Any, b: Any) -> Any:
     return ca.vertcat(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def weighted(weights: Array, values: Any) -> Any:
+def weighted_sum(weights: Array, values: Any) -> Any:
     """sum weights_k values_k, (K,) numbers with (K, 1) expressions."""
     return ca.dot(ca.DM(weights), values)

@@ -1,4 +1,4 @@
-r"""What gravity and the process ask of each joint, at the pose that the controller believes in.
+r"""Torque of gravity and process force about each joint, at the pose that the controller believes in.
 
     tau_i = z_i . [ sum_{k >= i} (c_k - o_i) x m_k g  +  (p - o_i) x R f ]                       [N m]
 
@@ -47,7 +47,7 @@ class Loads:
 
 
 def loads_of(table: LoadsTable, robot: Robot) -> Loads:
-    """The loads that a robot file tells."""
+    """The loads of a robot file."""
     place, axes = frames_at_zero(robot)
     from_joint = np.array(table.link_centre_mm) * MM
     centre = np.einsum("kji,kj->ki", axes[1:], place[:-1] + from_joint - place[1:])
@@ -64,7 +64,7 @@ def loads_of(table: LoadsTable, robot: Robot) -> Loads:
 def torque_expr(loads: Loads, nominal: Chain) -> list[Any]:
     """tau of the six joints [N m]; a number where nothing acts."""
     frames = nominal.joint_frames()
-    pulls = [
+    forces = [
         (k, frames[k][0] + frames[k][1] @ ca.DM(centre), ca.DM(mass * loads.gravity))
         for k, mass, centre in (
             *((k + 1, float(loads.mass[k]), loads.centre[k]) for k in range(6)),
@@ -74,13 +74,13 @@ def torque_expr(loads: Loads, nominal: Chain) -> list[Any]:
     ]
     if np.any(loads.force):
         position, rotation = nominal.tcp_expr()
-        pulls.append((6, position, rotation @ ca.DM(loads.force)))
+        forces.append((6, position, rotation @ ca.DM(loads.force)))
     torques = []
     for joint in range(1, 7):
         origin, axis = frames[joint - 1][0], frames[joint - 1][1][:, 2]
         total: Any = 0.0
-        for row, place, pull in pulls:
+        for row, place, force in forces:
             if row >= joint:
-                total = total + ca.dot(axis, cross(place - origin, pull))
+                total = total + ca.dot(axis, cross(place - origin, force))
         torques.append(total)
     return torques

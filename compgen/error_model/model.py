@@ -1,6 +1,6 @@
-r"""What would go wrong: the error model, all sources folded into one chain.
+r"""The error model: all sources folded into one chain.
 
-At the joints theta that the controller commands, the TCP is believed at nominal(theta) and really at
+At commanded joints theta the controller believes the TCP at nominal(theta); it is at
 actual(theta, rise, direction, travel). The model gives, position in base axes and orientation as a rotation vector in
 tool axes,
 
@@ -31,22 +31,24 @@ class ErrorModel:
 
     nominal: Any  # theta
     actual: Any  # theta, rise, direction, travel
-    against: Any  # and a reference's position (3) and rotation (9, row by row) -> e (6)
+    error_function: (
+        Any  # theta, rise, direction, travel, a reference's position (3) and rotation (9, row by row) -> e (6)
+    )
 
     def nominal_pose(self, theta: Array) -> tuple[Array, Array]:
         """Where the controller believes the TCP to be, (N, 3) [m] and (N, 3, 3)."""
         return _pose(evaluate(self.nominal, theta))
 
-    def actual_pose(self, theta: Array, rise: Array, motion: DirectionState = NO_DIRECTION) -> tuple[Array, Array]:
+    def actual_pose(self, theta: Array, rise: Array, directions: DirectionState = NO_DIRECTION) -> tuple[Array, Array]:
         """Where the TCP really is, (N, 3) [m] and (N, 3, 3)."""
-        return _pose(evaluate(self.actual, theta, rise, motion.direction, motion.travel))
+        return _pose(evaluate(self.actual, theta, rise, directions.direction, directions.travel))
 
     def error(
-        self, theta: Array, rise: Array, position: Array, rotation: Array, motion: DirectionState = NO_DIRECTION
+        self, theta: Array, rise: Array, position: Array, rotation: Array, directions: DirectionState = NO_DIRECTION
     ) -> Array:
         """Actual against a reference pose, (N, 6): e_p [m] in base axes, e_w [rad] in tool axes."""
-        moment = (theta, rise, motion.direction, motion.travel)
-        return evaluate(self.against, *moment, position, rotation.reshape(-1, 9))[0]
+        inputs = (theta, rise, directions.direction, directions.travel)
+        return evaluate(self.error_function, *inputs, position, rotation.reshape(-1, 9))[0]
 
 
 def build_error_model(
@@ -55,19 +57,19 @@ def build_error_model(
     """Fold the sources over the nominal chain."""
     theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1))
     direction, travel = ca.SX.sym("direction", 6), ca.SX.sym("travel", 3)
-    believed = nominal_chain(robot, theta, (tool_position, tool_rotation))
-    state = State(believed, rise, direction, travel)
-    chain = believed
+    nominal = nominal_chain(robot, theta, (tool_position, tool_rotation))
+    state = State(nominal, rise, direction, travel)
+    chain = nominal
     for source in sources:
         chain = source.distort(chain, state)
-    nominal, actual = believed.tcp_expr(), ca.cse(list(chain.tcp_expr()))
-    moment = [theta, rise, direction, travel]
+    believed, actual = nominal.tcp_expr(), ca.cse(list(chain.tcp_expr()))
+    inputs = [theta, rise, direction, travel]
     p, rows = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
     e = ca.vertcat(actual[0] - p, rotation_vector_expr(ca.reshape(rows, 3, 3) @ actual[1]))
     return ErrorModel(
-        ca.Function("nominal", [theta], [nominal[0], ca.densify(nominal[1])]),
-        ca.Function("actual", moment, [actual[0], ca.densify(actual[1])]),
-        ca.Function("against", [*moment, p, rows], [e]),
+        ca.Function("nominal", [theta], [believed[0], ca.densify(believed[1])]),
+        ca.Function("actual", inputs, [actual[0], ca.densify(actual[1])]),
+        ca.Function("against", [*inputs, p, rows], [e]),
     )
 
 

@@ -179,12 +179,12 @@ def freeze_parameters(source: Any) -> None:
         if isinstance(value, (list, tuple)) and any(isinstance(v, ca.SX) for v in value):
             value = ca.vertcat(*value)
         shape = shapes[name]
-        have = value.shape if isinstance(value, ca.SX) else np.shape(value)
-        if isinstance(value, ca.SX) and len(shape) == 1 and have == (have[0], 1):
-            have = have[:1]
-        want = tuple(lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, have))
-        if len(have) != len(shape) or have != want:
-            raise ValueError(f"{type(source).__name__}.{name}: shape {have}, expected {shape}")
+        actual = value.shape if isinstance(value, ca.SX) else np.shape(value)
+        if isinstance(value, ca.SX) and len(shape) == 1 and actual == (actual[0], 1):
+            actual = actual[:1]
+        expected = tuple(lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, actual))
+        if len(actual) != len(shape) or actual != expected:
+            raise ValueError(f"{type(source).__name__}.{name}: shape {actual}, expected {shape}")
         if not isinstance(value, ca.SX):
             value = np.array(value, dtype=float)
             value.flags.writeable = False

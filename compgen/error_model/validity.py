@@ -1,4 +1,4 @@
-"""Where a program leaves what the error sources were measured in: never silently."""
+"""Findings where a program leaves the range in which the error sources were measured."""
 
 from collections.abc import Sequence
 
@@ -13,8 +13,8 @@ from compgen.error_model.source import Source
 from compgen.error_model.sources.measured_map import AxisMap
 from compgen.robot.robot import Robot
 
-SLACK = 1e-6  # m, rad
-TELLING = 1e-6  # m of unknown hysteresis at the tool, from where on it is told
+TOLERANCE = 1e-6  # m, rad
+NEGLIGIBLE = 1e-6  # m of unknown hysteresis at the tool
 
 
 def map_findings(sources: Sequence[Source], position: Array) -> list[Finding]:
@@ -22,21 +22,21 @@ def map_findings(sources: Sequence[Source], position: Array) -> list[Finding]:
     lines = [s for s in sources if isinstance(s, AxisMap)]
     if not lines:
         return []
-    spots = np.vstack([np.where(np.arange(3) == s.axis, end, s.place) for s in lines for end in s.station[[0, -1]]])
-    low, high = spots.min(axis=0), spots.max(axis=0)
+    corners = np.vstack([np.where(np.arange(3) == s.axis, end, s.place) for s in lines for end in s.station[[0, -1]]])
+    low, high = corners.min(axis=0), corners.max(axis=0)
     least, most = column_extremes(position)
     worst = np.maximum(low - least, most - high)
-    if worst.max() <= SLACK:
+    if worst.max() <= TOLERANCE:
         return []
-    outside = (np.maximum(low - position, position - high) > SLACK).any(axis=1)
-    told = ", ".join(
+    outside = (np.maximum(low - position, position - high) > TOLERANCE).any(axis=1)
+    ranges = ", ".join(
         f"{'xyz'[i]} by up to {worst[i] / MM:.1f} mm ({low[i] / MM:g} to {high[i] / MM:g} measured)"
         for i in range(3)
-        if worst[i] > SLACK
+        if worst[i] > TOLERANCE
     )
     first = int(np.argmax(outside)) + 1
     message = (
-        f"{int(outside.sum())} of {len(position)} positions, first {first}, leave the measured map's hull in {told}; "
+        f"{int(outside.sum())} of {len(position)} positions, first {first}, leave the measured map's hull in {ranges}; "
         "the map's value at its edge is taken there: measure lines that reach further, or move the path"
     )
     return [Finding(Level.WARNING, "sources.map", message)]
@@ -48,14 +48,14 @@ def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> l
         return []
     least, most = column_extremes(robot.to_pendant(theta))
     over = np.maximum(joint_box[:, 0] - least, most - joint_box[:, 1])
-    if over.max() <= SLACK:
+    if over.max() <= TOLERANCE:
         return []
-    told = ", ".join(
+    ranges = ", ".join(
         f"J{i + 1} by up to {over[i] / DEG:.1f} deg ({low / DEG:g} to {high / DEG:g})"
         for i, (low, high) in enumerate(joint_box)
-        if over[i] > SLACK
+        if over[i] > TOLERANCE
     )
-    message = f"the program leaves the joints that the errors were identified in: {told}; measure poses there"
+    message = f"the program leaves the joints that the errors were identified in: {ranges}; measure poses there"
     return [Finding(Level.WARNING, "sources.box", message)]
 
 
@@ -66,38 +66,38 @@ def unknown_start_findings(
     theta: Array,
     position: Array,
     rise: Array,
-    motion: DirectionState,
+    directions: DirectionState,
     contact: BoolArray,
 ) -> list[Finding]:
-    """How much hysteresis is unknown where the part begins, because the motion before the first waypoint is.
+    """How much hysteresis is unknown where the part begins, since the motion before the first waypoint is unknown.
 
     Args:
         robot: For the names of its joints.
-        sources: What makes it err.
+        sources: Of its error.
         model: The error model.
         theta: Joints in the order driven, (N, 6) [rad].
         position: TCP, (N, 3) [m].
         rise: (N, K) [K].
-        motion: Directions of motion.
+        directions: Of motion.
         contact: Waypoints on the part, (N,); none counts as all.
     """
-    memory = reversal_widths(sources)
-    if memory is None:
+    widths = reversal_widths(sources)
+    if widths is None:
         return []
     n = int(np.argmax(contact))
-    left = unknown_share(memory, theta, position).at(np.array([n]))
-    known = motion.at(np.array([n]))
-    each = np.diag(np.concatenate([left.direction[0], left.travel[0]]))
-    other = DirectionState(known.direction + each[:, :6], known.travel + each[:, 6:])
+    share = unknown_share(widths, theta, position).at(np.array([n]))
+    assumed = directions.at(np.array([n]))
+    changes = np.diag(np.concatenate([share.direction[0], share.travel[0]]))  # one joint or axis a row
+    changed = DirectionState(assumed.direction + changes[:, :6], assumed.travel + changes[:, 6:])
     q, r = np.tile(theta[n], (9, 1)), np.tile(rise[n], (9, 1))
-    off = model.actual_pose(q, r, other)[0] - model.actual_pose(q, r, known)[0]
-    stray = np.linalg.norm(off, axis=1)
-    if stray.sum() <= TELLING:
+    displacement = model.actual_pose(q, r, changed)[0] - model.actual_pose(q, r, assumed)[0]
+    distance = np.linalg.norm(displacement, axis=1)
+    if distance.sum() <= NEGLIGIBLE:
         return []
     names = (*robot.joint_names, "x", "y", "z")
-    told = ", ".join(f"{names[i]} {stray[i] / UM:.1f} um" for i in np.flatnonzero(stray > TELLING / 10))
+    amounts = ", ".join(f"{names[i]} {distance[i] / UM:.1f} um" for i in np.flatnonzero(distance > NEGLIGIBLE / 10))
     message = (
-        f"the side that joints come from is not known before they have moved: where the part begins, {told} of "
+        f"the side that joints come from is not known before they have moved: where the part begins, {amounts} of "
         "half-width are left unknown; lead in with a longer move, always from the same side"
     )
     return [Finding(Level.NOTE, "sources.start", message)]

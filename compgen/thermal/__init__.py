@@ -1,4 +1,4 @@
-"""Temperature over time: what the cell did, and how warm that left each part of the robot."""
+"""Temperature over time: from what the cell did to the rise of each part of the robot."""
 
 from compgen.thermal.ambient import Ambient, still_air
 from compgen.thermal.duty import Duty, JointMotion

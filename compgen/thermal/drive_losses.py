@@ -1,4 +1,4 @@
-r"""Heat that each joint's drive gives off, from the motion itself.
+r"""Heat of each joint's drive, from the motion.
 
 The torque at a joint comes from inverse dynamics of the loaded arm (pinocchio, links and payload as point masses), and
 the drive's loss, with P its rated power, q_m its rated speed and T = P / q_m the torque that belongs to them, is

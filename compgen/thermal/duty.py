@@ -1,4 +1,4 @@
-"""What the robot does over a stretch of time, as far as its warmth goes."""
+"""What the robot does over a stretch of time, as far as its temperature depends on it."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -18,12 +18,12 @@ class Duty:
     feed: float  # [m/s], 0 unless moving
     duration: float  # [s]
     share: float = 1.0  # of the time in motion, the rest idle
-    loss: tuple[float, ...] = ()  # [W] mean heat of each joint's drive, for models that ask for it
+    loss: tuple[float, ...] = ()  # [W] mean heat of each joint's drive, for models that need it
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class JointMotion:
-    """A program being driven, at N waypoints: all that heat can depend on."""
+    """The motion of a program at N waypoints: all that its heat depends on."""
 
     time: Array  # (N,) [s]
     theta: Array  # (N, 6) [rad] DH angles

@@ -110,7 +110,7 @@ def arm(monkeypatch):
 
 
 def read(arm, **sag):
-    tables = check(SourcesWithSag, {"sag": sag}, "robots/x.toml", "sources")
+    tables = check(SourcesWithSag, {"sag": sag}, "robots/x.toml")
     return reader.read_sources(tables, arm, "robots/x.toml")
 
 

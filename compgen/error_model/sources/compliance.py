@@ -1,7 +1,7 @@
-r"""Gears and bearings give way about the joint axes: theta_i -> theta_i + k_i tau_i.
+r"""Elastic turn of gears and bearings about the joint axes: theta_i -> theta_i + k_i tau_i.
 
-tau is what gravity of arm and payload, and the process force, ask of the joint (``gravity``). Only the product of
-compliance and mass shows in gravity's part, so masses are facts and compliances parameters. Source: Dumas et al.
+tau is the torque of gravity, on arm and payload, and of the process force about the joint (``loads``). Gravity shows
+only the product of compliance and mass, so masses are facts and compliances parameters. Source: Dumas et al.
 (2011), Klimchik et al. (2013): joints hold most of a serial arm's compliance, links and bearings little. Linear; valid
 within the rated payload.
 """

@@ -1,4 +1,4 @@
-r"""The robot stands, and the tool sits, a little off.
+r"""Displacement of the base and of the tool.
 
     base:  T -> (p, R(w)) T          in World                   tool:  flange -> flange (p, R(w))          in the flange
 
@@ -27,7 +27,7 @@ from compgen.robot.kinematics import Chain, is_zero
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BaseFrame:
-    """Where the arm really stands."""
+    """Displacement of the arm in World."""
 
     position: Any  # (3,) [m] World
     rotation: Any  # (3,) [rad] rotation vector, World
@@ -59,7 +59,7 @@ class BaseFrame:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ToolFrame:
-    """Where the tool really sits."""
+    """Displacement of the tool in the flange."""
 
     position: Any  # (3,) [m] flange
     rotation: Any  # (3,) [rad] rotation vector, flange

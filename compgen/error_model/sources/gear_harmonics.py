@@ -1,11 +1,11 @@
-r"""Gears run out: once and twice a turn of what is eccentric, the joint is ahead and behind.
+r"""Transmission error of the gears, first and second order: once and twice a turn of an eccentric part.
 
     theta_i -> theta_i + sum_{n = 1, 2} [ s_in sin(n N_i theta_i) + c_in cos(n N_i theta_i) ]
 
 at the commanded theta. N_i is how often the eccentric part turns for one turn of the joint: 1 for the joint's own
 gear wheel and encoder, the gear ratio for the motor's side. Source: transmission error of harmonic and cycloidal drives
-(Tuttle and Seering 1996). What lies at periods of the tool's mid-spatial band (N_i of some hundred) is smoothed away by
-the correction, not cancelled.
+(Tuttle and Seering 1996). Errors with periods in the tool's mid-spatial band (N_i of some hundred) are not corrected:
+the correction is smooth there.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ from compgen.robot.kinematics import Chain, is_zero
 
 @dataclass(frozen=True, eq=False, slots=True)
 class GearHarmonics:
-    """First and second order of each joint."""
+    """First and second order of each joint's transmission error."""
 
     sine: Any  # (6, 2) [rad]
     cosine: Any  # (6, 2) [rad]

@@ -2,10 +2,10 @@ r"""Backlash and friction: a joint that came from below stands behind one that c
 
     theta_i -> theta_i - u_i (b_i + w_i sqrt(tau_i^2 + 1 (N m)^2))
 
-b is half the backlash, w the windup of the gear under friction that grows with the load tau (``gravity``), u in [-1, 1]
-the direction that joint i has come from. u has a memory (``motion``): after a reversal it changes over the joint's own
-presliding distance. Source: Dahl (1968) for the blend, Gautier and Khalil's load-dependent friction for w; the
-reference study's hysteresis, 50 to 350 um, which it leaves as a half-width. Repeatable part only.
+b is half the backlash, w the windup of the gear under friction that grows with the load tau (``loads``), u in [-1, 1]
+the direction that joint i has come from. u has a memory (``direction_memory``): after a reversal it changes over the
+joint's own presliding distance. Source: Dahl (1968) for the blend, Gautier and Khalil's load-dependent friction for w; the
+reference study's hysteresis, 50 to 350 um, which it gives as a half-width. The repeatable part only.
 """
 
 from dataclasses import dataclass, replace

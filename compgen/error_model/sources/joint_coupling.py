@@ -1,4 +1,4 @@
-r"""One joint's motion drives another a little, and gear ratios are not what is believed.
+r"""Coupling between the motions of joints, and errors of gear ratios.
 
     theta_i -> theta_i + sum_j c_ij (theta_j - theta_0j)
 

@@ -1,10 +1,10 @@
-r"""Joints run out in many waves a turn: gears, encoders and windings leave their orders.
+r"""Periodic transmission error of any orders: gears, encoders and motor windings.
 
     theta_i -> theta_i + sum_h [ s_ih sin(n_h theta_i) + c_ih cos(n_h theta_i) ]
 
-at the commanded theta, with orders n_h shared by the joints, since joints of one maker are built alike. On a UR5
+at the commanded theta, with orders n_h shared by the joints, which one maker builds alike. On a UR5
 measured with a laser tracker the orders 7 to 31 hold as much error as the first two (``docs/identify.md``). Source:
-Fourier's series of any repeatable transmission error; valid where the joints have been seen turning, smooth between.
+Fourier's series of any repeatable transmission error; valid over the measured range of each joint.
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-r"""Mastering is off: theta_i -> theta_i + delta_i.
+r"""Error of mastering: theta_i -> theta_i + delta_i.
 
 Source: every calibration of a serial arm (Mooring, Roth and Driels 1991). Valid at any pose.
 """

@@ -1,4 +1,4 @@
-r"""Lengths and twists of the links are not what the maker publishes.
+r"""Constant errors of the DH parameters: lengths and twists of the links.
 
     d -> d + delta d,   a -> a + delta a,   alpha -> alpha + delta alpha,   beta -> delta beta
 
@@ -74,14 +74,15 @@ class LinkOffsets:
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with constants added to its DH rows."""
-        more = {name: entries(getattr(self, name), 6) for name in ("d", "a", "alpha", "beta")}
+        offsets = {name: entries(getattr(self, name), 6) for name in ("d", "a", "alpha", "beta")}
         return replace(
-            chain, **{name: tuple(plus(v, m) for v, m in zip(getattr(chain, name), new)) for name, new in more.items()}
+            chain,
+            **{name: tuple(plus(v, m) for v, m in zip(getattr(chain, name), own)) for name, own in offsets.items()},
         )
 
 
 def parallel_axes(alpha: Array) -> BoolArray:
     """Rows whose twist leaves the next axis parallel, where beta takes the place of d, (6,); never the last."""
-    found = np.abs(np.sin(alpha)) < PARALLEL
-    found[5] = False
-    return np.asarray(found)
+    rows = np.abs(np.sin(alpha)) < PARALLEL
+    rows[5] = False
+    return np.asarray(rows)

@@ -1,4 +1,4 @@
-r"""What is left, as measured along the World axes: positioning and straightness for each direction of travel.
+r"""Residual error as measured along the World axes: positioning and straightness for each direction of travel.
 
     p -> p + sum_axis [ m_axis(s) + t_axis h_axis(s) ],   s = nominal TCP along the axis, t_axis its travel in [-1, 1]
 
@@ -9,7 +9,7 @@ line), as a sum of powers that is linear in the values,
 
     f(s) = sum_j v_j B_j(x),   B_j(x) = a_j + b_j x + c_j x^2 + sum_k e_jk max(x - x_k, 0)^3,   x in [0, 1]
 
-Beyond the first and the last station the value there is kept, and ``verify`` tells that the program leaves the hull.
+Beyond the first and the last station their values hold, and a finding says that the program leaves the hull.
 The contributions of the axes add, so each line is zeroed where the lines cross. Source: bidirectional axis tests as in
 the reference study, chapter 5 (ISO 230-2). A map holds for the postures and the tool it was measured with.
 """
@@ -109,10 +109,10 @@ def _basis_expr(station: Array, x: Any) -> Any:
     if S == 2:
         return ca.vertcat(1 - x, x)
     pieces = CubicSpline(station, np.eye(S), bc_type="natural").c  # (4, S - 1, S), highest power first
-    third = np.diff(pieces[0], axis=0, prepend=0.0)  # what each knot adds to the cubic term
+    jump = np.diff(pieces[0], axis=0, prepend=0.0)  # what each knot adds to the cubic term
     powers = [ca.DM(pieces[p][0]) for p in (3, 2, 1)]
     value = powers[0] + powers[1] * x + powers[2] * x**2
-    for knot, more in zip(station[:-1], third):
-        past = ca.fmax(x - float(knot), 0)
-        value = value + ca.DM(more) * (past * past * past)
+    for knot, coefficients in zip(station[:-1], jump):
+        beyond = ca.fmax(x - float(knot), 0)
+        value = value + ca.DM(coefficients) * (beyond * beyond * beyond)
     return value

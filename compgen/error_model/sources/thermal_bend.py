@@ -1,4 +1,4 @@
-r"""A link that is warmer on one side bends: to a circle, as far as the gradient along it is even.
+r"""Bending of a link that is warmer on one side: to a circle, if the gradient is even along it.
 
 Over a link vector L (from its begin to its end) that bends by the angle phi about the unit axis n, the end turns by
 phi n and moves aside by half of that lever:

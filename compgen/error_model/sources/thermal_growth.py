@@ -1,4 +1,4 @@
-r"""Links lengthen as they warm: a -> a + (1 + x_a) g_a . rise, d -> d + (1 + x_d) g_d . rise.
+r"""Thermal growth of the links: a -> a + (1 + x_a) g_a . rise, d -> d + (1 + x_d) g_d . rise.
 
 g is the growth per kelvin of each node at the robot file's cte (``thermal.profiles``), x the excess of each length's
 own cte over it: an identified cte is (1 + x) times the file's. A length that points against its axis (d4 and d6 of a
@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.error_model.expressions import entries, weighted
+from compgen.error_model.expressions import entries, weighted_sum
 from compgen.error_model.schema import ThermalGrowthTable
 from compgen.error_model.source import (  # fmt: skip
     ArmFacts,
@@ -82,10 +82,10 @@ class ThermalGrowth:
 
 
 def _grown(lengths: tuple[Any, ...], growth: Array, excess: list[Any], rise: Any) -> tuple[Any, ...]:
-    found = []
+    grown = []
     for length, g, x in zip(lengths, growth, excess):
         if g.any():
-            more = weighted(g, rise)
-            length = length + (more if is_zero(x) else (1 + x) * more)
-        found.append(length)
-    return tuple(found)
+            increase = weighted_sum(g, rise)
+            length = length + (increase if is_zero(x) else (1 + x) * increase)
+        grown.append(length)
+    return tuple(grown)

@@ -1,4 +1,4 @@
-r"""What holds the tool or the part grows: the tool stands further out, or the part moves under it.
+r"""Thermal growth of tool and fixture: the tool reaches further out, or the part moves under it.
 
     p -> p + sum_k s_k rise_k axis
 
