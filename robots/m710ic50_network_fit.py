@@ -2,8 +2,8 @@
 
     python robots/m710ic50_network_fit.py
 
-Each temperature is asked of the network after the motion that it was measured on (the heating circle, the spiral, the
-slow lines), driven at its feed for its hours from cold. Fitted: the three losses of the drives (holding, Coulomb,
+Each temperature is compared with the network after the motion that it was measured on (the heating circle, the spiral,
+the slow lines), driven at its feed for its hours from cold. Fitted: the three losses of the drives (holding, Coulomb,
 viscous, the same for all joints), the film, contacts, and what conducts and stores in the arm; each stays near its
 assumed value as far as the temperatures allow (PRIOR), the first three hours stay straight and the robot is cold 16 h
 after stopping, as the study saw. The doubling of speed is not fitted.
@@ -144,9 +144,9 @@ def bends(heat: NetworkModel) -> np.ndarray:
     """How far the first three hours at 200 mm/s leave a straight line, j2, link1, j3, wrist [K] (study line 822)."""
     hours = np.linspace(0, 3, 40)
     rises = rise_history(heat, [Duty("moving", 0.2, 3 * HOUR, loss=loss(heat.drives, "circle", 0.2))], hours * HOUR)
-    seen = rises[:, [heat.names.index(name) for name in ("j2", "link1", "j3", "wrist")]]
-    line = np.polynomial.polynomial.polyval(hours, np.polynomial.polynomial.polyfit(hours, seen, 1)).T
-    return np.abs(seen - line).max(axis=0)
+    measured_rises = rises[:, [heat.names.index(name) for name in ("j2", "link1", "j3", "wrist")]]
+    line = np.polynomial.polynomial.polyval(hours, np.polynomial.polynomial.polyfit(hours, measured_rises, 1)).T
+    return np.abs(measured_rises - line).max(axis=0)
 
 
 def left(heat: NetworkModel) -> np.ndarray:
@@ -188,8 +188,8 @@ def main() -> None:
     off = misses(heat)
     print(f"rms {np.sqrt(np.mean(off**2)):.3f} K, worst {np.abs(off).max():.2f} K over {len(off)} temperatures")
     print(f"first 3 h straight within {bends(heat).max():.2f} K; 16 h after stopping {left(heat).max():.2f} K left")
-    told = ", ".join(f"{name} {ratio:.2f}" for name, ratio in doubling(heat).items())
-    print(f"doubling 100 to 200 mm/s multiplies the steady rise by: {told} (Heisel: 1.5; not in the fit)")
+    ratios = ", ".join(f"{name} {ratio:.2f}" for name, ratio in doubling(heat).items())
+    print(f"doubling 100 to 200 mm/s multiplies the steady rise by: {ratios} (Heisel: 1.5; not in the fit)")
 
 
 if __name__ == "__main__":

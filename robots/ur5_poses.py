@@ -17,7 +17,7 @@ GRID, RANDOM = "3D_UR5_uncalibrated_grid_cleaned.csv", "3D_UR5_uncalibrated_rand
 
 
 def converted(source: Path, count: int | None = None) -> str:
-    """One of the published files as ours."""
+    """One of the published files as a pose file."""
     rows = np.genfromtxt(source, delimiter=",", skip_header=1)
     if count is not None:
         rows = rows[np.sort(np.random.default_rng(3).permutation(len(rows))[:count])]

@@ -72,9 +72,9 @@ def emptied(source):
     return replace(source, **{p.field: np.zeros(np.shape(getattr(source, p.field))) for p in source.PARAMETERS})
 
 
-def error(cell, found, theta, rise=None, direction=None, travel=None, tool=FLANGE):
+def error(cell, sources, theta, rise=None, direction=None, travel=None, tool=FLANGE):
     """Position error of one pose [m], and how far the tool turned [rad] in World axes."""
-    model = build_error_model(cell.robot, found, 5, *tool)
+    model = build_error_model(cell.robot, sources, 5, *tool)
     motion = DirectionState(
         np.zeros((1, 6)) if direction is None else np.array([direction]),
         np.zeros((1, 3)) if travel is None else np.array([travel]),
@@ -275,8 +275,8 @@ def test_large_turns_of_a_frame_are_exact():
         w = rng.normal(size=3)
         w *= size / np.linalg.norm(w)
         x = ca.SX.sym("w", 3)
-        found = np.asarray(ca.Function("r", [x], [ca.densify(rotation_expr(x))])(w))
-        assert_allclose(found, rotation_matrix(w), atol=1e-11)
+        rotation = np.asarray(ca.Function("r", [x], [ca.densify(rotation_expr(x))])(w))
+        assert_allclose(rotation, rotation_matrix(w), atol=1e-11)
 
 
 def test_an_upper_arm_bends_to_a_circle(cell):
@@ -374,11 +374,11 @@ def test_direction_does_not_depend_on_how_a_way_is_cut(cell):
     coarse = np.array([0, 0.02, 0.03, 0.01, -0.02])[:, None] * np.ones(6)
     fine = np.interp(np.linspace(0, 4, 41), range(5), coarse[:, 0])[:, None] * np.ones(6)
     places = [np.column_stack([t[:, 0], t[:, 0], 0 * t[:, 0]]) for t in (coarse, fine)]
-    found = [direction_states(memory, t, p) for t, p in zip((coarse, fine), places)]
-    assert_allclose(found[0].direction, found[1].direction[::10], atol=1e-13)
-    assert_allclose(found[0].travel, found[1].travel[::10], atol=1e-13)
+    states = [direction_states(memory, t, p) for t, p in zip((coarse, fine), places)]
+    assert_allclose(states[0].direction, states[1].direction[::10], atol=1e-13)
+    assert_allclose(states[0].travel, states[1].travel[::10], atol=1e-13)
     left = np.exp(-0.02 / (600 * MDEG))
-    assert_allclose(found[0].direction[1], 1 - left, atol=1e-15)  # Dahl, from nothing known
+    assert_allclose(states[0].direction[1], 1 - left, atol=1e-15)  # Dahl, from nothing known
 
 
 def test_a_way_driven_in_parts_is_remembered_as_the_whole(cell):
@@ -398,10 +398,10 @@ def test_relaxed_is_the_recursion(steps):
     rng = np.random.default_rng(0)
     goal, keep = rng.uniform(-1, 1, (steps, 3)), rng.uniform(0, 1, (steps, 3))
     x = rng.uniform(-1, 1, 3)
-    found = first_order_lag(goal, keep, x)
-    assert found.shape == (steps + 1, 3)
-    assert np.array_equal(found[0], x)
-    for n, row in enumerate(found[1:]):
+    result = first_order_lag(goal, keep, x)
+    assert result.shape == (steps + 1, 3)
+    assert np.array_equal(result[0], x)
+    for n, row in enumerate(result[1:]):
         x = goal[n] + keep[n] * (x - goal[n])
         assert_allclose(row, x, atol=1e-14)
 

@@ -25,11 +25,11 @@ ARCSEC = np.pi / 180 / 3600
 
 def poses(*overrides, kind):
     cell = load_cell("m710ic50", overrides)
-    mine = tuple(s for s in cell.sources if isinstance(s, kind))
-    assert len(mine) == 1
-    model = build_error_model(cell.robot, mine, 5, *TOOL)
+    sources = tuple(s for s in cell.sources if isinstance(s, kind))
+    assert len(sources) == 1
+    model = build_error_model(cell.robot, sources, 5, *TOOL)
     theta = np.random.default_rng(2).uniform(-1.2, 1.2, (40, 6)) + cell.robot.pendant_zero
-    twin = Twin(cell.robot, cell.heat, (), *TOOL, faults_of(mine))
+    twin = Twin(cell.robot, cell.heat, (), *TOOL, faults_of(sources))
     rise = np.repeat(RISE, 40, axis=0)
     return model.nominal_pose(theta), model.actual_pose(theta, rise), twin.actual_pose(theta, rise, lambda share: None)
 
@@ -66,6 +66,6 @@ def test_a_twisted_column_turns_the_arm_about_the_vertical():
     ],
 )
 def test_what_is_wrong_is_said(override, words):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as refusal:
         load_cell("m710ic50", [override])
-    assert all(w in str(told.value) for w in words), told.value
+    assert all(w in str(refusal.value) for w in words), refusal.value

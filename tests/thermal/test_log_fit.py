@@ -35,17 +35,17 @@ def log_of(heat, time, rises, names=SENSED):
     return TemperatureLog(time, np.zeros(len(time)), {n: rises[:, heat.names.index(n)].copy() for n in names})
 
 
-def end_of(found):
-    return found.heat.outputs @ found.heat.start
+def end_of(fit):
+    return fit.heat.outputs @ fit.heat.start
 
 
 def test_a_clean_log_gives_back_the_state(heat):
     time = np.linspace(0, 5 * HOUR, 600)
     rises = truth(heat, time)
-    found = fit_log(log_of(heat, time, rises), heat, LOSS)
-    seen = [heat.names.index(n) for n in PARTS.values()]
-    assert_allclose(end_of(found)[seen], rises[-1][seen], atol=0.12)  # K
-    assert_allclose(end_of(found), rises[-1], atol=0.35)  # also what no sensor sees
+    fit = fit_log(log_of(heat, time, rises), heat, LOSS)
+    sensors = [heat.names.index(n) for n in PARTS.values()]
+    assert_allclose(end_of(fit)[sensors], rises[-1][sensors], atol=0.12)  # K
+    assert_allclose(end_of(fit), rises[-1], atol=0.35)  # also what no sensor sees
 
 
 def test_noise_gaps_and_outliers_hardly_matter(heat):
@@ -59,10 +59,10 @@ def test_noise_gaps_and_outliers_hardly_matter(heat):
         readings[rng.random(len(time)) < 0.01] += 40.0  # a loose contact
     log.readings["j3"][1200:1900] = np.nan  # an hour without
     log.readings["wrist"][-200:] = np.nan  # twenty minutes at the end without
-    found = fit_log(log, heat, LOSS)
-    seen = [heat.names.index(n) for n in PARTS.values()]
-    assert_allclose(end_of(found)[seen], rises[-1][seen], atol=0.25)  # K
-    assert max(found.rms.values()) < 5
+    fit = fit_log(log, heat, LOSS)
+    sensors = [heat.names.index(n) for n in PARTS.values()]
+    assert_allclose(end_of(fit)[sensors], rises[-1][sensors], atol=0.25)  # K
+    assert max(fit.rms.values()) < 5
 
 
 def test_it_goes_on_from_there(heat):
@@ -70,26 +70,26 @@ def test_it_goes_on_from_there(heat):
     time = np.linspace(0, 3 * HOUR, 400)
     first = [Duty("moving", 0.2, 3 * HOUR, loss=LOSS)]
     later = [Duty("off", 0.0, 2 * HOUR)]
-    found = fit_log(log_of(heat, time, rise_history(heat, first, time)), heat, LOSS)
+    fit = fit_log(log_of(heat, time, rise_history(heat, first, time)), heat, LOSS)
     whole = rise_history(heat, [*first, *later], np.array([5 * HOUR]))[0]
-    seen = [heat.names.index(n) for n in PARTS.values()]
-    assert_allclose(rise_history(found.heat, later, np.array([2 * HOUR]))[0][seen], whole[seen], atol=0.15)
+    sensors = [heat.names.index(n) for n in PARTS.values()]
+    assert_allclose(rise_history(fit.heat, later, np.array([2 * HOUR]))[0][sensors], whole[sensors], atol=0.15)
 
 
 def test_two_sensors_still_give_a_whole_profile(heat):
     time = np.linspace(0, 5 * HOUR, 600)
     rises = truth(heat, time)
-    found = fit_log(log_of(heat, time, rises, ("j2", "j3")), heat, LOSS)
-    assert_allclose(end_of(found), rises[-1], atol=1.6)  # K: from a working robot's proportions
-    assert not np.allclose(end_of(found)[heat.names.index("wrist")], 0, atol=0.2)
+    fit = fit_log(log_of(heat, time, rises, ("j2", "j3")), heat, LOSS)
+    assert_allclose(end_of(fit), rises[-1], atol=1.6)  # K: from a working robot's proportions
+    assert not np.allclose(end_of(fit)[heat.names.index("wrist")], 0, atol=0.2)
 
 
 def write(folder, header, rows, **keys):
     (folder / "log.csv").write_text(header + "\n" + "\n".join(rows) + "\n")
-    told = "".join(f"{k} = {v!r}\n" if not isinstance(v, str) else f'{k} = "{v}"\n' for k, v in keys.items())
+    keys_text = "".join(f"{k} = {v!r}\n" if not isinstance(v, str) else f'{k} = "{v}"\n' for k, v in keys.items())
     text = Path(path_file("line_y")).read_text().split("[[before]]")
     after = text[1].split("[bounds]")[1]
-    (folder / "p.toml").write_text(f'{text[0]}[log]\nfile = "log.csv"\n{told}\n[bounds]{after}')
+    (folder / "p.toml").write_text(f'{text[0]}[log]\nfile = "log.csv"\n{keys_text}\n[bounds]{after}')
     return str(folder / "p.toml")
 
 
@@ -156,9 +156,9 @@ def test_the_log_is_an_input_like_any_other(tmp_path):
     ],
 )
 def test_what_is_wrong_in_a_log_is_said(tmp_path, header, rows, words):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as refusal:
         load_job(write(tmp_path, header, rows))
-    assert all(w in str(told.value) for w in ("log.csv", *words)), told.value
+    assert all(w in str(refusal.value) for w in ("log.csv", *words)), refusal.value
 
 
 def test_a_log_needs_readings(heat):

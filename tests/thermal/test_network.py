@@ -57,23 +57,23 @@ def test_agrees_with_a_stiff_solver(heat):
     ]
     f, rise, t = derivative(heat, air), heat.to_volumes @ state_after(heat, [], air=air), 0.0
     jacobian = -(heat.volumes.laplacian + np.diag(heat.volumes.film)) / heat.volumes.capacity[:, None]
-    seen, times = [], []
+    expected, times = [], []
     for duty in duties:
         power = np.array(duty.loss or (0.0,) * 6)
         now = np.linspace(t, t + duty.duration, 7)[1:]
         knots = [k for k in air.time if t < k < t + duty.duration]
         for end in [*knots, t + duty.duration]:
             at = now[(now > t) & (now <= end)]
-            found = solve_ivp(
+            solution = solve_ivp(
                 f, (t, end), rise, "Radau", np.unique([*at, end]), args=(power,), jac=lambda *_: jacobian,
                 rtol=1e-9, atol=1e-10,
             )  # fmt: skip
-            seen += [found.y[:, np.searchsorted(found.t, a)] for a in at]
+            expected += [solution.y[:, np.searchsorted(solution.t, a)] for a in at]
             times += list(at)
-            rise, t = found.y[:, -1], end
+            rise, t = solution.y[:, -1], end
     every = replace(heat, probe=np.eye(len(heat.rate)), reference_rise=np.ones(len(heat.rate)))
-    assert np.max(seen) > 5
-    assert_allclose(rise_history(every, duties, np.array(times), air=air), seen, atol=1e-6)  # K
+    assert np.max(expected) > 5
+    assert_allclose(rise_history(every, duties, np.array(times), air=air), expected, atol=1e-6)  # K
 
 
 def test_twelve_hours_of_a_hundred_volumes_every_second_are_a_hundred_times_faster(heat):
@@ -90,23 +90,23 @@ def test_twelve_hours_of_a_hundred_volumes_every_second_are_a_hundred_times_fast
     spent = []
     for _ in range(12):  # the least of them: neighbours on the machine cost a short run more than a long one
         begin = time.process_time()
-        ours = rise_history(fine, duties, times)
+        by_modes = rise_history(fine, duties, times)
         spent.append(time.process_time() - begin)
     f = derivative(fine)
     jacobian = -(volumes.laplacian + np.diag(volumes.film)) / volumes.capacity[:, None]
     some = 20 * len(cycle)  # stretches that the solver does: the rest costs it the same
-    begin, rise, now, theirs = time.process_time(), np.zeros(100), 0.0, []
+    begin, rise, now, by_solver = time.process_time(), np.zeros(100), 0.0, []
     for duty in duties[:some]:
         end = now + duty.duration
         at = np.append(np.arange(np.ceil(now), end), end)
-        found = solve_ivp(
+        solution = solve_ivp(
             f, (now, end), rise, "BDF", at, args=(np.array(duty.loss),), jac=lambda *_: jacobian, rtol=1e-9, atol=1e-9
         )
-        rise, now = found.y[:, -1], end
-        theirs.append(found.y[:, :-1].T)
+        rise, now = solution.y[:, -1], end
+        by_solver.append(solution.y[:, :-1].T)
     solver = (time.process_time() - begin) * len(duties) / some
-    theirs = np.vstack(theirs)
-    assert_allclose(ours[: len(theirs)], theirs, atol=1e-6)  # K
+    by_solver = np.vstack(by_solver)
+    assert_allclose(by_modes[: len(by_solver)], by_solver, atol=1e-6)  # K
     print(f"modes {min(spent):.3f} s, BDF {solver:.1f} s, ratio {solver / min(spent):.0f}")
     assert solver > 100 * min(spent)
 
@@ -115,17 +115,17 @@ def test_energy_balance_closes(heat):
     power = np.array(HOT)
     for duration in (60.0, HOUR, 100 * HOUR):
         start = heat.state_of(np.linspace(-1, 8, len(heat.rate)))
-        came, went, stayed = energy_balance(heat, power, start, duration)
-        assert came == pytest.approx(sum(HOT) * duration, rel=1e-12)
-        assert abs(came - went - stayed) <= 1e-9 * (abs(came) + abs(went) + abs(stayed))
+        heat_in, heat_out, stored = energy_balance(heat, power, start, duration)
+        assert heat_in == pytest.approx(sum(HOT) * duration, rel=1e-12)
+        assert abs(heat_in - heat_out - stored) <= 1e-9 * (abs(heat_in) + abs(heat_out) + abs(stored))
     # what is stored and what leaves is seen by the outputs as well, not only by the same formula
     end = state_after(heat, [Duty("moving", 0.2, HOUR, loss=HOT)], start)
-    _, went, stayed = energy_balance(heat, power, start, HOUR)
-    assert heat.volumes.capacity @ heat.to_volumes @ (end - start) == pytest.approx(stayed, rel=1e-9)
+    _, heat_out, stored = energy_balance(heat, power, start, HOUR)
+    assert heat.volumes.capacity @ heat.to_volumes @ (end - start) == pytest.approx(stored, rel=1e-9)
     every = replace(heat, probe=np.eye(len(heat.rate)), reference_rise=np.ones(len(heat.rate)))
     x, w = np.polynomial.legendre.leggauss(200)
     rises = rise_history(every, [Duty("moving", 0.2, HOUR, loss=HOT)], (x + 1) / 2 * HOUR, start)
-    assert went == pytest.approx(float(w @ (rises @ heat.volumes.film)) * HOUR / 2, rel=1e-6)
+    assert heat_out == pytest.approx(float(w @ (rises @ heat.volumes.film)) * HOUR / 2, rel=1e-6)
 
 
 def test_a_bar_heated_at_one_end_takes_its_textbook_shape():
@@ -161,8 +161,8 @@ def test_first_three_hours_are_linear_and_sixteen_cool(warm, heat):
     hours = np.linspace(0, 3, 60)
     rises = rise_history(heat, [replace(duty, duration=3 * HOUR)], hours * HOUR)
     for name in ("j2", "j3", "link1", "wrist"):
-        seen = rises[:, heat.names.index(name)]
-        assert np.abs(seen - np.polyval(np.polyfit(hours, seen, 1), hours)).max() <= 0.4  # K
+        rise = rises[:, heat.names.index(name)]
+        assert np.abs(rise - np.polyval(np.polyfit(hours, rise, 1), hours)).max() <= 0.4  # K
     left = heat.outputs @ state_after(heat, [duty, Duty("off", 0.0, 16 * HOUR)])
     assert left[heat.names.index("j3")] <= 1.6  # K
     assert left[heat.names.index("j2")] <= 1.6
@@ -232,6 +232,6 @@ def test_along_a_link_the_means_are_those_that_grow(heat, warm):
     ],
 )
 def test_what_is_wrong_in_a_network_is_said(change, words):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as refusal:
         load_job(path_file("line_y"), overrides=["robot.thermal.model=network", change])
-    assert all(w in str(told.value) for w in words), told.value
+    assert all(w in str(refusal.value) for w in words), refusal.value

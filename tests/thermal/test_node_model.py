@@ -42,10 +42,10 @@ def test_shared_list_is_the_same_list():
     shared = Path(__file__).parents[3] / "shared" / "thesis" / "temperatures.csv"
     if not shared.exists():
         pytest.skip("the study's list is not here")
-    rows = [line.split(",")[:4] for line in shared.read_text().splitlines()[1:]]
-    ours = [[r["node"], r["feed_mm_s"], r["hours"], r["rise_K"]] for r in m710ic50_fit.measured()]
+    shared_rows = [line.split(",")[:4] for line in shared.read_text().splitlines()[1:]]
+    rows = [[r["node"], r["feed_mm_s"], r["hours"], r["rise_K"]] for r in m710ic50_fit.measured()]
     assert [[a, float(b), float(c), float(d)] for a, b, c, d in rows] == [
-        [a, float(b), float(c), float(d)] for a, b, c, d in ours
+        [a, float(b), float(c), float(d)] for a, b, c, d in shared_rows
     ]
 
 
@@ -137,9 +137,9 @@ def test_profiles_are_linear_in_the_node_rises(job):
 
 def test_a_job_outside_the_box_says_so(job):
     assert job.heat.extrapolations(job.before, 0.2, 60.0, np.full((1, 5), 13.0)) == []
-    told = job.heat.extrapolations([Duty("moving", 0.3, 8 * HOUR)], 0.001, 0.0, np.full((1, 5), 20.0))
-    assert len(told) == 4
+    messages = job.heat.extrapolations([Duty("moving", 0.3, 8 * HOUR)], 0.001, 0.0, np.full((1, 5), 20.0))
+    assert len(messages) == 4
     assert len(job.heat.extrapolations(job.before, 0.2, HOUR, np.full((1, 5), 13.0))) == 1  # 7 h by its end
     hot_before = [Duty("moving", 0.2, 24 * HOUR), Duty("off", 0.0, 48 * HOUR)]
     assert any(" K is above" in t for t in job.heat.extrapolations(hot_before, 0.2, 0.0, np.zeros((1, 5))))
-    assert all("mm/s" in t or " h " in t or " K " in t for t in told)
+    assert all("mm/s" in t or " h " in t or " K " in t for t in messages)

@@ -81,9 +81,9 @@ def test_a_night_shift_goes_on_past_midnight():
     st.floats(0, 86399),
 )
 def test_stretches_add_up_to_what_was_said(steps, clock):
-    told = [Step("k", "moving", 0.1, duration=h * HOUR, shifts=s) for h, s in steps]
+    entries = [Step("k", "moving", 0.1, duration=h * HOUR, shifts=s) for h, s in steps]
     day = [Shift(6 * HOUR, 14 * HOUR, ((9 * HOUR, 9.5 * HOUR),)), Shift(22 * HOUR, 29 * HOUR)]
-    pieces = expand_steps(told, day, clock, lambda s: 0.0)
+    pieces = expand_steps(entries, day, clock, lambda s: 0.0)
     assert sum(d.duration for _, d in pieces) == pytest.approx(sum(h for h, _ in steps) * HOUR, rel=1e-12)
     assert all(d.duration >= 0 for _, d in pieces)
 
@@ -123,9 +123,9 @@ def test_cycle_tells_when_each_run_begins():
     ],
 )
 def test_what_is_wrong_is_said(text, words):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as refusal:
         job_with(text)
-    assert all(w in str(told.value) for w in words), told.value
+    assert all(w in str(refusal.value) for w in words), refusal.value
 
 
 # the air
@@ -147,7 +147,7 @@ RATES = np.array([1e-5, 4e-5, 3e-3])
 def test_the_airs_response_solves_its_equation(air):
     """Against a Runge-Kutta integration with the air read pointwise."""
     start, time = 333.0, np.array([333.0, 600.0, 925.0, 940.0, 5000.0, 30000.0])
-    z, t, seen = np.zeros(3), start, [np.zeros(3)]
+    z, t, states = np.zeros(3), start, [np.zeros(3)]
     edges = air.time[(air.time > start)]
     for goal in time[1:]:
         stops = [*edges[(edges > t) & (edges < goal)], goal]
@@ -164,8 +164,8 @@ def test_the_airs_response_solves_its_equation(air):
                 k4 = f(b, z + h * k3)
                 z = z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
             t = stop
-        seen.append(z)
-    assert_allclose(air.response(RATES, start, time), seen, atol=1e-7)
+        states.append(z)
+    assert_allclose(air.response(RATES, start, time), states, atol=1e-7)
 
 
 def test_a_robot_that_has_long_stood_in_the_air_is_in_balance_with_it():
@@ -197,7 +197,7 @@ def test_history_passes_through_the_states_after_each_duty(job):
         'ambient={kind="wave", amplitude_K=1.5}',
     )
     ends = np.cumsum([d.duration for d in day.before])
-    seen = rise_history(heat, day.before, np.concatenate([[0.0], ends]), air=day.air)
+    rises = rise_history(heat, day.before, np.concatenate([[0.0], ends]), air=day.air)
     for n in range(4):
-        assert_allclose(seen[n], state_after(heat, day.before[:n], air=day.air), atol=1e-12)
-    assert_allclose(seen[-1], day.start_rise())
+        assert_allclose(rises[n], state_after(heat, day.before[:n], air=day.air), atol=1e-12)
+    assert_allclose(rises[-1], day.start_rise())

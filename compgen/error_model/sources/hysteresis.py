@@ -4,8 +4,8 @@ r"""Backlash and friction: a joint that came from below stands behind one that c
 
 b is half the backlash, w the windup of the gear under friction that grows with the load tau (``loads``), u in [-1, 1]
 the direction that joint i has come from. u has a memory (``direction_memory``): after a reversal it changes over the
-joint's own presliding distance. Source: Dahl (1968) for the blend, Gautier and Khalil's load-dependent friction for w; the
-reference study's hysteresis, 50 to 350 um, which it gives as a half-width. The repeatable part only.
+joint's own presliding distance. Source: Dahl (1968) for the blend, Gautier and Khalil's load-dependent friction for w;
+the reference study's hysteresis, 50 to 350 um, which it gives as a half-width. The repeatable part only.
 """
 
 from dataclasses import dataclass, replace
