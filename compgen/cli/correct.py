@@ -102,7 +102,7 @@ def correct(
 
 def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
     """Write the planned program that a corrected one was made from."""
-    from compgen.report.provenance import planned_of
+    from compgen.report.provenance import restore_planned
 
     provenance = source.with_name(source.stem + PROVENANCE)
     try:
@@ -111,7 +111,7 @@ def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
         raise InputError(
             f"{source}: {provenance.name} is not beside it; put it back, it holds the planned program"
         ) from None
-    publish(folder, {source.name: planned_of(record, content, str(provenance))}, {source.name})
+    publish(folder, {source.name: restore_planned(record, content, str(provenance))}, {source.name})
     if not quiet:
         sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")
 

@@ -1,4 +1,4 @@
-"""What a run says: JSON for machines, CSV for each waypoint, HTML for people."""
+"""Reports: JSON for machines, CSV for each waypoint, HTML for people."""
 
 from compgen.report.job_page import job_html
 from compgen.report.job_summary import job_json, job_summary

@@ -1,21 +1,25 @@
 """A correction of an existing program as one page."""
 
+from collections.abc import Sequence
 from html import escape
-from typing import Any
 
 import numpy as np
 
 from compgen.core.units import MM, UM
+from compgen.fanuc.analysis.safety import Unsafe
 from compgen.pipelines.correct import Correction
 from compgen.report.correction_summary import correction_summary
-from compgen.report.figure import TURBO, Figure, axis, div, figure, numbers, trace
-from compgen.report.page import COOL, LINES, WARM, findings_list, page, thin
+from compgen.report.figure import COOL, TURBO, WARM, Figure, axis, figure, numbers, rise_figure, rows_to_draw, trace
+from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
+
+#: Parts of the error, as the summary and as the table name them.
+PARTS = {"total": "position [&micro;m]", "turn": "orientation [mdeg]"}
+MAX_STATEMENTS = 500  # unsafe ones on the page
 
 
 def correction_html(result: Correction) -> bytes:
-    """The story on one page that opens offline."""
-    data = correction_summary(result)
-    plan = result.plan
+    """One self-contained page, the same bytes for the same inputs."""
+    data, plan = correction_summary(result), result.plan
     lead = (
         f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
         f"{data['positions']['corrected']} positions corrected, {data['positions']['new']} new, "
@@ -23,26 +27,23 @@ def correction_html(result: Correction) -> bytes:
     )
     if data["before"]:
         before, after = data["before"]["total"]["max_um"], data["after"]["total"]["max_um"]
-        told = f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
-        verdict = f"{told}written text: <b>{data['verdict']}</b> its bounds."
+        kind = data["verdict"]
+        text = (
+            f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
+            f"written text: <b>{kind}</b> its bounds."
+        )
+        table = error_table("", [(side, data[side]) for side in ("before", "after")], PARTS)
     else:
-        verdict = "No position of this program can be corrected: it is unchanged."
-    style = data["verdict"] if data["before"] else "predicted"
-    body = f'{lead}<p class="big {style}">{verdict}</p>{findings_list(result.findings)}{_table(data)}'
+        kind, table = "predicted", ""
+        text = "No position of this program can be corrected: it is unchanged."
+    body = f"{lead}{verdict(kind, text)}{findings_list(result.findings)}{table}"
     if len(result.ride.station):
-        body += f"<h2>Error over time</h2>{div(_error(result), 'time')}"
-        body += f"<h2>The program, coloured by its error before</h2>{div(_space(result), 'space')}"
-        body += f"<h2>Temperature while the program runs</h2>{div(_heat(result), 'heat')}"
+        rises = rise_figure(result.cell.heat.names, plan.stations.time, plan.stations.rise, "time from the start [s]")
+        body += figure_section("Error over time", _error_over_time(result), "time")
+        body += figure_section("The program, coloured by its error before", _program_in_space(result), "space")
+        body += figure_section("Temperature while the program runs", rises, "heat")
     if plan.scope.unsafe:
-        rows = "".join(
-            f"<tr><td>{u.line}</td><td style='text-align:left'><code>{escape(u.text)}</code></td>"
-            f"<td style='text-align:left'>{escape(u.reason)}</td></tr>"
-            for u in plan.scope.unsafe[:500]
-        )
-        body += "<h2>Passed through untouched, or casting doubt</h2><table><thead><tr><th>line</th>"
-        body += (
-            f"<th style='text-align:left'>statement</th><th style='text-align:left'>why</th></tr></thead>{rows}</table>"
-        )
+        body += _unsafe_statements(plan.scope.unsafe)
     made = data["provenance"]
     body += (
         f"<footer>compgen {made['compgen']}, robot file sha256 {made['robot_sha256']}, planned program sha256 "
@@ -52,32 +53,34 @@ def correction_html(result: Correction) -> bytes:
     return page(f"{data['name']}: correction", body)
 
 
-def _table(data: dict[str, Any]) -> str:
-    if not data["before"]:
-        return ""
-    rows = ""
-    for key, label in (("total", "position [&micro;m]"), ("turn", "orientation [mdeg]")):
-        cells = "".join(f"<td>{v:.2f}</td>" for side in ("before", "after") for v in data[side][key].values())
-        rows += f"<tr><td>{label}</td>{cells}</tr>"
-    head = "".join(f"<th>{side} {part}</th>" for side in ("before", "after") for part in ("max", "p99", "rms"))
-    title = "<h2>Error of the tool centre point</h2><table><thead><tr><th></th>"
-    return f"{title}{head}</tr></thead><tbody>{rows}</tbody></table>"
+def _unsafe_statements(unsafe: Sequence[Unsafe]) -> str:
+    """Statements that are passed through untouched or cast doubt, with the reason of each, as a table."""
+    rows = "".join(
+        f"<tr><td>{u.line}</td><td style='text-align:left'><code>{escape(u.text)}</code></td>"
+        f"<td style='text-align:left'>{escape(u.reason)}</td></tr>"
+        for u in unsafe[:MAX_STATEMENTS]
+    )
+    head = (
+        "<thead><tr><th>line</th><th style='text-align:left'>statement</th>"
+        "<th style='text-align:left'>why</th></tr></thead>"
+    )
+    return section("Passed through untouched, or casting doubt", f"<table>{head}{rows}</table>")
 
 
-def _error(result: Correction) -> Figure:
+def _error_over_time(result: Correction) -> Figure:
     traces = []
     for name, values, colour in (("before", result.error[0], WARM), ("after", result.residual[0], COOL)):
-        keep = thin(values)
+        rows = rows_to_draw(values)
         look = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": colour, "width": 1.4}}
-        x, y = np.round(result.ride.time[keep], 3), np.round(values[keep] / UM, 3)
+        x, y = np.round(result.ride.time[rows], 3), np.round(values[rows] / UM, 3)
         traces.append(trace("scatter", x, y, name=name, **look))
     return figure(traces, 320, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
 
 
-def _space(result: Correction) -> Figure:
+def _program_in_space(result: Correction) -> Figure:
     plan = result.plan
     rows = np.flatnonzero(result.ride.fraction == 1)
-    rows = rows[thin(result.error[0][rows])]
+    rows = rows[rows_to_draw(result.error[0][rows])]
     pose = plan.drive.pose[result.ride.station[rows]]
     xyz = (np.round(v / MM, 2) for v in plan.poses.position[pose].T)
     marker = {
@@ -96,14 +99,3 @@ def _space(result: Correction) -> Figure:
         "camera": {"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
     }  # fmt: skip
     return figure([points], 480, scene=scene)
-
-
-def _heat(result: Correction) -> Figure:
-    solved = result.plan.stations
-    keep = thin(np.arange(len(solved.time), dtype=float))
-    time = np.round(solved.time[keep], 3)
-    traces = []
-    for i, name in enumerate(result.cell.heat.names):
-        line = {"color": LINES[i % len(LINES)], "width": 1.6}
-        traces.append(trace("scatter", time, np.round(solved.rise[keep, i], 4), name=name, line=line))
-    return figure(traces, 320, yaxis=axis("rise [K]", rangemode="tozero"), xaxis=axis("time from the start [s]"))

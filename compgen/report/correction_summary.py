@@ -11,7 +11,7 @@ from compgen.report.provenance import SCHEMA, provenance
 
 
 def correction_summary(result: Correction) -> dict[str, Any]:
-    """Everything that ``correct`` found, in plain types; docs/report.md has the schema."""
+    """Everything that a correction found, in plain types; docs/report.md has the schema."""
     plan, heat = result.plan, result.cell.heat
     before, after = _statistics(result, result.error), _statistics(result, result.residual)
     start = result.plan.stations.start
@@ -46,11 +46,10 @@ def correction_json(result: Correction) -> bytes:
 
 
 def correction_csv(result: Correction) -> bytes:
-    """One row for each station: where it stands, when, and its error before and after."""
+    """One row for each station: its position, its time, and its error before and after."""
     plan = result.plan
-    head = "station,line,position,time_s,x_mm,y_mm,z_mm,before_um,after_um,corrected," + ",".join(
-        f"rise_{n}_K" for n in result.cell.heat.names
-    )
+    head = "station,line,position,time_s,x_mm,y_mm,z_mm,before_um,after_um,corrected,"
+    head += ",".join(f"rise_{name}_K" for name in result.cell.heat.names)
     rows = np.flatnonzero(result.ride.fraction == 1)
     station = result.ride.station[rows]
     pose = plan.drive.pose[station]
@@ -72,13 +71,13 @@ def correction_csv(result: Correction) -> bytes:
 
 def _statistics(result: Correction, error: tuple[Any, Any]) -> dict[str, dict[str, float]]:
     """Statistics over stations and places between them that were corrected; empty when there is none."""
-    found = {}
+    statistics = {}
     for name, values, unit, key in (("total", error[0], UM, "um"), ("turn", error[1], MDEG, "mdeg")):
-        some = values[result.judged] / unit
-        if len(some):
-            found[name] = {
-                f"max_{key}": float(some.max()),
-                f"p99_{key}": float(np.percentile(some, 99)),
-                f"rms_{key}": float(np.sqrt(np.mean(some**2))),
+        judged = values[result.judged] / unit
+        if len(judged):
+            statistics[name] = {
+                f"max_{key}": float(judged.max()),
+                f"p99_{key}": float(np.percentile(judged, 99)),
+                f"rms_{key}": float(np.sqrt(np.mean(judged**2))),
             }
-    return found
+    return statistics

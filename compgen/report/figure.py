@@ -1,20 +1,23 @@
-"""Figures as plotly.js reads them, in plain types: a page needs its script and its template, none of its Python."""
+"""Figures as plotly.js reads them, in plain types: traces, axes, colours, and the curves that several pages show."""
 
 import json
 from base64 import b64encode
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib.util import find_spec
-from pathlib import Path
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from plotly.offline import get_plotlyjs
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 
 Trace = dict[str, Any]
 Figure = dict[str, Any]  # data: traces, layout
 
+POINTS = 4000  # of a curve: what a screen can show
+WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"
+LINES = ("#c2410c", "#ca8a04", "#7c3aed", "#0f766e", "#1d4ed8", "#64748b")
 DASHED = {"color": "#b91c1c", "dash": "dash", "width": 1}  # a limit
 _TURBO = (
     "#30123b", "#4145ab", "#4675ed", "#39a2fc", "#1bcfd4", "#24eca6", "#61fc6c", "#a4fc3b", "#d1e834", "#f3c63a",
@@ -27,7 +30,7 @@ _RED_TO_BLUE = (
 
 
 def scale(colours: Sequence[str]) -> list[list[Any]]:
-    """Colours evenly over what they stand for."""
+    """Colours at even steps from 0 to 1."""
     return [[i / (len(colours) - 1), colour] for i, colour in enumerate(colours)]
 
 
@@ -35,7 +38,7 @@ TURBO, RED_TO_BLUE = scale(_TURBO), scale(_RED_TO_BLUE)
 
 
 def numbers(values: Array) -> Any:
-    """An array of any shape, as bytes: an eighth of the work of printing it."""
+    """An array of any shape, packed as bytes, which plotly.js unpacks."""
     if not values.size:
         return []
     packed = {"dtype": "f8", "bdata": b64encode(np.asarray(values, dtype="<f8").tobytes()).decode("ascii")}
@@ -53,14 +56,14 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
     return {"title": {"text": title}, **more}
 
 
-def level(y: float, which: str = "") -> dict[str, Any]:
-    """A dashed line across a plot at a height; ``which`` counts the plot's axes from 2."""
+def horizontal_line(y: float, which: str = "") -> dict[str, Any]:
+    """A dashed line across a plot at a height; ``which`` is the number of the plot's axes, from 2."""
     place = {"xref": f"x{which} domain", "x0": 0, "x1": 1, "yref": f"y{which}", "y0": y, "y1": y}
     return {"type": "line", "line": DASHED, **place}
 
 
-def upright(x: float, colour: str) -> dict[str, Any]:
-    """A dashed line from bottom to top."""
+def vertical_line(x: float, colour: str) -> dict[str, Any]:
+    """A dashed line from bottom to top of a plot."""
     place = {"xref": "x", "x0": x, "x1": x, "yref": "y domain", "y0": 0, "y1": 1}
     return {"type": "line", "line": {**DASHED, "color": colour}, **place}
 
@@ -83,35 +86,50 @@ def figure(traces: Sequence[Trace], height: int, **layout: Any) -> Figure:
     return {"data": list(traces), "layout": {**look, **layout}}
 
 
-def div(drawn: Figure, key: str) -> str:
-    """A figure as a part of a page."""
+def rows_to_draw(values: Array) -> IntArray:
+    """Rows of a curve to draw: from each of many bins the one with the largest value, and both ends."""
+    count = len(values)
+    if count <= POINTS:
+        return np.arange(count)
+    edges = np.linspace(0, count, POINTS + 1).astype(int)
+    top = np.maximum.reduceat(values, edges[:-1])
+    hits = np.flatnonzero(values == np.repeat(top, np.diff(edges)))
+    first = hits[np.searchsorted(hits, edges[:-1]).clip(max=len(hits) - 1)]
+    return np.unique(np.concatenate([[0], first, [count - 1]]))
+
+
+def rise_figure(names: Sequence[str], time: Array, rise: Array, time_title: str) -> Figure:
+    """Temperature rise of each node over time, rise (N, K) [K] at time (N,) [s]."""
+    rows = rows_to_draw(np.arange(len(time), dtype=float))
+    shown = np.round(time[rows], 3)
+    traces = []
+    for i, name in enumerate(names):
+        line = {"color": LINES[i % len(LINES)], "width": 1.6}
+        traces.append(trace("scatter", shown, np.round(rise[rows, i], 4), name=name, line=line))
+    return figure(traces, 320, yaxis=axis("rise [K]", rangemode="tozero"), xaxis=axis(time_title))
+
+
+def div(content: Figure, key: str) -> str:
+    """A figure as an element of a page, ``key`` its id."""
     config = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"], "responsive": True}
-    parts = ",".join(_script(part) for part in (key, drawn["data"], drawn["layout"], config))
+    parts = ",".join(_script(part) for part in (key, content["data"], content["layout"], config))
     return (
-        f'<div id="{key}" class="plotly-graph-div" style="height:{drawn["layout"]["height"]}px; width:100%;"></div>'
+        f'<div id="{key}" class="plotly-graph-div" style="height:{content["layout"]["height"]}px; width:100%;"></div>'
         f"<script>Plotly.newPlot({parts})</script>"
     )
 
 
 def library() -> bytes:
-    """The script that draws."""
-    return (_package() / "plotly.min.js").read_bytes()
+    """The script that draws: plotly.js."""
+    return str(get_plotlyjs()).encode()
 
 
 @lru_cache(maxsize=1)
 def _template() -> Any:
-    return json.loads((_package() / "templates" / "plotly_white.json").read_bytes())
-
-
-def _package() -> Path:
-    """Where plotly keeps its data; looked up without importing it, which takes as long as a short job's correction."""
-    found = find_spec("plotly")
-    if found is None or not found.submodule_search_locations:
-        raise ModuleNotFoundError("plotly is not installed")
-    return Path(found.submodule_search_locations[0]) / "package_data"
+    return json.loads((files("plotly") / "package_data" / "templates" / "plotly_white.json").read_bytes())
 
 
 def _script(value: Any) -> str:
-    """A value inside a script: no text of a user's can end it."""
+    """A value inside a script, escaped so that no text in it can end the script."""
     text = json.dumps(value, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("/", "\\u002f")

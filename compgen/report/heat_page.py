@@ -1,23 +1,23 @@
-"""The warmth of a job's day as one page, a CSV table and sentences."""
+"""The temperatures of a job's day, and the error of each run: as a page, CSV tables and sentences."""
 
 import numpy as np
 
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Timeline
-from compgen.report.figure import Figure, axis, div, figure, trace, upright
-from compgen.report.page import GREY, LINES, WARM, page
+from compgen.report.figure import GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
+from compgen.report.page import figure_section, page, verdict
 
 
 def heat_csv(job: Job, day: Timeline) -> bytes:
-    """Rises over time."""
+    """Temperature rises over time."""
     head = ",".join(["time_s", "ambient_rise_K", *(f"rise_{n}_K" for n in job.heat.names)])
     rows = np.column_stack([day.time, day.air, day.rise])
     return "\n".join([head, *(",".join(f"{v:.6g}" for v in row) for row in rows), ""]).encode()
 
 
 def runs_csv(job: Job, day: Timeline) -> bytes:
-    """Each run of the program."""
+    """Error and temperature rises of each run of the program."""
     head = ",".join(["run", "start_s", "error_um", "residual_um", *(f"rise_{n}_K" for n in job.heat.names)])
     rows = np.column_stack([day.run, day.error / UM, day.residual / UM, day.run_rise])
     lines = [",".join([str(n), *(f"{v:.6g}" for v in row)]) for n, row in enumerate(rows, 1)]
@@ -25,26 +25,26 @@ def runs_csv(job: Job, day: Timeline) -> bytes:
 
 
 def heat_sentences(job: Job, day: Timeline) -> list[str]:
-    """What the day comes to."""
+    """The day in a few sentences."""
     rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.run_rise[0]))
-    told = [f"the program starts after {day.start / HOUR:.2f} h at rises [K]: {rises}"]
+    sentences = [f"the program starts after {day.start / HOUR:.2f} h at rises [K]: {rises}"]
     if len(day.run) > 1:
         worst = int(np.argmax(day.residual))
-        told.append(
+        sentences.append(
             f"{len(day.run)} runs: error {day.error.min() / UM:.1f} to {day.error.max() / UM:.1f} um uncorrected; "
             f"a file made for the first run is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
         )
     rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.rise[-1]))
-    told.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
-    return told
+    sentences.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
+    return sentences
 
 
 def heat_html(job: Job, day: Timeline) -> bytes:
     """One self-contained page."""
-    body = "".join(f'<p class="big predicted">{s}</p>' for s in heat_sentences(job, day))
-    body += f"<h2>Temperature over the day</h2>{div(_rises(job, day), 'rises')}"
+    body = "".join(verdict("predicted", sentence) for sentence in heat_sentences(job, day))
+    body += figure_section("Temperature over the day", _rises(job, day), "rises")
     if len(day.run) > 1:
-        body += f"<h2>Each run of the program</h2>{div(_runs(day), 'runs')}"
+        body += figure_section("Each run of the program", _runs(day), "runs")
     return page(f"Heat: {job.title or job.name}", body)
 
 
@@ -58,7 +58,7 @@ def _rises(job: Job, day: Timeline) -> Figure:
         line = {"color": GREY, "dash": "dash", "width": 1}
         traces.append(trace("scatter", hours, np.round(day.air, 4), name="air", line=line))
     return figure(
-        traces, 420, shapes=[upright(day.start / HOUR, WARM)],
+        traces, 420, shapes=[vertical_line(day.start / HOUR, WARM)],
         xaxis=axis("time [h]; dashed: the program starts"), yaxis=axis("rise [K]"),
     )  # fmt: skip
 
@@ -66,8 +66,8 @@ def _rises(job: Job, day: Timeline) -> Figure:
 def _runs(day: Timeline) -> Figure:
     runs = np.arange(1, len(day.run) + 1)
     traces = [
-        trace("scatter", runs, np.round(values / UM, 3), name=name, mode="lines+markers", line={"color": tint})
-        for name, values, tint in (
+        trace("scatter", runs, np.round(values / UM, 3), name=name, mode="lines+markers", line={"color": colour})
+        for name, values, colour in (
             ("uncorrected", day.error, WARM), ("with the first run's file", day.residual, LINES[3])
         )
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""What an identification came to, as data."""
+"""An identification, and the validation of an identified robot, as data."""
 
 import json
 from typing import Any
@@ -12,17 +12,17 @@ from compgen.identification.identify import Identification
 from compgen.identification.validation import Validation, statistics
 
 
-def identification_summary(found: Identification) -> dict[str, Any]:
-    """Everything a machine may ask, SI left for the units in the names."""
-    best, data = found.selected, found.data
-    terms = found.model.parameters
+def identification_summary(identification: Identification) -> dict[str, Any]:
+    """Everything an identification found, in plain types; units as the keys name them."""
+    best, data = identification.selected, identification.data
+    terms = identification.model.parameters
     low, high = best.cross_validation.interval()
     span = np.ptp(data.theta, axis=0) / DEG
-    limits = (found.robot.upper - found.robot.lower) / DEG
+    limits = (identification.robot.upper - identification.robot.lower) / DEG
     return {
         "compgen": __version__,
-        "robot": found.robot.name,
-        "verdict": "refused" if found.refused else "accepted",
+        "robot": identification.robot.name,
+        "verdict": "refused" if identification.refused else "accepted",
         "model": best.candidate.name,
         "poses": len(data.theta),
         "places": len(data.pose),
@@ -41,10 +41,10 @@ def identification_summary(found: Identification) -> dict[str, Any]:
                 },
                 "noise_um": _um(s.fit.noise),
             }
-            for s in found.candidates
+            for s in identification.candidates
         ],
-        "condition": _finite(found.identifiability.condition),
-        "frames_condition": _finite(found.identifiability.frames_condition),
+        "condition": _finite_or_none(identification.identifiability.condition),
+        "frames_condition": _finite_or_none(identification.identifiability.frames_condition),
         "coverage": {
             f"j{k + 1}": {"span_deg": round(float(span[k]), 3), "share": round(float(span[k] / limits[k]), 4)}
             for k in range(6)
@@ -52,55 +52,53 @@ def identification_summary(found: Identification) -> dict[str, Any]:
         "parameters": [
             {
                 "name": t.name,
-                "value": _nine(best.fit.p[k] / t.unit),
-                "sigma": _nine(best.fit.sigma[k] / t.unit),
+                "value": _nine_digits(best.fit.p[k] / t.unit),
+                "sigma": _nine_digits(best.fit.sigma[k] / t.unit),
                 "told": round(float(best.fit.gamma[k]), 4),
-                "held_by_prior": k in found.identifiability.held_by_prior,
+                "held_by_prior": k in identification.identifiability.held_by_prior,
             }
             for k, t in enumerate(terms)
             if best.fit.active[k]
         ],
-        "alike": [[terms[i].name, terms[j].name, round(r, 4)] for i, j, r in found.identifiability.correlated],
+        "alike": [[terms[i].name, terms[j].name, round(r, 4)] for i, j, r in identification.identifiability.correlated],
         "outliers": [
             {"row": data.label[n], "distance_um": _um(float(np.linalg.norm(best.fit.residual[n])))}
             for n in np.flatnonzero(best.fit.outlier).tolist()
         ],
-        "findings": [f.record() for f in found.findings],
+        "findings": [f.record() for f in identification.findings],
     }
 
 
-def validation_summary(found: Validation) -> dict[str, Any]:
-    """Errors per target and overall, in mm."""
+def validation_summary(validation: Validation) -> dict[str, Any]:
+    """Errors of each target and overall [mm]."""
 
-    def told(rows: IntArray) -> dict[str, Any]:
-        sides = {"nominal": found.before[rows], "identified": found.after[rows]}
+    def sides(rows: IntArray) -> dict[str, Any]:
+        distances = {"nominal": validation.before[rows], "identified": validation.after[rows]}
         return {
-            side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in statistics(d).items()}
-            for side, d in sides.items()
+            side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in statistics(distance).items()}
+            for side, distance in distances.items()
         }
 
-    everything = np.arange(len(found.after))
+    data = validation.data
     return {
         "unit": "mm",
-        "overall": told(everything),
-        "targets": {
-            name: told(np.flatnonzero(found.data.reflector == r)) for r, name in enumerate(found.data.reflectors)
-        },
+        "overall": sides(np.arange(len(validation.after))),
+        "targets": {name: sides(np.flatnonzero(data.reflector == r)) for r, name in enumerate(data.reflectors)},
     }
 
 
-def identification_json(found: Identification) -> bytes:
+def identification_json(identification: Identification) -> bytes:
     """The summary as a file."""
-    return (json.dumps(identification_summary(found), indent=2, allow_nan=False) + "\n").encode()
+    return (json.dumps(identification_summary(identification), indent=2, allow_nan=False) + "\n").encode()
 
 
 def _um(value: float) -> float:
     return round(float(value) / UM, 4)
 
 
-def _nine(value: float) -> float:
+def _nine_digits(value: float) -> float:
     return float(f"{float(value):.9g}")
 
 
-def _finite(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return round(value, 3) if np.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""The report as data; its schema is documented in docs/report.md and changes only with ``schema``."""
+"""A job as data; its schema is documented in docs/report.md and changes only with ``schema``."""
 
 import json
 from typing import Any
@@ -15,7 +15,7 @@ SCHEMA = 1
 
 
 def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]:
-    """Everything a run found, in plain types."""
+    """Everything a job found, in plain types."""
     job, path = planned.job, planned.path
     trajectory = corrected.trajectory if corrected else planned.trajectory
     before = statistics(planned.deviation())
@@ -99,20 +99,22 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
 def _program(corrected: Corrected) -> dict[str, Any]:
     """The files for the controller."""
     program, delivered = corrected.program, corrected.delivery
-    feed, late = fanuc.feed_errors(corrected.trajectory.speed, program.speed, step_lengths(program.position))
-    told = {
+    feed_error, time_error = fanuc.feed_errors(
+        corrected.trajectory.speed, program.speed, step_lengths(program.position)
+    )
+    record = {
         "file": delivered.files[-1][0],
         "positions": len(program.position),
         "bytes": sum(len(content) for name, content in delivered.files if name.endswith(".LS")),
         "memory_kB": fanuc.estimated_memory(program) / 1000,
-        "largest_feed_error": feed,
-        "largest_time_error_s": late,
+        "largest_feed_error": feed_error,
+        "largest_time_error_s": time_error,
         "rounding_um": float(np.sqrt(3) / 2 * 10.0 ** (3 - program.decimals)),
         "pages": [],
     }
     if delivered.paged is not None:
-        told["memory_kB"] = sum(page.size.memory for page in delivered.paged.pages) / 1000
-        told["pages"] = [
+        record["memory_kB"] = sum(page.size.memory for page in delivered.paged.pages) / 1000
+        record["pages"] = [
             {
                 "file": f"{page.name}.LS",
                 "load": page.load,
@@ -124,7 +126,7 @@ def _program(corrected: Corrected) -> dict[str, Any]:
             }
             for page, start in zip(delivered.paged.pages, delivered.starts)
         ]
-    return told
+    return record
 
 
 def job_json(planned: Planned, corrected: Corrected | None) -> bytes:

@@ -1,17 +1,10 @@
-"""What all pages share: a look, the script that draws, findings, curves no longer than a screen shows."""
+"""What all pages share: their look, the script that draws, findings, tables of the error."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 
-import numpy as np
-
-from compgen.core.arrays import Array, IntArray
-from compgen.core.findings import Finding
-from compgen.report.figure import library
-
-POINTS = 4000  # of a curve: what a screen can show
-WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"
-LINES = ("#c2410c", "#ca8a04", "#7c3aed", "#0f766e", "#1d4ed8", "#64748b")
+from compgen.core.findings import Finding, Level
+from compgen.report.figure import Figure, div, library
 
 STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;color:#1e293b;max-width:1080px;margin:2rem auto;padding:0 1rem}
@@ -35,19 +28,45 @@ def page(title: str, body: str) -> bytes:
     return b"".join((f"{head}<style>{STYLE}</style><script>".encode(), library(), rest.encode()))
 
 
+def section(title: str, content: str) -> str:
+    """A heading and what stands under it."""
+    return f"<h2>{title}</h2>{content}"
+
+
+def figure_section(title: str, figure: Figure, key: str) -> str:
+    """A heading and a figure, ``key`` its id."""
+    return section(title, div(figure, key))
+
+
+def verdict(kind: str, text: str) -> str:
+    """A sentence in large letters, marked as ``inside``, ``outside`` or ``predicted``."""
+    return f'<p class="big {kind}">{text}</p>'
+
+
 def findings_list(findings: Iterable[Finding]) -> str:
-    """Findings as a list."""
-    rows = "".join(f'<li class="{f.level}">{f.level}: {escape(f.message)}</li>' for f in findings)
-    return f"<h2>Findings</h2><ul>{rows or '<li class=note>none</li>'}</ul>"
+    """Findings as a list under a heading."""
+    rows = "".join(
+        f'<li class="{Level.OUTSIDE if f.level is Level.REFUSED else f.level}">{f.level}: {escape(f.message)}</li>'
+        for f in findings
+    )
+    return section("Findings", f"<ul>{rows or '<li class=note>none</li>'}</ul>")
 
 
-def thin(values: Array) -> IntArray:
-    """Rows to draw: from each of many bins the one with the largest value, and both ends."""
-    count = len(values)
-    if count <= POINTS:
-        return np.arange(count)
-    edges = np.linspace(0, count, POINTS + 1).astype(int)
-    top = np.maximum.reduceat(values, edges[:-1])
-    hits = np.flatnonzero(values == np.repeat(top, np.diff(edges)))
-    first = hits[np.searchsorted(hits, edges[:-1]).clip(max=len(hits) - 1)]
-    return np.unique(np.concatenate([[0], first, [count - 1]]))
+def error_table(
+    corner: str, sides: Iterable[tuple[str, Mapping[str, Mapping[str, float]]]], labels: Mapping[str, str]
+) -> str:
+    """Largest, 99th percentile and rms of each part of the error, before and after.
+
+    Args:
+        corner: Heading of the first column.
+        sides: Name, and statistics by part of the error.
+        labels: Part of the error to the text of its row.
+    """
+    sides = list(sides)
+    head = "".join(f"<th>{side} {statistic}</th>" for side, _ in sides for statistic in ("max", "p99", "rms"))
+    rows = ""
+    for part, label in labels.items():
+        cells = "".join(f"<td>{value:.2f}</td>" for _, statistics in sides for value in statistics[part].values())
+        rows += f"<tr><td>{label}</td>{cells}</tr>"
+    table = f"<table><thead><tr><th>{corner}</th>{head}</tr></thead><tbody>{rows}</tbody></table>"
+    return section("Error of the tool centre point", table)

@@ -39,38 +39,40 @@ def provenance(result: Correction) -> dict[str, Any]:
 
 
 def provenance_json(result: Correction) -> bytes:
-    """What a corrected program was made from, the planned program in it: ``planned_of`` gives it back."""
+    """What a corrected program was made from, with the planned program, which ``restore_planned`` gives back."""
     packed = base64.b85encode(zlib.compress(result.planned, 9)).decode("ascii")
     data = {"kind": KIND, "schema": SCHEMA, **provenance(result), "planned_zlib_b85": packed}
     return (json.dumps(data, indent=2) + "\n").encode()
 
 
-def planned_of(provenance: bytes, corrected: bytes, where: str) -> bytes:
+def restore_planned(content: bytes, corrected: bytes, file: str) -> bytes:
     """The planned program that a corrected one was made from.
 
     Args:
-        provenance: What ``provenance_json`` wrote.
+        content: The file that ``provenance_json`` wrote.
         corrected: The corrected program.
-        where: The provenance file's name, for messages.
+        file: The provenance file's name, for messages.
 
     Raises:
         InputError: Not a provenance file, not this program's, or damaged.
     """
     try:
-        data = json.loads(provenance)
-        packed, sums = data["planned_zlib_b85"], (data["planned_sha256"], data["corrected_sha256"])
+        data = json.loads(content)
+        packed, planned_sum, corrected_sum = (
+            data[k] for k in ("planned_zlib_b85", "planned_sha256", "corrected_sha256")
+        )
         if data["kind"] != KIND:
             raise KeyError("kind")
     except (ValueError, KeyError, TypeError, RecursionError):
-        raise InputError(f"{where}: not what compgen wrote beside a corrected program") from None
-    if sha256(corrected).hexdigest() != sums[1]:
+        raise InputError(f"{file}: not what compgen wrote beside a corrected program") from None
+    if sha256(corrected).hexdigest() != corrected_sum:
         raise InputError(
-            f"{where}: it belongs to another program, or the program was edited since; give the one written"
+            f"{file}: it belongs to another program, or the program was edited since; give the one written"
         )
     try:
         planned = zlib.decompress(base64.b85decode(packed))
     except (ValueError, TypeError, zlib.error):
         planned = b""
-    if sha256(planned).hexdigest() != sums[0]:
-        raise InputError(f"{where}: the planned program in it is damaged; take it from a backup")
+    if sha256(planned).hexdigest() != planned_sum:
+        raise InputError(f"{file}: the planned program in it is damaged; take it from a backup")
     return planned

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from compgen.pipelines.study import Answer, Row, Study
-from compgen.report.figure import Figure, axis, div, figure, spans, trace
-from compgen.report.page import COOL, GREY, LINES, WARM, page
+from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, spans, trace
+from compgen.report.page import figure_section, page, section, verdict
 from compgen.report.study_tables import column_names, headline
 
 TITLES = {
@@ -22,34 +22,34 @@ MOST_ROWS = 500  # of the table on the page; the CSV file has all
 
 def study_html(title: str, study: Study | None, rows: list[Row], answers: list[Answer]) -> bytes:
     """One self-contained page."""
-    body = "".join(f'<p class="big predicted">{escape(a.sentence)}</p>' for a in answers)
+    body = "".join(verdict("predicted", escape(a.sentence)) for a in answers)
     if study is not None and study.scenarios:
-        body = f'<p class="big predicted">{escape(headline(study, rows))}</p>{body}'
+        body = verdict("predicted", escape(headline(study, rows))) + body
         body += "".join(
-            f"<h2>Error against {escape(key)}</h2>{div(_against(study, rows, key), f'vary{n}')}"
+            figure_section(f"Error against {escape(key)}", _error_against(study, rows, key), f"vary{n}")
             for n, key in enumerate(study.keys)
         )
     for answer in answers:
-        body += f"<h2>{TITLES[answer.key]}</h2>{div(_curve(answer), answer.key)}"
+        body += figure_section(TITLES[answer.key], _answer_figure(answer), answer.key)
     if study is not None and study.scenarios:
         body += _table(study, rows)
     return page(title, body)
 
 
-def _against(study: Study, rows: list[Row], key: str) -> Figure:
+def _error_against(study: Study, rows: list[Row], key: str) -> Figure:
     traces = []
-    good = [r for r in rows if r["state"] == "done"]
-    numbers = [_number(r[key]) for r in good]
-    plain = all(n is not None for n in numbers)
+    done = [r for r in rows if r["state"] == "done"]
+    numbers = [_number(r[key]) for r in done]
+    numeric = all(n is not None for n in numbers)
     others = [k for k in study.keys if k != key]
     groups: dict[str, list[tuple[Any, Row]]] = {}
-    for number, row in zip(numbers, good):
+    for number, row in zip(numbers, done):
         name = ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in others)
-        groups.setdefault(name, []).append((number if plain else str(row[key]), row))
+        groups.setdefault(name, []).append((number if numeric else str(row[key]), row))
     for n, (name, points) in enumerate(groups.items()):
         points.sort(key=lambda p: p[0])
-        tint = LINES[n % len(LINES)]
-        for side, dash, colour in (("before", "solid", WARM if not others else tint), ("after", "dot", COOL)):
+        line_colour = LINES[n % len(LINES)]
+        for side, dash, colour in (("before", "solid", WARM if not others else line_colour), ("after", "dot", COOL)):
             shown = [(x, r[f"{side}_max_um"]) for x, r in points if f"{side}_max_um" in r]
             if shown:
                 look = {"name": f"{side} {name}".strip(), "line": {"color": colour, "dash": dash, "width": 1.5}}
@@ -66,7 +66,7 @@ def _number(value: Any) -> float | None:
         return None
 
 
-def _curve(answer: Answer) -> Figure:
+def _answer_figure(answer: Answer) -> Figure:
     if answer.key == "contributions":
         bars = (("of the largest error", WARM), ("its own largest", GREY))
         traces = [
@@ -79,18 +79,18 @@ def _curve(answer: Answer) -> Figure:
         xy = (np.round(answer.table[:, k], 4) for k in (1, 2))
         points = trace("scatter", *xy, mode="markers", text=text, marker={"color": WARM})
         return figure([points], 380, xaxis=axis("minutes"), yaxis=axis("error_um"))
-    apart = answer.key == "validity"  # two plots beside each other
-    pairs = [(0, 1), (2, 3)] if apart else [(0, k) for k in range(1, len(answer.columns))]
+    side_by_side = answer.key == "validity"  # two plots
+    pairs = [(0, 1), (2, 3)] if side_by_side else [(0, k) for k in range(1, len(answer.columns))]
     traces, axes = [], {"yaxis": axis("µm", rangemode="tozero", anchor="x", domain=[0.0, 1.0])}
     for n, (x, y) in enumerate(pairs):
-        seen = ~np.isnan(answer.table[:, x])
-        which = "2" if apart and n else ""
-        xy = (np.round(answer.table[seen, k], 4) for k in (x, y))
+        known = ~np.isnan(answer.table[:, x])
+        which = "2" if side_by_side and n else ""
+        xy = (np.round(answer.table[known, k], 4) for k in (x, y))
         look = {"name": answer.columns[y], "line": {"color": LINES[n], "width": 1.5}}
         traces.append(trace("scatter", *xy, xaxis=f"x{which}", yaxis=f"y{which}", **look))
-        span = spans(2, 0.05)[n] if apart else [0.0, 1.0]
+        span = spans(2, 0.05)[n] if side_by_side else [0.0, 1.0]
         axes[f"xaxis{which}"] = axis(answer.columns[x], anchor=f"y{which}", domain=span)
-    if apart:
+    if side_by_side:
         axes["yaxis2"] = {"anchor": "x2", "domain": [0.0, 1.0], "matches": "y", "showticklabels": False}
     return figure(traces, 380, **axes)
 
@@ -102,7 +102,5 @@ def _table(study: Study, rows: list[Row]) -> str:
         "<tr>" + "".join(f"<td>{escape(str(row.get(n, '')))}</td>" for n in names) + "</tr>" for row in rows[:MOST_ROWS]
     )
     more = f"<p class=lead>{len(rows) - MOST_ROWS} more in the CSV file</p>" if len(rows) > MOST_ROWS else ""
-    return (
-        f'<h2>Scenarios</h2><div style="overflow-x:auto"><table><thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div>{more}"
-    )
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return section("Scenarios", f'<div style="overflow-x:auto">{table}</div>{more}')

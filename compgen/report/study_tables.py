@@ -58,20 +58,20 @@ def study_json(study: Study, rows: list[Row], sentences: list[str]) -> bytes:
 
 
 def headline(study: Study, rows: list[Row]) -> str:
-    """What a grid shows, in one sentence."""
-    good = [r for r in rows if r["state"] == "done"]
-    failed = len(rows) - len(good)
-    told = f"{len(rows)} scenarios" + (f", {failed} failed" if failed else "")
-    if not good:
-        return told
-    low, high = (f(good, key=lambda r: (r["before_max_um"], r["index"])) for f in (min, max))
+    """The largest and least error of a grid, in one sentence."""
+    done = [r for r in rows if r["state"] == "done"]
+    failed = len(rows) - len(done)
+    text = f"{len(rows)} scenarios" + (f", {failed} failed" if failed else "")
+    if not done:
+        return text
+    low, high = (f(done, key=lambda r: (r["before_max_um"], r["index"])) for f in (min, max))
 
     def at(row: Row) -> str:
         return ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in study.keys)
 
-    told += f": error {low['before_max_um']:.1f} um ({at(low)}) to {high['before_max_um']:.1f} um ({at(high)})"
-    if any("after_max_um" in r for r in good):
-        worst = max((r for r in good if "after_max_um" in r), key=lambda r: r["after_max_um"])
-        outside = sum(not r.get("inside", True) for r in good)
-        told += f"; corrected at most {worst['after_max_um']:.2f} um, {outside} outside bounds"
-    return told
+    text += f": error {low['before_max_um']:.1f} um ({at(low)}) to {high['before_max_um']:.1f} um ({at(high)})"
+    if any("after_max_um" in r for r in done):
+        worst = max((r for r in done if "after_max_um" in r), key=lambda r: r["after_max_um"])
+        outside = sum(not r.get("inside", True) for r in done)
+        text += f"; corrected at most {worst['after_max_um']:.2f} um, {outside} outside bounds"
+    return text

@@ -20,7 +20,7 @@ from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.program_text import planned_program
 from compgen.pipelines.robot_file import load_cell
-from compgen.report.provenance import planned_of, provenance_json
+from compgen.report.provenance import provenance_json, restore_planned
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +150,7 @@ def test_the_planned_program_comes_back_to_the_byte(options, hot):
     for data in (many(), many(2), many().replace(b"\n", b"\r"), many() + b"notes \xff\x00 behind\n"):
         result = corrected(data, hot, **options)
         assert result.text != data
-        assert planned_of(provenance_json(result), result.text, "p") == data
+        assert restore_planned(provenance_json(result), result.text, "p") == data
 
 
 def test_damaged_missing_or_foreign_provenance_is_refused(hot):
@@ -174,9 +174,9 @@ def test_damaged_missing_or_foreign_provenance_is_refused(hot):
     }
     for provenance, message in bad.items():
         with pytest.raises(InputError, match=message):
-            planned_of(provenance, result.text, "beside")
+            restore_planned(provenance, result.text, "beside")
     with pytest.raises(InputError, match="edited since"):
-        planned_of(good, result.text + b" ", "beside")
+        restore_planned(good, result.text + b" ", "beside")
 
 
 def test_the_provenance_says_what_is_needed_to_do_it_again(hot):

@@ -26,7 +26,7 @@ from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.history_words import load_before
 from compgen.pipelines.robot_file import load_cell
 from compgen.report.correction_summary import correction_csv, correction_json
-from compgen.report.provenance import planned_of, provenance_json
+from compgen.report.provenance import provenance_json, restore_planned
 
 LARGEST = 20_000  # bytes of a program to start from: the correction is not what makes long ones slow
 LONGEST_S = 8.0
@@ -83,7 +83,7 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
                 loads(result.text)
                 correction_json(result)
                 correction_csv(result)
-                if planned_of(provenance_json(result), result.text, "p") != data:
+                if restore_planned(provenance_json(result), result.text, "p") != data:
                     yield "the planned program does not come back", data
             except Exception as exception:  # nothing may go wrong after a correction
                 yield f"after: {type(exception).__name__}: {exception}"[:160], data

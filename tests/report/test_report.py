@@ -7,7 +7,7 @@ from shipped import path_file, quiet
 from compgen.core.decimals import short_columns
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
-from compgen.report import job_page, page, waypoints_csv
+from compgen.report import figure, job_page, waypoints_csv
 
 
 @pytest.mark.parametrize("places", [4, 5, 6])
@@ -32,14 +32,14 @@ def test_numbers_at_every_length_are_as_formatting_each_gives(places, sign):
 def test_rows_to_draw_are_the_first_largest_of_each_bin_and_both_ends():
     rng = np.random.default_rng(6)
     for values in (rng.random(50_001), rng.integers(0, 3, 9_000).astype(float), np.zeros(4_001), np.arange(10_000.0)):
-        edges = np.linspace(0, len(values), page.POINTS + 1).astype(int)
+        edges = np.linspace(0, len(values), figure.POINTS + 1).astype(int)
         largest = [a + int(np.argmax(values[a:b])) for a, b in zip(edges, edges[1:])]
-        assert page.thin(values).tolist() == sorted({0, *largest, len(values) - 1})
-    assert page.thin(values[: page.POINTS]).tolist() == list(range(page.POINTS))
+        assert figure.rows_to_draw(values).tolist() == sorted({0, *largest, len(values) - 1})
+    assert figure.rows_to_draw(values[: figure.POINTS]).tolist() == list(range(figure.POINTS))
 
 
 def test_places_of_a_few_samples_are_those_between_all_waypoints():
     path = generate.predict(load_job(path_file("line_y")), quiet).path
     arc = np.concatenate([path.arc[[0, 3, -1]], np.random.default_rng(8).uniform(0, path.arc[-1], 50)])
-    for found, column in zip(job_page._places(path, arc), path.position.T):
+    for found, column in zip(job_page._positions_at(path, arc), path.position.T):
         assert np.array_equal(found, np.round(1e3 * np.interp(arc, path.arc, column), 2))
