@@ -1,4 +1,6 @@
-"""The error tree. An *error* is metres; an *exception* is Python."""
+"""The exceptions that compgen raises. An *error* is metres; an *exception* is Python."""
+
+from math import degrees
 
 
 class CompgenError(Exception):
@@ -18,7 +20,7 @@ class ImpossibleError(CompgenError):
 
 
 class UnreachableError(ImpossibleError):
-    """A waypoint lies outside the reach of the arm."""
+    """A waypoint lies outside the reach of the arm; position and distance [m]."""
 
     def __init__(self, waypoint: int, position: tuple[float, float, float], distance: float, side: str) -> None:
         self.waypoint, self.position, self.distance, self.side = waypoint, position, distance, side
@@ -30,13 +32,13 @@ class UnreachableError(ImpossibleError):
 
 
 class JointLimitError(ImpossibleError):
-    """A waypoint needs a joint angle beyond its limit."""
+    """A waypoint needs a joint angle beyond its limit; value and limits [rad]."""
 
     def __init__(self, waypoint: int, joint: str, value: float, lower: float, upper: float, posture: str = "") -> None:
         self.waypoint, self.joint, self.value, self.lower, self.upper = waypoint, joint, value, lower, upper
-        over = max(lower - value, value - upper)
+        excess = max(lower - value, value - upper)
         super().__init__(
-            f"waypoint {waypoint}: joint {joint} needs {_deg(value)}, {57.29577951308232 * over:.3g} deg beyond its "
+            f"waypoint {waypoint}: joint {joint} needs {_deg(value)}, {degrees(excess):.3g} deg beyond its "
             f"limits {_deg(lower)} to {_deg(upper)}{posture}; move the path, or choose another posture"
         )
 
@@ -53,4 +55,4 @@ class SingularityError(ImpossibleError):
 
 
 def _deg(angle: float) -> str:
-    return f"{angle * 57.29577951308232:.3f} deg"
+    return f"{degrees(angle):.3f} deg"

@@ -1,4 +1,4 @@
-"""What a run has to say of itself: findings for the user, and how far it is."""
+"""Findings: what a user must know of a result; and the progress of a run."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ class Finding:
     message: str
 
     def record(self) -> dict[str, str]:
-        """As a report has it."""
+        """The finding as a report writes it."""
         return {"level": self.level.value, "code": self.code, "message": self.message}
 
 
 def first_of(level: Level, findings: Iterable[Finding]) -> Finding | None:
-    """The first finding of a level."""
+    """The first finding of a level, or None."""
     return next((f for f in findings if f.level is level), None)

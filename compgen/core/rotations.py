@@ -42,13 +42,13 @@ def rotation_vector(rotation: Array) -> Array:
     squares = np.stack([trace, r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
     k = np.argmax(squares, axis=-1)[..., None]
     axial = [r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]]
-    pair = {(i, j): r[..., i, j] + r[..., j, i] for i, j in ((0, 1), (0, 2), (1, 2))}
-    own = [1 + 2 * r[..., i, i] - trace for i in range(3)]
+    off_diagonal = {(i, j): r[..., i, j] + r[..., j, i] for i, j in ((0, 1), (0, 2), (1, 2))}
+    diagonal = [1 + 2 * r[..., i, i] - trace for i in range(3)]
     columns = [
         [1 + trace, *axial],
-        [axial[0], own[0], pair[0, 1], pair[0, 2]],
-        [axial[1], pair[0, 1], own[1], pair[1, 2]],
-        [axial[2], pair[0, 2], pair[1, 2], own[2]],
+        [axial[0], diagonal[0], off_diagonal[0, 1], off_diagonal[0, 2]],
+        [axial[1], off_diagonal[0, 1], diagonal[1], off_diagonal[1, 2]],
+        [axial[2], off_diagonal[0, 2], off_diagonal[1, 2], diagonal[2]],
     ]
     q = np.choose(k, [np.stack(column, axis=-1) for column in columns])
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
@@ -61,45 +61,45 @@ def rotation_vector(rotation: Array) -> Array:
 
 
 def interpolate_rotation(start: Array, end: Array, fraction: Array) -> Array:
-    """Rotation at a fraction of the shortest turn from start to end, (M, 3, 3)."""
-    turn = relative_rotation(start, end)
-    return np.asarray(start @ rotation_matrix(fraction[..., None] * turn))
+    """Rotations at a fraction (M,) of the shortest turn from start to end, (M, 3, 3)."""
+    return np.asarray(start @ rotation_matrix(fraction[..., None] * relative_rotation(start, end)))
 
 
 def relative_rotation(start: Array, end: Array) -> Array:
-    """Rotation vectors of the shortest turns from start to end, in the axes of start, (M, 3) [rad]."""
-    turn, cosine = evaluate(_turns(), start.reshape(-1, 9), end.reshape(-1, 9))
+    """Rotation vectors of the shortest turns from start to end (M, 3, 3), in the axes of start, (M, 3) [rad]."""
+    vector, cosine = evaluate(_build_relative_rotation(), start.reshape(-1, 9), end.reshape(-1, 9))
     far = np.flatnonzero(cosine[:, 0] < 0)  # beyond a quarter turn the other way is the exact one
-    turn[far] = rotation_vector(np.swapaxes(start[far], -1, -2) @ end[far])
-    return turn
+    vector[far] = rotation_vector(np.swapaxes(start[far], -1, -2) @ end[far])
+    return vector
 
 
 @lru_cache(maxsize=1)
-def _turns() -> Any:
+def _build_relative_rotation() -> Any:
+    """(start, end; 9 each, row by row) -> rotation vector (3), cosine of its angle."""
     start, end = ca.SX.sym("start", 9), ca.SX.sym("end", 9)
     turn = ca.reshape(start, 3, 3) @ ca.reshape(end, 3, 3).T
-    return ca.Function("turns", [start, end], [rotation_vector_expr(turn), (ca.trace(turn) - 1) / 2])
+    return ca.Function("relative_rotation", [start, end], [rotation_vector_expr(turn), (ca.trace(turn) - 1) / 2])
 
 
 def from_wpr(w: Array, p: Array, r: Array) -> Array:
     """R = Rz(r) Ry(p) Rx(w), FANUC's fixed X-Y-Z angles [rad], (N,) each to (N, 3, 3)."""
     angles = [np.ascontiguousarray(np.ravel(a)) for a in (w, p, r)]
-    found = np.empty((*np.shape(w), 3, 3))
-    rows = found.reshape(-1, 9)
+    rotation = np.empty((*np.shape(w), 3, 3))
+    rows = rotation.reshape(-1, 9)
 
-    def part(start: int, stop: int) -> None:
-        for at in range(start, stop, BLOCK):
-            here = slice(at, min(at + BLOCK, stop))
-            with np.errstate(invalid="ignore"):  # what is not a number says so itself
-                pairs = [(np.cos(a[here]), np.sin(a[here])) for a in angles]
-            fill_rotation_matrices(pairs, rows[here])
+    def fill(start: int, stop: int) -> None:
+        for begin in range(start, stop, BLOCK):
+            block = slice(begin, min(begin + BLOCK, stop))
+            with np.errstate(invalid="ignore"):  # NaN and infinity give NaN
+                pairs = [(np.cos(a[block]), np.sin(a[block])) for a in angles]
+            fill_rotation_matrices(pairs, rows[block])
 
-    parallel_for(len(rows), part)
-    return found
+    parallel_for(len(rows), fill)
+    return rotation
 
 
 def fill_rotation_matrices(pairs: Sequence[tuple[Array, Array]], rows: Array) -> None:
-    """``from_wpr`` of cosine and sine of each angle, (N,) each, into rows (N, 9).
+    """Write the rotations of W, P, R, given as cosine and sine (N,) of each angle, into rows (N, 9).
 
     Always by numpy: one text means one pose, in a file of any length.
     """
@@ -118,21 +118,24 @@ def fill_rotation_matrices(pairs: Sequence[tuple[Array, Array]], rows: Array) ->
 
 
 def to_wpr(rotation: Array) -> tuple[Array, Array, Array]:
-    """W, P, R [rad] of rotation matrices; at \\|P\\| = 90 deg, where only W -/+ R is fixed, R = 0."""
-    found = evaluate(_to_wpr(), np.reshape(rotation, (-1, 9)))[0]
-    w, p, r = (found[:, k].reshape(rotation.shape[:-2]) for k in range(3))
+    r"""W, P, R [rad] of rotation matrices, (..., 3, 3) to (...) each.
+
+    At \|P\| = 90 deg, where only W -/+ R is fixed, R = 0.
+    """
+    angles = evaluate(_build_to_wpr(), np.reshape(rotation, (-1, 9)))[0]
+    w, p, r = (angles[:, k].reshape(rotation.shape[:-2]) for k in range(3))
     return w, p, r
 
 
 @lru_cache(maxsize=1)
-def _to_wpr() -> Any:
+def _build_to_wpr() -> Any:
     """Rotation (9, row by row) -> W, P, R (3)."""
     rows = ca.SX.sym("r", 9)
     cosine = ca.sqrt(rows[0] ** 2 + rows[3] ** 2)
-    lost = cosine < 1e-9
-    w = ca.if_else(lost, ca.atan2(-rows[5], rows[4]), ca.atan2(rows[7], rows[8]))
-    back = ca.vertcat(w, ca.atan2(-rows[6], cosine), ca.if_else(lost, 0.0, ca.atan2(rows[3], rows[0])))
-    return ca.Function("to_wpr", [rows], [back])
+    is_singular = cosine < 1e-9
+    w = ca.if_else(is_singular, ca.atan2(-rows[5], rows[4]), ca.atan2(rows[7], rows[8]))
+    wpr = ca.vertcat(w, ca.atan2(-rows[6], cosine), ca.if_else(is_singular, 0.0, ca.atan2(rows[3], rows[0])))
+    return ca.Function("to_wpr", [rows], [wpr])
 
 
 def rotation_matrix_expr(w: Any) -> Any:

@@ -13,7 +13,7 @@ import casadi as ca
 
 from compgen.core.evaluation.interpreter import Instructions
 
-FUNCTION_NAME = "rows"  # of the function that the library exports
+FUNCTION_NAME = "rows"  # that the library exports
 
 _HEAD = """#include <math.h>
 #if defined(__AVX512F__)
@@ -66,7 +66,7 @@ static inline v pick(w c, v a, v b) { return (v)((c & (w)a) | (~c & (w)b)); }
 #define TRUTH(name, op) static inline v name(v a, v b) { return (v)((w)(a op b) & (w)all(1.0)); }
 """
 
-#: instruction to (C, helper line or nothing); {0} and {1} are its inputs
+#: operation to (C, helper line or nothing); {0} and {1} are its inputs
 _C: dict[int, tuple[str, str]] = {
     ca.OP_ASSIGN: ("{0}", ""),
     ca.OP_ADD: ("{0} + {1}", ""),
@@ -116,16 +116,16 @@ _C: dict[int, tuple[str, str]] = {
 
 
 def identity(function: Any) -> str:
-    """What its C is made of: the function, and this module's text. CasADi says it a hundred times faster than C."""
-    return f"{_own_text()}\0{function.serialize()}"
+    """All that decides the C of a function: its own text and this package's; a hundred times faster than the C."""
+    return f"{_generator_text()}\0{function.serialize()}"
 
 
 @lru_cache(maxsize=1)
-def _own_text() -> str:
+def _generator_text() -> str:
     return "\0".join(Path(__file__).with_name(f"{name}.py").read_text() for name in ("codegen", "interpreter"))
 
 
-def c_source(program: Instructions) -> str | None:
+def c_source(instructions: Instructions) -> str | None:
     """The C of a function, or None where an operation has none.
 
     It exports ``rows(start, stop, in, index, stride, out)``: point n reads input i at row ``index[i][n]``, or n where
@@ -133,25 +133,25 @@ def c_source(program: Instructions) -> str | None:
     """
     helpers: dict[str, None] = {}
     body: list[str] = []
-    inputs: dict[int, None] = {}
-    for code, ins, target in program.steps:
-        if code == ca.OP_INPUT:
-            inputs[ins[0]] = None
-            body.append(f"v w{target} = load(in[{ins[0]}] + {ins[1]}, at{ins[0]});")
-        elif code == ca.OP_OUTPUT:
-            width = program.outputs[target[0]]
-            body.append(f"EVERY_LANE out[{target[0]}][{width} * at[k] + {target[1]}] = w{ins}[k];")
-        elif code == ca.OP_CONST:
-            body.append(f"v w{target} = all({_literal(float(ins))});")
-        elif code in _C:
-            text, helper = _C[code]
+    used_inputs: dict[int, None] = {}
+    for operation, inputs, target in instructions.steps:
+        if operation == ca.OP_INPUT:
+            used_inputs[inputs[0]] = None
+            body.append(f"v w{target} = load(in[{inputs[0]}] + {inputs[1]}, at{inputs[0]});")
+        elif operation == ca.OP_OUTPUT:
+            size = instructions.output_sizes[target[0]]
+            body.append(f"EVERY_LANE out[{target[0]}][{size} * at[k] + {target[1]}] = w{inputs}[k];")
+        elif operation == ca.OP_CONST:
+            body.append(f"v w{target} = all({_literal(float(inputs))});")
+        elif operation in _C:
+            expression, helper = _C[operation]
             if helper:
                 helpers[helper] = None
-            body.append(f"v w{target} = {text.format(*(f'w{i}' for i in ins))};")
+            body.append(f"v w{target} = {expression.format(*(f'w{i}' for i in inputs))};")
         else:
             return None
-    rows = [f"long long at{i}[LANES];" for i in inputs]
-    places = [f"at{i}[k] = (index[{i}] ? index[{i}][at[k]] : at[k]) * stride[{i}];" for i in inputs]
+    declarations = [f"long long at{i}[LANES];" for i in used_inputs]
+    offsets = [f"at{i}[k] = (index[{i}] ? index[{i}][at[k]] : at[k]) * stride[{i}];" for i in used_inputs]
     return "\n".join(
         [
             _HEAD,
@@ -160,12 +160,12 @@ def c_source(program: Instructions) -> str | None:
             "    const long long *const *index, const long long *stride, double *const *out) {",
             "  for (long long row = start; row < stop; row += LANES) {",
             "  long long at[LANES];",
-            *rows,
+            *declarations,
             "  EVERY_LANE {",
             "    at[k] = row + k < stop ? row + k : stop - 1;",  # the last rows are computed twice, and are the same
-            *places,
+            *offsets,
             "  }",
-            *_once(body),
+            *_single_assignment(body),
             "  }",
             "}",
             "",
@@ -173,23 +173,24 @@ def c_source(program: Instructions) -> str | None:
     )
 
 
-def _once(body: list[str]) -> list[str]:
-    """Every assignment to a variable of its own: work places are used again and again."""
+def _single_assignment(body: list[str]) -> list[str]:
+    """Every assignment to a variable of its own: CasADi uses its work variables again and again."""
     version: dict[str, int] = {}
-    out = []
+    lines = []
     for line in body:
         target = line.split(" ")[1] if line.startswith("v ") else ""
-        tail = line.partition(" = ")[2] if target else line
-        tail = _WORK.sub(lambda m: f"{m[0]}_{version[m[0]]}", tail)
+        expression = line.partition(" = ")[2] if target else line
+        expression = _WORK_VARIABLE.sub(lambda m: f"{m[0]}_{version[m[0]]}", expression)
         if target:
             version[target] = version.get(target, -1) + 1
-            out.append(f"  const v {target}_{version[target]} = {tail}")
+            lines.append(f"  const v {target}_{version[target]} = {expression}")
         else:
-            out.append(f"  {tail}")
-    return out
+            lines.append(f"  {expression}")
+    return lines
 
 
 def _literal(value: float) -> str:
+    """A number in C, exactly."""
     if value != value:
         return "NAN"
     if abs(value) == float("inf"):
@@ -197,4 +198,4 @@ def _literal(value: float) -> str:
     return value.hex()
 
 
-_WORK = re.compile(r"\bw\d+\b")
+_WORK_VARIABLE = re.compile(r"\bw\d+\b")

@@ -20,7 +20,7 @@ from typing import Any
 from compgen.core import interrupts
 from compgen.core.evaluation.codegen import FUNCTION_NAME
 
-#: nobody reads errno or floating-point traps; told so, the compiler takes roots and floors of all lanes at once
+#: without errno and floating-point traps the compiler takes roots and floors of all lanes at once
 FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math", "-march=native", "-std=gnu11", "-w", "-fPIC", "-shared")
 TIMEOUT = 300.0  # s for one function
 
@@ -31,7 +31,7 @@ class Compiler:
 
     command: tuple[str, ...]
     folder: Path
-    mark: str  # what else its output depends on: its own version, this processor
+    fingerprint: str  # what else its output depends on: its own version, this processor
 
 
 def find_compiler(folder: Path, command: str | None = None) -> Compiler | None:
@@ -42,22 +42,23 @@ def find_compiler(folder: Path, command: str | None = None) -> Compiler | None:
         command: The compiler to use; default the first of cc, gcc and clang.
     """
     words = shlex.split(command) if command is not None else []
-    tried = [words[0]] if words else ["cc", "gcc", "clang"] if command is None else []
-    found = next((place for name in tried if (place := shutil.which(name))), None)
-    if found is None:
+    candidates = [words[0]] if words else ["cc", "gcc", "clang"] if command is None else []
+    executable = next((path for name in candidates if (path := shutil.which(name))), None)
+    if executable is None:
         return None
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        facts = os.stat(os.path.realpath(found))
+        status = os.stat(os.path.realpath(executable))
     except OSError:
         return None
     if not os.access(folder, os.W_OK | os.X_OK) or folder.stat().st_uid != os.getuid():
         return None
-    mark = f"{os.path.realpath(found)} {facts.st_size} {facts.st_mtime_ns} {_processor()}"
-    return Compiler((found, *words[1:]), folder, mark)
+    fingerprint = f"{os.path.realpath(executable)} {status.st_size} {status.st_mtime_ns} {_processor()}"
+    return Compiler((executable, *words[1:]), folder, fingerprint)
 
 
 def _processor() -> str:
+    """What code made for this processor depends on: its features."""
     try:
         with Path("/proc/cpuinfo").open() as lines:
             return next((line.split(":", 1)[1].strip() for line in lines if line.startswith(("flags", "Features"))), "")
@@ -65,70 +66,74 @@ def _processor() -> str:
         return " ".join(os.uname())
 
 
-def load_function(compiler: Compiler, identity: str, write: Callable[[], str | None]) -> Any:
-    """A compiled function, from the folder or built now; None where it has no C or the compiler cannot.
+def load_function(compiler: Compiler, identity: str, generate: Callable[[], str | None]) -> Any:
+    """A compiled function, from the folder or built now; None where it has no C or the compiler fails.
 
     Args:
-        compiler: And where its work is kept.
+        compiler: The compiler, and where its work is kept.
         identity: All that decides the source: under its hash the function is kept.
-        write: The source; asked for when the folder does not have the function.
+        generate: Returns the source; called when the folder does not have the function.
     """
-    key = hashlib.sha256("\0".join([identity, *FLAGS, *compiler.command, compiler.mark]).encode()).hexdigest()
-    place = compiler.folder / f"{key}.so"
-    if not _whole(place) and ((source := write()) is None or not _build(compiler, source, place)):
+    parts = [identity, *FLAGS, *compiler.command, compiler.fingerprint]
+    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    library = compiler.folder / f"{key}.so"
+    if not _is_intact(library) and ((source := generate()) is None or not _build(compiler, source, library)):
         return None
     try:
-        function = getattr(ctypes.CDLL(str(place)), FUNCTION_NAME)
+        function = getattr(ctypes.CDLL(str(library)), FUNCTION_NAME)
     except (OSError, AttributeError):
         return None
-    pointers = ctypes.c_void_p
-    function.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointers, pointers, pointers, pointers]
+    pointer = ctypes.c_void_p
+    function.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointer, pointer, pointer, pointer]
     function.restype = None
     return function
 
 
-def _whole(place: Path) -> bool:
+def _is_intact(library: Path) -> bool:
+    """Whether a library is there and ends with the hash of its bytes."""
     try:
-        content = place.read_bytes()
+        content = library.read_bytes()
     except OSError:
         return False
     return len(content) > 32 and hashlib.sha256(content[:-32]).digest() == content[-32:]
 
 
-def _build(compiler: Compiler, source: str, place: Path) -> bool:
-    ours = f".{os.uname().nodename}-"
+def _build(compiler: Compiler, source: str, library: Path) -> bool:
+    """Whether a library could be made of a source; it appears under its name when it is whole."""
+    prefix = f".{os.uname().nodename}-"
     try:
-        _tidy(compiler.folder, ours)
-        with interrupts.temporary_folder(compiler.folder / f"{ours}{os.getpid()}-{secrets.token_hex(4)}") as stage:
-            text, made = stage / "rows.c", stage / "rows.so"
-            text.write_text(source)
-            if not _compiled(compiler, text, made):
+        _remove_abandoned(compiler.folder, prefix)
+        stage = compiler.folder / f"{prefix}{os.getpid()}-{secrets.token_hex(4)}"
+        with interrupts.temporary_folder(stage):
+            source_file, staged = stage / "rows.c", stage / "rows.so"
+            source_file.write_text(source)
+            if not _compile(compiler, source_file, staged):
                 return False
-            content = made.read_bytes()
-            made.write_bytes(content + hashlib.sha256(content).digest())
-            made.replace(place)
+            content = staged.read_bytes()
+            staged.write_bytes(content + hashlib.sha256(content).digest())
+            staged.replace(library)
             return True
     except (OSError, subprocess.SubprocessError):
         return False
 
 
-def _compiled(compiler: Compiler, text: Path, made: Path) -> bool:
-    """Whether the compiler makes a library of a source, with what this system has."""
-    surroundings = {**os.environ, "TMPDIR": str(text.parent)}  # what a killed compiler leaves goes with the rest
+def _compile(compiler: Compiler, source_file: Path, library: Path) -> bool:
+    """Whether the compiler makes a library of a source, with the flags and libraries that this system has."""
+    environment = {**os.environ, "TMPDIR": str(source_file.parent)}  # what a killed compiler leaves goes with the rest
     for flags in (FLAGS, tuple(f for f in FLAGS if f != "-march=native")):
         for libraries in (("-lmvec", "-lm"), ("-lm",)):
-            call = [*compiler.command, *flags, str(text), "-o", str(made), *libraries]
-            done = subprocess.run(
-                call, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIMEOUT, check=False, env=surroundings
+            command = [*compiler.command, *flags, str(source_file), "-o", str(library), *libraries]
+            completed = subprocess.run(
+                command, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIMEOUT, check=False, env=environment
             )
-            if done.returncode == 0:
+            if completed.returncode == 0:
                 return True
     return False
 
 
-def _tidy(folder: Path, ours: str) -> None:
-    """Remove what runs on this machine that were killed have left: their names tell a process that is gone."""
-    for left in folder.glob(f"{glob.escape(ours)}*"):
-        process = left.name.removeprefix(ours).split("-")[0]
+def _remove_abandoned(folder: Path, prefix: str) -> None:
+    """Remove what killed runs on this machine have left: the names hold the number of a process that is gone."""
+    for abandoned in folder.glob(f"{glob.escape(prefix)}*"):
+        process = abandoned.name.removeprefix(prefix).split("-")[0]
         if process.isdigit() and not interrupts.process_exists(int(process)):
-            shutil.rmtree(left, ignore_errors=True)
+            shutil.rmtree(abandoned, ignore_errors=True)

@@ -14,7 +14,7 @@ BLOCK = 4096  # rows at a time: the work arrays stay in cache
 
 @dataclass(frozen=True, eq=False, slots=True)
 class IndexedRows:
-    """Rows of a table, one for each point: row n is ``table[index[n]]``, without a copy of it."""
+    """Rows of a table, picked without a copy: row n is ``table[index[n]]``."""
 
     table: Array  # (T, k)
     index: IntArray  # (N,)
@@ -28,53 +28,55 @@ Rows = Array | IndexedRows
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Instructions:
-    """What a function does, in order; the function is kept, so that its identity stays its own."""
+    """What a function does, in order; the function is kept, so that its hash stays its own."""
 
     function: Any
     steps: tuple[tuple[int, Any, Any], ...]  # operation, inputs, target
-    outputs: tuple[int, ...]  # entries of each output
+    output_sizes: tuple[int, ...]  # entries of each output
 
 
 def instructions_of(function: Any) -> Instructions:
     """The instruction list as Python tuples, kept beside the function it belongs to."""
     key = function.__hash__()
-    if key not in _KEPT:
+    if key not in _CACHE:
         steps: list[tuple[int, Any, Any]] = []
         for k in range(function.n_instructions()):
-            code, i, o = function.instruction_id(k), function.instruction_input(k), function.instruction_output(k)
-            if code == ca.OP_OUTPUT:
-                steps.append((code, i[0], (o[0], o[1])))
-            elif code == ca.OP_CONST:
-                steps.append((code, function.instruction_constant(k), o[0]))
+            operation = function.instruction_id(k)
+            inputs, target = function.instruction_input(k), function.instruction_output(k)
+            if operation == ca.OP_OUTPUT:
+                steps.append((operation, inputs[0], (target[0], target[1])))
+            elif operation == ca.OP_CONST:
+                steps.append((operation, function.instruction_constant(k), target[0]))
             else:
-                steps.append((code, tuple(i), o[0]))
-        outputs = tuple(function.numel_out(k) for k in range(function.n_out()))
-        _KEPT[key] = Instructions(function, tuple(steps), outputs)
-    return _KEPT[key]
+                steps.append((operation, tuple(inputs), target[0]))
+        output_sizes = tuple(function.numel_out(k) for k in range(function.n_out()))
+        _CACHE[key] = Instructions(function, tuple(steps), output_sizes)
+    return _CACHE[key]
 
 
-_KEPT: dict[int, Instructions] = {}
+_CACHE: dict[int, Instructions] = {}
 
 
-def run(program: Instructions, rows: Sequence[Rows], outs: Sequence[Array], start: int, stop: int) -> None:
-    """Fill rows start to stop of the outputs."""
-    work: list[Any] = [None] * program.function.sz_w()
-    with np.errstate(all="ignore"):  # as the compiled function does: what is not a number says so itself
+def run(instructions: Instructions, rows: Sequence[Rows], outputs: Sequence[Array], start: int, stop: int) -> None:
+    """Fill rows start to stop of the outputs, (N, entries) each, from rows as ``evaluate`` takes them."""
+    work: list[Any] = [None] * instructions.function.sz_w()
+    with np.errstate(all="ignore"):  # as the compiled function does: NaN and infinity pass through
         for first in range(start, stop, BLOCK):
             last = min(first + BLOCK, stop)
-            ins = [_columns(r, first, last) for r in rows]
-            for code, inputs, target in program.steps:
-                if code == ca.OP_INPUT:
-                    work[target] = ins[inputs[0]][inputs[1]]
-                elif code == ca.OP_OUTPUT:
-                    outs[target[0]][first:last, target[1]] = work[inputs]
-                elif code == ca.OP_CONST:
+            columns = [_columns(r, first, last) for r in rows]
+            for operation, inputs, target in instructions.steps:
+                if operation == ca.OP_INPUT:
+                    work[target] = columns[inputs[0]][inputs[1]]
+                elif operation == ca.OP_OUTPUT:
+                    outputs[target[0]][first:last, target[1]] = work[inputs]
+                elif operation == ca.OP_CONST:
                     work[target] = inputs
                 else:
-                    work[target] = OPERATIONS[code](*(work[i] for i in inputs))
+                    work[target] = OPERATIONS[operation](*(work[i] for i in inputs))
 
 
 def _columns(rows: Rows, first: int, last: int) -> Array:
+    """Rows first to last as contiguous columns, (k, last - first); (k, 1) of a single row."""
     if isinstance(rows, IndexedRows):
         return np.ascontiguousarray(rows.table[rows.index[first:last]].T)
     return rows.T if len(rows) == 1 else np.ascontiguousarray(rows[first:last].T)
