@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from compgen.cli.publish import write_file
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import rotation_matrix
@@ -19,6 +20,7 @@ from compgen.identification.measurements import Measurements, concatenate
 from compgen.identification.pose_files import read_poses
 from compgen.identification.robot_file import robot_text
 from compgen.identification.warm_up import as_warm_up, with_temperatures
+from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema, schema_text
 from compgen.pipelines.robot_file import Arm, arm_of
 
 
@@ -69,3 +71,11 @@ def identified_robot_text(arm: Arm, identified: Identification, files: Sequence[
     text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], identified.record())
     arm_of(tomllib.loads(text), text, arm.source)  # a file that would not load is refused here
     return text
+
+
+def write_robot_file(target: Path, text: str) -> None:
+    """Write a robot file, and beside it the schema that its first line names, where there is none."""
+    write_file(target, text.encode())
+    schema = target.parent / Path(SCHEMA_FILES["robot"]).name
+    if text.startswith(f"#:schema ./{schema.name}\n") and not schema.exists():
+        write_file(schema, schema_text(robot_schema()).encode())

@@ -34,7 +34,7 @@ def identify(
     quiet: Quiet = False,
 ) -> None:
     """Fit the error sources of a robot to measurements, and judge the fit."""
-    from compgen.cli.identification_files import identified_robot_text, read_measurements
+    from compgen.cli.identification_files import identified_robot_text, read_measurements, write_robot_file
     from compgen.cli.identification_table import show_identification
     from compgen.cli.progress_bar import show_progress
     from compgen.identification import identify as identification
@@ -60,7 +60,7 @@ def identify(
     write_file(page, identification_html(identified))
     write_file(report, identification_json(identified))
     if not identified.refused or force:
-        write_file(target, identified_robot_text(arm, identified, files).encode())
+        write_robot_file(target, identified_robot_text(arm, identified, files))
     if as_json:
         sys.stdout.write(identification_json(identified).decode())
     elif not quiet:

@@ -1,8 +1,10 @@
 """The whole way: measure a made-up robot, identify it, generate with the file, run that on the arm as it really is."""
 
 import json
+import tomllib
 from dataclasses import replace
 
+import jsonschema
 import numpy as np
 import pytest
 from campaign import robot_file
@@ -94,6 +96,13 @@ def test_the_same_files_give_the_same_bytes(made):
     )
     assert other.read_bytes() == target.read_bytes()
     assert other.with_suffix(".html").read_bytes() == target.with_suffix(".html").read_bytes()
+
+
+def test_the_written_file_keeps_its_line_for_editors_and_fits_the_schema_beside_it(made):
+    _, _, target, _ = made
+    assert target.read_text().startswith("#:schema ./robot.schema.json\n")
+    schema = json.loads((target.parent / "robot.schema.json").read_text())
+    jsonschema.Draft202012Validator(schema).validate(tomllib.loads(target.read_text()))
 
 
 def test_the_written_file_says_what_was_found(made):
