@@ -13,9 +13,9 @@ from pydantic_core import ErrorDetails
 
 from compgen.core.exceptions import InputError
 
-DEEPEST = 20  # tables and lists in each other; Python's own limit is a traceback
+DEEPEST = 20  # levels of tables and lists in each other; a thousand of them would exceed Python's own limit
 
-_REPR = Repr()
+_REPR = Repr()  # of values in messages
 _REPR.maxlevel, _REPR.maxstring = 2, 60
 
 
@@ -96,41 +96,44 @@ def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
     Raises:
         InputError: The first thing that is wrong, in one line: file, key, value, limit.
     """
-    if deep := next((key for key, value in data.items() if _is_deeper(value, DEEPEST)), None):
+    deep = next((key for key, value in data.items() if _is_deeper(value, DEEPEST)), None)
+    if deep is not None:
         raise InputError(f"{where}: {_short(deep)}: nested more than {DEEPEST} deep; remove it, no key here needs that")
     try:
         return model.model_validate(data)
     except ValidationError as failure:
         errors = failure.errors(include_url=False)
+    raise InputError(f"{where}: {_message(model, data, errors)}")
+
+
+def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[ErrorDetails]) -> str:
+    """The first error with its key, value and limit."""
     # an unknown key is the cause of a missing one more often than the other way round
     first = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
     place = _steps(data, first)
     # each choice of a union has an error of its own: those that went deepest took the value for what it is
     below = [(steps, e) for e in errors if (steps := _steps(data, e))[: len(place)] == place]
     steps, error = max(below, key=lambda pair: len(pair[0]))
-    key = ".".join(map(_short, steps))
+    key, value = ".".join(map(_short, steps)), error["input"]
     match error["type"]:
         case "extra_forbidden":
             known = [k for table in _tables(model, error["loc"][:-1]) for k in _keys_of(table)]
-            raise InputError(f"{where}: {key}: unknown key{suggest(steps[-1], known)}")
+            return f"{key}: unknown key{suggest(steps[-1], known)}"
         case "missing":
-            raise InputError(f"{where}: {key}: missing; add it")
+            return f"{key}: missing; add it"
         case "union_tag_not_found" | "union_tag_invalid":
             name = error["ctx"]["discriminator"].strip("'")
             tags = [get_args(table.model_fields[name].annotation)[0] for table in _tables(model, error["loc"])]
-            listed = f"known: {', '.join(tags)}"
-            if name not in error["input"]:
-                raise InputError(f"{where}: {key}.{name}: missing; {listed}")
-            tag = error["input"][name]
-            close = suggest(tag, tags, listed=True) if isinstance(tag, str) else ""
-            raise InputError(f"{where}: {key}.{name}: {_brief(tag)} is unknown; {listed}{close}")
+            if name not in value:
+                return f"{key}.{name}: missing; known: {', '.join(tags)}"
+            close = suggest(value[name], tags, listed=True) if isinstance(value[name], str) else ""
+            return f"{key}.{name}: {_brief(value[name])} is unknown; known: {', '.join(tags)}{close}"
         case "finite_number":
-            raise InputError(f"{where}: {key}: {error['input']} is not a number; give a finite one")
+            return f"{key}: {value} is not a number; give a finite one"
         case "model_type" | "model_attributes_type" | "dict_type":
-            raise InputError(f"{where}: {key}: {_brief(error['input'])} must be a table")
-        case _:
-            reasons = dict.fromkeys(_reason(e) for s, e in below if s == steps)
-            raise InputError(f"{where}: {key}: {_brief(error['input'])}: {', or '.join(reasons)}")
+            return f"{key}: {_brief(value)} must be a table"
+    reasons = dict.fromkeys(_reason(e) for s, e in below if s == steps)
+    return f"{key}: {_brief(value)}: {', or '.join(reasons)}"
 
 
 def _is_deeper(value: Any, levels: int) -> bool:
@@ -145,8 +148,8 @@ def _steps(data: Any, error: ErrorDetails) -> list[str]:
     """The keys that lead to an error, as the file has them: without the names of a union's choices."""
     steps = []
     for step in error["loc"]:
-        if isinstance(step, int) if isinstance(data, list) else isinstance(data, dict) and step in data:
-            data = data[step]
+        if (isinstance(data, dict) and step in data) or (isinstance(data, list) and isinstance(step, int)):
+            data = data[step]  # type: ignore[index]
             steps.append(str(step))
     return [*steps, str(error["loc"][-1])] if error["type"] == "missing" else steps
 

@@ -140,15 +140,15 @@ def boundary_from_table(table: BoundaryTable | None, where: str) -> Boundary | N
     """
     if table is None:
         return None
-    round_ = table.shape == "circle"
-    need, other = ("diameter_mm", "corner_to_corner_mm") if round_ else ("corner_to_corner_mm", "diameter_mm")
-    if getattr(table, other) is not None or (round_ and table.rotation_deg is not None):
-        extra = other if getattr(table, other) is not None else "rotation_deg"
-        raise InputError(f"{where}: boundary.{extra}: conflicts with shape = '{table.shape}'; remove one of them")
-    size = getattr(table, need)
+    is_circle = table.shape == "circle"
+    needed, other = ("diameter_mm", "corner_to_corner_mm") if is_circle else ("corner_to_corner_mm", "diameter_mm")
+    for key in (other, *(["rotation_deg"] if is_circle else [])):
+        if getattr(table, key) is not None:
+            raise InputError(f"{where}: boundary.{key}: conflicts with shape = '{table.shape}'; remove one of them")
+    size = getattr(table, needed)
     if size is None:
-        raise InputError(f"{where}: boundary.{need}: missing; add it, a {table.shape} needs it")
-    if round_:
+        raise InputError(f"{where}: boundary.{needed}: missing; add it, a {table.shape} needs it")
+    if is_circle:
         return boundaries.circle(size * MM)
     return boundaries.hexagon(size * MM, (table.rotation_deg or 0.0) * DEG)
 
@@ -170,37 +170,36 @@ def pattern_from_table(table: AnyPattern, boundary: Boundary | None, where: str)
         case SpiralTable():
             return _spiral(table, boundary, where), edge
         case RasterTable():
-            if (table.diameter_mm is None) == (boundary is None):
-                raise InputError(
-                    f"{where}: path.diameter_mm: "
-                    + (
-                        "missing; give it, or a [boundary]"
-                        if boundary is None
-                        else "conflicts with [boundary]; remove one"
-                    )
-                )
-            clip = boundary or boundaries.circle((table.diameter_mm or 0.0) * MM)
-            smooth = table.turn == "smooth"
-            if clip.half_height() * 2 / (table.stepover_mm * MM) > MAX_SWEEPS:
-                raise InputError(f"{where}: path.stepover_mm: over {MAX_SWEEPS:.0f} sweeps; make it larger")
-            try:
-                return patterns.raster(clip, table.stepover_mm * MM, table.lead_mm * MM, smooth), clip
-            except InputError as failure:
-                raise InputError(f"{where}: {failure}") from failure
-    raise InputError(f"{where}: path.pattern: not known to the reader")
+            return _raster(table, boundary, where)
+
+
+def _raster(table: RasterTable, boundary: Boundary | None, where: str) -> tuple[PiecewiseCurve, Boundary]:
+    if boundary is not None and table.diameter_mm is not None:
+        raise InputError(f"{where}: path.diameter_mm: conflicts with [boundary]; remove one")
+    clip = boundary
+    if clip is None:
+        if table.diameter_mm is None:
+            raise InputError(f"{where}: path.diameter_mm: missing; give it, or a [boundary]")
+        clip = boundaries.circle(table.diameter_mm * MM)
+    if clip.half_height() * 2 / (table.stepover_mm * MM) > MAX_SWEEPS:
+        raise InputError(f"{where}: path.stepover_mm: over {MAX_SWEEPS:.0f} sweeps; make it larger")
+    try:
+        return patterns.raster(clip, table.stepover_mm * MM, table.lead_mm * MM, table.turn == "smooth"), clip
+    except InputError as failure:
+        raise InputError(f"{where}: {failure}") from failure
 
 
 def _spiral(table: SpiralTable, boundary: Boundary | None, where: str) -> PiecewiseCurve:
     if (table.turns is None) == (table.stepover_mm is None):
         raise InputError(f"{where}: path.turns: give turns or stepover_mm, one of them")
-    whole = 2 * boundary.circumradius() if boundary else None
-    diameter = table.diameter_mm * MM if table.diameter_mm is not None else whole
+    around = 2 * boundary.circumradius() if boundary else None
+    diameter = table.diameter_mm * MM if table.diameter_mm is not None else around
     if diameter is None:
         raise InputError(f"{where}: path.diameter_mm: missing; give it, or a [boundary]")
-    if whole is not None and diameter < whole * (1 - 1e-9):
+    if around is not None and diameter < around * (1 - 1e-9):
         raise InputError(
             f"{where}: path.diameter_mm: {diameter / MM:g} conflicts with [boundary], whose circumscribed circle is "
-            f"{whole / MM:g} mm; remove one or make the spiral larger"
+            f"{around / MM:g} mm; remove one or make the spiral larger"
         )
     turns = table.turns if table.turns is not None else diameter / 2 / ((table.stepover_mm or 1.0) * MM)
     if turns > MAX_SWEEPS:
@@ -209,7 +208,7 @@ def _spiral(table: SpiralTable, boundary: Boundary | None, where: str) -> Piecew
 
 
 def surface_from_table(table: SurfaceTable, pattern: AnyPattern, where: str) -> surfaces.Quadric:
-    """What the path lies on.
+    """The surface that the path lies on.
 
     Raises:
         InputError: Numbers that miss, or that a plane has none of.
