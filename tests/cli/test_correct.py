@@ -20,7 +20,7 @@ BEFORE = ("--before", "moving 200mm/s 6h")
 
 
 @pytest.fixture
-def here(tmp_path):
+def folder(tmp_path):
     """A folder with a program in it, and one with an earlier result."""
     (tmp_path / "PART.LS").write_bytes(part())
     (tmp_path / "out").mkdir()
@@ -56,84 +56,84 @@ def robot_file(folder, *changes):
     return folder / "arm.toml"
 
 
-def test_the_whole_set_is_written_and_the_program_keeps_its_name(here):
-    result = correct(here, *BEFORE)
+def test_the_whole_set_is_written_and_the_program_keeps_its_name(folder):
+    result = correct(folder, *BEFORE)
     assert result.returncode == 0, result.stderr
-    assert {p.name for p in (here / "out").iterdir()} == {
+    assert {p.name for p in (folder / "out").iterdir()} == {
         "PART.LS", "PART.compgen.json", "report.json", "report.html", "positions.csv", "notes.txt"
     }  # fmt: skip
-    assert (here / "PART.LS").read_bytes() == part()
-    text = (here / "out" / "PART.LS").read_bytes()
+    assert (folder / "PART.LS").read_bytes() == part()
+    text = (folder / "out" / "PART.LS").read_bytes()
     assert left(part(), text, 1, HOME) < ROUNDED_UM
-    data = json.loads((here / "out" / "report.json").read_text())
+    data = json.loads((folder / "out" / "report.json").read_text())
     assert data["positions"] == {"corrected": 8, "new": 0, "unchanged": 0}
     assert data["verdict"] == "inside"
     assert data["after"]["total"]["max_um"] < 1.1 < 30 < data["before"]["total"]["max_um"]
-    rows = (here / "out" / "positions.csv").read_text().splitlines()
+    rows = (folder / "out" / "positions.csv").read_text().splitlines()
     assert len(rows) == 9
     assert all(row.count(",") == rows[0].count(",") for row in rows)
-    page = (here / "out" / "report.html").read_text()
+    page = (folder / "out" / "report.html").read_text()
     assert "8 positions corrected" in page
     assert ">nan" not in page
     assert "8 positions corrected" in result.stdout
 
 
-def test_json_is_the_report_and_quiet_is_quiet(here):
-    result = correct(here, "--json")
-    assert json.loads(result.stdout) == json.loads((here / "out" / "report.json").read_text())
-    result = correct(here, "-q")
+def test_json_is_the_report_and_quiet_is_quiet(folder):
+    result = correct(folder, "--json")
+    assert json.loads(result.stdout) == json.loads((folder / "out" / "report.json").read_text())
+    result = correct(folder, "-q")
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
 
 
-def test_two_runs_give_the_same_bytes(here):
+def test_two_runs_give_the_same_bytes(folder):
     def files():
-        assert correct(here, *BEFORE, "--split", "--insert", "5").returncode == 0
-        return {p.name: p.read_bytes() for p in (here / "out").iterdir()}
+        assert correct(folder, *BEFORE, "--split", "--insert", "5").returncode == 0
+        return {p.name: p.read_bytes() for p in (folder / "out").iterdir()}
 
     assert files() == files()
 
 
-def test_no_error_no_change(here):
-    assert correct(here, "--set", "thermal.cte_um_m_K=0", "-q").returncode == 0
-    assert (here / "out" / "PART.LS").read_bytes() == part()
+def test_no_error_no_change(folder):
+    assert correct(folder, "--set", "thermal.cte_um_m_K=0", "-q").returncode == 0
+    assert (folder / "out" / "PART.LS").read_bytes() == part()
 
 
-def test_restore_gives_the_planned_program_back(here):
-    assert correct(here, *BEFORE, "-q").returncode == 0
-    result = run("correct", here / "out" / "PART.LS", "--restore", "-o", here / "back")
+def test_restore_gives_the_planned_program_back(folder):
+    assert correct(folder, *BEFORE, "-q").returncode == 0
+    result = run("correct", folder / "out" / "PART.LS", "--restore", "-o", folder / "back")
     assert result.returncode == 0, result.stderr
-    assert (here / "back" / "PART.LS").read_bytes() == part()
+    assert (folder / "back" / "PART.LS").read_bytes() == part()
 
 
-def test_restore_refuses_what_does_not_belong_together(here):
-    alone = run("correct", here / "PART.LS", "--restore", "-o", here / "out")
+def test_restore_refuses_what_does_not_belong_together(folder):
+    alone = run("correct", folder / "PART.LS", "--restore", "-o", folder / "out")
     refused(alone, 2, "PART.compgen.json is not beside it")
-    assert untouched(here)
-    assert correct(here, *BEFORE, "-q").returncode == 0
-    provenance = here / "out" / "PART.compgen.json"
-    shutil.copy(provenance, here)
-    refused(run("correct", here / "PART.LS", "--restore", "-o", here / "b"), 2, "another program")
+    assert untouched(folder)
+    assert correct(folder, *BEFORE, "-q").returncode == 0
+    provenance = folder / "out" / "PART.compgen.json"
+    shutil.copy(provenance, folder)
+    refused(run("correct", folder / "PART.LS", "--restore", "-o", folder / "b"), 2, "another program")
     provenance.write_bytes(provenance.read_bytes()[:-200])
-    refused(run("correct", here / "out" / "PART.LS", "--restore", "-o", here / "b"), 2, "PART.compgen.json")
-    assert not (here / "b").exists()
+    refused(run("correct", folder / "out" / "PART.LS", "--restore", "-o", folder / "b"), 2, "PART.compgen.json")
+    assert not (folder / "b").exists()
 
 
-def test_a_corrected_program_is_refused_in_its_place_and_elsewhere(here):
-    assert correct(here, *BEFORE, "-q").returncode == 0
-    shutil.copy(here / "out" / "PART.LS", here / "COPY.LS")
-    for program_file in (here / "out" / "PART.LS", here / "COPY.LS"):
-        result = run("correct", program_file, "-o", here / "second")
+def test_a_corrected_program_is_refused_in_its_place_and_elsewhere(folder):
+    assert correct(folder, *BEFORE, "-q").returncode == 0
+    shutil.copy(folder / "out" / "PART.LS", folder / "COPY.LS")
+    for program_file in (folder / "out" / "PART.LS", folder / "COPY.LS"):
+        result = run("correct", program_file, "-o", folder / "second")
         refused(result, 2, program_file.name, "mark", "--restore", "--again")
-        assert not (here / "second").exists()
-    assert run("correct", here / "COPY.LS", "--again", "-q", "-o", here / "second").returncode == 0
+        assert not (folder / "second").exists()
+    assert run("correct", folder / "COPY.LS", "--again", "-q", "-o", folder / "second").returncode == 0
 
 
-def test_a_program_too_small_for_the_mark_is_known_by_its_provenance(here):
-    (here / "ONE.LS").write_bytes(program(["J P[1] 10% FINE"], [at(1, HOME)]))
-    assert correct(here, *BEFORE, "-q", name="ONE.LS").returncode == 0
-    refused(run("correct", here / "out" / "ONE.LS", "-o", here / "second"), 2, "mark", "ONE.compgen.json")
-    (here / "out" / "ONE.LS").rename(here / "out" / "TWO.LS")
-    refused(run("correct", here / "out" / "TWO.LS", "-o", here / "second"), 2, "mark", "ONE.compgen.json")
+def test_a_program_too_small_for_the_mark_is_known_by_its_provenance(folder):
+    (folder / "ONE.LS").write_bytes(program(["J P[1] 10% FINE"], [at(1, HOME)]))
+    assert correct(folder, *BEFORE, "-q", name="ONE.LS").returncode == 0
+    refused(run("correct", folder / "out" / "ONE.LS", "-o", folder / "second"), 2, "mark", "ONE.compgen.json")
+    (folder / "out" / "ONE.LS").rename(folder / "out" / "TWO.LS")
+    refused(run("correct", folder / "out" / "TWO.LS", "-o", folder / "second"), 2, "mark", "ONE.compgen.json")
 
 
 CONTROLLERS = [
@@ -149,17 +149,17 @@ CONTROLLERS = [
 
 
 @pytest.mark.parametrize(("changes", "words"), CONTROLLERS, ids=lambda v: v[0] if isinstance(v, tuple) else None)
-def test_a_controller_that_corrects_itself_otherwise_is_refused(changes, words, here):
-    result = correct(here, "--robot", robot_file(here, *changes))
+def test_a_controller_that_corrects_itself_otherwise_is_refused(changes, words, folder):
+    result = correct(folder, "--robot", robot_file(folder, *changes))
     refused(result, 2, "arm.toml", *words)
-    assert untouched(here)
+    assert untouched(folder)
 
 
-def test_a_matching_signature_is_taken_and_said(here):
+def test_a_matching_signature_is_taken_and_said(folder):
     arm = robot_file(
-        here, ('compensation = "none"', 'compensation = "signature"\nsignature = "S-1"\nidentified_with = "S-1"')
+        folder, ('compensation = "none"', 'compensation = "signature"\nsignature = "S-1"\nidentified_with = "S-1"')
     )
-    result = correct(here, "--robot", arm, *BEFORE)
+    result = correct(folder, "--robot", arm, *BEFORE)
     assert result.returncode == 0, result.stderr
     assert "S-1" in result.stdout
 
@@ -182,11 +182,11 @@ BAD_PROGRAMS = {
 
 
 @pytest.mark.parametrize("kind", BAD_PROGRAMS)
-def test_a_bad_program_is_refused_in_one_line_and_nothing_is_written(kind, here):
+def test_a_bad_program_is_refused_in_one_line_and_nothing_is_written(kind, folder):
     data, words = BAD_PROGRAMS[kind]
-    (here / "BAD.LS").write_bytes(data)
-    refused(correct(here, name="BAD.LS"), 2, "BAD.LS", *words)
-    assert untouched(here)
+    (folder / "BAD.LS").write_bytes(data)
+    refused(correct(folder, name="BAD.LS"), 2, "BAD.LS", *words)
+    assert untouched(folder)
 
 
 LISTED = {
@@ -201,16 +201,16 @@ LISTED = {
 
 
 @pytest.mark.parametrize("kind", LISTED)
-def test_what_cannot_be_corrected_is_listed_and_strict_refuses_it(kind, here):
+def test_what_cannot_be_corrected_is_listed_and_strict_refuses_it(kind, folder):
     text, words = LISTED[kind]
-    (here / "ODD.LS").write_text(text)
-    result = correct(here, "--strict", name="ODD.LS")
+    (folder / "ODD.LS").write_text(text)
+    result = correct(folder, "--strict", name="ODD.LS")
     refused(result, 2, "ODD.LS", "line ", words, "--strict")
-    assert untouched(here)
-    result = correct(here, name="ODD.LS")
+    assert untouched(folder)
+    result = correct(folder, name="ODD.LS")
     assert result.returncode == 0, result.stderr
     assert any(
-        words in u["text"] + u["reason"] for u in json.loads((here / "out" / "report.json").read_text())["unsafe"]
+        words in u["text"] + u["reason"] for u in json.loads((folder / "out" / "report.json").read_text())["unsafe"]
     )
     assert words in " ".join(result.stdout.split())
 
@@ -237,65 +237,64 @@ ARGUMENTS = [
 
 
 @pytest.mark.parametrize(("arguments", "words"), ARGUMENTS, ids=lambda v: " ".join(v))
-def test_a_bad_argument_is_refused_in_one_line(arguments, words, here):
-    refused(run("correct", here / "PART.LS", "-o", here / "out", *arguments), 2, *words)
-    assert untouched(here)
+def test_a_bad_argument_is_refused_in_one_line(arguments, words, folder):
+    refused(run("correct", folder / "PART.LS", "-o", folder / "out", *arguments), 2, *words)
+    assert untouched(folder)
 
 
-def test_a_program_that_is_not_there_is_refused(here):
-    refused(correct(here, name="NONE.LS"), 2, "NONE.LS", "cannot be read")
-    refused(run("correct", here, "-o", here / "out"), 2, "cannot be read")
-    assert untouched(here)
+def test_a_program_that_is_not_there_is_refused(folder):
+    refused(correct(folder, name="NONE.LS"), 2, "NONE.LS", "cannot be read")
+    refused(run("correct", folder, "-o", folder / "out"), 2, "cannot be read")
+    assert untouched(folder)
 
 
-def test_outside_its_bound_the_report_is_written_and_the_program_only_by_force(here):
-    (here / "COARSE.LS").write_bytes(program(["J P[1] 10% FINE"], [at(1, HOME, form="{:.1f}")]))
-    result = correct(here, *BEFORE, "--max-um", "5", name="COARSE.LS")
+def test_outside_its_bound_the_report_is_written_and_the_program_only_by_force(folder):
+    (folder / "COARSE.LS").write_bytes(program(["J P[1] 10% FINE"], [at(1, HOME, form="{:.1f}")]))
+    result = correct(folder, *BEFORE, "--max-um", "5", name="COARSE.LS")
     refused(result, 1, "COARSE.LS not written", "--force", "line 4")
-    assert {"report.json", "report.html"} < {p.name for p in (here / "out").iterdir()}
-    assert not (here / "out" / "COARSE.LS").exists()
-    assert correct(here, *BEFORE, "--max-um", "5", "--force", name="COARSE.LS").returncode == 1
-    assert (here / "out" / "COARSE.LS").exists()
-    assert correct(here, *BEFORE, "--max-um", "200", name="COARSE.LS").returncode == 0
+    assert {"report.json", "report.html"} < {p.name for p in (folder / "out").iterdir()}
+    assert not (folder / "out" / "COARSE.LS").exists()
+    assert correct(folder, *BEFORE, "--max-um", "5", "--force", name="COARSE.LS").returncode == 1
+    assert (folder / "out" / "COARSE.LS").exists()
+    assert correct(folder, *BEFORE, "--max-um", "200", name="COARSE.LS").returncode == 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
-def test_killed_at_any_moment_nothing_is_half_written(here):
+def test_killed_at_any_moment_nothing_is_half_written(folder):
     """The result of an earlier run stays whole, or the new one is there whole."""
-    assert correct(here, "-q").returncode == 0
-    whole = {p.name: p.read_bytes() for p in (here / "out").iterdir()}
+    assert correct(folder, "-q").returncode == 0
+    whole = {p.name: p.read_bytes() for p in (folder / "out").iterdir()}
     command = [
         sys.executable,
         "-m",
         "compgen",
         "correct",
-        str(here / "PART.LS"),
+        str(folder / "PART.LS"),
         "-q",
         "-o",
-        str(here / "out"),
+        str(folder / "out"),
         *BEFORE,
     ]
     start = time.monotonic()
     assert subprocess.run(command, cwd=ROOT, env=ENVIRONMENT, check=False).returncode == 0
-    took = time.monotonic() - start
-    new = {p.name: p.read_bytes() for p in (here / "out").iterdir()}
+    duration = time.monotonic() - start
+    new = {p.name: p.read_bytes() for p in (folder / "out").iterdir()}
     assert new != whole
     for share in (0.3, 0.8, 0.9, 0.97):
-        assert correct(here, "-q").returncode == 0
+        assert correct(folder, "-q").returncode == 0
         process = subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT, start_new_session=True)
-        time.sleep(share * took)
+        time.sleep(share * duration)
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
-        found = {p.name: p.read_bytes() for p in (here / "out").iterdir() if not p.name.startswith(".")}
-        for name, content in found.items():
+        files = {p.name: p.read_bytes() for p in (folder / "out").iterdir() if not p.name.startswith(".")}
+        for name, content in files.items():
             assert content in (whole[name], new[name])
-        if "PART.LS" in found:
-            same = whole if found["PART.LS"] == whole["PART.LS"] else new
-            assert found == same
+        if "PART.LS" in files:
+            assert files == (whole if files["PART.LS"] == whole["PART.LS"] else new)
 
 
-def test_a_result_never_replaces_the_program_it_was_made_from(here):
+def test_a_result_never_replaces_the_program_it_was_made_from(folder):
     for more in ((), ("--force",), ("--restore",)):
-        refused(run("correct", here / "PART.LS", "-o", here, "-q", *more), 2, "PART.LS", "would replace it", "-o")
-    assert (here / "PART.LS").read_bytes() == part()
-    assert not (here / "PART.compgen.json").exists()
+        refused(run("correct", folder / "PART.LS", "-o", folder, "-q", *more), 2, "PART.LS", "would replace it", "-o")
+    assert (folder / "PART.LS").read_bytes() == part()
+    assert not (folder / "PART.compgen.json").exists()

@@ -190,8 +190,8 @@ def test_a_killed_run_leaves_the_old_set_whole(tmp_path, delay):
     time.sleep(delay)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    found = {p.name for p in target.iterdir()} & OURS
-    assert found in (set(), OURS)
+    written = {p.name for p in target.iterdir()} & OURS
+    assert written in (set(), OURS)
     assert (target / "mine.txt").read_text() == "mine"
     assert run("generate", "paths/line_y.toml", "-q", "-o", target).returncode == 0
     assert {p.name for p in target.iterdir()} == OURS | {"mine.txt", "folder"}
@@ -211,9 +211,9 @@ def test_a_limit_that_binds_only_the_correction_is_a_finding(tmp_path):
     data = json.loads(result.stdout)
     assert result.returncode == 1
     assert data["compensation"]["status"] == "limited"
-    told = next(f["message"] for f in data["findings"] if f["code"] == "compensation.limited")
-    assert "joint J2+J3 limit at waypoints" in told
-    assert "waypoint" in told
+    message = next(f["message"] for f in data["findings"] if f["code"] == "compensation.limited")
+    assert "joint J2+J3 limit at waypoints" in message
+    assert "waypoint" in message
     assert data["after"]["total"]["max_um"] < data["before"]["total"]["max_um"]
 
 
@@ -273,8 +273,8 @@ def test_limits_that_bind_are_named():
         ("compensation.rate_um_mm=0.05", "rate limit"),
     ):
         data = json.loads(run("check", "paths/line_x.toml", "--json", "--set", override).stdout)
-        told = next(f["message"] for f in data["findings"] if f["code"] == "compensation.limited")
-        assert told.startswith(word), told
+        message = next(f["message"] for f in data["findings"] if f["code"] == "compensation.limited")
+        assert message.startswith(word), message
         assert data["compensation"]["active_limits"] > 10
 
 

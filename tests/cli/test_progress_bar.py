@@ -17,17 +17,17 @@ from compgen.pipelines.path_file import load_job
 from compgen.pipelines.robot_file import load_cell
 
 
-def told(work):
-    """Stages and shares as a run tells them."""
-    heard = []
-    work(lambda stage, share: heard.append((stage, share)))
-    return heard
+def reports_of(work):
+    """Stages and shares as a run reports them."""
+    reports = []
+    work(lambda stage, share: reports.append((stage, share)))
+    return reports
 
 
-def rising(course, heard):
-    names = [stage.partition(":")[0] for stage, _ in heard]
-    assert set(names) <= set(course)
-    shares = [progress_bar.overall_share(course, name, share) for name, (_, share) in zip(names, heard)]
+def rising(weights, reports):
+    names = [stage.partition(":")[0] for stage, _ in reports]
+    assert set(names) <= set(weights)
+    shares = [progress_bar.overall_share(weights, name, share) for name, (_, share) in zip(names, reports)]
     assert all(b >= a - 1e-12 for a, b in zip(shares, shares[1:]))
     assert shares[0] == 0
     return shares
@@ -35,14 +35,14 @@ def rising(course, heard):
 
 def test_the_stages_of_a_run_are_known_and_their_shares_rise():
     thin = ["process.thin_um=1.5", "path.stepover_mm=200"]
-    heard = told(lambda tell: generate.generate(load_job(path_file("optic_spiral"), None, thin), tell))
+    reports = reports_of(lambda progress: generate.generate(load_job(path_file("optic_spiral"), None, thin), progress))
     assert [name for name in progress_bar.GENERATE if name != "report"] == list(
-        dict.fromkeys(s.partition(":")[0] for s, _ in heard)
+        dict.fromkeys(s.partition(":")[0] for s, _ in reports)
     )
-    assert rising(progress_bar.GENERATE, heard)[-1] > 0.7
-    assert any(re.fullmatch(r"path: \d+ waypoints", stage) for stage, _ in heard)
-    rising(progress_bar.CHECK, heard)
-    rising(progress_bar.PREDICT, told(lambda tell: generate.predict(load_job(path_file("line_x")), tell)))
+    assert rising(progress_bar.GENERATE, reports)[-1] > 0.7
+    assert any(re.fullmatch(r"path: \d+ waypoints", stage) for stage, _ in reports)
+    rising(progress_bar.CHECK, reports)
+    rising(progress_bar.PREDICT, reports_of(lambda progress: generate.predict(load_job(path_file("line_x")), progress)))
 
 
 def test_the_stages_of_a_correction_are_known_and_their_shares_rise():
@@ -51,7 +51,9 @@ def test_the_stages_of_a_correction_are_known_and_their_shares_rise():
     cell = load_cell("m710ic50", ())
     rising(
         progress_bar.CORRECT,
-        told(lambda tell: correct.correct(text, cell, known_without_a_table(), (), correct.Options(), tell)),
+        reports_of(
+            lambda progress: correct.correct(text, cell, known_without_a_table(), (), correct.Options(), progress)
+        ),
     )
 
 
@@ -69,26 +71,51 @@ def test_time_left_counts_down_and_never_below_a_second(left, since, words):
     assert progress_bar.time_left_text(left, since) == words
 
 
-def test_a_terminal_sees_the_share_rise_and_a_short_run_shows_nothing(tmp_path):
+def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeypatch, capsys):
+    clock = [100.0]
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(progress_bar.time, "monotonic", lambda: clock[0])
+    with progress_bar.show_progress(False, {"path": 1, "text": 3}) as progress:
+        progress("path: 1000 waypoints", 0.5)
+        clock[0] += 0.9 * progress_bar.DELAY
+        progress("path", 1.0)
+    assert capsys.readouterr().err == ""
+    with progress_bar.show_progress(False, {"path": 1, "text": 3}) as progress:
+        progress("path: 1000 waypoints", 1.0)
+        clock[0] += 10.0
+        progress("text", 0.0)
+        progress("path", 0.0)
+    shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capsys.readouterr().err)
+    assert "25 %" in shown
+    assert "25 waypoints/s" in shown
+    assert "30 s left" in shown
+
+
+def test_quiet_shows_no_bar_on_a_terminal_either(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(progress_bar, "DELAY", 0.0)
+    with progress_bar.show_progress(True, {"path": 1}) as progress:
+        progress("path", 0.5)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_terminal_sees_the_share_rise(tmp_path):
     long = ["--set", "path.stepover_mm=10.325", "--set", "process.chord_um=0.2"]  # 2e5 waypoints
-    seen = {}
-    for name, more in (("long", long), ("short", ["--set", "path.stepover_mm=700"])):
-        here, there = pty.openpty()
-        command = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-o", str(tmp_path), *more]
-        surroundings = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
-        run = subprocess.Popen(command, cwd=ROOT, stderr=there, stdout=subprocess.DEVNULL, env=surroundings)
-        os.close(there)
-        text = b""
-        while True:
-            try:
-                text += os.read(here, 65536)
-            except OSError:  # nobody holds the other end
-                break
-        os.close(here)
-        assert run.wait() == 0
-        seen[name] = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.decode())
-    assert seen["short"] == ""
-    frames = [f for f in re.split(r"[\r\n]+", seen["long"]) if f.strip()]
+    parent, child = pty.openpty()
+    command = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-o", str(tmp_path), *long]
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
+    run = subprocess.Popen(command, cwd=ROOT, stderr=child, stdout=subprocess.DEVNULL, env=environment)
+    os.close(child)
+    output = b""
+    while True:
+        try:
+            output += os.read(parent, 65536)
+        except OSError:  # nobody holds the other end
+            break
+    os.close(parent)
+    assert run.wait() == 0
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
+    frames = [f for f in re.split(r"[\r\n]+", text) if f.strip()]
     shares = [int(re.search(r"(\d+) %", f)[1]) for f in frames]
     assert shares == sorted(shares)
     assert shares[-1] - shares[0] > 50
@@ -97,4 +124,4 @@ def test_a_terminal_sees_the_share_rise_and_a_short_run_shows_nothing(tmp_path):
     left = [int(m[1]) for f in frames if (m := re.search(r"(\d+) s left", f))]
     assert left
     assert max(left) < 100
-    assert "Traceback" not in seen["long"]
+    assert "Traceback" not in text

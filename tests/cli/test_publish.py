@@ -66,9 +66,9 @@ def test_left_overs_of_killed_runs_are_removed_and_never_brought_back(tmp_path):
     dead.wait()
     out = tmp_path / "o[1]"
     for process in (dead.pid, os.getpid()):
-        left = tmp_path / f".o[1].compgen-{process}-abc"
-        left.mkdir()
-        (left / "B.LS").write_text("never published")
+        stage = tmp_path / f".o[1].compgen-{process}-abc"
+        stage.mkdir()
+        (stage / "B.LS").write_text("never published")
     alive = tmp_path / ".o[1].compgen-1-abc"
     alive.mkdir()
     publish.publish(out, FILES, OURS)
@@ -78,10 +78,10 @@ def test_left_overs_of_killed_runs_are_removed_and_never_brought_back(tmp_path):
 
 
 def test_a_hidden_folder_with_a_folder_in_it_is_left_alone(tmp_path):
-    left = tmp_path / f".out.compgen-{os.getpid()}-abc"
-    (left / "data").mkdir(parents=True)
+    stage = tmp_path / f".out.compgen-{os.getpid()}-abc"
+    (stage / "data").mkdir(parents=True)
     publish.publish(tmp_path / "out", FILES, OURS)
-    assert (left / "data").is_dir()
+    assert (stage / "data").is_dir()
 
 
 KILLED = """
@@ -113,13 +113,13 @@ def test_killed_at_every_step_no_program_stands_beside_a_report_of_another(tmp_p
             (out / "mine").write_text("mine")
         code = KILLED.format(root=str(ROOT), step=step, out=str(out), files=FILES, ours=OURS)
         killed = subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
-        found = {n: c for n, c in content(out).items() if n in OURS}
+        files = {n: c for n, c in content(out).items() if n in OURS}
         if foreign:
             assert (out / "mine").read_text() == "mine"
-            if "A.LS" in found:
-                assert found["A.LS"].split()[0] == found["report.json"].split()[0]
+            if "A.LS" in files:
+                assert files["A.LS"].split()[0] == files["report.json"].split()[0]
         else:
-            assert found in (old, FILES)
+            assert files in (old, FILES)
         publish.publish(out, FILES, OURS)
         assert {n: c for n, c in content(out).items() if n in OURS} == FILES
         assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]

@@ -126,12 +126,12 @@ def test_a_study_on_several_processes_stops_at_once_and_keeps_what_is_done(tmp_p
     command = [sys.executable, "-m", "compgen", "whatif", "paths/circle_1300.toml", "--workers", "2", "-q"]
     command += ["--vary", "process.feed_mm_s=20:200:400", "-o", str(tmp_path / "out")]
     process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    book = tmp_path / "out" / "scenarios.jsonl"
+    journal = tmp_path / "out" / "scenarios.jsonl"
     until = time.monotonic() + 60
-    while not book.exists() and time.monotonic() < until:
+    while not journal.exists() and time.monotonic() < until:
         time.sleep(0.02)
     begin = time.monotonic()
     os.killpg(process.pid, signal.SIGINT)
-    _, told = process.communicate(timeout=60)
+    _, stderr = process.communicate(timeout=60)
     assert time.monotonic() - begin < 3
-    assert (process.returncode, told) == (130, "cgen: interrupted; finished scenarios are kept\n")
+    assert (process.returncode, stderr) == (130, "cgen: interrupted; finished scenarios are kept\n")
