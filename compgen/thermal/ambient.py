@@ -65,13 +65,8 @@ class Ambient:
         for k, (begin, end) in enumerate(zip(edges[:-1], edges[1:])):
             slope = (level[k + 1] - level[k]) / (end - begin) if end > begin else 0.0
             offset = state - (level[k] - slope / rate)
-
-            def solution(t: Array, k: int = k, slope: float = slope, offset: Array = offset) -> Array:
-                past = (t - edges[k])[:, None]
-                return np.asarray(level[k] + slope * past - slope / rate + offset * np.exp(-rate * past))
-
-            out[first[k] : last[k]] = solution(time[first[k] : last[k]])
-            state = solution(np.array([end]))[0]
+            out[first[k] : last[k]] = _on_ramp(rate, level[k], slope, offset, time[first[k] : last[k]] - begin)
+            state = _on_ramp(rate, level[k], slope, offset, np.array([end - begin]))[0]
         return np.asarray(out + self._wave(rate, start, time))
 
     def settled(self, rate: Array) -> Array:
@@ -89,6 +84,12 @@ class Ambient:
 
         fade = np.exp(-rate * (time - start)[:, None])
         return np.asarray(forced(time) - forced(np.array([start])) * fade)
+
+
+def _on_ramp(rate: Array, level: float, slope: float, offset: Array, elapsed: Array) -> Array:
+    """Modes (M, S) at times (M,) since air that rises by ``slope`` was at ``level``; ``offset`` is what decays."""
+    t = elapsed[:, None]
+    return np.asarray(level + slope * t - slope / rate + offset * np.exp(-rate * t))
 
 
 def still_air() -> Ambient:
