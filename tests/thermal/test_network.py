@@ -235,3 +235,12 @@ def test_what_is_wrong_in_a_network_is_said(change, words):
     with pytest.raises(InputError) as refusal:
         load_job(path_file("line_y"), overrides=["robot.thermal.model=network", change])
     assert all(w in str(refusal.value) for w in words), refusal.value
+
+
+def test_a_column_that_the_network_heats_lifts_the_arm():
+    """World's origin stands on top of the column, so the nominal d1 is zero and its profile says how tall it is."""
+    column = 'robot.thermal.profile.3={length="d1",sections=[{to_mm=565,from="j2",to="j2",shape="linear"}]}'
+    network = ["robot.thermal.model=network", "robot.thermal.network.body.0.name=d1", column]
+    job = load_job(path_file("circle_1300"), overrides=network)
+    (growth,) = job.sources
+    assert_allclose(growth.d[0, job.heat.names.index("d1")], 11.25e-6 * 0.565)  # m/K

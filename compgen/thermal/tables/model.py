@@ -173,7 +173,7 @@ def network_of(
         rate=rate,
         to_volumes=shapes,
     )
-    lengths: dict[str, float] = {p.length: abs(dh_length(robot, p.length)) for p in nodes.profiles}
+    lengths: dict[str, float] = {p.length: p.sections[-1].end for p in nodes.profiles}
     for body in bodies:
         if body.name in lengths and abs(lengths[body.name] - body.length) > 1e-9:
             raise InputError(
