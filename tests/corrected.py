@@ -23,17 +23,17 @@ def corrected(data, cell, frames=None, before=(WARM,), **options):
     return correct(data, cell, frames or known_without_a_table(), load_before(before), Options(**options), quiet)
 
 
-def pose(here, uf=None):
+def pose(position, uf=None):
     """A Cartesian position of the second reader as a matrix in World."""
-    a = here.groups[1].axes
+    a = position.groups[1].axes
     return (np.eye(4) if uf is None else uf) @ arm.frame(*(a[k] for k in "XYZWPR"))
 
 
-def joints(here):
-    return [here.groups[1].axes[f"J{i}"] for i in range(1, 7)]
+def joints(position):
+    return [position.groups[1].axes[f"J{i}"] for i in range(1, 7)]
 
 
-def left(planned, text, n, guess, uf=None, ut=None, lengths=None, other=None):
+def missed_um(planned, text, n, guess, uf=None, ut=None, lengths=None, other=None):
     """um by which the arm misses the planned place of P[n] when it drives the text, by the second reader and arm."""
     before, after = naive_ls.read(planned)[0][n], naive_ls.read(text)[0][other or n]
     tool = np.eye(4) if ut is None else ut

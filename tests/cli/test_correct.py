@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 from command_line import ENVIRONMENT, refused, run
-from corrected import HOME, ROUNDED_UM, left
+from corrected import HOME, ROUNDED_UM, missed_um
 from ls_text import at, cartesian, joint_form, program
 from shipped import ROOT
 
@@ -64,7 +64,7 @@ def test_the_whole_set_is_written_and_the_program_keeps_its_name(folder):
     }  # fmt: skip
     assert (folder / "PART.LS").read_bytes() == part()
     text = (folder / "out" / "PART.LS").read_bytes()
-    assert left(part(), text, 1, HOME) < ROUNDED_UM
+    assert missed_um(part(), text, 1, HOME) < ROUNDED_UM
     data = json.loads((folder / "out" / "report.json").read_text())
     assert data["positions"] == {"corrected": 8, "new": 0, "unchanged": 0}
     assert data["verdict"] == "inside"

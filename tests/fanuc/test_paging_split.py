@@ -337,9 +337,9 @@ def test_a_condition_that_is_looked_at_all_the_time_is_repeated():
 def test_frames_of_two_groups_are_two_settings():
     program = ls.loads(text(["  UFRAME_NUM[GP1]=1 ", "  UFRAME_NUM[GP2]=4 ", move(1), move(2)]))
     flow = read_flow(program)
-    again, left = read_modal_state(program, flow).at(2)
+    again, unsure = read_modal_state(program, flow).at(2)
     assert again == [0, 1]
-    assert left == []
+    assert unsure == []
 
 
 # Sizes, names, loads ---------------------------------------------------------------------------------------------

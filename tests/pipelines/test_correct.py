@@ -6,7 +6,7 @@ import naive_arm as arm
 import naive_ls
 import numpy as np
 import pytest
-from corrected import GOLDEN, HOME, MANY, REAL, ROUNDED_UM, STILL, corrected, left, pose
+from corrected import GOLDEN, HOME, MANY, REAL, ROUNDED_UM, STILL, corrected, missed_um, pose
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ls_text import at, cartesian, joint_form, program
@@ -36,14 +36,14 @@ def rigid():
 
 def masked(data, free):
     """The text with every number and turn digit of the free positions' first group blanked, line by line."""
-    out, here, group = [], None, 1
+    out, number, group = [], None, 1
     for line in naive_ls.lines_of(data.decode("latin-1").replace("\r\n", "\r\n ")):
         text = line.strip(" \t\r")
         if text[:2].upper() == "P[" and "{" in text:
-            here, group = int(text[2:].split("]")[0].split(":")[0]), 1
+            number, group = int(text[2:].split("]")[0].split(":")[0]), 1
         if text[:2].upper() == "GP":
             group = int(text[2])
-        if here in free and group == 1 and ("=" in text or "CONFIG" in text.upper()):
+        if number in free and group == 1 and ("=" in text or "CONFIG" in text.upper()):
             line = "".join("#" if c in "+-.0123456789" else c for c in line)
             while "##" in line:
                 line = line.replace("##", "#")
@@ -70,17 +70,17 @@ def test_a_robot_without_error_changes_no_byte(path, rigid):
 @pytest.mark.skipif(not REAL, reason="no programs of other people here")
 def test_only_five_kinds_of_refusal_meet_real_programs(hot):
     """Each of the 88 is corrected, passed through, or refused because a frame is not known."""
-    without, told = 0, []
+    without, refusals = 0, []
     for path in REAL:
         try:
             corrected(path.read_bytes(), hot, MANY)
         except CompgenError as refused:
-            told.append(str(refused))
+            refusals.append(str(refused))
         try:
             corrected(path.read_bytes(), hot)
         except InputError as refused:
             without += "give [uframe." in str(refused) or "give [utool." in str(refused)
-    assert told == []
+    assert refusals == []
     assert without > 40
 
 
@@ -136,7 +136,7 @@ def test_decimals_stay_and_more_of_them_are_nearer(decimals, hot):
     assert all(len(t.split(".")[1]) == decimals for t in numbers)
     assert len(numbers) == (6 if decimals else 0)
     if decimals > 1:
-        assert left(data, result.text, 1, HOME) < max(0.87 * 10.0 ** (3 - decimals), 0.005) + 0.03
+        assert missed_um(data, result.text, 1, HOME) < max(0.87 * 10.0 ** (3 - decimals), 0.005) + 0.03
     assert any(f.code == "text.decimals" for f in result.findings) == (decimals < 3)
 
 
@@ -175,15 +175,15 @@ def test_plus_signs_and_old_zeros_are_kept(hot):
 
 def test_no_new_number_is_a_negative_zero(hot):
     """P = 0.0004 deg corrected to nearly zero prints 0.000, never -0.000."""
-    seen = 0
+    checked = 0
     for z in np.linspace(-0.08, 0.08, 41):
         frame = arm.flange(HOME) @ arm.frame(z, 0, 0, 0, 0, 0)
         frames = Frames({0: STILL, 1: (frame[:3, 3] / 1e3, frame[:3, :3])}, {0: STILL})
         data = program(["J P[1] 10% FINE"], [cartesian(1, [-z, 0, 0, 0, 0, 0], uf=1, letters=arm.config(HOME))])
         text = corrected(data, hot, frames).text
         assert b"-0.000" not in text.replace(b"W = -0.000", b"") or b"-0.000" in data
-        seen += 1
-    assert seen == 41
+        checked += 1
+    assert checked == 41
 
 
 def test_the_same_program_gives_the_same_bytes(hot):
@@ -218,8 +218,8 @@ def test_the_arm_is_where_the_program_says(q, back, seed):
     for u in result.plan.scope.unsafe:
         assert "from zero" in u.reason or "full stretch" in u.reason
     if not result.plan.scope.unsafe and not result.plan.stations.held:
-        assert left(data, data, 1, q, uf, ut) > 3
-        assert left(data, result.text, 1, q, uf, ut) < ROUNDED_UM
+        assert missed_um(data, data, 1, q, uf, ut) > 3
+        assert missed_um(data, result.text, 1, q, uf, ut) < ROUNDED_UM
         letters = naive_ls.read(result.text)[0][1].groups[1].config
         new = arm.joints_at(pose(naive_ls.read(result.text)[0][1], uf) @ np.linalg.inv(ut), q)
         assert letters == arm.config(new)
@@ -231,8 +231,8 @@ def test_the_check_itself_sees_a_wrong_frame(hot):
     place = {0: STILL, 1: (uf[:3, 3] / 1e3, uf[:3, :3])}, {0: STILL, 1: (ut[:3, 3] / 1e3, ut[:3, :3])}
     data = program(["J P[1] 10% FINE"], [at(1, HOME, uf, ut, (1, 1))])
     right = corrected(data, hot, Frames(*place)).text
-    assert left(data, right, 1, HOME, uf, ut) < ROUNDED_UM
-    assert left(data, right, 1, HOME, uf, ut, lengths=arm.NOMINAL) > 50
+    assert missed_um(data, right, 1, HOME, uf, ut) < ROUNDED_UM
+    assert missed_um(data, right, 1, HOME, uf, ut, lengths=arm.NOMINAL) > 50
 
 
 def test_frames_of_a_table_and_of_a_backup_give_the_same_program(hot, tmp_path):
@@ -258,7 +258,7 @@ def test_frames_of_a_table_and_of_a_backup_give_the_same_program(hot, tmp_path):
     data = program(["J P[1] 10% FINE"], [at(1, HOME, arm.frame(*uf), arm.frame(*ut), (2, 2))])
     texts = {corrected(data, hot, load_frames(str(p))).text for p in (table, backup)}
     assert len(texts) == 1
-    assert left(data, texts.pop(), 1, HOME, arm.frame(*uf), arm.frame(*ut)) < ROUNDED_UM
+    assert missed_um(data, texts.pop(), 1, HOME, arm.frame(*uf), arm.frame(*ut)) < ROUNDED_UM
 
 
 @pytest.mark.parametrize("flat", [89.99, 90.0, -90.0, -89.9995])
@@ -270,7 +270,7 @@ def test_near_p_90_the_tool_stays_right(flat, hot):
     data = program(["J P[1] 10% FINE"], [cartesian(1, where, ut=1, letters=arm.config(HOME), form="{:.4f}")])
     text = corrected(data, hot, frames).text
     now = naive_ls.read(text)[0][1].groups[1].axes
-    assert left(data, text, 1, HOME, None, ut) < ROUNDED_UM
+    assert missed_um(data, text, 1, HOME, None, ut) < ROUNDED_UM
     assert max(abs(now[k] - v) for k, v in zip("WPR", where[3:])) < 0.05
     real = arm.flange(arm.joints_at(pose(naive_ls.read(text)[0][1]) @ np.linalg.inv(ut), HOME), arm.warm_lengths())
     away = arm.difference(real @ ut, arm.frame(*where))[3:]
@@ -287,13 +287,13 @@ def test_w_at_180_does_not_grow_by_a_turn(w, hot):
     text = corrected(data, hot, frames).text
     now = naive_ls.read(text)[0][1].groups[1].axes
     assert all(abs(now[k]) <= 180 for k in "WPR")
-    assert left(data, text, 1, down, None, ut) < ROUNDED_UM
+    assert missed_um(data, text, 1, down, None, ut) < ROUNDED_UM
 
 
 @pytest.mark.parametrize("edge", [180.0, -180.0])
 def test_turn_digits_follow_the_joint_over_180(edge, hot):
     """Near +-180 deg the corrected J6 may lie on the other side: the digit says so, and the joint is continuous."""
-    seen, joint = set(), 5
+    checked, joint = set(), 5
     for more in np.linspace(-0.002, 0.002, 21):
         q = list(HOME)
         q[joint] = edge + more
@@ -304,8 +304,8 @@ def test_turn_digits_follow_the_joint_over_180(edge, hot):
         assert abs(new[joint] - q[joint]) < 0.1
         if abs(abs(new[joint]) - 180) > 1e-5 and abs(abs(q[joint]) - 180) > 1e-5:
             assert config == arm.config(new)
-            seen.add(config == arm.config(q))
-    assert seen == {True, False}
+            checked.add(config == arm.config(q))
+    assert checked == {True, False}
 
 
 def test_joint_form_stays_joint_form_and_is_right(hot):
@@ -316,8 +316,8 @@ def test_joint_form_stays_joint_form_and_is_right(hot):
         result = corrected(data, hot)
         assert b"J1=" in result.text
         assert b"X =" not in result.text
-        assert left(data, data, 1, None) > 20
-        worst = max(worst, left(data, result.text, 1, None))
+        assert missed_um(data, data, 1, None) > 20
+        worst = max(worst, missed_um(data, result.text, 1, None))
         assert any(f.code == "text.joint_form" for f in result.findings)
     assert worst < 6.0
 
@@ -344,8 +344,8 @@ def test_the_arm_warms_while_the_program_runs(moves, duties, hot):
     rise = arm.rises([(s, feed if f == "v" else f, h) for s, f, h in duties])
     lengths = arm.warm_lengths(rise)
     if duties:
-        assert left(data, data, 2, q, lengths=lengths) > 1.9
-    assert left(data, result.text, 2, q, lengths=lengths) < ROUNDED_UM
+        assert missed_um(data, data, 2, q, lengths=lengths) > 1.9
+    assert missed_um(data, result.text, 2, q, lengths=lengths) < ROUNDED_UM
 
 
 @pytest.mark.parametrize(
@@ -398,8 +398,8 @@ def test_the_twin_says_what_the_second_arm_says(hot):
     result = corrected(data, hot)
     ends = result.ride.fraction == 1
     for k, n, guess in zip(np.flatnonzero(ends), (1, 2), (HOME, (15, 25, -20, 25, -55, 40))):
-        assert result.error[0][k] * 1e6 == pytest.approx(left(data, data, n, guess), abs=0.1)
-        assert result.residual[0][k] * 1e6 == pytest.approx(left(data, result.text, n, guess), abs=0.1)
+        assert result.error[0][k] * 1e6 == pytest.approx(missed_um(data, data, n, guess), abs=0.1)
+        assert result.residual[0][k] * 1e6 == pytest.approx(missed_um(data, result.text, n, guess), abs=0.1)
     assert result.judged.all()
 
 
@@ -420,12 +420,12 @@ def test_a_planned_program_agrees_with_generate():
         tool = job.tool_position, job.tool_rotation
         cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
         result = correct(planned, cell, Frames({0: STILL}, {0: STILL, 1: tool}), job.before, Options(), quiet)
-        ours, theirs = (naive_ls.read(t)[0] for t in (result.text, done.text))
-        assert set(ours) == set(theirs)
-        away = [math.dist(*([p[n].groups[1].axes[a] for a in "XYZ"] for p in (ours, theirs))) for n in ours]
+        written, expected = (naive_ls.read(t)[0] for t in (result.text, done.text))
+        assert set(written) == set(expected)
+        away = [math.dist(*([p[n].groups[1].axes[a] for a in "XYZ"] for p in (written, expected))) for n in written]
         assert max(away) < 2e-3  # mm: both round to 0.001
-        assert result.changed == len(ours)
-        assert all(ours[n].groups[1].config == theirs[n].groups[1].config for n in ours)
+        assert result.changed == len(written)
+        assert all(written[n].groups[1].config == expected[n].groups[1].config for n in written)
         assert result.residual[0][result.judged].max() < 3e-6
 
 

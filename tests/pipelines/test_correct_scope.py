@@ -6,7 +6,7 @@ import naive_arm as arm
 import naive_ls
 import numpy as np
 import pytest
-from corrected import HOME, MANY, ROUNDED_UM, corrected, left
+from corrected import HOME, MANY, ROUNDED_UM, corrected, missed_um
 from ls_text import at, cartesian, joint_form, program
 from shipped import ROOT
 
@@ -30,12 +30,12 @@ def three(*moves, points=None, **how):
 
 def blocks(data):
     """The text of each position."""
-    found, here = {}, 0
+    texts, number = {}, 0
     for line in data.decode("latin-1").split("/POS")[1].split("/END")[0].splitlines():
         if line.strip().startswith("P["):
-            here = int(line.split("[")[1].split("]")[0].split(":")[0])
-        found[here] = found.get(here, "") + line
-    return found
+            number = int(line.split("[")[1].split("]")[0].split(":")[0])
+        texts[number] = texts.get(number, "") + line
+    return texts
 
 
 def changed(data, result):
@@ -146,7 +146,7 @@ def test_a_second_group_stays_and_the_first_is_corrected(hot):
     result = corrected(data, hot)
     assert changed(data, result) == {1, 3}
     assert naive_ls.read(result.text)[0][1].groups[2] == naive_ls.read(data)[0][1].groups[2]
-    assert left(data, result.text, 1, HOME) < ROUNDED_UM
+    assert missed_um(data, result.text, 1, HOME) < ROUNDED_UM
 
 
 def test_a_position_never_driven_to_stays(hot):
@@ -192,10 +192,10 @@ def test_uses_at_different_warmth_get_the_mean_and_a_finding(hot):
     data = program(LATER, [at(1, HOME)])
     result = corrected(data, hot, before=())
     first, last = arm.warm_lengths(arm.rises([])), arm.warm_lengths(arm.rises([("idle", 0, 40000 / 3600)]))
-    shift = left(data, data, 1, HOME, lengths=last)
+    shift = missed_um(data, data, 1, HOME, lengths=last)
     assert shift > 4
     for lengths in (first, last):
-        assert left(data, result.text, 1, HOME, lengths=lengths) == pytest.approx(shift / 2, abs=ROUNDED_UM)
+        assert missed_um(data, result.text, 1, HOME, lengths=lengths) == pytest.approx(shift / 2, abs=ROUNDED_UM)
     finding = next(f for f in result.findings if f.code == "correction.shared")
     assert f"up to {shift / 2:.1f}"[:7] in finding.message
     assert "P[1]" in finding.message
@@ -208,8 +208,8 @@ def test_split_gives_each_use_its_own_position(hot):
     assert result.added == 1
     assert [m.targets for m in naive_ls.read(result.text)[1]] == [("P[1]",), ("P[2]",)]
     last = arm.warm_lengths(arm.rises([("idle", 0, 40000 / 3600)]))
-    assert left(data, result.text, 1, HOME, lengths=arm.warm_lengths(arm.rises([]))) < ROUNDED_UM
-    assert left(data, result.text, 1, HOME, lengths=last, other=2) < ROUNDED_UM
+    assert missed_um(data, result.text, 1, HOME, lengths=arm.warm_lengths(arm.rises([]))) < ROUNDED_UM
+    assert missed_um(data, result.text, 1, HOME, lengths=last, other=2) < ROUNDED_UM
     assert not any(f.code == "correction.shared" for f in result.findings)
 
 
@@ -226,10 +226,10 @@ def test_split_keeps_the_planned_numbers_for_a_use_that_is_passed_through(hot):
     plain = corrected(data, hot)
     assert changed(data, plain) == {3}
     assert any(f.code == "correction.mixed" and "P[1] is" in f.message for f in plain.findings)
-    parted = corrected(data, hot, split=True)
-    assert [m.targets for m in naive_ls.read(parted.text)[1]] == [("P[4]",), ("P[1]",), ("P[3]",)]
-    assert blocks(parted.text)[1] == blocks(data)[1]
-    assert left(data, parted.text, 1, HOME, other=4) < ROUNDED_UM
+    separated = corrected(data, hot, split=True)
+    assert [m.targets for m in naive_ls.read(separated.text)[1]] == [("P[4]",), ("P[1]",), ("P[3]",)]
+    assert blocks(separated.text)[1] == blocks(data)[1]
+    assert missed_um(data, separated.text, 1, HOME, other=4) < ROUNDED_UM
 
 
 def test_split_of_an_arc_with_named_positions(hot):
@@ -246,8 +246,8 @@ def test_split_of_an_arc_with_named_positions(hot):
     assert [points[n].name for n in sorted(points)] == ["", "via", "end", "", "via", "end"]
     last = arm.warm_lengths(arm.rises([("idle", 0, 40000 / 3600)]))
     for n, other, guess in ((1, 4, HOME), (2, 5, via), (3, 6, end)):
-        assert left(data, result.text, n, guess, lengths=last, other=other) < ROUNDED_UM
-        assert left(data, result.text, n, guess, lengths=arm.warm_lengths(arm.rises([]))) < ROUNDED_UM
+        assert missed_um(data, result.text, n, guess, lengths=last, other=other) < ROUNDED_UM
+        assert missed_um(data, result.text, n, guess, lengths=arm.warm_lengths(arm.rises([]))) < ROUNDED_UM
 
 
 def test_split_of_an_arc_over_two_lines(hot):
@@ -282,8 +282,8 @@ def places(text):
     return [pose_of(points[int(t[2:-1].split(":")[0])]) for m in moves for t in m.targets]
 
 
-def pose_of(here):
-    return arm.frame(*(here.groups[1].axes[k] for k in "XYZWPR"))
+def pose_of(position):
+    return arm.frame(*(position.groups[1].axes[k] for k in "XYZWPR"))
 
 
 def test_a_long_line_is_reported_and_points_go_in_on_request(hot):

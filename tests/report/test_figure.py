@@ -20,13 +20,13 @@ from compgen.report.job_page import job_html
 
 def figures(page):
     """Data and layout of each figure of a page, by its key."""
-    found, decoder = {}, json.JSONDecoder()
+    page_figures, decoder = {}, json.JSONDecoder()
     text = page.decode()
     for start in re.finditer(r'Plotly\.newPlot\("(\w+)",', text):
         data, at = decoder.raw_decode(text, start.end())
         layout, _ = decoder.raw_decode(text, at + 1)
-        found[start[1]] = (data, layout)
-    return found
+        page_figures[start[1]] = (data, layout)
+    return page_figures
 
 
 def unpacked(packed):
@@ -47,12 +47,12 @@ def pages():
 
 def test_plotly_takes_every_figure_as_it_is(pages):
     for page, keys in pages[1]:
-        found = figures(page)
-        assert set(found) == keys
-        for data, layout in found.values():
-            told = go.Figure(data, layout).to_plotly_json()  # raises for what plotly does not know
-            assert json.loads(json.dumps(told["layout"])) == layout
-            assert [t["type"] for t in told["data"]] == [t["type"] for t in data]
+        page_figures = figures(page)
+        assert set(page_figures) == keys
+        for data, layout in page_figures.values():
+            accepted = go.Figure(data, layout).to_plotly_json()  # raises for what plotly does not know
+            assert json.loads(json.dumps(accepted["layout"])) == layout
+            assert [t["type"] for t in accepted["data"]] == [t["type"] for t in data]
 
 
 def test_a_curve_shows_the_numbers(pages):
@@ -78,15 +78,15 @@ def test_arrays_keep_shape_and_numbers():
 
 
 def test_scales_are_plotlys():
-    for mine, name in ((TURBO, "Turbo"), (RED_TO_BLUE, "RdBu")):
-        theirs = get_colorscale(name)
-        assert np.allclose([place for place, _ in mine], [place for place, _ in theirs], rtol=0, atol=1e-15)
-        shown = [tuple(int(c[i : i + 2], 16) for i in (1, 3, 5)) for _, c in mine]
-        told = [
+    for scale, name in ((TURBO, "Turbo"), (RED_TO_BLUE, "RdBu")):
+        reference = get_colorscale(name)
+        assert np.allclose([place for place, _ in scale], [place for place, _ in reference], rtol=0, atol=1e-15)
+        shown = [tuple(int(c[i : i + 2], 16) for i in (1, 3, 5)) for _, c in scale]
+        accepted = [
             tuple(map(int, re.findall(r"\d+", c))) if c.startswith("rgb") else tuple(bytes.fromhex(c[1:]))
-            for _, c in theirs
+            for _, c in reference
         ]
-        assert shown == told
+        assert shown == accepted
 
 
 def test_shares_of_a_page_leave_gaps():
