@@ -103,7 +103,7 @@ class SurfaceTable(Table):
 
 
 class BoundaryTable(Table):
-    """The edge of the part, around the centre of the pattern; outside there is no contact."""
+    """The edge of the part, circumscribed the centre of the pattern; outside there is no contact."""
 
     shape: Literal["circle", "hexagon"]
     """Shape of the edge."""
@@ -132,7 +132,7 @@ class ProcessTable(Table):
     """Where the robot may stop when a long program is split into pages."""
 
 
-def boundary_from_table(table: BoundaryTable | None, where: str) -> Boundary | None:
+def boundary_from_table(table: BoundaryTable | None, file: str) -> Boundary | None:
     """The part's edge; None without one.
 
     Raises:
@@ -144,16 +144,16 @@ def boundary_from_table(table: BoundaryTable | None, where: str) -> Boundary | N
     needed, other = ("diameter_mm", "corner_to_corner_mm") if is_circle else ("corner_to_corner_mm", "diameter_mm")
     for key in (other, *(["rotation_deg"] if is_circle else [])):
         if getattr(table, key) is not None:
-            raise InputError(f"{where}: boundary.{key}: conflicts with shape = '{table.shape}'; remove one of them")
+            raise InputError(f"{file}: boundary.{key}: conflicts with shape = '{table.shape}'; remove one of them")
     size = getattr(table, needed)
     if size is None:
-        raise InputError(f"{where}: boundary.{needed}: missing; add it, a {table.shape} needs it")
+        raise InputError(f"{file}: boundary.{needed}: missing; add it, a {table.shape} needs it")
     if is_circle:
         return boundaries.circle(size * MM)
     return boundaries.hexagon(size * MM, (table.rotation_deg or 0.0) * DEG)
 
 
-def pattern_from_table(table: AnyPattern, boundary: Boundary | None, where: str) -> tuple[PiecewiseCurve, Boundary]:
+def pattern_from_table(table: AnyPattern, boundary: Boundary | None, file: str) -> tuple[PiecewiseCurve, Boundary]:
     """The pattern's pieces and the edge that marks contact.
 
     Raises:
@@ -168,46 +168,46 @@ def pattern_from_table(table: AnyPattern, boundary: Boundary | None, where: str)
         case Iso9283Table(size_mm=size):
             return patterns.iso9283(size * MM), edge
         case SpiralTable():
-            return _spiral(table, boundary, where), edge
+            return _spiral(table, boundary, file), edge
         case RasterTable():
-            return _raster(table, boundary, where)
+            return _raster(table, boundary, file)
 
 
-def _raster(table: RasterTable, boundary: Boundary | None, where: str) -> tuple[PiecewiseCurve, Boundary]:
+def _raster(table: RasterTable, boundary: Boundary | None, file: str) -> tuple[PiecewiseCurve, Boundary]:
     if boundary is not None and table.diameter_mm is not None:
-        raise InputError(f"{where}: path.diameter_mm: conflicts with [boundary]; remove one")
+        raise InputError(f"{file}: path.diameter_mm: conflicts with [boundary]; remove one")
     clip = boundary
     if clip is None:
         if table.diameter_mm is None:
-            raise InputError(f"{where}: path.diameter_mm: missing; give it, or a [boundary]")
+            raise InputError(f"{file}: path.diameter_mm: missing; give it, or a [boundary]")
         clip = boundaries.circle(table.diameter_mm * MM)
     if clip.half_height() * 2 / (table.stepover_mm * MM) > MAX_SWEEPS:
-        raise InputError(f"{where}: path.stepover_mm: over {MAX_SWEEPS:.0f} sweeps; make it larger")
+        raise InputError(f"{file}: path.stepover_mm: over {MAX_SWEEPS:.0f} sweeps; make it larger")
     try:
         return patterns.raster(clip, table.stepover_mm * MM, table.lead_mm * MM, table.turn == "smooth"), clip
-    except InputError as failure:
-        raise InputError(f"{where}: {failure}") from failure
+    except InputError as exception:
+        raise InputError(f"{file}: {exception}") from exception
 
 
-def _spiral(table: SpiralTable, boundary: Boundary | None, where: str) -> PiecewiseCurve:
+def _spiral(table: SpiralTable, boundary: Boundary | None, file: str) -> PiecewiseCurve:
     if (table.turns is None) == (table.stepover_mm is None):
-        raise InputError(f"{where}: path.turns: give turns or stepover_mm, one of them")
-    around = 2 * boundary.circumradius() if boundary else None
-    diameter = table.diameter_mm * MM if table.diameter_mm is not None else around
+        raise InputError(f"{file}: path.turns: give turns or stepover_mm, one of them")
+    circumscribed = 2 * boundary.circumradius() if boundary else None
+    diameter = table.diameter_mm * MM if table.diameter_mm is not None else circumscribed
     if diameter is None:
-        raise InputError(f"{where}: path.diameter_mm: missing; give it, or a [boundary]")
-    if around is not None and diameter < around * (1 - 1e-9):
+        raise InputError(f"{file}: path.diameter_mm: missing; give it, or a [boundary]")
+    if circumscribed is not None and diameter < circumscribed * (1 - 1e-9):
         raise InputError(
-            f"{where}: path.diameter_mm: {diameter / MM:g} conflicts with [boundary], whose circumscribed circle is "
-            f"{around / MM:g} mm; remove one or make the spiral larger"
+            f"{file}: path.diameter_mm: {diameter / MM:g} conflicts with [boundary], whose circumscribed circle is "
+            f"{circumscribed / MM:g} mm; remove one or make the spiral larger"
         )
     turns = table.turns if table.turns is not None else diameter / 2 / ((table.stepover_mm or 1.0) * MM)
     if turns > MAX_SWEEPS:
-        raise InputError(f"{where}: path.stepover_mm: over {MAX_SWEEPS:.0f} turns; make it larger")
+        raise InputError(f"{file}: path.stepover_mm: over {MAX_SWEEPS:.0f} turns; make it larger")
     return patterns.spiral(diameter, turns)
 
 
-def surface_from_table(table: SurfaceTable, pattern: AnyPattern, where: str) -> surfaces.Quadric:
+def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> surfaces.Quadric:
     """The surface that the path lies on.
 
     Raises:
@@ -218,12 +218,12 @@ def surface_from_table(table: SurfaceTable, pattern: AnyPattern, where: str) -> 
     if table.kind == "plane":
         for key, value in numbers.items():
             if value is not None:
-                raise InputError(f"{where}: surface.{key}: a plane has none; set surface.kind = 'conic' or remove it")
+                raise InputError(f"{file}: surface.{key}: a plane has none; set surface.kind = 'conic' or remove it")
         return surfaces.plane(origin)
     for key, value in numbers.items():
         if value is None:
-            raise InputError(f"{where}: surface.{key}: missing; a conic needs it")
+            raise InputError(f"{file}: surface.{key}: missing; a conic needs it")
     try:
         return surfaces.conic(origin, *(float(v or 0.0) for v in numbers.values()))
-    except InputError as failure:
-        raise InputError(f"{where}: {failure}") from failure
+    except InputError as exception:
+        raise InputError(f"{file}: {exception}") from exception

@@ -144,9 +144,18 @@ def robot_from_tables(
     limits: LimitsTable,
     singularity: SingularityTable,
     controller: ControllerTable,
-    where: str,
+    file: str,
 ) -> Robot:
-    """A robot's nominal facts.
+    """The nominal arm and its controller.
+
+    Args:
+        name: Of the robot.
+        dh: As the file has it; so are the next four.
+        pendant: The map between pendant and DH angles.
+        limits: Of the joints.
+        singularity: Distances to keep.
+        controller: What it does and holds.
+        file: Named in exceptions.
 
     Raises:
         InputError: Limits that do not rise, a pendant map that has no inverse, joints named twice.
@@ -155,19 +164,19 @@ def robot_from_tables(
     third = limits.j2_plus_j3_deg if limits.j2_plus_j3_deg is not None else limits.j3_deg
     if third is None or (coupled and limits.j3_deg is not None):
         text = "missing" if third is None else "conflicts with limits.j3_deg"
-        raise InputError(f"{where}: limits.j2_plus_j3_deg: {text}; give it, or j3_deg where the pendant is not coupled")
+        raise InputError(f"{file}: limits.j2_plus_j3_deg: {text}; give it, or j3_deg where the pendant is not coupled")
     ranges = [limits.j1_deg, limits.j2_deg, third, limits.j4_deg, limits.j5_deg, limits.j6_deg]
     keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
     for key, pair in zip(keys, ranges):
         if pair[0] >= pair[1]:
-            raise InputError(f"{where}: limits.{key}: {pair} must rise; give the lower limit first")
+            raise InputError(f"{file}: limits.{key}: {pair} must rise; give the lower limit first")
     bounds = np.array(ranges) * DEG
     zero = np.array(pendant.offset_deg) * DEG
     matrix = np.array(pendant.matrix)
     if abs(np.linalg.det(matrix)) < 1e-9:
-        raise InputError(f"{where}: pendant.matrix: it cannot be inverted; each joint needs its row")
+        raise InputError(f"{file}: pendant.matrix: it cannot be inverted; each joint needs its row")
     if len(set(controller.turn_joints)) != 3:
-        raise InputError(f"{where}: controller.turn_joints: {controller.turn_joints} names a joint twice; name three")
+        raise InputError(f"{file}: controller.turn_joints: {controller.turn_joints} names a joint twice; name three")
     return Robot(
         name=name,
         d=np.array(dh.d_mm) * MM,
