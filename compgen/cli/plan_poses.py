@@ -68,7 +68,7 @@ def plan_poses(
     parts = [
         p
         for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False)
-        if p.before.NAME != "joint_ripple"
+        if p.original.NAME != "joint_ripple"
     ]
     model = build_model(arm.robot, parts, len(arm.nodes))
     with show_progress(quiet) as progress:

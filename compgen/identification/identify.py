@@ -206,19 +206,19 @@ def fitted_sources(
     fit_of = dict(zip(model.parameters, zip(fitted.p, fitted.sigma, fitted.active)))
     sources: list[UncertainSource] = []
     for source in symbolic:
-        old = of_file.get(source.before.NAME)
+        old = of_file.get(source.original.NAME)
         free = [(t, *fit_of[t]) for t in source.parameters if fit_of[t][2]]
         if not free:
             if old is not None:
                 sources.append(old)
             continue
-        values = {f: v.copy() for f, v in source.numbers.items()}
+        values = {f: v.copy() for f, v in source.values.items()}
         sigmas: dict[str, Array] = {}
         for parameter, value, sigma, _ in free:
             values[parameter.field][parameter.index] = value
             sigmas.setdefault(parameter.field, np.zeros(values[parameter.field].shape))[parameter.index] = sigma
         prior = dict(old.prior) if old is not None else {}
         provenance = f"identified from {len(fitted.outlier)} measured places"
-        sources.append(UncertainSource(replace(source.before, **values), prior, sigmas, provenance))  # type: ignore[type-var]
-    names = {source.before.NAME for source in symbolic}
+        sources.append(UncertainSource(replace(source.original, **values), prior, sigmas, provenance))  # type: ignore[type-var]
+    names = {source.original.NAME for source in symbolic}
     return (*sources, *(k for k in known if k.source.NAME not in names))

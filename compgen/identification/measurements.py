@@ -1,4 +1,4 @@
-"""Measured places of reflectors, and the joints they were measured at: SI, ready to fit."""
+"""Measured positions of reflectors, and the joints at which they were measured, in SI."""
 
 from dataclasses import dataclass, fields
 
@@ -13,7 +13,7 @@ class Measurements:
 
     theta: Array  # (M, 6) [rad] commanded, DH
     rise: Array  # (M, K) [K] of the heat model's nodes; zeros when cold
-    direction: Array  # (M, 6) [-1, 1] of the motion each joint came with; 0 unknown
+    direction: Array  # (M, 6) [-1, 1] of the motion each joint came with; 0 where unknown
     time: Array  # (M,) [s]
     warm: Array  # (M,) [s] since the warm-up's start; 0 at cold poses
     pose: IntArray  # (N,) of each row
@@ -21,7 +21,7 @@ class Measurements:
     reflector: IntArray  # (N,)
     position: Array  # (N, 3) [m] in the instrument's frame; NaN: not measured
     rotation: Array  # (N, 3, 3) in the instrument's frame; NaN: not measured
-    sigma: Array  # (N,) how uncertain a row is beside others, 1 for usual
+    sigma: Array  # (N,) standard deviation relative to the other rows, median 1
     label: tuple[str, ...]  # of each row: file and line
     reflectors: tuple[str, ...]
     instruments: tuple[str, ...]
@@ -34,7 +34,7 @@ class Measurements:
         )  # fmt: skip
 
     def subset(self, rows: BoolArray) -> "Measurements":
-        """Some rows only; all poses, reflectors and instruments stay."""
+        """Measurements of some rows; all poses, reflectors and instruments stay."""
         per_row = ("pose", "instrument", "reflector", "position", "rotation", "sigma")
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         values.update({name: values[name][rows] for name in per_row})
@@ -42,29 +42,29 @@ class Measurements:
         return Measurements(**values)
 
 
-def concatenate(parts: list[Measurements]) -> Measurements:
-    """Several files as one: reflectors of the same name are the same, instruments are each file's own."""
-    names = list(dict.fromkeys(r for p in parts for r in p.reflectors))
-    poses = np.cumsum([0, *(len(p.theta) for p in parts)])
-    frames = np.cumsum([0, *(len(p.instruments) for p in parts)])
+def concatenate(files: list[Measurements]) -> Measurements:
+    """Measurements of several files as one; reflectors are told apart by name, each file has its own instruments."""
+    names = list(dict.fromkeys(r for p in files for r in p.reflectors))
+    poses = np.cumsum([0, *(len(p.theta) for p in files)])
+    frames = np.cumsum([0, *(len(p.instruments) for p in files)])
 
-    def stacked(name: str) -> Array:
-        return np.concatenate([getattr(p, name) for p in parts])
+    def stack(name: str) -> Array:
+        return np.concatenate([getattr(p, name) for p in files])
 
     return Measurements(
-        theta=stacked("theta"),
-        rise=stacked("rise"),
-        direction=stacked("direction"),
-        time=stacked("time"),
-        warm=stacked("warm"),
-        pose=np.concatenate([p.pose + n for p, n in zip(parts, poses.tolist())]),
-        instrument=np.concatenate([p.instrument + n for p, n in zip(parts, frames.tolist())]),
-        reflector=np.concatenate([np.array([names.index(r) for r in p.reflectors])[p.reflector] for p in parts]),
-        position=stacked("position"),
-        rotation=stacked("rotation"),
-        sigma=stacked("sigma"),
-        label=tuple(label for p in parts for label in p.label),
+        theta=stack("theta"),
+        rise=stack("rise"),
+        direction=stack("direction"),
+        time=stack("time"),
+        warm=stack("warm"),
+        pose=np.concatenate([p.pose + n for p, n in zip(files, poses.tolist())]),
+        instrument=np.concatenate([p.instrument + n for p, n in zip(files, frames.tolist())]),
+        reflector=np.concatenate([np.array([names.index(r) for r in p.reflectors])[p.reflector] for p in files]),
+        position=stack("position"),
+        rotation=stack("rotation"),
+        sigma=stack("sigma"),
+        label=tuple(label for p in files for label in p.label),
         reflectors=tuple(names),
-        instruments=tuple(i for p in parts for i in p.instruments),
-        aligned=np.concatenate([p.aligned for p in parts]),
+        instruments=tuple(i for p in files for i in p.instruments),
+        aligned=np.concatenate([p.aligned for p in files]),
     )

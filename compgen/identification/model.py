@@ -1,4 +1,4 @@
-r"""Error sources with symbols for parameters: where the flange is, and how that changes with each parameter.
+r"""The arm with symbols for the parameters of its error sources: the pose of the flange, and its Jacobian.
 
     P(theta, state, p), R(theta, state, p)      dP/dp (3, K)   dR/dp (9, K)
 
@@ -26,7 +26,7 @@ from compgen.robot.robot import Robot
 
 @dataclass(frozen=True, slots=True)
 class FreeParameter:
-    """One parameter that measurements may move."""
+    """A parameter that can be fitted."""
 
     source: str  # its table in the robot file
     field: str
@@ -34,12 +34,12 @@ class FreeParameter:
     key: str  # in the robot file, with its unit
     unit: float  # SI of one unit of the key
     prior: float  # [SI]
-    group: str  # those with one common scale
+    group: str  # the parameters of a group share one scale
     joint: int | None = None  # from 0, where it belongs to one
 
     @property
     def name(self) -> str:
-        """As a person reads it: table.key[index from 1]."""
+        """Table, key and index from 1, as in ``joint_zeros.offset_mdeg[2]``."""
         return f"{self.source}.{self.key}[{','.join(str(i + 1) for i in self.index)}]"
 
 
@@ -49,7 +49,7 @@ class ArmModel:
 
     parameters: tuple[FreeParameter, ...]
     flange: Any  # -> P (3), R (9)
-    graph: tuple[Any, ...]  # SX: the inputs as a list, P, R (9), d(P, R)/dp (12, K)
+    expressions: tuple[Any, ...]  # SX: the inputs as a list, P, R (9), d(P, R)/dp (12, K)
 
     def pose(self, data: Measurements, p: Array) -> tuple[Array, Array]:
         """The flange at each pose, (M, 3) [m] and (M, 3, 3)."""
@@ -57,16 +57,16 @@ class ArmModel:
         return position, np.swapaxes(rotation.reshape(-1, 3, 3), 1, 2)
 
     def jacobian_function(self, active: BoolArray) -> Any:
-        """What ``derivatives`` runs, for some parameters only; -> P, R, dP (3 K'), dR (9 K')."""
+        """The function that ``derivatives`` evaluates, for the active parameters; -> P, R, dP (3 K'), dR (9 K')."""
         return _jacobian_function(self, active.tobytes())
 
-    def derivatives(self, slopes: Any, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
+    def derivatives(self, jacobian_function: Any, data: Measurements, p: Array) -> tuple[Array, Array, Array, Array]:
         """The flange and its derivatives, (M, 3), (M, 3, 3), (M, 3, K'), (M, 3, 3, K')."""
-        position, rotation, dP, dR = evaluate(slopes, *_model_inputs(data, p))
+        position, rotation, dP, dR = evaluate(jacobian_function, *_model_inputs(data, p))
         M, K = len(position), dP.shape[1] // 3
-        turned = np.swapaxes(rotation.reshape(M, 3, 3), 1, 2)
+        matrices = np.swapaxes(rotation.reshape(M, 3, 3), 1, 2)
         dP = np.swapaxes(dP.reshape(M, K, 3), 1, 2)
-        return position, turned, dP, dR.reshape(M, K, 3, 3).transpose(0, 3, 2, 1)
+        return position, matrices, dP, dR.reshape(M, K, 3, 3).transpose(0, 3, 2, 1)
 
     @property
     def prior(self) -> Array:
@@ -81,10 +81,10 @@ class ArmModel:
 
 @lru_cache(maxsize=8)
 def _jacobian_function(model: ArmModel, active: bytes) -> Any:
-    """Built once: robust and learnt fits ask again and again."""
-    ins, position, flat, slope = model.graph
-    columns = slope[:, np.flatnonzero(np.frombuffer(active, dtype=bool)).tolist()]
-    return ca.Function("slopes", ins, ca.cse([position, flat, columns[:3, :], columns[3:, :]]))
+    """Kept, as several fits of a model have the same active parameters."""
+    inputs, position, rotation, jacobian = model.expressions
+    columns = jacobian[:, np.flatnonzero(np.frombuffer(active, dtype=bool)).tolist()]
+    return ca.Function("jacobian", inputs, ca.cse([position, rotation, columns[:3, :], columns[3:, :]]))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -92,65 +92,71 @@ class SymbolicSource:
     """A source with symbols in the fields that shall be fitted."""
 
     source: Source  # with symbols
-    before: Source  # as the robot file has it
+    original: Source  # as the robot file has it
     symbols: Any  # SX column of the parameters in it
     parameters: tuple[FreeParameter, ...]
-    numbers: Mapping[str, Array]  # values before, by field
+    values: Mapping[str, Array]  # of the original, by field
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WarmUpState:
     """A node whose rise during the warm-up is unknown: A (1 + y) (1 - exp(-t / tau)), tau = typical exp(x).
 
-    It begins at the typical rise and not at none, where a bend of unknown rate would show no slope.
+    The fit begins at the typical rise and not at none, where the derivative by the rate of a bend would be zero.
     """
 
     node: int
     amplitude: float  # [K] A, typical; y has a prior of 1
     tau: float  # [s] typical
-    clock: str  # nodes with the same word share one tau
+    clock: str  # nodes with the same clock share one tau
 
 
 def build_model(
-    robot: Robot, parts: Sequence[SymbolicSource], nodes: int, states: Sequence[WarmUpState] = ()
+    robot: Robot, sources: Sequence[SymbolicSource], nodes: int, states: Sequence[WarmUpState] = ()
 ) -> ArmModel:
-    """Fold the parts over the nominal chain, and differentiate."""
+    """Apply the sources to the nominal chain, and differentiate."""
     theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1))
     direction, warm = ca.SX.sym("direction", 6), ca.SX.sym("warm")
-    extra, extra_terms, real_rise = _warm_up_expr(states, rise, warm)
+    warm_up_symbols, warm_up_parameters, rise_with_states = _warm_up_expr(states, rise, warm)
     chain = nominal_chain(robot, theta)
-    state = State(chain, real_rise, direction, ca.SX.zeros(3))
-    for part in parts:
-        chain = part.source.distort(chain, state)
-    p = ca.vertcat(*(part.symbols for part in parts), *extra) if parts or extra else ca.SX.sym("none", 0)
+    state = State(chain, rise_with_states, direction, ca.SX.zeros(3))
+    for source in sources:
+        chain = source.source.distort(chain, state)
+    p = (
+        ca.vertcat(*(source.symbols for source in sources), *warm_up_symbols)
+        if sources or warm_up_symbols
+        else ca.SX.sym("none", 0)
+    )
     position, rotation = chain.pose_expr()
     position, rotation = ca.densify(position), ca.densify(rotation)
-    flat = ca.reshape(rotation, 9, 1)
-    both = ca.vertcat(position, flat)
-    slope = ca.densify(ca.jacobian(both, p)) if p.numel() else ca.SX.zeros(12, 0)
-    ins = [theta, rise, direction, warm, p]
+    columns = ca.reshape(rotation, 9, 1)
+    pose = ca.vertcat(position, columns)
+    jacobian = ca.densify(ca.jacobian(pose, p)) if p.numel() else ca.SX.zeros(12, 0)
+    inputs = [theta, rise, direction, warm, p]
     return ArmModel(
-        tuple(t for part in parts for t in part.parameters) + tuple(extra_terms),
-        ca.Function("flange", ins, ca.cse([position, flat])),
-        (ins, position, flat, slope),
+        tuple(t for source in sources for t in source.parameters) + tuple(warm_up_parameters),
+        ca.Function("flange", inputs, ca.cse([position, columns])),
+        (inputs, position, columns, jacobian),
     )
 
 
 def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[list[Any], list[FreeParameter], Any]:
-    """Symbols, terms and rises of the unknown states."""
-    symbols, terms, rises = [], [], [rise[k] for k in range(rise.numel())]
+    """Symbols and parameters of the unknown states, and the rises with them."""
+    symbols, parameters, rises = [], [], [rise[k] for k in range(rise.numel())]
     clocks: dict[str, Any] = {}
     for s in states:
         if s.clock not in clocks:
             x = ca.SX.sym(f"log_tau_{s.clock}")
             clocks[s.clock] = x
             symbols.append(x)
-            terms.append(FreeParameter("warm_up", "log_tau", (len(clocks) - 1,), "log_tau", 1.0, 1.0, "warm_up.tau"))
+            parameters.append(
+                FreeParameter("warm_up", "log_tau", (len(clocks) - 1,), "log_tau", 1.0, 1.0, "warm_up.tau")
+            )
         A = ca.SX.sym(f"rise_{s.node}")
         symbols.append(A)
-        terms.append(FreeParameter("warm_up", "rise", (s.node,), "rise_over_typical", 1.0, 1.0, "warm_up.rise"))
+        parameters.append(FreeParameter("warm_up", "rise", (s.node,), "rise_over_typical", 1.0, 1.0, "warm_up.rise"))
         rises[s.node] = rises[s.node] + s.amplitude * (1 + A) * (1 - ca.exp(-warm / (s.tau * ca.exp(clocks[s.clock]))))
-    return symbols, terms, ca.vertcat(*rises)
+    return symbols, parameters, ca.vertcat(*rises)
 
 
 def _model_inputs(data: Measurements, p: Array) -> tuple[Array, ...]:
@@ -159,5 +165,5 @@ def _model_inputs(data: Measurements, p: Array) -> tuple[Array, ...]:
 
 
 def active_in_groups(model: ArmModel, groups: Sequence[str]) -> BoolArray:
-    """Which parameters belong to some groups, (K,)."""
+    """Which parameters belong to the groups named, (K,)."""
     return np.array([t.group in groups for t in model.parameters], dtype=bool)

@@ -1,4 +1,4 @@
-"""Which parameters of which sources measurements may move, and in which order models grow."""
+"""Which parameters of which sources can be fitted, and the candidate models, from the plainest to the richest."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ WARM_TAU = 2 * HOUR  # s: typical; its logarithm has a prior of 1
 
 @dataclass(frozen=True, slots=True)
 class CandidateModel:
-    """A step of the ladder of models: its own groups come on top of those before."""
+    """A model that may explain the measurements: the groups of parameters that are free in it."""
 
     name: str
     groups: tuple[str, ...]
@@ -33,16 +33,16 @@ class CandidateModel:
 def candidate_models(groups: Sequence[str]) -> list[CandidateModel]:
     """Models from the plainest to the richest, as far as there are parameters for them.
 
-    What the warm-up shows is in all but the first, or the cold parameters would answer for it.
+    Parameters of the warm-up are in all but the first, or the cold parameters would take up its effect.
     """
     rung = {kind.NAME: kind.FITTING.rung for kind in ORDER if kind.FITTING} | {"warm_up": "temperature"}
     candidates = [CandidateModel("frames only", ())]
-    kept = [g for g in groups if rung[g.split(".")[0]] == "temperature"]
+    active = [g for g in groups if rung[g.split(".")[0]] == "temperature"]
     for name in get_args(Rung)[1:]:
-        own = [g for g in groups if rung[g.split(".")[0]] == name]
-        if own:
-            kept = [*kept, *own]
-            candidates.append(CandidateModel(name, tuple(kept)))
+        added = [g for g in groups if rung[g.split(".")[0]] == name]
+        if added:
+            active = [*active, *added]
+            candidates.append(CandidateModel(name, tuple(active)))
     return candidates
 
 
@@ -51,36 +51,36 @@ def symbolic_sources(
 ) -> list[SymbolicSource]:
     """The sources that can be fitted, with symbols, and the others of the robot file as they are.
 
-    Left out are what the frames of instrument and reflector hold already: the first d and zero, the last row, base and
-    tool. Where two axes are parallel, beta takes the place of d. A prior of zero in the robot file holds an entry.
+    Left out is what the frames of instrument and reflector contain: the first d and zero, the last row, base and tool.
+    Where two axes are parallel, beta takes the place of d. A prior of zero in the robot file holds an entry.
 
     Args:
         robot: The nominal arm.
         known: The robot file's sources: facts, priors, values.
-        moved: Which joints the measurements move, (6,); what only a moving joint shows is held for the others.
+        moved: Which joints the measurements move, (6,); parameters of the others stay fixed.
         warm: Whether a warm-up was measured.
         log: Whether its temperatures are known; else growth stays at the file's cte, and the rises are what is fitted.
     """
-    own = {k.source.NAME: without_force(k) for k in known}
-    loads = next((k.source.loads for k in own.values() if isinstance(k.source, LoadDependent)), None)
+    of_file = {k.source.NAME: without_force(k) for k in known}
+    loads = next((k.source.loads for k in of_file.values() if isinstance(k.source, LoadDependent)), None)
     unloaded = loads_of(LoadsTable(), robot)
     arm = ArmFacts(robot, (), (np.zeros((6, 0)), np.zeros((6, 0))), unloaded if loads is None else loads)
     visible = Visibility(robot, tuple(np.flatnonzero(moved).tolist()), warm, log)
-    parts: list[SymbolicSource] = []
+    sources: list[SymbolicSource] = []
     for kind in ORDER:
         if kind.FITTING is None:
             continue
-        start = own.get(kind.NAME)
-        if kind.FITTING.table is not None and (start is None or kind.FITTING.replaces):
+        entry = of_file.get(kind.NAME)
+        if kind.FITTING.table is not None and (entry is None or kind.FITTING.replaces):
             source = source_of(kind, kind.FITTING.table, arm, kind.NAME)
-            start = UncertainSource(source, prior_of(source), {}, "")
-        if start is not None:
-            parts.append(_with_symbols(start, start.source.entries_to_fit(visible)))
-    return parts
+            entry = UncertainSource(source, prior_of(source), {}, "")
+        if entry is not None:
+            sources.append(_with_symbols(entry, entry.source.entries_to_fit(visible)))
+    return sources
 
 
 def warm_up_states(known: Sequence[UncertainSource], nodes: int) -> tuple[WarmUpState, ...]:
-    """Unknown states of the nodes that something grows or bends with; each with its own clock."""
+    """Unknown states of the nodes that a source depends on; each with its own time constant."""
     used = set[int]().union(*(k.source.nodes() for k in known if isinstance(k.source, RiseDependent)))
     return tuple(WarmUpState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used))
 
@@ -93,28 +93,30 @@ def without_force(known: UncertainSource) -> UncertainSource:
     return replace(known, source=replace(source, loads=known.source.loads.without_force()))
 
 
-def _with_symbols(start: UncertainSource, entries: Sequence[Entry]) -> SymbolicSource:
+def _with_symbols(known: UncertainSource, entries: Sequence[Entry]) -> SymbolicSource:
     """A source with symbols at the entries to fit, where their prior is not zero; the others stay as they are."""
-    source: Any = start.source
+    source: Any = known.source
     fields: dict[str, Any] = {}
-    numbers: dict[str, Array] = {}
+    values: dict[str, Array] = {}
     symbols: list[Any] = []
-    terms: list[FreeParameter] = []
+    parameters: list[FreeParameter] = []
     for p in source.PARAMETERS:
-        value = np.array(getattr(source, p.field))
-        numbers[p.field] = value
-        free = [e for e in entries if e.field == p.field and start.prior[p.field][e.index] > 0]
+        values_of_field = np.array(getattr(source, p.field))
+        values[p.field] = values_of_field
+        free = [e for e in entries if e.field == p.field and known.prior[p.field][e.index] > 0]
         if not free:
             continue
-        filled = ca.SX(ca.DM(value))
+        filled = ca.SX(ca.DM(values_of_field))
         for entry in free:
             index = entry.index
             symbol = ca.SX.sym("_".join([source.NAME, p.field, *map(str, index)]))
             filled[index if len(index) > 1 else index[0]] = symbol
             group = f"{source.NAME}.{entry.group or p.field}"
-            deviation = float(start.prior[p.field][index])
-            terms.append(FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint))
+            deviation = float(known.prior[p.field][index])
+            parameters.append(FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint))
             symbols.append(symbol)
         fields[p.field] = filled
-    fitted = replace(source, **fields) if fields else source
-    return SymbolicSource(fitted, source, ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1), tuple(terms), numbers)
+    with_symbols = replace(source, **fields) if fields else source
+    return SymbolicSource(
+        with_symbols, source, ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1), tuple(parameters), values
+    )

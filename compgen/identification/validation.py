@@ -1,4 +1,4 @@
-"""A robot file on measurements that it has not seen: no fitting, but of frames when asked."""
+"""An identified robot on measurements it was not fitted to; at most the frames are fitted anew."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,12 +22,12 @@ from compgen.robot.robot import Robot
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Validation:
-    """Distances of measured from predicted places."""
+    """Distances of measured from predicted positions."""
 
     data: Measurements
     frames: InstrumentFrames
-    before: Array  # (N,) [m] by the nominal arm, with its own frames where they are fitted
-    after: Array  # (N,) [m] by the identified one
+    nominal: Array  # (N,) [m] by the nominal arm, with its own frames where they are fitted
+    identified: Array  # (N,) [m] by the identified one
 
 
 def statistics(distance: Array) -> dict[str, float]:
@@ -49,32 +49,32 @@ def validate(
     Args:
         robot: The nominal arm.
         known: Its sources.
-        data: Measurements it has not seen.
+        data: Measurements it was not fitted to.
         nodes: Of the heat model.
-        frames: Where instrument and reflectors are; None fits them, and nothing else.
+        frames: Of instruments and reflectors; None fits them, and nothing else.
 
     Raises:
         InputError: Too few numbers to fit frames, or measurements that cannot be of this arm.
     """
-    parts = [
+    sources = [
         SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {})
         for k in map(without_force, known)
         if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
     ]
-    nominal, real = build_model(robot, [], nodes), build_model(robot, parts, nodes)
-    free = np.zeros(0, dtype=bool)
+    nominal, identified = build_model(robot, [], nodes), build_model(robot, sources, nodes)
+    no_parameters = np.zeros(0, dtype=bool)
     if frames is None:
         check_row_count(data)
         check_plausible(robot, nominal, data)
-        plain, good = (fit(m, data, free, robust=False) for m in (nominal, real))
-        frames = good.frames
-        return Validation(data, frames, *(np.linalg.norm(f.residual, axis=1) for f in (plain, good)))
+        nominal_fit, identified_fit = (fit(m, data, no_parameters, robust=False) for m in (nominal, identified))
+        frames = identified_fit.frames
+        return Validation(data, frames, *(np.linalg.norm(f.residual, axis=1) for f in (nominal_fit, identified_fit)))
     if len(frames.reflector) != len(data.reflectors):
         raise InputError(
             f"{data.instruments[0]}: {len(data.reflectors)} reflectors; refit their places: --refit-frames"
         )
-    missed = []
-    for model in (nominal, real):
+    distances = []
+    for model in (nominal, identified):
         position, rotation = model.pose(data, np.zeros(0))
-        missed.append(np.linalg.norm(data.position - frames.predict(data, position, rotation), axis=1))
-    return Validation(data, frames, missed[0], missed[1])
+        distances.append(np.linalg.norm(data.position - frames.predict(data, position, rotation), axis=1))
+    return Validation(data, frames, distances[0], distances[1])

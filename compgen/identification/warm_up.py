@@ -1,4 +1,4 @@
-"""How warm the arm was at each pose: from a log of temperatures, or unknown from the start of a warm-up."""
+"""Rises of the arm at each pose: from a log of temperatures, or unknown from the start of a warm-up."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,16 +24,16 @@ def with_temperatures(data: Measurements, source: str, nodes: Sequence[str]) -> 
     columns = [f"{n}_degC" for n in nodes]
     table = read_csv(source, ("time_s", *columns), ("time_s", *columns))
     time = table.numbers("time_s")
-    fall = np.flatnonzero(np.diff(time) <= 0)
-    if len(fall):
+    falling = np.flatnonzero(np.diff(time) <= 0)
+    if len(falling):
         raise InputError(
-            f"{table.location(int(fall[0]) + 1, 'time_s')}: {time[fall[0] + 1]:g} does not rise; sort the rows"
+            f"{table.location(int(falling[0]) + 1, 'time_s')}: {time[falling[0] + 1]:g} does not rise; sort the rows"
         )
-    out = np.flatnonzero((data.time < time[0] - 1e-9) | (data.time > time[-1] + 1e-9))
-    if len(out):
-        row = int(np.flatnonzero(data.pose == out[0])[0])
+    outside = np.flatnonzero((data.time < time[0] - 1e-9) | (data.time > time[-1] + 1e-9))
+    if len(outside):
+        row = int(np.flatnonzero(data.pose == outside[0])[0])
         raise InputError(
-            f"{data.label[row]}, column time_s: {data.time[out[0]]:g} is outside the log {source} ({time[0]:g} to "
+            f"{data.label[row]}, column time_s: {data.time[outside[0]]:g} is outside the log {source} ({time[0]:g} to "
             f"{time[-1]:g} s); both need one clock"
         )
     log = np.column_stack([table.numbers(c) for c in columns])
@@ -42,5 +42,5 @@ def with_temperatures(data: Measurements, source: str, nodes: Sequence[str]) -> 
 
 
 def as_warm_up(data: Measurements) -> Measurements:
-    """The same poses as a warm-up that begins cold with the first of them."""
+    """The poses as those of a warm-up that begins cold with the first of them."""
     return replace(data, warm=data.time - data.time.min())

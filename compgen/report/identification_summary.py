@@ -73,7 +73,7 @@ def validation_summary(validation: Validation) -> dict[str, Any]:
     """Errors of each target and overall [mm]."""
 
     def sides(rows: IntArray) -> dict[str, Any]:
-        distances = {"nominal": validation.before[rows], "identified": validation.after[rows]}
+        distances = {"nominal": validation.nominal[rows], "identified": validation.identified[rows]}
         return {
             side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in statistics(distance).items()}
             for side, distance in distances.items()
@@ -82,7 +82,7 @@ def validation_summary(validation: Validation) -> dict[str, Any]:
     data = validation.data
     return {
         "unit": "mm",
-        "overall": sides(np.arange(len(validation.after))),
+        "overall": sides(np.arange(len(validation.identified))),
         "targets": {name: sides(np.flatnonzero(data.reflector == r)) for r, name in enumerate(data.reflectors)},
     }
 

@@ -153,7 +153,9 @@ def by_scipy(model, data, active, start):
 
 def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     parts = [
-        p for p in symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), False) if p.before.NAME in FORTY
+        p
+        for p in symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), False)
+        if p.original.NAME in FORTY
     ]
     model = build_model(truth.arm.robot, parts, len(truth.arm.nodes))
     plain = replace(truth, model=model, p=np.random.default_rng(6).normal(0, model.prior))
