@@ -103,7 +103,7 @@ class SurfaceTable(Table):
 
 
 class BoundaryTable(Table):
-    """The edge of the part, circumscribed the centre of the pattern; outside there is no contact."""
+    """The edge of the part, around the centre of the pattern; outside there is no contact."""
 
     shape: Literal["circle", "hexagon"]
     """Shape of the edge."""
