@@ -119,7 +119,7 @@ def test_is_told_alike_when_read_by_columns(name, monkeypatch):
 
     data, _, _ = TOLD[name]
     usual = findings(data)
-    monkeypatch.setattr(templates, "FEW", 0)
+    monkeypatch.setattr(templates, "FEW_TEXTS", 0)
     assert findings(data) == usual
 
 

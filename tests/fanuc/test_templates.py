@@ -94,7 +94,7 @@ def both(data, monkeypatch):
     """What the columns read and what the careful reader reads."""
     read = []
     for few in (100, sys.maxsize):
-        monkeypatch.setattr(templates, "FEW", few)
+        monkeypatch.setattr(templates, "FEW_TEXTS", few)
         try:
             read.append(loads(data))
         except InputError as refused:
@@ -112,7 +112,7 @@ def test_columns_read_what_the_careful_reader_reads(style, monkeypatch):
 
 @pytest.mark.parametrize("style", ["our own", "two groups", "names", "no leading zeros", "arcs"])
 def test_a_second_reader_agrees_on_long_programs(style, monkeypatch):
-    monkeypatch.setattr(templates, "FEW", 100)
+    monkeypatch.setattr(templates, "FEW_TEXTS", 100)
     assert_readers_agree(TEXTS[style])
 
 
@@ -122,7 +122,7 @@ def test_a_regular_program_is_hardly_read_one_by_one(style, monkeypatch):
     for module, name in ((positions, "read_block"), (statement_parser, "_targets")):
         usual = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *a, usual=usual: count.append(1) or usual(*a))
-    monkeypatch.setattr(templates, "FEW", 100)
+    monkeypatch.setattr(templates, "FEW_TEXTS", 100)
     loads(TEXTS[style])
     assert len(count) <= ALLOWED_CAREFULLY
 
@@ -166,12 +166,12 @@ def test_columns_are_quicker_and_memory_is_bounded(monkeypatch):
     data = ("/PROG  LONG\n/ATTR\n/MN\n" + mn + "/POS\n" + pos + "/END\n").encode()
     took = []
     for few in (100, sys.maxsize):
-        monkeypatch.setattr(templates, "FEW", few)
+        monkeypatch.setattr(templates, "FEW_TEXTS", few)
         start = time.process_time()
         loads(data)
         took.append(time.process_time() - start)
     assert took[1] > TIMES_FASTER * took[0]
-    monkeypatch.setattr(templates, "FEW", 100)
+    monkeypatch.setattr(templates, "FEW_TEXTS", 100)
     tracemalloc.start()
     loads(data)
     peak = tracemalloc.get_traced_memory()[1]
@@ -183,16 +183,16 @@ def test_numbers_are_exact_to_the_last_bit():
     texts = ["0.1", "-.1", "123456.789012", "1.", "-0.000", "999999999999.999", "00012.50", "+7", ".000000000000001"]
     data = b"".join(t.rjust(20).encode() + b"|" for t in texts)
     edge = np.arange(0, len(data) + 1, 21)
-    filled = templates.fill(
-        templates.padded(data), edge, np.arange(len(texts)), templates.Shape((b"", b"|"), (templates.NUMBER,))
+    filled = templates.match_template(
+        templates.padded(data), edge, np.arange(len(texts)), templates.Template((b"", b"|"), (templates.NUMBER,))
     )
     assert filled.which.tolist() == list(range(len(texts)))
     assert filled.value[:, 0].tobytes() == np.array([float(t) for t in texts]).tobytes()
 
 
 def test_a_shape_needs_to_know_where_its_holes_end():
-    assert templates.shape_of(b"a1.5", 0, 4, [(templates.DIGITS, 1, 2)]) is None
-    assert templates.shape_of(b"a1;", 0, 3, [(templates.DIGITS, 1, 2)]) == templates.Shape(
+    assert templates.template_of(b"a1.5", 0, 4, [(templates.DIGITS, 1, 2)]) is None
+    assert templates.template_of(b"a1;", 0, 3, [(templates.DIGITS, 1, 2)]) == templates.Template(
         (b"a", b";"), (templates.DIGITS,)
     )
     assert position_parser.AXES is positions.AXES

@@ -84,11 +84,11 @@ def mutated(rng: random.Random, pool: list[bytes]) -> bytes:
 @contextmanager
 def columns_from(few: int) -> Iterator[None]:
     """Read by columns whatever has at least so many lines or positions."""
-    usual, templates.FEW = templates.FEW, few
+    usual, templates.FEW_TEXTS = templates.FEW_TEXTS, few
     try:
         yield
     finally:
-        templates.FEW = usual
+        templates.FEW_TEXTS = usual
 
 
 def read_or_refused(data: bytes, few: int) -> LsProgram | str:

@@ -23,7 +23,7 @@ from compgen.fanuc.canonical.layout import (
 )
 from compgen.fanuc.canonical.writer import fill_poses, speed_said
 from compgen.fanuc.configuration import config_letters
-from compgen.fanuc.listing.byte_tables import mixed, told_apart, windows
+from compgen.fanuc.listing.byte_tables import hash_rows, unique_keys, windows
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
@@ -242,5 +242,5 @@ def _texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], In
         word_view(windows(data, place, 8), 0, np.uint64).copy()
         for place in (start, np.minimum(start + 8, end - 8), end - 8)
     ]
-    rows, which = told_apart(mixed([*words, length.view(np.uint64)]))
+    rows, which = unique_keys(hash_rows([*words, length.view(np.uint64)]))
     return [data[a:b] for a, b in zip(start[rows].tolist(), end[rows].tolist())], which

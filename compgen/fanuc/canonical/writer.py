@@ -14,7 +14,7 @@ from compgen.core.rotations import fill_rotation_matrices, to_wpr
 from compgen.core.units import DEG, INCH, MINUTE, MM
 from compgen.fanuc.canonical.layout import BLOCK, Frame, motions, positions
 from compgen.fanuc.configuration import config_letters
-from compgen.fanuc.listing.byte_tables import different
+from compgen.fanuc.listing.byte_tables import unique_rows
 from compgen.fanuc.program import Program
 
 FEED_TOLERANCE = 0.005  # a unit is fine enough when it meets the speed this nearly
@@ -81,7 +81,7 @@ def _parts(program: Program) -> Iterator[bytes | memoryview]:
 
 def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
     """The lines of all linear motions."""
-    rows, which = different(program.speed)
+    rows, which = unique_rows(program.speed)
     said = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
     tails = [speed + end for end in (b" CNT100    ;\r\n", b" FINE    ;\r\n") for speed in said]
     which = which + len(said) * program.fine[1:]
@@ -94,7 +94,7 @@ def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
 
 def _positions(program: Program) -> Iterator[bytes | memoryview]:
     """The blocks of all positions."""
-    rows, which = different(program.turns)
+    rows, which = unique_rows(program.turns)
     letters = config_letters(program.posture)
     configs = [f"{letters}, {a}, {b}, {c}".encode("ascii") for a, b, c in program.turns[rows].tolist()]
     frame = Frame(program.uframe, program.utool, program.decimals)
@@ -191,7 +191,7 @@ def as_written(program: Program, poses: tuple[Array, Array] | None = None) -> Pr
         poses: Its ``printed`` poses, where they are known.
     """
     position, rotation = poses or printed(program.position, program.rotation, program.decimals)
-    rows, which = different(program.speed)
+    rows, which = unique_rows(program.speed)
     said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(said[which]))
 

@@ -18,5 +18,5 @@ def line_ends(data: bytes, start: int, stop: int) -> int:
 
 def end_of_line(data: bytes, place: int) -> int:
     """Where the line that holds a byte ends."""
-    found = _END.search(data, place)
-    return found.start() if found else len(data)
+    line_end = _END.search(data, place)
+    return line_end.start() if line_end else len(data)

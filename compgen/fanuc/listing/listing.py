@@ -58,7 +58,7 @@ def loads(data: bytes) -> LsProgram:
     """
     sections = _sections(data)
     head = data[: sections["MN"][0]]
-    named = _NAME.search(head)
+    name_line = _NAME.search(head)
     attributes = tuple(
         (k.decode("latin-1"), v.decode("latin-1").strip().removesuffix(";").rstrip())
         for k, v in _ATTRIBUTE.findall(head)
@@ -67,8 +67,8 @@ def loads(data: bytes) -> LsProgram:
     positions = read_positions(data, *sections["POS"])
     return LsProgram(
         data=data,
-        name=named.group(1).decode("latin-1") if named else "",
-        subtype=named.group(2).decode("latin-1").strip() if named else "",
+        name=name_line.group(1).decode("latin-1") if name_line else "",
+        subtype=name_line.group(2).decode("latin-1").strip() if name_line else "",
         attributes=attributes,
         remarks=remarks,
         statements=statements,
@@ -105,24 +105,24 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
         if b"\0" in data[:4096]:
             raise InputError("program: this is a binary file; convert the .TP to .LS on the controller first")
         raise InputError("program: line 1: it does not begin with /PROG; give a program listing (.LS)")
-    found = _tags(data)
-    tags = [tag for tag, _, _ in found]
-    if _TRANSLATED.search(data, 0, found[tags.index("MN")][1] if "MN" in tags else len(data)):
+    tags_found = _tags(data)
+    tags = [tag for tag, _, _ in tags_found]
+    if _TRANSLATED.search(data, 0, tags_found[tags.index("MN")][1] if "MN" in tags else len(data)):
         raise InputError("program: its keywords are in another language; export it from a controller set to English")
     if "MN" not in tags:
         raise InputError("program: /MN is missing; is this a complete .LS file?")
     mn = tags.index("MN")
-    after = [t for t in found[mn + 1 :] if t[0] in ("POS", "END")]
+    after = [t for t in tags_found[mn + 1 :] if t[0] in ("POS", "END")]
     if not any(t[0] == "END" for t in after):
         raise InputError(f"program: line {line_of(data, len(data))}: /END is missing; the file is cut off")
     end = next(t for t in after if t[0] == "END")
     pos = next((t for t in after if t[0] == "POS" and t[1] < end[1]), None)
     stop = pos[1] if pos else end[1]
-    return {"MN": (found[mn][2], stop), "POS": (pos[2], end[1]) if pos else (end[1], end[1])}
+    return {"MN": (tags_found[mn][2], stop), "POS": (pos[2], end[1]) if pos else (end[1], end[1])}
 
 
 def _tags(data: bytes) -> list[tuple[str, int, int]]:
     """Section tags at the beginning of a line, and where each stands."""
     begins = [0, *(m.start() + 1 for mark in (rb"\n/", rb"\r/") for m in re.finditer(mark, data))]
-    found = (_SECTION.match(data, at) for at in sorted(begins))
-    return [(m[1].decode().upper(), m.start(), m.end()) for m in found if m]
+    matches = (_SECTION.match(data, at) for at in sorted(begins))
+    return [(m[1].decode().upper(), m.start(), m.end()) for m in matches if m]

@@ -13,8 +13,8 @@ NO_NUMBER = -1  # a frame that is F, a target that is not in the file
 AXES = ("X", "Y", "Z", "W", "P", "R", "J1", "J2", "J3", "J4", "J5", "J6", "J7", "J8", "J9", "E1", "E2", "E3")
 _COLUMN = {axis: i for i, axis in enumerate(AXES)}
 _BETWEEN = b" \t\r\n\f\v,;"  # may stand between two fields of a position
-_BLOCK = re.compile(rb"\s*(P\[[ \t]*(\d{1,9})[ \t]*(?::([^\r\n]*?))?\][ \t]*\{)", re.IGNORECASE)
-_INSIDE = re.compile(
+_BLOCK_HEAD = re.compile(rb"\s*(P\[[ \t]*(\d{1,9})[ \t]*(?::([^\r\n]*?))?\][ \t]*\{)", re.IGNORECASE)
+_BLOCK_FIELD = re.compile(
     rb"[\s,;]*(?:(?P<group>GP(\d{1,9})[ \t]*:)"
     rb"|(?P<frame>UF[ \t]*:[ \t]*(\d{1,9}|F)[ \t]*,[ \t]*UT[ \t]*:[ \t]*(\d{1,9}|F))"
     rb"|CONFIG[ \t]*:[ \t]*'(?P<config>[^'\r\n]*)'"
@@ -51,65 +51,65 @@ class Block:
     span: Span
 
 
-def read_block(data: bytes, at: int, end: int) -> Block | None:
+def parse_block(data: bytes, at: int, end: int) -> Block | None:
     """The position that begins at a place, blanks and line ends left aside; None when none begins there.
 
     Raises:
         InputError: It begins and is not understood; names the line.
     """
-    opened = _BLOCK.match(data, at, end)
+    opened = _BLOCK_HEAD.match(data, at, end)
     if opened is None:
         return None
     number = int(opened[2])
 
-    def refused(place: int, why: str) -> InputError:
+    def refusal(place: int, why: str) -> InputError:
         return InputError(f"program: line {line_of(data, place)}: {why}")
 
     groups: list[Group] = []
-    here, begun = Group(), False
+    group, begun = Group(), False
     at = opened.end()
     while True:
-        token = _INSIDE.match(data, at, end)
+        token = _BLOCK_FIELD.match(data, at, end)
         if token is None:
-            raise refused(skip(data, at, end, _BETWEEN), f"not understood in P[{number}]; mend the position")
+            raise refusal(skip_blanks(data, at, end, _BETWEEN), f"not understood in P[{number}]; mend the position")
         at = token.end()
         if token["group"] is not None or token["end"] is not None:
             if begun:
-                groups.append(here)
+                groups.append(group)
             if token["end"] is not None:
                 break
-            here, begun = Group(group=int(token[2])), True
-            if any(g.group == here.group for g in groups):
-                raise refused(opened.start(1), f"P[{number}] has GP{here.group} twice; remove one")
+            group, begun = Group(group=int(token[2])), True
+            if any(g.group == group.group for g in groups):
+                raise refusal(opened.start(1), f"P[{number}] has GP{group.group} twice; remove one")
         elif token["frame"] is not None:
-            here.frame, here.frame_span, begun = (
-                (_frame(token[4]), _frame(token[5])),
+            group.frame, group.frame_span, begun = (
+                (_frame_number(token[4]), _frame_number(token[5])),
                 (token.span(4), token.span(5)),
                 True,
             )
         elif token["config"] is not None:
-            here.config, here.config_span, begun = token["config"].decode("latin-1"), token.span("config"), True
+            group.config, group.config_span, begun = token["config"].decode("latin-1"), token.span("config"), True
         else:
             axis, text = token["axis"].decode().upper(), token["number"]
             if axis not in _COLUMN:
-                raise refused(opened.start(1), f"P[{number}] has an axis {axis}; there are {', '.join(AXES)}")
-            if _COLUMN[axis] in here.axes:
-                raise refused(opened.start(1), f"P[{number}] has {axis} twice; remove one")
-            here.axes[_COLUMN[axis]] = np.nan if text[:1] == b"*" else float(text), token.span("number")
+                raise refusal(opened.start(1), f"P[{number}] has an axis {axis}; there are {', '.join(AXES)}")
+            if _COLUMN[axis] in group.axes:
+                raise refusal(opened.start(1), f"P[{number}] has {axis} twice; remove one")
+            group.axes[_COLUMN[axis]] = np.nan if text[:1] == b"*" else float(text), token.span("number")
             begun = True
     if not groups:
-        raise refused(opened.start(1), f"P[{number}] is empty; teach or remove it")
-    name = plain_name((opened[3] or b"").decode("latin-1"))
+        raise refusal(opened.start(1), f"P[{number}] is empty; teach or remove it")
+    name = unquoted_name((opened[3] or b"").decode("latin-1"))
     return Block(number, opened.span(2), name, opened.span(3), tuple(groups), (opened.start(1), at))
 
 
-def plain_name(text: str) -> str:
+def unquoted_name(text: str) -> str:
     """A position's name without the blanks and the quotes around it."""
     text = text.strip()
     return text[1:-1] if len(text) > 1 and text[0] == text[-1] == '"' else text
 
 
-def skip(data: bytes, at: int, end: int, over: bytes | None = None) -> int:
+def skip_blanks(data: bytes, at: int, end: int, over: bytes | None = None) -> int:
     """First byte from a place on that is not blank."""
     while at < end:
         piece = data[at : min(at + 256, end)]
@@ -120,11 +120,11 @@ def skip(data: bytes, at: int, end: int, over: bytes | None = None) -> int:
     return end
 
 
-def _frame(text: bytes) -> int:
+def _frame_number(text: bytes) -> int:
     return int(text) if text.isdigit() else NO_NUMBER
 
 
-def before_blanks(data: bytes, at: int) -> int:
+def blanks_before(data: bytes, at: int) -> int:
     """Where the blanks in front of a number begin: a wider number leaves fewer of them."""
     while data[at - 1 : at] in (b" ", b"\t"):
         at -= 1

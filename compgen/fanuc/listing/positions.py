@@ -1,4 +1,4 @@
-"""Positions of a program, as columns: those of one shape together, the others one by one."""
+"""Positions of a program, as columns: those of one template together, the others one by one."""
 
 from bisect import bisect_left
 from collections.abc import Iterable
@@ -16,12 +16,12 @@ from compgen.fanuc.listing.position_parser import (
     NO_NUMBER,
     Block,
     Span,
-    before_blanks,
-    plain_name,
-    read_block,
-    skip,
+    blanks_before,
+    parse_block,
+    skip_blanks,
+    unquoted_name,
 )
-from compgen.fanuc.listing.templates import Filled, Shape
+from compgen.fanuc.listing.templates import Matches, Template
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,8 +42,8 @@ class Positions:
 
 
 @dataclass(frozen=True, slots=True)
-class _Pattern:
-    """What the careful reader found in one position: the others of its shape mean the same, save for their holes."""
+class _BlockTemplate:
+    """What the parser read in one position: others of its template mean the same, save for their fields."""
 
     block: Block
     what: tuple[tuple[str, int, int], ...]  # what fills each: of which group, and in which column
@@ -58,98 +58,109 @@ def read_positions(data: bytes, start: int, end: int) -> Positions:
         InputError: Something that is no position, or is given twice; names the line.
     """
     view = templates.padded(data)
-    edge = _edges(view, start, end)
-    groups = _sorted_out(data, view, edge) if len(edge) > templates.FEW else []
-    fits = np.zeros(len(edge), dtype=bool)
-    for _, filled in groups:
-        fits[filled.which] = True
-    blocks, met = _one_by_one(data, start, end, edge, fits)
-    groups = [(pattern, templates.only(filled, met)) for pattern, filled in groups]
-    return _table(data, view, end, edge, groups, blocks)
+    bounds = _block_starts(view, start, end)
+    groups = _group_blocks(data, view, bounds) if len(bounds) > templates.FEW_TEXTS else []
+    matched = np.zeros(len(bounds), dtype=bool)
+    for _, matches in groups:
+        matched[matches.which] = True
+    blocks, reached = _parse_singly(data, start, end, bounds, matched)
+    groups = [(template, templates.select(matches, reached)) for template, matches in groups]
+    return _table(data, view, end, bounds, groups, blocks)
 
 
-def _edges(view: Bytes, start: int, end: int) -> IntArray:
+def _block_starts(view: Bytes, start: int, end: int) -> IntArray:
     """Where something like P[ stands, and the end of the last."""
-    begins = templates.found(view, start, end, lambda d: ((d[:-1] | 32) == ord("p")) & (d[1:] == ord("[")))
+    begins = templates.find_places(view, start, end, lambda d: ((d[:-1] | 32) == ord("p")) & (d[1:] == ord("[")))
     return np.append(begins, end)
 
 
-def _sorted_out(data: bytes, view: Bytes, edge: IntArray) -> list[tuple[_Pattern, Filled]]:
-    def shape_at(k: int) -> tuple[Shape, _Pattern] | None:
-        first, last = int(edge[k]), int(edge[k + 1])
+def _group_blocks(data: bytes, view: Bytes, bounds: IntArray) -> list[tuple[_BlockTemplate, Matches]]:
+    def template_at(k: int) -> tuple[Template, _BlockTemplate] | None:
+        first, last = int(bounds[k]), int(bounds[k + 1])
         try:
-            block = read_block(data, first, last)
+            block = parse_block(data, first, last)
         except InputError:
             return None
-        if block is None or skip(data, block.span[1], last) < last:
+        if block is None or skip_blanks(data, block.span[1], last) < last:
             return None
-        holes, what = _holes(data, block)
-        shape = templates.shape_of(data, first, last, holes)
+        fields, what = _block_fields(data, block)
+        text_template = templates.template_of(data, first, last, fields)
         ends = line_ends(data, first, last)
-        return None if shape is None else (shape, _Pattern(block, what, ends, last - block.span[1]))
+        return (
+            None if text_template is None else (text_template, _BlockTemplate(block, what, ends, last - block.span[1]))
+        )
 
-    return templates.sorted_out(view, edge, shape_at)
+    return templates.group_by_template(view, bounds, template_at)
 
 
-def _holes(data: bytes, block: Block) -> tuple[list[templates.Hole], tuple[tuple[str, int, int], ...]]:
-    """What differs between positions of one shape: numbers and names; which groups and axes there are is the shape."""
-    found: list[tuple[Span, int, tuple[str, int, int]]] = [(block.number_span, templates.DIGITS, ("number", 0, 0))]
+def _block_fields(data: bytes, block: Block) -> tuple[list[templates.Field], tuple[tuple[str, int, int], ...]]:
+    """Fields of a position: numbers and names. Which groups and axes it has belongs to the template."""
+    marked: list[tuple[Span, int, tuple[str, int, int]]] = [(block.number_span, templates.DIGITS, ("number", 0, 0))]
     if block.name:
-        found.append((block.name_span, templates.TEXT, ("name", 0, 0)))
+        marked.append((block.name_span, templates.TEXT, ("name", 0, 0)))
     for g, group in enumerate(block.groups):
         for what, frame, span in zip(("uframe", "utool"), group.frame, group.frame_span):
             if frame != NO_NUMBER:
-                found.append((span, templates.DIGITS, (what, g, 0)))
+                marked.append((span, templates.DIGITS, (what, g, 0)))
         if group.config is not None:
-            found.append((group.config_span, templates.TEXT, ("config", g, 0)))
+            marked.append((group.config_span, templates.TEXT, ("config", g, 0)))
         for column, (value, span) in group.axes.items():
-            found.append((span, templates.STARS if np.isnan(value) else templates.NUMBER, ("axis", g, column)))
-    found.sort()
-    holes = [
-        (kind, first if kind == templates.TEXT else before_blanks(data, first), last)
-        for (first, last), kind, _ in found
+            marked.append((span, templates.STARS if np.isnan(value) else templates.NUMBER, ("axis", g, column)))
+    marked.sort()
+    fields = [
+        (kind, first if kind == templates.TEXT else blanks_before(data, first), last)
+        for (first, last), kind, _ in marked
     ]
-    return holes, tuple(what for _, _, what in found)
+    return fields, tuple(what for _, _, what in marked)
 
 
-def _one_by_one(data: bytes, start: int, end: int, edge: IntArray, fits: BoolArray) -> tuple[list[Block], BoolArray]:
-    """The positions that fit no shape, and which of those that do were met where a position may begin."""
-    places, bad = edge.tolist(), np.flatnonzero(~fits).tolist()
-    met = np.zeros_like(fits)
+def _parse_singly(
+    data: bytes, start: int, end: int, bounds: IntArray, matched: BoolArray
+) -> tuple[list[Block], BoolArray]:
+    """The positions that match no template, and which of the others were reached where a position may begin."""
+    places, unmatched = bounds.tolist(), np.flatnonzero(~matched).tolist()
+    reached = np.zeros_like(matched)
     blocks = []
-    at = skip(data, start, end)
+    at = skip_blanks(data, start, end)
     while at < end:
         k = bisect_left(places, at)
-        if places[k] == at and fits[k]:
-            after = bad[bisect_left(bad, k)]
-            met[k:after] = True
+        if places[k] == at and matched[k]:
+            after = unmatched[bisect_left(unmatched, k)]
+            reached[k:after] = True
             at = places[after]
         else:
-            block = read_block(data, at, end)
+            block = parse_block(data, at, end)
             if block is None:
                 raise InputError(f"program: line {line_of(data, at)}: not a position; mend it")
             blocks.append(block)
-            at = skip(data, block.span[1], end)
-    return blocks, met
+            at = skip_blanks(data, block.span[1], end)
+    return blocks, reached
 
 
 def _table(
-    data: bytes, view: Bytes, end: int, edge: IntArray, groups: list[tuple[_Pattern, Filled]], blocks: list[Block]
+    data: bytes,
+    view: Bytes,
+    end: int,
+    bounds: IntArray,
+    groups: list[tuple[_BlockTemplate, Matches]],
+    blocks: list[Block],
 ) -> Positions:
     """Columns of all positions in the order they stand."""
-    place = np.concatenate([*(edge[f.which] for _, f in groups), _ints(b.span[0] for b in blocks)])
+    place = np.concatenate([*(bounds[f.which] for _, f in groups), _ints(b.span[0] for b in blocks)])
     order = np.argsort(place)
     rank = np.argsort(order)
-    count = np.concatenate([*(_same(len(p.block.groups), f) for p, f in groups), _ints(len(b.groups) for b in blocks)])
+    count = np.concatenate(
+        [*(_constant(len(p.block.groups), f) for p, f in groups), _ints(len(b.groups) for b in blocks)]
+    )
     first = (np.cumsum(count[order]) - count[order])[rank]  # row of a position's first group
     following = np.append(place[order], end)[rank + 1]
     singles = slice(len(place) - len(blocks), None)
     lines = [line_ends(data, b.span[0], n) for b, n in zip(blocks, following[singles].tolist())]
-    ends = np.concatenate([*(_same(p.ends, f) for p, f in groups), _ints(lines)])[order]
+    ends = np.concatenate([*(_constant(p.ends, f) for p, f in groups), _ints(lines)])[order]
     line = np.cumsum(ends) - ends + (line_of(data, int(place[order[0]])) if len(place) else 0)
     number = np.concatenate([*(f.value[:, 0].astype(np.int64) for _, f in groups), _ints(b.number for b in blocks)])
-    stop = np.concatenate([*(edge[f.which + 1] - p.behind for p, f in groups), _ints(b.span[1] for b in blocks)])
-    _once(number[order], line)
+    stop = np.concatenate([*(bounds[f.which + 1] - p.behind for p, f in groups), _ints(b.span[1] for b in blocks)])
+    _refuse_duplicates(number[order], line)
     many = count[order]
     rows = int(many.sum())
     table = Positions(
@@ -168,49 +179,49 @@ def _table(
     names: list[str] = [""] * rows
     configs: list[str | None] = [None] * rows
     done = 0
-    for pattern, filled in groups:
-        _many(view, table, names, configs, pattern, filled, first[done : done + len(filled.which)])
-        done += len(filled.which)
+    for template, matches in groups:
+        _fill_matched(view, table, names, configs, template, matches, first[done : done + len(matches.which)])
+        done += len(matches.which)
     for block, row in zip(blocks, first[singles].tolist()):
-        _one(table, names, configs, block, row)
+        _fill_parsed(table, names, configs, block, row)
     return replace(table, name=tuple(names), config=tuple(configs))
 
 
-def _many(
+def _fill_matched(
     view: Bytes,
     table: Positions,
     names: list[str],
     configs: list[str | None],
-    pattern: _Pattern,
-    filled: Filled,
+    template: _BlockTemplate,
+    matches: Matches,
     first: IntArray,
 ) -> None:
-    """Rows of positions of one shape."""
-    for g, group in enumerate(pattern.block.groups):
+    """Rows of positions of one template."""
+    for g, group in enumerate(template.block.groups):
         table.group[first + g] = group.group
     axes: dict[int, list[tuple[int, int]]] = {}
-    for hole, (what, g, column) in enumerate(pattern.what):
+    for field, (what, g, column) in enumerate(template.what):
         rows = first + g
         if what == "axis":
-            axes.setdefault(g, []).append((hole, column))
+            axes.setdefault(g, []).append((field, column))
         elif what in ("uframe", "utool"):
-            getattr(table, what)[rows] = filled.value[:, hole]
+            getattr(table, what)[rows] = matches.value[:, field]
         elif what == "config":
-            table.config_span[rows] = filled.span[:, hole]
-            for row, text in zip(rows.tolist(), templates.texts(view, filled.span[:, hole])):
+            table.config_span[rows] = matches.span[:, field]
+            for row, text in zip(rows.tolist(), templates.decode_texts(view, matches.span[:, field])):
                 configs[row] = text
         elif what == "name":
-            said = templates.texts(view, filled.span[:, hole])
-            for row, text in zip(rows.tolist(), said):
-                for k in range(len(pattern.block.groups)):
-                    names[row + k] = plain_name(text)
+            texts = templates.decode_texts(view, matches.span[:, field])
+            for row, text in zip(rows.tolist(), texts):
+                for k in range(len(template.block.groups)):
+                    names[row + k] = unquoted_name(text)
     for g, pairs in axes.items():
-        holes, columns = (np.array(numbers) for numbers in zip(*pairs))
-        table.value[(first + g)[:, None], columns] = filled.value[:, holes]
-        table.span[(first + g)[:, None], columns] = filled.span[:, holes]
+        fields, columns = (np.array(numbers) for numbers in zip(*pairs))
+        table.value[(first + g)[:, None], columns] = matches.value[:, fields]
+        table.span[(first + g)[:, None], columns] = matches.span[:, fields]
 
 
-def _one(table: Positions, names: list[str], configs: list[str | None], block: Block, row: int) -> None:
+def _fill_parsed(table: Positions, names: list[str], configs: list[str | None], block: Block, row: int) -> None:
     """Rows of one position."""
     for i, group in enumerate(block.groups, row):
         names[i], configs[i] = block.name, group.config
@@ -220,7 +231,7 @@ def _one(table: Positions, names: list[str], configs: list[str | None], block: B
             table.value[i, column], table.span[i, column] = value, span
 
 
-def _once(number: IntArray, line: IntArray) -> None:
+def _refuse_duplicates(number: IntArray, line: IntArray) -> None:
     """Raises InputError for a position that is defined twice."""
     order = np.argsort(number, kind="stable")
     again = order[1:][np.diff(number[order]) == 0]
@@ -233,5 +244,5 @@ def _ints(values: Iterable[int]) -> IntArray:
     return np.array(list(values), dtype=np.int64)
 
 
-def _same(value: int, filled: Filled) -> IntArray:
-    return np.full(len(filled.which), value)
+def _constant(value: int, matches: Matches) -> IntArray:
+    return np.full(len(matches.which), value)

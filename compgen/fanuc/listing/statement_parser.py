@@ -18,11 +18,11 @@ from compgen.fanuc.statements import (
     TERMINATION,
 )
 
-LARGEST = 999_999_999  # of all numbers of positions
+LARGEST_NUMBER = 999_999_999  # of all numbers of positions
 
 
 @dataclass(slots=True)
-class Move:
+class ParsedMotion:
     """A motion statement, and where its parts stand."""
 
     line: int  # physical line at which it begins, from 1
@@ -37,17 +37,17 @@ class Move:
 
 
 @dataclass(slots=True)
-class Statements:
+class StatementParser:
     """What was read so far: moves, statements, remarks; and what the next line may belong to."""
 
     data: bytes
-    moves: list[Move] = field(default_factory=list)
+    moves: list[ParsedMotion] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)  # at which statements begin
     remarks: list[tuple[int, str]] = field(default_factory=list)  # line and text
     state: str = ""  # "" between statements, "!" in a remark, "C" a motion without its end, "m" one, "x" other text
-    move: Move = field(default_factory=lambda: Move(0, "", False))  # the one at work
+    move: ParsedMotion = field(default_factory=lambda: ParsedMotion(0, "", False))  # the one at work
 
-    def between(self) -> None:
+    def begin_statement(self) -> None:
         """A statement begins here, whatever came before.
 
         Raises:
@@ -70,43 +70,45 @@ class Statements:
         if mark is None:
             return
         if mark[1]:
-            self.between()
+            self.begin_statement()
         body = mark.end()
         close = data.find(b";", body, stop)
         limit = close if close >= 0 else stop
         if self.state == "":
             self.lines.append(number)
-            if found := MOTION.match(data, body, limit):
-                self.state, body = "C", found.end()
-                self.move = Move(number, found[2].decode().upper(), bool(found[1]), span=(found.start(2), limit))
+            if match := MOTION.match(data, body, limit):
+                self.state, body = "C", match.end()
+                self.move = ParsedMotion(
+                    number, match[2].decode().upper(), bool(match[1]), span=(match.start(2), limit)
+                )
             elif data[body:limit].lstrip()[:1] == b"!":
                 self.state = "!"
                 self.remarks.append((number, data[body:limit].lstrip()[1:].decode("latin-1").rstrip()))
             else:
                 self.state = "x"
         if self.state == "C":
-            self._go_on(body, limit, number, close >= 0)
+            self._continue_motion(body, limit, number, close >= 0)
         elif self.state == "m":
-            _more(data, self.move, body, limit)
+            _continue_options(data, self.move, body, limit)
         if close >= 0:
             self.state = ""
 
-    def _go_on(self, at: int, limit: int, number: int, last: bool) -> None:
+    def _continue_motion(self, at: int, limit: int, number: int, last: bool) -> None:
         """Targets of a motion, and what follows the last of them."""
         data, move = self.data, self.move
-        at = _targets(data, move, at, limit)
+        at = _take_targets(data, move, at, limit)
         if not move.target:
             raise InputError(f"program: line {number}: the target of this move is not understood; mend it")
-        if any(own_number(data, move, i) > LARGEST for i in range(len(move.target))):
-            raise InputError(f"program: line {number}: no position has a number above {LARGEST}; mend it")
+        if any(position_number(data, move, i) > LARGEST_NUMBER for i in range(len(move.target))):
+            raise InputError(f"program: line {number}: no position has a number above {LARGEST_NUMBER}; mend it")
         if last or move.letter != "C" or len(move.target) > 1 or number > move.line:
-            move.options = _tail(data, move, at, limit)
+            move.options = _take_speed_and_termination(data, move, at, limit)
             move.span = (move.span[0], limit)
             self.moves.append(move)
             self.state = "m"
 
 
-def _targets(data: bytes, move: Move, at: int, limit: int) -> int:
+def _take_targets(data: bytes, move: ParsedMotion, at: int, limit: int) -> int:
     """Adds the targets from a place on; gives where they end."""
     while target := TARGET.match(data, at, limit):
         move.kind.append(target[1].decode().upper())
@@ -115,52 +117,52 @@ def _targets(data: bytes, move: Move, at: int, limit: int) -> int:
     return at
 
 
-def _tail(data: bytes, move: Move, at: int, limit: int) -> str:
+def _take_speed_and_termination(data: bytes, move: ParsedMotion, at: int, limit: int) -> str:
     """Takes what is still missing of speed and termination from a place on; gives the rest."""
     if move.speed[1] == 0:
-        found = SPEED.match(data, at, limit)
-        at = found.end() if found else at
-        move.speed = (found.start(1 if found[1] else 3), at) if found else (at, at)
-    if found := TERMINATION.match(data, at, limit):
-        move.termination, at = found.span(1), found.end()
+        match = SPEED.match(data, at, limit)
+        at = match.end() if match else at
+        move.speed = (match.start(1 if match[1] else 3), at) if match else (at, at)
+    if match := TERMINATION.match(data, at, limit):
+        move.termination, at = match.span(1), match.end()
     return data[at:limit].decode("latin-1").strip()
 
 
-def _more(data: bytes, move: Move, at: int, limit: int) -> None:
+def _continue_options(data: bytes, move: ParsedMotion, at: int, limit: int) -> None:
     """A motion whose statement runs on: what is still missing is taken from the next line, the rest are options."""
     if move.termination[1] or move.options:
         move.options = f"{move.options} {data[at:limit].decode('latin-1').strip()}".strip()
     else:
         if move.speed[0] == move.speed[1]:
             move.speed = (0, 0)
-        move.options = _tail(data, move, at, limit)
+        move.options = _take_speed_and_termination(data, move, at, limit)
     move.span = (move.span[0], limit)
 
 
-def target_text(data: bytes, move: Move, i: int) -> str:
+def target_text(data: bytes, move: ParsedMotion, i: int) -> str:
     """A target as written: ``P[3:name]``, ``PR[1]``."""
     return f"{move.kind[i]}[{data[slice(*move.target[i])].decode('latin-1')}]"
 
 
-def own_parts(data: bytes, move: Move, i: int) -> tuple[Span, Span]:
+def number_and_name_spans(data: bytes, move: ParsedMotion, i: int) -> tuple[Span, Span]:
     """Where n and the name of a target P[n:name] stand; nowhere when it is another target."""
-    found = NUMBER_AND_NAME.match(data, *move.target[i]) if move.kind[i] == "P" else None
-    return (found.span(1), found.span(2)) if found else ((-1, -1), (-1, -1))
+    match = NUMBER_AND_NAME.match(data, *move.target[i]) if move.kind[i] == "P" else None
+    return (match.span(1), match.span(2)) if match else ((-1, -1), (-1, -1))
 
 
-def own_number(data: bytes, move: Move, i: int) -> int:
+def position_number(data: bytes, move: ParsedMotion, i: int) -> int:
     """n of a target P[n] or P[n:name]; anything else is not in the file."""
-    (start, end), _ = own_parts(data, move, i)
+    (start, end), _ = number_and_name_spans(data, move, i)
     return int(data[start : min(end, start + 10)]) if end > start else NO_NUMBER
 
 
-def speed_number(data: bytes, move: Move) -> Span:
+def speed_number_span(data: bytes, move: ParsedMotion) -> Span:
     """Where the number of a speed stands; nowhere when it is a register or a word."""
-    found = SPEED_NUMBER.match(data, *move.speed)
-    return found.span() if found else (-1, -1)
+    match = SPEED_NUMBER.match(data, *move.speed)
+    return match.span() if match else (-1, -1)
 
 
-def line_number(data: bytes, at: int, stop: int) -> Span | None:
+def line_number_span(data: bytes, at: int, stop: int) -> Span | None:
     """Where the number of a numbered line stands."""
-    found = LINE_NUMBER.match(data, at, stop)
-    return found.span(1) if found and found[1] else None
+    match = LINE_NUMBER.match(data, at, stop)
+    return match.span(1) if match and match[1] else None

@@ -18,7 +18,7 @@ from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.positions import Positions
-from compgen.fanuc.listing.templates import found
+from compgen.fanuc.listing.templates import find_places
 from compgen.fanuc.program import Program
 from compgen.fanuc.statements import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE, TARGET_MODIFIER
 
@@ -190,7 +190,7 @@ def _target_spans(program: LsProgram, number: IntArray) -> IntArray:
     block = p.block[order[row[known]]]
     view = np.frombuffer(program.data, dtype=np.uint8)
     first, last = int(block[:, 0].min(initial=len(view))), int(block[:, 1].max(initial=0))
-    brace = found(view, first, last, lambda part: part[:-1] == ord("{")) + 1
+    brace = find_places(view, first, last, lambda part: part[:-1] == ord("{")) + 1
     span[known] = np.column_stack([brace[np.searchsorted(brace, block[:, 0])], block[:, 1]])
     return span
 
