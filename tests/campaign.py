@@ -40,8 +40,8 @@ def aligned_error(truth, model, p, frames, theta, direction):
     """Predicted less true place of three reflectors at cold poses, per coordinate; frames as they were fitted."""
     rng = np.random.default_rng(0)
     fresh = measured(truth, theta, rng, noise=0.0, direction=direction)
-    own = InstrumentFrames(frames.rotation[:1], frames.origin[:1], frames.reflector[:3])
-    return own.predict(fresh, *model.pose(fresh, p)) - fresh.position
+    instrument = InstrumentFrames(frames.rotation[:1], frames.origin[:1], frames.reflector[:3])
+    return instrument.predict(fresh, *model.pose(fresh, p)) - fresh.position
 
 
 def warm_excess(truth, model, best, rng, temperatures):
@@ -53,20 +53,20 @@ def warm_excess(truth, model, best, rng, temperatures):
     warm = measured(truth, theta, rng, noise=0.0, rise=rise, time=np.arange(100.0), warm=time)
     cold = replace(warm, rise=0 * rise, warm=0 * time)
     real = truth.noiseless(warm) - truth.noiseless(cold)
-    own = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
-    seen = warm if temperatures else replace(warm, rise=0 * rise)
-    told = own.predict(seen, *model.pose(seen, best.p)) - own.predict(cold, *model.pose(cold, best.p))
-    moved = np.einsum("ij,nj->ni", truth.frames.rotation[0].T, real)
-    guess = np.einsum("ij,nj->ni", best.frames.rotation[0].T, told)
-    return np.sqrt((moved**2).mean()), np.sqrt(((guess - moved) ** 2).mean())
+    instrument = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
+    known = warm if temperatures else replace(warm, rise=0 * rise)
+    predicted_warm, predicted_cold = (instrument.predict(rows, *model.pose(rows, best.p)) for rows in (known, cold))
+    actual = np.einsum("ij,nj->ni", truth.frames.rotation[0].T, real)
+    predicted_world = np.einsum("ij,nj->ni", best.frames.rotation[0].T, predicted_warm - predicted_cold)
+    return np.sqrt((actual**2).mean()), np.sqrt(((predicted_world - actual) ** 2).mean())
 
 
 def run(seed, temperatures=True, file=None):
-    """One made-up robot: what was found, in numbers."""
+    """One made-up robot: how well it was identified, in numbers."""
     truth = made_up(file, seed)
     rng = np.random.default_rng(1000 + seed)
     robot, nodes = truth.arm.robot, len(truth.arm.nodes)
-    cold, wild = with_outliers(measured(truth, random_theta(robot, rng, 60), rng), rng)
+    cold, outlier = with_outliers(measured(truth, random_theta(robot, rng, 60), rng), rng)
     lines = axis_lines(truth, rng)
     warm, _ = warming(truth, rng)
     if not temperatures:
@@ -79,40 +79,40 @@ def run(seed, temperatures=True, file=None):
         aligned=np.delete(np.array(data.aligned), 1),
     )  # fmt: skip
     start = time.perf_counter()
-    found = identify(robot, truth.arm.known, data, nodes, temperatures, quiet)
-    took = time.perf_counter() - start
-    best = found.selected.fit
+    identification = identify(robot, truth.arm.known, data, nodes, temperatures, quiet)
+    seconds = time.perf_counter() - start
+    best = identification.selected.fit
     theta = random_theta(robot, rng, 500)
     direction = rng.choice([-1.0, 1.0], theta.shape)
-    error = aligned_error(truth, found.model, best.p, best.frames, theta, direction)
+    error = aligned_error(truth, identification.model, best.p, best.frames, theta, direction)
     rms = np.sqrt((error**2).mean())
     noisy = np.sqrt(rms**2 + NOISE**2)
-    flagged = best.outlier[: len(wild)]
-    hits = int((flagged & wild).sum())
+    flagged = best.outlier[: len(outlier)]
+    hits = int((flagged & outlier).sum())
     extra = int(best.outlier.sum()) - hits
     value = {t.name: v for t, v in zip(truth.model.parameters, truth.p)}
-    cover = [
+    covered = [
         abs(best.p[k] - value[t.name]) <= 1.96 * best.sigma[k]
-        for k, t in enumerate(found.model.parameters)
+        for k, t in enumerate(identification.model.parameters)
         if best.active[k]
         and t.name in value
         and t.source != "joint_ripple"
         and (temperatures or not t.source.startswith("thermal"))  # else rise and rate are only known together
     ]
     # what the warm-up does to the cold parameters when nothing explains it, and when something does
-    level = found.selected.candidate
-    clean = fit(found.model, concatenate([cold, lines]), active_in_groups(found.model, level.groups))
+    level = identification.selected.candidate
+    clean = fit(identification.model, concatenate([cold, lines]), active_in_groups(identification.model, level.groups))
     plain = [g for g in level.groups if g.split(".")[0] not in ("thermal_growth", "thermal_bend", "warm_up")]
-    blind = fit(found.model, replace(data, rise=np.zeros_like(data.rise), warm=np.zeros_like(data.warm)),
-                active_in_groups(found.model, plain))  # fmt: skip
-    base = np.sqrt((aligned_error(truth, found.model, clean.p, clean.frames, theta, direction) ** 2).mean())
-    bad = np.sqrt((aligned_error(truth, found.model, blind.p, blind.frames, theta, direction) ** 2).mean())
-    excess, left = warm_excess(truth, found.model, best, rng, temperatures)
+    blind = fit(identification.model, replace(data, rise=np.zeros_like(data.rise), warm=np.zeros_like(data.warm)),
+                active_in_groups(identification.model, plain))  # fmt: skip
+    base = np.sqrt((aligned_error(truth, identification.model, clean.p, clean.frames, theta, direction) ** 2).mean())
+    bad = np.sqrt((aligned_error(truth, identification.model, blind.p, blind.frames, theta, direction) ** 2).mean())
+    excess, left = warm_excess(truth, identification.model, best, rng, temperatures)
     return {
         "seed": seed, "temperatures": temperatures, "excess_um": excess * 1e6, "left_um": left * 1e6,
-        "model": level.name, "rms_um": rms * 1e6, "noisy": noisy / NOISE, "cover": float(np.mean(cover)),
-        "counted": len(cover), "hits": hits, "wild": int(wild.sum()), "extra": extra, "blind_um": bad * 1e6,
-        "cold_only_um": base * 1e6, "seconds": took, "noise_um": best.noise * 1e6, "refused": found.refused,
+        "model": level.name, "rms_um": rms * 1e6, "noisy": noisy / NOISE, "cover": float(np.mean(covered)),
+        "counted": len(covered), "hits": hits, "wild": int(outlier.sum()), "extra": extra, "blind_um": bad * 1e6,
+        "cold_only_um": base * 1e6, "seconds": seconds, "noise_um": best.noise * 1e6, "refused": identification.refused,
     }  # fmt: skip
 
 
@@ -123,6 +123,6 @@ if __name__ == "__main__":
         file = robot_file(folder)
         for s in range(first, first + count):
             for temperatures in (True, False):
-                told = run(s, temperatures, file)
-                row = (f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in told.items())
+                numbers = run(s, temperatures, file)
+                row = (f"{k}={v:.4g}" if isinstance(v, float) else f"{k}={v}" for k, v in numbers.items())
                 print(" ".join(row), flush=True)

@@ -12,6 +12,8 @@ from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
 from compgen.identification.pose_files import motion_directions
 from compgen.pipelines.robot_file import load_arm
+from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.joint_path import follow_branch
 
 NOISE = 25 * UM
 PRISM = np.array([[60, 10, 120], [-50, 40, 150], [5, -60, 180]]) * 1e-3  # reflectors in the flange [m]
@@ -46,14 +48,14 @@ def made_up(robot_file, seed, ripple=0.0):
 
 def random_theta(robot, rng, count):
     """Poses in front of the arm, J5 away from zero, inside the limits."""
-    found = []
-    while len(found) < count:
+    poses = []
+    while len(poses) < count:
         pendant = rng.uniform(PENDANT_LOW, PENDANT_HIGH)
         theta = robot.to_theta(pendant[None])[0]
         inside = (theta > robot.lower).all() and (theta < robot.upper).all()
         if inside and abs(pendant[4]) > 10 * DEG:
-            found.append(theta)
-    return np.array(found)
+            poses.append(theta)
+    return np.array(poses)
 
 
 def measured(
@@ -91,16 +93,13 @@ def with_outliers(data, rng, share=0.01, least=0.5e-3, most=5e-3):
     push *= rng.uniform(least, most, (count, 1)) / np.linalg.norm(push, axis=1, keepdims=True)
     position = data.position.copy()
     position[rows] += push
-    wild = np.zeros(len(data.pose), bool)
-    wild[rows] = True
-    return replace(data, position=position), wild
+    outlier = np.zeros(len(data.pose), bool)
+    outlier[rows] = True
+    return replace(data, position=position), outlier
 
 
 def axis_lines(truth, rng, noise=NOISE):
     """Two horizontal lines and a vertical one through a point, both ways, three runs: what the study measured."""
-    from compgen.robot.inverse_kinematics import Posture
-    from compgen.robot.joint_path import follow_branch
-
     robot = truth.arm.robot
     place, direction, line = [], [], []
     for k, (axis, low, high) in enumerate(((0, 0.9, 1.7), (1, -0.6, 0.6), (2, -0.3, 0.5))):
@@ -133,8 +132,8 @@ def axis_lines(truth, rng, noise=NOISE):
     P, _ = truth.model.pose(data, truth.p)
     zero = rng.normal(0, 1e-3, (3, 3))
     tilt = rotation_matrix(rng.normal(0, 3e-4, (3, 3)))
-    seen = np.einsum("nij,nj->ni", tilt[line], P) + zero[line]
-    return replace(data, position=seen + rng.normal(0, noise, (N, 3)))
+    position_in_frame = np.einsum("nij,nj->ni", tilt[line], P) + zero[line]
+    return replace(data, position=position_in_frame + rng.normal(0, noise, (N, 3)))
 
 
 def warming(truth, rng, count=40, hours=5.0, tau=(2.2, 1.4, 2.0, 1.8, 1.8), final=(11, 4, 13, 3, 2.3)):

@@ -54,13 +54,15 @@ def test_slopes_are_difference_quotients(truth, small):
     linear = linearise(model, slopes, data, active, p, truth.frames, turn)
     K, step = int(active.sum()), 1e-3
     for k in range(K):
-        here = np.flatnonzero(active)[k]
+        column = np.flatnonzero(active)[k]
         z = []
         for sign in (1, -1):
             moved = p.copy()
-            moved[here] += sign * step * model.prior[here]
+            moved[column] += sign * step * model.prior[column]
             z.append(data.position - truth.frames.predict(data, *model.pose(data, moved)))
-        assert_allclose(linear.A[:, :, k], -(z[0] - z[1]) / (2 * step), atol=2e-8, err_msg=model.parameters[here].name)
+        assert_allclose(
+            linear.A[:, :, k], -(z[0] - z[1]) / (2 * step), atol=2e-8, err_msg=model.parameters[column].name
+        )
     for k in range(6 + 9):
         z = []
         for sign in (1, -1):
@@ -79,15 +81,15 @@ def test_orientation_rows_have_the_right_slope(truth, small):
     active = np.array([t.source in ("joint_zeros", "link_offsets") for t in model.parameters])
     zero = np.zeros(len(active))
     _, R = model.pose(small, zero)
-    seen = truth.frames.rotation[0] @ R[small.pose]
-    data = replace(small, rotation=seen @ rotation_matrix(np.full((len(seen), 3), 1e-4)))
+    measured_rotation = truth.frames.rotation[0] @ R[small.pose]
+    data = replace(small, rotation=measured_rotation @ rotation_matrix(np.full((len(measured_rotation), 3), 1e-4)))
     turn = np.tile(np.eye(3), (3, 1, 1))
     linear = linearise(model, model.jacobian_function(active), data, active, zero, truth.frames, turn)
     assert_allclose(linear.turn, 1e-4, rtol=1e-6)
     k = next(i for i, j in enumerate(np.flatnonzero(active)) if model.parameters[j].source == "joint_zeros")
-    here, step = np.flatnonzero(active)[k], 1e-2
+    column, step = np.flatnonzero(active)[k], 1e-2
     moved = zero.copy()
-    moved[here] = step * model.prior[here]
+    moved[column] = step * model.prior[column]
     after = linearise(model, model.jacobian_function(active), data, active, moved, truth.frames, turn)
     assert_allclose(
         linear.B[:, :, k], -(after.turn - linear.turn) / step, atol=1e-7
@@ -100,30 +102,30 @@ def test_the_linear_problem_meets_the_closed_form():
     A, z = rng.normal(size=(40, 6)), rng.normal(size=40)
     lam, s2 = np.array([0.5, 2.0]), 0.3
     group = np.array([0, 0, 1, 1])
-    told = posterior(
+    solution = posterior(
         [normal_equations(A, z, np.ones(40))], group, np.array([1e-3, 1e-3]), np.zeros(2),
         Scales(lam, np.array([s2, s2])), learn_groups=False, learn_noise=False,
     )  # fmt: skip
     D = np.diag([*(1 / lam[group]), 1e-3, 1e-3])
     by_hand = np.linalg.inv(A.T @ A / s2 + D)
-    assert_allclose(told.covariance, by_hand, rtol=1e-10)
-    assert_allclose(told.x, by_hand @ A.T @ z / s2, rtol=1e-10)
+    assert_allclose(solution.covariance, by_hand, rtol=1e-10)
+    assert_allclose(solution.x, by_hand @ A.T @ z / s2, rtol=1e-10)
     whole = s2 * np.eye(40) + A @ np.linalg.inv(D) @ A.T  # the evidence is a Gaussian of the rows
     direct = -0.5 * (z @ np.linalg.solve(whole, z) + np.linalg.slogdet(2 * np.pi * whole)[1])
-    assert_allclose(told.log_evidence, direct, rtol=1e-9)
+    assert_allclose(solution.log_evidence, direct, rtol=1e-9)
 
 
 def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
     rng = np.random.default_rng(1)
     A = rng.normal(size=(300, 20))
     z = A[:, :10] @ rng.normal(0, 3, 10) + rng.normal(0, 0.1, 300)
-    told = posterior(
+    solution = posterior(
         [normal_equations(A, z, np.ones(300))], np.repeat([0, 1], 10), np.zeros(0), np.zeros(0),
         Scales(np.ones(2), np.array([1.0, 1.0])),
     )  # fmt: skip
-    assert told.scales.group[0] > 3
-    assert told.scales.group[1] < 0.1
-    assert_allclose(np.sqrt(told.scales.noise[0]), 0.1, rtol=0.15)
+    assert solution.scales.group[0] > 3
+    assert solution.scales.group[1] < 0.1
+    assert_allclose(np.sqrt(solution.scales.noise[0]), 0.1, rtol=0.15)
 
 
 def forty(truth, poses):
@@ -146,9 +148,9 @@ def by_scipy(model, data, active, start):
         z = data.position - frames.predict(data, *model.pose(data, p))
         return np.concatenate([z.ravel() / NOISE, x[:40]])
 
-    begun = time.perf_counter()
-    told = least_squares(residual, np.zeros(55), x_scale="jac", xtol=1e-10, ftol=1e-10, gtol=1e-10)
-    return told, time.perf_counter() - begun
+    start_time = time.perf_counter()
+    solution = least_squares(residual, np.zeros(55), x_scale="jac", xtol=1e-10, ftol=1e-10, gtol=1e-10)
+    return solution, time.perf_counter() - start_time
 
 
 def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
@@ -161,75 +163,76 @@ def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     plain = replace(truth, model=model, p=np.random.default_rng(6).normal(0, model.prior))
     data, active = forty(plain, 1000)
     fit(model, data.subset(data.pose < 50), active, learn=False, robust=False, noise=NOISE)  # warm caches
-    ours = np.inf
+    seconds = np.inf
     for _ in range(10):  # the least of them: a busy machine costs a short run more than a long one
-        begun = time.perf_counter()
-        found = fit(model, data, active, learn=False, robust=False, noise=NOISE)
-        ours = min(ours, time.perf_counter() - begun)
+        start_time = time.perf_counter()
+        fitted = fit(model, data, active, learn=False, robust=False, noise=NOISE)
+        seconds = min(seconds, time.perf_counter() - start_time)
     start = fit(model, data, np.zeros(len(active), bool), robust=False).frames
-    told, theirs = by_scipy(model, data, active, start)
-    p = found.p[active] / model.prior[active]
-    spread = found.sigma[active] / model.prior[active]
-    assert (np.abs(p - told.x[:40]) < 0.05 * spread).all()  # what a numerical Jacobian leaves
-    ours_cost = (found.residual**2).sum() / NOISE**2 + (p**2).sum()
-    assert ours_cost <= 2 * told.cost * (1 + 1e-9)
-    assert theirs / ours > 20, (theirs, ours)
+    reference, reference_seconds = by_scipy(model, data, active, start)
+    p = fitted.p[active] / model.prior[active]
+    spread = fitted.sigma[active] / model.prior[active]
+    assert (np.abs(p - reference.x[:40]) < 0.05 * spread).all()  # what a numerical Jacobian leaves
+    cost = (fitted.residual**2).sum() / NOISE**2 + (p**2).sum()
+    assert cost <= 2 * reference.cost * (1 + 1e-9)
+    assert reference_seconds / seconds > 20, (reference_seconds, seconds)
 
 
-def test_wild_rows_are_found_and_named(truth):
+def test_outliers_are_identified(truth):
     rng = np.random.default_rng(12)
-    data, wild = with_outliers(measured(truth, random_theta(truth.arm.robot, rng, 60), rng), rng, share=0.03)
+    data, outlier = with_outliers(measured(truth, random_theta(truth.arm.robot, rng, 60), rng), rng, share=0.03)
     active = np.array(
         [t.source != "joint_ripple" and not t.source.startswith("thermal") for t in truth.model.parameters]
     )
-    found = fit(truth.model, data, active)
-    assert np.array_equal(found.outlier, wild)
-    assert_allclose(found.noise, NOISE, rtol=0.25)
+    fitted = fit(truth.model, data, active)
+    assert np.array_equal(fitted.outlier, outlier)
+    assert_allclose(fitted.noise, NOISE, rtol=0.25)
 
 
 def test_held_out_error_is_what_leaving_out_and_fitting_again_gives(truth, small):
     """The linear folds against a real fit without the rows."""
     active = np.array([t.source in ("joint_zeros", "link_offsets") for t in truth.model.parameters])
-    found = fit(truth.model, small, active, robust=False)
-    folds = cross_validate(truth.model, small, found)
-    own = folds.block % 10 == 3
-    again = fit(truth.model, small.subset(~own), active, robust=False)
-    frames = again.frames
-    left = small.subset(own)
-    direct = np.linalg.norm(left.position - frames.predict(left, *truth.model.pose(left, again.p)), axis=1)
-    assert_allclose(folds.distance[own], direct, rtol=0.1, atol=10e-6)
-    assert folds.mean > np.linalg.norm(found.residual, axis=1).mean()
+    fitted = fit(truth.model, small, active, robust=False)
+    folds = cross_validate(truth.model, small, fitted)
+    held_out = folds.block % 10 == 3
+    refitted = fit(truth.model, small.subset(~held_out), active, robust=False)
+    frames = refitted.frames
+    held_out_rows = small.subset(held_out)
+    predicted = frames.predict(held_out_rows, *truth.model.pose(held_out_rows, refitted.p))
+    direct = np.linalg.norm(held_out_rows.position - predicted, axis=1)
+    assert_allclose(folds.distance[held_out], direct, rtol=0.1, atol=10e-6)
+    assert folds.mean > np.linalg.norm(fitted.residual, axis=1).mean()
 
 
 @pytest.fixture(scope="module")
 def cold_and_warm(truth):
     rng = np.random.default_rng(21)
-    cold, wild = with_outliers(measured(truth, random_theta(truth.arm.robot, rng, 60), rng), rng)
+    cold, outlier = with_outliers(measured(truth, random_theta(truth.arm.robot, rng, 60), rng), rng)
     warm, _ = warming(truth, rng)
     data = concatenate([cold, replace(warm, instruments=cold.instruments), axis_lines(truth, rng)])
     same = np.where(data.instrument <= 1, 0, data.instrument - 1)
     return replace(
         data, instrument=same, instruments=data.instruments[1:], aligned=np.array(data.aligned)[1:]
-    ), wild  # fmt: skip
+    ), outlier  # fmt: skip
 
 
-def test_a_made_up_robot_is_found_again(truth, cold_and_warm):
-    data, wild = cold_and_warm
-    found = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
-    assert not found.refused
-    best = found.selected.fit
-    assert np.array_equal(best.outlier[: len(wild)], wild)
+def test_a_made_up_robot_is_identified(truth, cold_and_warm):
+    data, outlier = cold_and_warm
+    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
+    assert not identification.refused
+    best = identification.selected.fit
+    assert np.array_equal(best.outlier[: len(outlier)], outlier)
     rng = np.random.default_rng(5)
     theta = random_theta(truth.arm.robot, rng, 200)
     for sense in (1.0, -1.0):
         fresh = measured(truth, theta, rng, noise=0.0, direction=np.full_like(theta, sense))
-        own = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
-        error = own.predict(fresh, *found.model.pose(fresh, best.p)) - fresh.position
+        frames = InstrumentFrames(best.frames.rotation[:1], best.frames.origin[:1], best.frames.reflector[:3])
+        error = frames.predict(fresh, *identification.model.pose(fresh, best.p)) - fresh.position
         assert np.sqrt((error**2).mean()) < 0.83 * NOISE  # with the noise of new measurements: 1.3 times
     inside = [
         abs(best.p[k] - v) <= 1.96 * best.sigma[k]
         for k, v in enumerate(truth.p)
-        if found.model.parameters[k].source != "joint_ripple" and best.active[k]
+        if identification.model.parameters[k].source != "joint_ripple" and best.active[k]
     ]
     assert len(inside) > 80
     assert np.mean(inside) > 0.85
@@ -238,8 +241,8 @@ def test_a_made_up_robot_is_found_again(truth, cold_and_warm):
 def test_few_poses_shrink_rather_than_blow_up(truth):
     rng = np.random.default_rng(31)
     data = measured(truth, random_theta(truth.arm.robot, rng, 7), rng, reflectors=1)
-    found = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
-    best = found.selected.fit
+    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
+    best = identification.selected.fit
     assert (np.abs(best.p) < 6 * truth.model.prior[: len(best.p)].max()).all()
     assert np.isfinite(best.sigma).all()
     assert best.gamma.sum() < 3 * 7
@@ -249,6 +252,6 @@ def test_an_arm_without_errors_is_refused(truth):
     perfect = replace(truth, p=0 * truth.p)
     rng = np.random.default_rng(41)
     data = measured(perfect, random_theta(truth.arm.robot, rng, 30), rng)
-    found = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
-    assert found.refused
-    assert any("beats the nominal" in f.message and "measure" in f.message for f in found.findings)
+    identification = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), True, quiet)
+    assert identification.refused
+    assert any("beats the nominal" in f.message and "measure" in f.message for f in identification.findings)

@@ -54,22 +54,22 @@ def made(tmp_path_factory):
     robot = truth.arm.robot
     (folder / "poses.csv").write_text(csv(truth, measured(truth, random_theta(robot, rng, 80), rng)))
     (folder / "fresh.csv").write_text(csv(truth, measured(truth, random_theta(robot, rng, 40), rng)))
-    target = folder / "found.toml"
-    told = CliRunner().invoke(
+    target = folder / "identified.toml"
+    run = CliRunner().invoke(
         app, ["identify", truth.arm.source, "--poses", str(folder / "poses.csv"), "-o", str(target), "--json"]
     )
-    assert told.exit_code == 0, told.output
-    return truth, folder, target, json.loads(told.stdout)
+    assert run.exit_code == 0, run.output
+    return truth, folder, target, json.loads(run.stdout)
 
 
 def real_sources(truth, folder):
     """The sources as they really are, by way of a robot file."""
-    parts = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
+    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
 
-    class Everything:
+    class TrueFit:
         p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
 
-    known = fitted_sources(truth.arm.known, parts, truth.model, Everything)
+    known = fitted_sources(truth.arm.known, sources, truth.model, TrueFit)
     record = {"instrument_mm": [0, 0, 0], "instrument_deg": [0, 0, 0], "reflector_mm": {}}
     box = np.column_stack([truth.arm.robot.lower, truth.arm.robot.upper])
     file = folder / "real.toml"
@@ -78,14 +78,14 @@ def real_sources(truth, folder):
 
 
 def test_the_report_says_what_a_reader_needs(made):
-    _, _, target, told = made
-    assert told["verdict"] == "accepted"
-    assert told["ladder"][0]["model"] == "frames only"
-    assert told["held_out_um"]["mean"] < 0.2 * told["ladder"][0]["held_out_um"]["mean"]
-    assert abs(told["noise_um"] - 25) < 6
-    assert {"name", "value", "sigma", "told", "held_by_prior"} <= set(told["parameters"][0])
+    _, _, target, summary = made
+    assert summary["verdict"] == "accepted"
+    assert summary["ladder"][0]["model"] == "frames only"
+    assert summary["held_out_um"]["mean"] < 0.2 * summary["ladder"][0]["held_out_um"]["mean"]
+    assert abs(summary["noise_um"] - 25) < 6
+    assert {"name", "value", "sigma", "told", "held_by_prior"} <= set(summary["parameters"][0])
     assert b"plotly" in target.with_suffix(".html").read_bytes()
-    assert json.loads(target.with_suffix(".json").read_text()) == told
+    assert json.loads(target.with_suffix(".json").read_text()) == summary
 
 
 def test_the_same_files_give_the_same_bytes(made):
@@ -106,10 +106,10 @@ def test_the_written_file_keeps_its_line_for_editors_and_fits_the_schema_beside_
 
 
 def test_the_written_file_says_what_was_found(made):
-    _, _, target, told = made
+    _, _, target, summary = made
     cell = load_cell(str(target))
     zeros = next(k for k in cell.known if k.source.NAME == "joint_zeros")
-    value = {p["name"]: p for p in told["parameters"]}["joint_zeros.offset_mdeg[2]"]
+    value = {p["name"]: p for p in summary["parameters"]}["joint_zeros.offset_mdeg[2]"]
     assert zeros.source.offset[1] / DEG * 1000 == pytest.approx(value["value"], rel=1e-6)
     assert zeros.sigma["offset"][1] / DEG * 1000 == pytest.approx(value["sigma"], rel=1e-6)
     assert "poses.csv" in zeros.provenance
@@ -117,16 +117,19 @@ def test_the_written_file_says_what_was_found(made):
 
 def test_validate_needs_no_fit_on_the_same_instrument(made):
     _, folder, target, _ = made
-    told = CliRunner().invoke(app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json"])
-    assert told.exit_code == 0, told.output
-    numbers = json.loads(told.stdout)
+    run = CliRunner().invoke(app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json"])
+    assert run.exit_code == 0, run.output
+    numbers = json.loads(run.stdout)
     assert set(numbers["targets"]) == {"r1", "r2", "r3"}
     assert numbers["overall"]["identified"]["rms"] < 1.3 * NOISE * np.sqrt(3) / MM
     assert numbers["overall"]["nominal"]["rms"] > 0.5
-    again = CliRunner().invoke(
+    refitted_run = CliRunner().invoke(
         app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json", "--refit-frames"]
     )
-    assert json.loads(again.stdout)["overall"]["identified"]["rms"] <= numbers["overall"]["identified"]["rms"] * 1.01
+    assert (
+        json.loads(refitted_run.stdout)["overall"]["identified"]["rms"]
+        <= numbers["overall"]["identified"]["rms"] * 1.01
+    )
 
 
 def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
@@ -137,13 +140,15 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     uncorrected = generate.predict(replace(job, sources=real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
     facts = (job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
-    there, told = (execute(Twin(*facts, faults_of(sources)), corrected.program, ()) for sources in (real, job.sources))
+    actual, predicted = (
+        execute(Twin(*facts, faults_of(sources)), corrected.program, ()) for sources in (real, job.sources)
+    )
     # where World lies is known to some 30 um and 0.03 mrad; a part's frame that is taught with the robot takes it up
-    left = there.position - aligned(told.position, there.position)
-    own = corrected.deviation.total()
-    assert np.quantile(np.linalg.norm(left, axis=1), 0.99) + np.quantile(own, 0.99) < 3 * NOISE
-    found = deviation_from_path(uncorrected.path, [there], len(there.time))
-    assert np.quantile(found.total(), 0.99) < 6 * NOISE  # with World as it was found
+    difference = actual.position - aligned(predicted.position, actual.position)
+    residual = corrected.deviation.total()
+    assert np.quantile(np.linalg.norm(difference, axis=1), 0.99) + np.quantile(residual, 0.99) < 3 * NOISE
+    as_identified = deviation_from_path(uncorrected.path, [actual], len(actual.time))
+    assert np.quantile(as_identified.total(), 0.99) < 6 * NOISE  # with World as it was identified
 
 
 def aligned(a, b):
@@ -162,8 +167,8 @@ def test_arms_without_closed_form_say_so_when_asked_to_generate():
 
 def test_planned_poses_tell_more_than_random_ones(tmp_path):
     folder = tmp_path / "plan"
-    told = CliRunner().invoke(app, ["plan-poses", "irb120", "-n", "12", "-o", str(folder), "-q"])
-    assert told.exit_code == 0, told.output
+    run = CliRunner().invoke(app, ["plan-poses", "irb120", "-n", "12", "-o", str(folder), "-q"])
+    assert run.exit_code == 0, run.output
     assert sorted(p.name for p in folder.iterdir()) == ["IRB120_POSES.LS", "expected.csv", "poses.csv"]
     program = fanuc.loads((folder / "IRB120_POSES.LS").read_bytes())
     assert program.dumps() if hasattr(program, "dumps") else fanuc.dumps(program)
