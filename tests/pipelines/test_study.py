@@ -172,12 +172,12 @@ def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
     whole = file.read_bytes()
     for cut in range(len(whole)):
         file.write_bytes(whole[:cut])
-        rows = study_journal.finished(tmp_path, "one")
+        rows = study_journal.read_finished(tmp_path, "one")
         assert rows in ([], [{"index": 1, "x": 2.5}], [{"index": 1, "x": 2.5}, {"index": 0}])
         assert len(rows) == max(0, whole[:cut].count(b"\n") - 1)
     file.write_bytes(whole)
-    assert study_journal.finished(tmp_path, "another") == []
-    assert study_journal.content("one", study_journal.finished(tmp_path, "one")).count(b"\n") == 3
+    assert study_journal.read_finished(tmp_path, "another") == []
+    assert study_journal.content("one", study_journal.read_finished(tmp_path, "one")).count(b"\n") == 3
 
 
 def test_killed_again_and_again_a_study_ends_with_the_same_table(tmp_path):
