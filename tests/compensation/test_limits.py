@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from problems import problem_of
 from shipped import path_file, quiet
 
 from compgen.compensation import interior_point, limits, optimise
-from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.problem import Settings
 from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
@@ -18,14 +19,9 @@ ATOL_M = 1e-9
 
 @pytest.fixture(scope="module")
 def circle():
-    job = load_job(path_file("circle_1300"))
-    run = generate.predict(job, quiet)
-    path = run.path
-    wave = 5 * np.sin(2 * np.pi * path.arc / 0.5)  # K: so that the free correction meets a limit at a slope
-    return Problem(
-        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, run.theta, run.rise + wave[:, None], path.arc, path.stop,
-    )  # fmt: skip
+    problem = problem_of(generate.predict(load_job(path_file("circle_1300")), quiet))
+    wave = 5 * np.sin(2 * np.pi * problem.arc / 0.5)  # K: so that the unlimited correction meets a limit at a slope
+    return replace(problem, rise=problem.rise + wave[:, None])
 
 
 def position_norm(correction):
@@ -121,13 +117,8 @@ def test_a_rate_that_needs_a_longer_way_gets_it(circle):
 def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
     """1e5 waypoints: legal everywhere, the free solution elsewhere, and memory for a window only."""
     job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=20.65", "process.chord_um=0.2"])
-    run = generate.predict(job, quiet)
-    path = run.path
-    problem = Problem(
-        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, run.theta, run.rise, path.arc, path.stop,
-    )  # fmt: skip
-    N = len(path.arc)
+    problem = problem_of(generate.predict(job, quiet))
+    N, arc = len(problem.arc), problem.arc
     assert N > 100_000
     free = optimise.optimise(problem, Settings())
     settings = Settings(clamp_position=float(np.quantile(position_norm(free.correction), 0.95)))
@@ -140,11 +131,26 @@ def test_a_limit_broken_for_a_twentieth_of_a_long_program_costs_little():
     assert 0.045 < len(limited) / N < 0.055
     away = np.ones(N, dtype=bool)
     distance = 2 * limits.influence_length(settings)
-    for first, last in zip(path.arc[limited] - distance, path.arc[limited] + distance):
-        away[np.searchsorted(path.arc, first) : np.searchsorted(path.arc, last, "right")] = False
+    for first, last in zip(arc[limited] - distance, arc[limited] + distance):
+        away[np.searchsorted(arc, first) : np.searchsorted(arc, last, "right")] = False
     assert away.mean() > 0.8
     assert np.array_equal(solution.correction[away], free.correction[away])
     rows = slice(max(0, limited[0] - 300), limited[0] + 300)
     alone = optimise.optimise(problem.window(rows), settings).correction
     assert np.abs(alone - solution.correction[rows])[100:-100, :3].max() < ATOL_M
     assert np.abs(solution.correction - free.correction)[:, :3].max() > 0.1 * UM  # the limit bites
+
+
+def test_a_program_that_breaks_a_limit_for_a_twentieth_of_its_length():
+    planned = generate.predict(load_job(path_file("circle_1300")), quiet)
+    part = problem_of(planned, slice(3, 1500))
+    unlimited = optimise.optimise(part, Settings())
+    clamp = float(np.quantile(np.linalg.norm(unlimited.correction[:, :3], axis=1), 0.95))
+    solution = optimise.optimise(part, Settings(clamp_position=clamp))
+    assert solution.status is optimise.Status.LIMITED
+    assert np.linalg.norm(solution.correction[:, :3], axis=1).max() <= clamp * (1 + 1e-6)
+    limited = np.array([n for n, _ in solution.active_limits])
+    assert 0.03 < len(limited) / 1497 < 0.08
+    assert {limit for _, limit in solution.active_limits} == {"position clamp"}
+    far = np.setdiff1d(np.arange(1497), (limited[:, None] - 1 + np.arange(-90, 91)).ravel())
+    assert np.linalg.norm(solution.residual[far, :3], axis=1).max() < 0.05 * UM

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.interpolate import BarycentricInterpolator
+from scipy.signal import butter, sosfiltfilt
 
 from compgen.compensation import mid_spatial
 from compgen.core.units import MM, UM
@@ -61,3 +63,12 @@ def test_windows_give_what_one_long_run_gives(length):
 def test_runs_shorter_than_five_periods_say_nothing():
     path = straight(0.09)
     assert mid_spatial.mid_spatial(path, along_normal(path, np.sin(path.arc / 1e-3))) == 0.0
+
+
+def test_the_band_is_scipys_butterworth_forth_and_back():
+    run = np.cumsum(np.random.default_rng(8).normal(size=12_000))
+    band = butter(
+        4, [1 / mid_spatial.BAND[1], 1 / mid_spatial.BAND[0]], "bandpass", fs=1 / mid_spatial.STEP, output="sos"
+    )
+    inside = slice(mid_spatial.MARGIN, -mid_spatial.MARGIN)
+    assert_allclose(mid_spatial.band_pass(run)[inside], sosfiltfilt(band, run)[inside], atol=1e-9)

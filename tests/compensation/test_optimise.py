@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from problems import problem_of
 from shipped import path_file, quiet
 
 from compgen.compensation import general_solver, optimise
 from compgen.compensation.optimise import Status
-from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.problem import Settings
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.error_model.model import build_error_model
@@ -18,28 +19,9 @@ from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 
 
-def problem_of(name, *overrides, rows=slice(None)):
-    job = load_job(path_file(name), None, overrides)
-    run = generate.predict(job, quiet)
-    whole = Problem(
-        job.robot,
-        run.model,
-        job.posture,
-        job.tool_position,
-        job.tool_rotation,
-        run.path.position,
-        run.path.rotation,
-        run.theta,
-        run.rise,
-        run.path.arc,
-        run.path.stop,
-    )
-    return whole.window(rows)
-
-
 @pytest.fixture(scope="module")
 def circle():
-    return problem_of("circle_1300")
+    return problem_of(generate.predict(load_job(path_file("circle_1300")), quiet))
 
 
 def part_of(problem, start=400, count=60):

@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ls_text import cartesian, program
+from problems import problem_of
 from shipped import ROOT, path_file, quiet
 
 from compgen.compensation import interior_point, optimise
 from compgen.compensation.optimise import Status
-from compgen.compensation.problem import Problem
 from compgen.core.exceptions import InputError
 from compgen.pipelines import findings
 from compgen.pipelines.generate import generate, predict
@@ -30,10 +30,7 @@ def spiral():
     """A spiral of some 4000 waypoints and its free solution."""
     job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=200"])
     run = predict(job, quiet, pages=False)
-    problem = Problem(
-        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation, run.path.position, run.path.rotation,
-        run.theta, run.rise, run.path.arc, run.path.stop, run.motion,
-    )  # fmt: skip
+    problem = problem_of(run)
     return problem, job.settings, optimise.optimise(problem, job.settings).correction
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from flawed import SOURCES, flawed_file
 from numpy.testing import assert_allclose
+from problems import problem_of
 from shipped import path_file, quiet
 
 from compgen import fanuc
 from compgen.compensation import general_solver, optimise, refinement
 from compgen.compensation.optimise import Status
-from compgen.compensation.problem import Problem
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 from compgen.core.units import DEG, MDEG, MM, UM
@@ -50,14 +50,6 @@ def robot(tmp_path_factory):
 def raster(robot):
     job = load_job(path_file("raster_1300"), robot, RASTER)
     return job, *generate.generate(job, quiet)
-
-
-def problem_of(planned):
-    job, path = planned.job, planned.path
-    return Problem(
-        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation, path.position, path.rotation,
-        planned.theta, planned.rise, path.arc, path.stop, planned.motion,
-    )  # fmt: skip
 
 
 def codes(findings):

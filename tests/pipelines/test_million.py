@@ -12,8 +12,6 @@ from numpy.testing import assert_allclose
 from ruckig import InputParameter, Ruckig, Trajectory
 from shipped import ROOT, path_file, quiet
 
-from compgen.compensation import general_solver, interior_point, mid_spatial, optimise, simplify
-from compgen.compensation.problem import Problem, Settings
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
 from compgen.core.units import MM, UM
 from compgen.pipelines import generate
@@ -30,15 +28,6 @@ ROBOT = load_job(path_file("circle_1300")).robot
 def on_plane(pattern, **more):
     settings = {"spin": 0.0, "chord": 1.5 * UM, "lift": 0.0, **more}
     return toolpath.plan_tool_path(pattern, surfaces.plane(np.array([1.2, 0.0, 0.2])), unbounded(), **settings)
-
-
-def problem_of(run, rows=slice(None)):
-    job, path = run.job, run.path
-    whole = Problem(
-        job.robot, run.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, run.theta, run.rise, path.arc, path.stop,
-    )  # fmt: skip
-    return whole.window(rows)
 
 
 def test_a_million_with_one_out_of_reach_is_named_within_seconds():
@@ -72,51 +61,6 @@ def test_a_full_disk_leaves_nothing(tmp_path):
     assert done.returncode == 2
     assert "cannot be written" in done.stderr
     assert not list(tmp_path.iterdir())
-
-
-def test_a_program_that_breaks_a_limit_for_a_twentieth_of_its_length():
-    run = generate.predict(load_job(path_file("circle_1300")), quiet)
-    part = problem_of(run, slice(3, 1500))
-    free = optimise.optimise(part, Settings())
-    clamp = float(np.quantile(np.linalg.norm(free.correction[:, :3], axis=1), 0.95))
-    found = optimise.optimise(part, Settings(clamp_position=clamp))
-    assert found.status is optimise.Status.LIMITED
-    assert np.linalg.norm(found.correction[:, :3], axis=1).max() <= clamp * (1 + 1e-6)
-    held = np.array([n for n, _ in found.active_limits])
-    assert 0.03 < len(held) / 1497 < 0.08
-    assert {limit for _, limit in found.active_limits} == {"position clamp"}
-    far = np.setdiff1d(np.arange(1497), (held[:, None] - 1 + np.arange(-90, 91)).ravel())
-    assert np.linalg.norm(found.residual[far, :3], axis=1).max() < 0.05 * UM
-
-
-@pytest.mark.parametrize("kind", ["joint", "clamp", "rate", "two stretches"])
-def test_the_interior_point_is_the_general_programs_optimum(kind):
-    run = generate.predict(load_job(path_file("circle_1300")), quiet)
-    part, settings = problem_of(run, slice(3, 103) if kind == "joint" else slice(300, 400)), Settings()
-    free = optimise.optimise(part, settings)
-    loose = np.ones(100, dtype=bool)
-    if kind == "clamp":
-        settings = Settings(clamp_position=60 * UM)
-    elif kind == "two stretches":
-        settings = Settings(clamp_position=60 * UM)
-        loose[[0, 1, 98, 99]] = False
-        loose[40:52] = False
-    elif kind == "rate":
-        slope = np.linalg.norm(np.diff(free.correction[:, :3], axis=0), axis=1) / np.diff(part.arc)
-        settings = Settings(rate=0.6 * float(slope.max()))
-    else:
-        lower = part.robot.lower.copy()
-        lower[2] = 0.3 * part.theta[:, 2].min() + 0.7 * free.theta[:, 2].min()
-        part = replace(part, robot=replace(part.robot, lower=lower))
-    start = np.zeros((100, 6))
-    fast, done = interior_point.solve(part, settings, start, loose)
-    slow, solved = general_solver.solve(part, settings, start, loose)
-    assert done
-    assert solved
-    assert np.abs(fast - slow)[:, :3].max() < 1e-9  # m
-    assert np.abs(fast - slow)[:, 3:].max() < 4e-9  # rad
-    assert np.array_equal(fast[~loose], start[~loose])
-    assert np.abs(fast - free.correction)[:, :3].max() > 1 * UM  # the limit bites
 
 
 def test_a_spiral_through_its_own_centre_is_driven_and_proven():
@@ -198,28 +142,6 @@ def test_the_cubic_from_length_to_parameter_is_newtons():
     assert np.array_equal(quick[~even[segment]], newton[~even[segment]])
 
 
-def test_sparing_keeps_the_fewest_that_stay_within_the_tolerance():
-    table = curves.spiral((0, 0), (0.1, 0.3), (0, 6 * np.pi))
-    path = on_plane(table, chord=0.05 * UM, spacing=0.2 * MM)
-    none = np.zeros((len(path.arc), 3))
-    rows = simplify.simplify(path, none, 1.5 * UM, 0.0)
-    thin = path.subset(rows)
-    assert len(rows) < len(path.arc) / 5
-    chord = thin.exact.chord(thin.piece, thin.span)
-    assert chord.max() <= 1.5 * UM
-    # dropping any kept row, ends of pieces aside, would leave the tolerance
-    inner = np.flatnonzero(thin.piece[1:] == thin.piece[:-1])
-    span = np.column_stack([thin.span[inner, 0], thin.span[inner + 1, 1]])
-    assert thin.exact.chord(thin.piece[inner], span).min() > 1.5 * UM
-    # a correction that wriggles is followed
-    wave = none.copy()
-    wave[:, 2] = 20 * UM * np.sin(path.arc / 1e-3)
-    assert len(simplify.simplify(path, wave, 1.5 * UM, 0.0)) > 1.3 * len(rows)
-    # no line too short to follow where there is another way
-    long = simplify.simplify(path, none, 1.5 * UM, 0.5 * MM)
-    assert np.diff(path.arc[long]).min() >= 0.5 * MM
-
-
 def test_a_thinned_program_stays_within_its_bounds_and_says_what_it_left_out():
     job = load_job(path_file("spiral_1300"), None, ["process.spacing_mm=0.5", "process.thin_um=1.5", "path.turns=1"])
     planned, done = generate.generate(job, quiet)
@@ -240,43 +162,6 @@ def test_the_tables_text_is_what_formatting_each_number_gives():
     assert waypoints_csv._lines(number, tables) == waypoints_csv._any_size(number, tables)
     big = [(wide * 1e4, 6)]
     assert waypoints_csv._lines(number, big) == waypoints_csv._any_size(number, big)
-
-
-def test_the_band_is_scipys_butterworth_forth_and_back():
-    from scipy.signal import butter, sosfiltfilt
-
-    run = np.cumsum(np.random.default_rng(8).normal(size=12_000))
-    band = butter(
-        4, [1 / mid_spatial.BAND[1], 1 / mid_spatial.BAND[0]], "bandpass", fs=1 / mid_spatial.STEP, output="sos"
-    )
-    inside = slice(mid_spatial.MARGIN, -mid_spatial.MARGIN)
-    assert_allclose(mid_spatial.band_pass(run)[inside], sosfiltfilt(band, run)[inside], atol=1e-9)
-
-
-def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
-    """The confirmation bites: a length wrong by a nanometre in the twin's own expression."""
-    from compgen.verification.twin import TwinError
-    from compgen.verification.twin import nominal_arm as arm
-
-    job = load_job(path_file("line_y"))
-    true = arm._nominal_lengths
-    names: list[int] = []
-
-    def wrong(robot):
-        names.append(1)
-        lengths = list(true(robot))
-        lengths[2] += 1e-9 if len(names) <= 24 else 0.0  # while the expressions are built, not in pinocchio's arm
-        return tuple(lengths)
-
-    for build in (arm.build_segment_sample, arm.build_grown_pose):
-        build.cache_clear()
-    monkeypatch.setattr(arm, "_nominal_lengths", wrong)
-    try:
-        with pytest.raises(TwinError, match="cannot be trusted"):
-            generate.predict(job, quiet)
-    finally:
-        for build in (arm.build_segment_sample, arm.build_grown_pose):
-            build.cache_clear()
 
 
 def test_workers_and_stretches_change_no_byte(tmp_path):

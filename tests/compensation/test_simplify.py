@@ -1,0 +1,32 @@
+"""Path simplification: the fewest waypoints within the tolerance, and no line too short to follow."""
+
+import numpy as np
+
+from compgen.compensation import simplify
+from compgen.core.units import MM, UM
+from compgen.planning import curves, surfaces, toolpath
+from compgen.planning.boundaries import unbounded
+
+
+def test_simplification_keeps_the_fewest_that_stay_within_the_tolerance():
+    table = curves.spiral((0, 0), (0.1, 0.3), (0, 6 * np.pi))
+    surface = surfaces.plane(np.array([1.2, 0.0, 0.2]))
+    settings = {"spin": 0.0, "chord": 0.05 * UM, "lift": 0.0, "spacing": 0.2 * MM}
+    path = toolpath.plan_tool_path(table, surface, unbounded(), **settings)
+    none = np.zeros((len(path.arc), 3))
+    rows = simplify.simplify(path, none, 1.5 * UM, 0.0)
+    thin = path.subset(rows)
+    assert len(rows) < len(path.arc) / 5
+    chord = thin.exact.chord(thin.piece, thin.span)
+    assert chord.max() <= 1.5 * UM
+    # dropping any kept row, ends of pieces aside, would leave the tolerance
+    inner = np.flatnonzero(thin.piece[1:] == thin.piece[:-1])
+    span = np.column_stack([thin.span[inner, 0], thin.span[inner + 1, 1]])
+    assert thin.exact.chord(thin.piece[inner], span).min() > 1.5 * UM
+    # a correction that wriggles is followed
+    wave = none.copy()
+    wave[:, 2] = 20 * UM * np.sin(path.arc / 1e-3)
+    assert len(simplify.simplify(path, wave, 1.5 * UM, 0.0)) > 1.3 * len(rows)
+    # no line too short to follow where there is another way
+    long = simplify.simplify(path, none, 1.5 * UM, 0.5 * MM)
+    assert np.diff(path.arc[long]).min() >= 0.5 * MM

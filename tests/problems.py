@@ -1,0 +1,12 @@
+"""The optimiser's problem of a planned program, as ``generate`` poses it for a path without pages."""
+
+from compgen.compensation.problem import Problem
+
+
+def problem_of(planned, rows=slice(None)):
+    job, path = planned.job, planned.path
+    whole = Problem(
+        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation, path.position, path.rotation,
+        planned.theta, planned.rise, path.arc, path.stop, planned.motion,
+    )  # fmt: skip
+    return whole.window(rows)

@@ -1,0 +1,48 @@
+"""The twin's nominal arm is confirmed by pinocchio, and refused where the two differ."""
+
+import numpy as np
+import pytest
+from shipped import path_file, quiet
+
+from compgen.core.evaluation import evaluate
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.verification.twin import TwinError, nominal_arm
+from compgen.verification.twin.nominal_arm import AGREEMENT, build_grown_pose, pinocchio_difference
+
+
+@pytest.mark.parametrize("wrong", [2e-12, np.nan])
+def test_pinocchio_finds_one_wrong_sample_and_what_is_no_number(robot, wrong):
+    rng = np.random.default_rng(4)
+    theta, growth = rng.uniform(-1, 1, (40, 6)), 1e-4 * rng.normal(size=(40, 6))
+    tool_position, tool_rotation = np.array([0.1, 0.02, 0.3]), np.eye(3)
+    pose = evaluate(build_grown_pose(robot, tool_position.tobytes(), tool_rotation.tobytes()), theta, growth)
+    assert pinocchio_difference(robot, tool_position, tool_rotation, theta, growth, pose) < 1e-14
+    for part in pose:
+        right = part[17, 1]
+        part[17, 1] += wrong
+        assert not pinocchio_difference(robot, tool_position, tool_rotation, theta, growth, pose) <= AGREEMENT
+        part[17, 1] = right
+
+
+def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
+    """The confirmation bites: a length wrong by a nanometre in the twin's own expression."""
+    job = load_job(path_file("line_y"))
+    nominal_lengths = nominal_arm._nominal_lengths
+    calls = []
+
+    def wrong(robot):
+        calls.append(1)
+        lengths = list(nominal_lengths(robot))
+        lengths[2] += 1e-9 if len(calls) <= 24 else 0.0  # while the expressions are built, not in pinocchio's arm
+        return tuple(lengths)
+
+    for build in (nominal_arm.build_segment_sample, nominal_arm.build_grown_pose):
+        build.cache_clear()
+    monkeypatch.setattr(nominal_arm, "_nominal_lengths", wrong)
+    try:
+        with pytest.raises(TwinError, match="cannot be trusted"):
+            generate.predict(job, quiet)
+    finally:
+        for build in (nominal_arm.build_segment_sample, nominal_arm.build_grown_pose):
+            build.cache_clear()
