@@ -9,7 +9,18 @@ from compgen.core.units import MM, UM
 from compgen.fanuc.analysis.safety import Unsafe
 from compgen.pipelines.correct import Correction
 from compgen.report.correction_summary import correction_summary
-from compgen.report.figure import COOL, TURBO, WARM, Figure, axis, figure, numbers, rise_figure, rows_to_draw, trace
+from compgen.report.figure import (
+    COOL,
+    TURBO,
+    WARM,
+    Figure,
+    axis,
+    figure,
+    packed_array,
+    rise_figure,
+    rows_to_draw,
+    trace,
+)
 from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
 
 #: Parts of the error, as the summary and as the table name them.
@@ -85,7 +96,7 @@ def _program_in_space(result: Correction) -> Figure:
     xyz = (np.round(v / MM, 2) for v in plan.poses.position[pose].T)
     marker = {
         "size": 3,
-        "color": numbers(np.round(result.error[0][rows] / UM, 3)),
+        "color": packed_array(np.round(result.error[0][rows] / UM, 3)),
         "colorscale": TURBO,
         "colorbar": {"title": {"text": "µm"}, "thickness": 12},
         "cmin": 0,

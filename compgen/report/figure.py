@@ -37,28 +37,28 @@ def scale(colours: Sequence[str]) -> list[list[Any]]:
 TURBO, RED_TO_BLUE = scale(_TURBO), scale(_RED_TO_BLUE)
 
 
-def numbers(values: Array) -> Any:
+def packed_array(values: Array) -> Any:
     """An array of any shape, packed as bytes, which plotly.js unpacks."""
     if not values.size:
         return []
-    packed = {"dtype": "f8", "bdata": b64encode(np.asarray(values, dtype="<f8").tobytes()).decode("ascii")}
-    return packed if values.ndim == 1 else {**packed, "shape": ", ".join(map(str, values.shape))}
+    record = {"dtype": "f8", "bdata": b64encode(np.asarray(values, dtype="<f8").tobytes()).decode("ascii")}
+    return record if values.ndim == 1 else {**record, "shape": ", ".join(map(str, values.shape))}
 
 
-def trace(kind: str, *xyz: Any, **more: Any) -> Trace:
+def trace(kind: str, *xyz: Any, **options: Any) -> Trace:
     """Points, bars or lines over x, y and perhaps z; names and numbers as lists, arrays as bytes."""
-    columns = {k: numbers(v) if isinstance(v, np.ndarray) else v for k, v in zip("xyz", xyz)}
-    return {"type": kind, **columns, **more}
+    columns = {k: packed_array(v) if isinstance(v, np.ndarray) else v for k, v in zip("xyz", xyz)}
+    return {"type": kind, **columns, **options}
 
 
-def axis(title: str, **more: Any) -> dict[str, Any]:
+def axis(title: str, **options: Any) -> dict[str, Any]:
     """An axis with its title."""
-    return {"title": {"text": title}, **more}
+    return {"title": {"text": title}, **options}
 
 
-def horizontal_line(y: float, which: str = "") -> dict[str, Any]:
-    """A dashed line across a plot at a height; ``which`` is the number of the plot's axes, from 2."""
-    place = {"xref": f"x{which} domain", "x0": 0, "x1": 1, "yref": f"y{which}", "y0": y, "y1": y}
+def horizontal_line(y: float, axis_number: str = "") -> dict[str, Any]:
+    """A dashed line across a plot at a height; ``axis_number`` is the number of the plot's axes, from 2."""
+    place = {"xref": f"x{axis_number} domain", "x0": 0, "x1": 1, "yref": f"y{axis_number}", "y0": y, "y1": y}
     return {"type": "line", "line": DASHED, **place}
 
 

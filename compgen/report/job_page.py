@@ -21,7 +21,7 @@ from compgen.report.figure import (
     axis,
     figure,
     horizontal_line,
-    numbers,
+    packed_array,
     rise_figure,
     rows_to_draw,
     spans,
@@ -152,7 +152,7 @@ def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
         bar = {"title": {"text": "µm"}, "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
         marker = {
             "size": 2.2,
-            "color": numbers(curve.total),
+            "color": packed_array(curve.total),
             "colorscale": TURBO,
             "colorbar": bar,
             "cmin": 0,

@@ -13,7 +13,7 @@ from shipped import path_file, quiet
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import timeline
-from compgen.report.figure import RED_TO_BLUE, TURBO, axis, div, figure, numbers, spans, trace
+from compgen.report.figure import RED_TO_BLUE, TURBO, axis, div, figure, packed_array, spans, trace
 from compgen.report.heat_page import heat_html
 from compgen.report.job_page import job_html
 
@@ -70,11 +70,11 @@ def test_no_text_ends_the_script():
 
 def test_arrays_keep_shape_and_numbers():
     table = np.array([[1.5, np.nan], [-2.0, 1e300]])
-    packed = numbers(table)
+    packed = packed_array(table)
     assert packed["shape"] == "2, 2"
     assert unpacked(packed).tobytes() == table.tobytes()
-    assert numbers(np.arange(3))["dtype"] == "f8"
-    assert numbers(np.zeros(0)) == []
+    assert packed_array(np.arange(3))["dtype"] == "f8"
+    assert packed_array(np.zeros(0)) == []
 
 
 def test_scales_are_plotlys():

@@ -78,10 +78,10 @@ def insert_points(
     _append_positions(program, copies, edits, eol)
     extended = edited(program, edits)
     new_poses = read_poses(extended, robot, frames)
-    which = np.flatnonzero(new_poses.number >= first)
+    rows = np.flatnonzero(new_poses.number >= first)
     theta = _joints_between(robot, poses, drive, station, position, rotation)
-    nudge = np.zeros((len(which), 3), dtype=np.int64)
-    edits = number_edits(extended, new_poses, robot, which, position, rotation, theta, nudge, nudge[:, 0] > 0)
+    nudge = np.zeros((len(rows), 3), dtype=np.int64)
+    edits = number_edits(extended, new_poses, robot, rows, position, rotation, theta, nudge, nudge[:, 0] > 0)
     return edited(extended, edits)
 
 

@@ -25,7 +25,7 @@ def number_edits(
     program: LsProgram,
     poses: Poses,
     robot: Robot,
-    which: IntArray,
+    rows: IntArray,
     position: Array,
     rotation: Array,
     theta: Array,
@@ -38,7 +38,7 @@ def number_edits(
         program: As read.
         poses: Those of its positions.
         robot: For the digits of CONFIG.
-        which: Rows of ``poses`` to change, (n,).
+        rows: Of ``poses`` to change, (n,).
         position: TCP in World, (n, 3) [m].
         rotation: TCP in World, (n, 3, 3).
         theta: Joints of these poses, (n, 6) [rad].
@@ -54,38 +54,38 @@ def number_edits(
         if a
     )
     edits: Edits = {}
-    cartesian = np.flatnonzero(~poses.joint_form[which])
-    numbers, columns = np.empty((len(which), 6)), np.empty((len(which), 6), dtype=np.int64)
-    value = program.positions.value[poses.row[which]]
+    cartesian = np.flatnonzero(~poses.joint_form[rows])
+    numbers, columns = np.empty((len(rows), 6)), np.empty((len(rows), 6), dtype=np.int64)
+    value = program.positions.value[poses.row[rows]]
     if len(cartesian):
-        k = which[cartesian]
+        k = rows[cartesian]
         origin = np.array([b[0] for b in poses.bases])[poses.base[k]]
         axes = np.array([b[1] for b in poses.bases])[poses.base[k]]
         numbers[cartesian, :3] = np.einsum("nji,nj->ni", axes, position[cartesian] - origin) / MM
         turned = np.swapaxes(axes, 1, 2) @ rotation[cartesian]
         numbers[cartesian, 3:] = nearest_wpr(turned, value[cartesian, 3:6])
         columns[cartesian] = np.arange(6)
-    joint = np.flatnonzero(poses.joint_form[which])
+    joint = np.flatnonzero(poses.joint_form[rows])
     if len(joint):
-        step = np.asarray(10.0 ** -decimal_places(program, poses, which[joint]), dtype=float)
-        tools = [poses.tool_of(t) for t in poses.tool[which[joint]].tolist()]
+        step = np.asarray(10.0 ** -decimal_places(program, poses, rows[joint]), dtype=float)
+        tools = [poses.tool_of(t) for t in poses.tool[rows[joint]].tolist()]
         pendant = robot.to_pendant(theta[joint]) / DEG
-        lever = np.where(poses.tool[which[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
+        lever = np.where(poses.tool[rows[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
         numbers[joint] = round_joints(robot, pendant, step, np.array([t[0] for t in tools]), lever, marked[joint])
         columns[joint] = np.arange(J1, J1 + 6)
     rounded = numbers.copy()
-    for n, k in enumerate(which.tolist()):
+    for n, k in enumerate(rows.tolist()):
         spans = program.positions.span[poses.row[k]][columns[n]].tolist()
         for i, (start, end) in enumerate(spans):
             old_text = program.data[start:end]
             extra_units = int(nudge[n, i - 3]) if i >= 3 else 0
-            is_angle = i >= 3 and not poses.joint_form[which[n]]
+            is_angle = i >= 3 and not poses.joint_form[rows[n]]
             text = format_like(old_text, float(numbers[n, i]), omit_zero, is_angle, extra_units)
             rounded[n, i] = float(text)
             if text != old_text:
                 edits[start, end] = text
     if len(cartesian):
-        edits.update(_config_edits(program, poses, robot, which[cartesian], rounded[cartesian], theta[cartesian]))
+        edits.update(_config_edits(program, poses, robot, rows[cartesian], rounded[cartesian], theta[cartesian]))
     return edits
 
 
@@ -158,17 +158,17 @@ def format_like(old: bytes, value: float, omit_zero: bool, is_angle: bool = Fals
         units -= turn if units > 0 else -turn
     if units == old_units or (turn and (units - old_units) % turn == 0):
         return old
-    whole, rest = divmod(abs(units), scale)
-    fraction = f".{rest:0{decimals}d}" if decimals else ("." if b"." in body else "")
+    whole, remainder = divmod(abs(units), scale)
+    fraction = f".{remainder:0{decimals}d}" if decimals else ("." if b"." in body else "")
     integer = "" if omit_zero and whole == 0 and decimals and units else str(whole)
     sign = "-" if units < 0 else ("+" if old[:1] == b"+" else "")
     return f"{sign}{integer}{fraction}".encode("ascii")
 
 
-def decimal_places(program: LsProgram, poses: Poses, which: IntArray) -> IntArray:
+def decimal_places(program: LsProgram, poses: Poses, rows: IntArray) -> IntArray:
     """Decimals of each of the six numbers of positions, (n, 6)."""
-    decimals = np.zeros((len(which), 6), dtype=np.int64)
-    for n, k in enumerate(which.tolist()):
+    decimals = np.zeros((len(rows), 6), dtype=np.int64)
+    for n, k in enumerate(rows.tolist()):
         first = J1 if poses.joint_form[k] else 0
         for i, (start, end) in enumerate(program.positions.span[poses.row[k]][first : first + 6].tolist()):
             decimals[n, i] = len(program.data[start:end].partition(b".")[2])
@@ -196,26 +196,26 @@ def nearest_wpr(rotation: Array, old: Array) -> Array:
 
 
 def _config_edits(
-    program: LsProgram, poses: Poses, robot: Robot, which: IntArray, numbers: Array, theta: Array
+    program: LsProgram, poses: Poses, robot: Robot, rows: IntArray, numbers: Array, theta: Array
 ) -> Edits:
     """Edits of CONFIG's turn digits for the joints of the poses as printed, continuous with the planned ones."""
     edits: Edits = {}
-    origin = np.array([b[0] for b in poses.bases])[poses.base[which]]
-    axes = np.array([b[1] for b in poses.bases])[poses.base[which]]
+    origin = np.array([b[0] for b in poses.bases])[poses.base[rows]]
+    axes = np.array([b[1] for b in poses.bases])[poses.base[rows]]
     position = origin + np.einsum("nij,nj->ni", axes, numbers[:, :3] * MM)
     rotation = axes @ from_wpr(*(numbers[:, 3:] * DEG).T)
-    for tool, posture in np.unique(np.column_stack([poses.tool, poses.posture])[which], axis=0).tolist():
-        rows = np.flatnonzero((poses.tool[which] == tool) & (poses.posture[which] == posture))
-        flange = flange_from_tool(position[rows], rotation[rows], *poses.tools[tool])
+    for tool, posture in np.unique(np.column_stack([poses.tool, poses.posture])[rows], axis=0).tolist():
+        group = np.flatnonzero((poses.tool[rows] == tool) & (poses.posture[rows] == posture))
+        flange = flange_from_tool(position[group], rotation[group], *poses.tools[tool])
         joints, _ = solve_flange(robot, *flange, ALL_POSTURES[posture])
-        digits = turn_digits(robot, nearest_turns(joints, theta[rows])).tolist()
-        for n, wanted in zip(rows.tolist(), digits):
-            i = int(poses.row[which[n]])
+        digits = turn_digits(robot, nearest_turns(joints, theta[group])).tolist()
+        for n, wanted in zip(group.tolist(), digits):
+            i = int(poses.row[rows[n]])
             text = program.positions.config[i] or ""
             config = CONFIG.match(text)
             if config and [int(t or 0) for t in config.groups()[3:]] != wanted and config[4] is not None:
                 start = int(program.positions.config_span[i, 0])
-                for group, digit in zip((4, 5, 6), wanted):
-                    if int(config[group]) != digit:
-                        edits[start + config.start(group), start + config.end(group)] = str(digit).encode("ascii")
+                for column, digit in zip((4, 5, 6), wanted):
+                    if int(config[column]) != digit:
+                        edits[start + config.start(column), start + config.end(column)] = str(digit).encode("ascii")
     return edits

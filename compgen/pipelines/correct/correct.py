@@ -175,24 +175,25 @@ def _write_and_verify(
     program, poses, drive = plan.program, plan.poses, plan.drive
     shared = average_shared(drive, plan.free, plan.stations.correction, plan.stations.theta, len(poses.row))
     size = np.abs(shared.correction).max(axis=1)
-    which = np.flatnonzero(shared.changed & (size > NEGLIGIBLE))
-    correction = shared.correction[which]
-    position = poses.position[which] + correction[:, :3]
-    rotation = poses.rotation[which] @ rotation_matrix(correction[:, 3:])
-    nudge = np.zeros((len(which), 3), dtype=np.int64)
+    rows = np.flatnonzero(shared.changed & (size > NEGLIGIBLE))
+    correction = shared.correction[rows]
+    position = poses.position[rows] + correction[:, :3]
+    rotation = poses.rotation[rows] @ rotation_matrix(correction[:, 3:])
+    nudge = np.zeros((len(rows), 3), dtype=np.int64)
 
     def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
-        pose = position, rotation, shared.theta[which]
-        edits = number_edits(program, poses, cell.robot, which, *pose, nudges, marked_joints)
+        pose = position, rotation, shared.theta[rows]
+        edits = number_edits(program, poses, cell.robot, rows, *pose, nudges, marked_joints)
         return edited(program, edits) if edits else program
 
     written = write(nudge, nudge[:, 0] > 0)
-    rows = _marked_rows(plan, which)
-    marked = written.data != program.data and watermark.is_detectable(poses.joint_form[rows])
+    marked_rows = _marked_rows(plan, rows)
+    marked = written.data != program.data and watermark.is_detectable(poses.joint_form[marked_rows])
     if marked:
-        at = np.searchsorted(which, rows)
-        nudge[at] = watermark.nudges(_last_digit_units(written, poses, rows)) * ~poses.joint_form[rows][:, None]
-        written = write(nudge, np.isin(np.arange(len(which)), at))
+        at = np.searchsorted(rows, marked_rows)
+        units = _last_digit_units(written, poses, marked_rows)
+        nudge[at] = watermark.nudges(units) * ~poses.joint_form[marked_rows][:, None]
+        written = write(nudge, np.isin(np.arange(len(rows)), at))
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
     planned_ride = ride_program(cell, poses, drive, before, lambda share: progress("twin before", share))
@@ -224,11 +225,11 @@ def _write_and_verify(
     return replace(result, findings=correction_findings(result, _midway_deviations(plan, cell)))
 
 
-def _marked_rows(plan: CorrectionPlan, which: IntArray) -> IntArray:
+def _marked_rows(plan: CorrectionPlan, rows: IntArray) -> IntArray:
     """The first corrected positions, in rising order of row."""
-    rows = _markable_rows(plan)
-    rows = rows[np.isin(rows, which)]
-    return np.sort(rows[: watermark.MARKED_POSITIONS])
+    markable = _markable_rows(plan)
+    markable = markable[np.isin(markable, rows)]
+    return np.sort(markable[: watermark.MARKED_POSITIONS])
 
 
 def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:
