@@ -73,7 +73,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
         return [_page_remarks(job, program, k, len(first), start) for k, start in enumerate(starts)]
 
     capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
-    paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:2]))
+    paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:3]))
     page_facts = [_page_facts(job, page, start) for page, start in zip(paged.pages, starts)]
     head = {"compgen": __version__, "inputs_sha256": job.inputs_hash, "robot": job.robot.name}
     manifest = manifest_json(paged, capacity, head, page_facts)
@@ -127,7 +127,7 @@ def _page_facts(job: Job, page: Page, start: PageStart) -> dict[str, object]:
 def _page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart) -> list[str]:
     """Remarks at the head of a page, k from 0."""
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise)]
-    remarks = [*program.remarks[:2], f"page {k + 1} of {count}, after {start.time:.0f} s"]
+    remarks = [*program.remarks[:3], f"page {k + 1} of {count}, after {start.time:.0f} s"]
     remarks += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
     wait = "start within" if k == 0 else "wait before it at most"
     return _ascii(line[:REMARK_LENGTH] for line in [*remarks, f"{wait} {start.window:.0f} s"])

@@ -32,6 +32,8 @@ class Cell:
     joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
     overrides: tuple[str, ...]
     inputs_hash: str  # of the robot file and the overrides
+    robot_file: str  # that was read
+    robot_file_hash: str  # sha256 of its bytes
     sensors: Mapping[str, str] = field(default_factory=dict)  # part_<n> of a thermocouple log to the name of a rise
 
 
@@ -72,6 +74,8 @@ class Job:
     joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
     overrides: tuple[str, ...]
     inputs_hash: str
+    robot_file: str  # that was read
+    robot_file_hash: str  # sha256 of its bytes
 
     def __post_init__(self) -> None:
         own(self, tool_position=(3,), tool_rotation=(3, 3))

@@ -66,7 +66,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
     robot_data = read_toml(robot_source, "robots")
     for item in for_robot:
         override(robot_data, item.removeprefix("robot."), item)
-    cell = cell_of(robot_data, str(robot_source), for_robot)
+    cell = cell_of(robot_data, robot_source, for_robot)
     air = tables.ambient_of(path.ambient, str(source))
     read = None
     if path.log is not None:
@@ -118,6 +118,8 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         joint_box=cell.joint_box,
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
+        robot_file=cell.robot_file,
+        robot_file_hash=cell.robot_file_hash,
     )
     parts = [
         tables.steps_of(rows, name, str(source), job.feed)
@@ -137,13 +139,14 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
 
 
 def find_program(name: str, path_file: str) -> str:
-    """A path file by name: as given, beside the path file, in paths/, or shipped.
+    """A path file by name: beside the path file that names it, in its project's ``paths/``, or shipped.
 
     Raises:
         InputError: It is nowhere.
     """
     file = name if name.endswith(".toml") else f"{name}.toml"
-    for place in (Path(path_file).parent, Path("."), Path("paths"), shipped() / "paths"):
+    beside = Path(path_file).resolve().parent
+    for place in (beside, beside.parent / "paths", shipped() / "paths"):
         if (place / file).is_file():
             return str(place / file)
     raise InputError(f"{path_file}: program '{name}' is unknown: no {file} beside this file; give a path file")

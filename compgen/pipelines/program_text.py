@@ -45,6 +45,7 @@ def compose_program(
     # the digits of CONFIG belong to the pose as printed
     joints, _ = inverse_kinematics.solve_tool(job.robot, *printed, job.tool_position, job.tool_rotation, job.posture)
     remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
+    remarks.append(f"robot file {job.robot_file_hash[:16]}")
     if start_window is None:
         remarks.append("planned, not corrected")
     else:

@@ -44,7 +44,7 @@ def load_any_robot(name: str) -> Robot:
     Raises:
         InputError: Unknown, or anything wrong in its file.
     """
-    source = find_robot(name, Path("."))
+    source = find_robot(name)
     return _nominal(check(RobotFile, read_toml(source, "robots"), str(source)), str(source))
 
 
@@ -66,7 +66,7 @@ def load_arm(name: str) -> Arm:
     Raises:
         InputError: Unknown, or anything wrong in its file.
     """
-    source = find_robot(name, Path("."))
+    source = find_robot(name)
     return arm_of(read_toml(source, "robots"), source.read_text(encoding="utf-8"), str(source))
 
 
@@ -100,19 +100,20 @@ def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
     if name == "":
         raise InputError("--robot: an empty name; give a robot's name or file")
     refuse_unprintable(overrides)
-    source = find_robot(name, Path("."))
+    source = find_robot(name)
     data = read_toml(source, "robots")
     for item in overrides:
         override(data, item.removeprefix("robot."), item)
-    return cell_of(data, str(source), overrides)
+    return cell_of(data, source, overrides)
 
 
-def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> Cell:
-    """The cell that a robot file's tables describe.
+def cell_of(data: dict[str, Any], source: Path, overrides: Sequence[str]) -> Cell:
+    """The cell that a robot file's tables, with overrides in them, describe.
 
     Raises:
         InputError: Anything wrong, naming file and key.
     """
+    where = str(source)
     facts = check(RobotFile, data, where)
     _refuse_double(facts, where)
     robot = _nominal(facts, where)
@@ -131,21 +132,49 @@ def cell_of(data: dict[str, Any], where: str, overrides: Sequence[str]) -> Cell:
         sensors=facts.thermal.sensors if facts.thermal else {},
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
+        robot_file=str(source),
+        robot_file_hash=sha256(source.read_bytes()).hexdigest(),
     )
 
 
-def find_robot(name: str, path_file: Path) -> Path:
-    """The file of a robot: as named, or from robots/ here, beside the path file's folder, or shipped."""
+def find_robot(name: str, path_file: Path | None = None) -> Path:
+    """The file of a robot: as named, or from the project it is used in, else shipped; never one found by chance.
+
+    The project of a path file is the folder that holds its folder (``p`` for ``p/paths/plate.toml``), links followed;
+    without a path file it is the current folder.
+
+    Args:
+        name: A robot's name, or its file.
+        path_file: That names the robot, or that the robot is named for.
+
+    Raises:
+        InputError: No such robot; or the current folder has another one of that name.
+    """
     if name.endswith(".toml"):
         return Path(name)
-    folders = [Path("robots"), path_file.parent.parent / "robots", shipped() / "robots"]
-    for folder in folders:
-        if (folder / f"{name}.toml").is_file():
-            return folder / f"{name}.toml"
-    known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
-    raise InputError(
-        f"{path_file}: robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known, listed=True)}"
-    )
+    current = Path("robots")
+    project = current if path_file is None else path_file.resolve().parents[1] / "robots"
+    folders = [project, shipped() / "robots"]
+    found = next((folder / f"{name}.toml" for folder in folders if (folder / f"{name}.toml").is_file()), None)
+    other = current / f"{name}.toml"
+    if found is None:
+        known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
+        where = f"{path_file}: " if path_file is not None else ""
+        raise InputError(
+            f"{where}robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known, listed=True)}"
+            + (f"; or is {other} meant? name the file" if other.is_file() else "")
+        )
+    if other.is_file() and not other.samefile(found) and other.read_bytes() != found.read_bytes():
+        raise InputError(
+            f"{path_file or name}: robot '{name}' is both {_short(found)} and {other}, and they differ; "
+            "say which with --robot FILE"
+        )
+    return _short(found)
+
+
+def _short(path: Path) -> Path:
+    """A file's path from the current folder where it lies below it."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 
 def refuse_unprintable(overrides: Sequence[str]) -> None:

@@ -57,7 +57,8 @@ def correction_html(result: Correction) -> bytes:
         body += _unsafe_statements(plan.scope.unsafe)
     made = data["provenance"]
     body += (
-        f"<footer>compgen {made['compgen']}, robot file sha256 {made['robot_sha256']}, planned program sha256 "
+        f"<footer>compgen {made['compgen']}, robot file {escape(made['robot_file']['path'])} sha256 "
+        f"{made['robot_file']['sha256']}, planned program sha256 "
         f"{made['planned_sha256']}, corrected {made['corrected_sha256']}. CNT is taken as passing through the points; "
         "jumps and calls are not followed.</footer>"
     )

@@ -23,6 +23,7 @@ def provenance(result: Correction) -> dict[str, Any]:
         "program": result.name,
         "robot": result.cell.robot.name,
         "robot_sha256": result.cell.inputs_hash,
+        "robot_file": {"path": result.cell.robot_file, "sha256": result.cell.robot_file_hash},
         "overrides": list(result.cell.overrides),
         "before": [
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}

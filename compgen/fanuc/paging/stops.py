@@ -83,8 +83,8 @@ def place_page_stops(robot: Robot, path: ToolPath, theta: Array, nodes: int, on_
 
 
 def head_line_count(nodes: int) -> int:
-    """How many remarks a canonical program or page has at its head: four, and two temperature rises a line."""
-    return 4 + -(-nodes // 2)
+    """How many remarks a canonical program or page has at its head: five, and two temperature rises a line."""
+    return 5 + -(-nodes // 2)
 
 
 def canonical_size(positions: int, remarks: int) -> ProgramSize:

@@ -1,0 +1,103 @@
+"""The robot file that is used is the project's own, or the one named; never one found by chance."""
+
+import json
+from contextlib import chdir
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from command_line import refused, run
+from shipped import ROOT
+
+from compgen.core.exceptions import InputError
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.robot_file import find_robot, load_cell
+
+ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
+PATH = (ROOT / "paths" / "line_y.toml").read_text()
+
+
+def project(folder, cte):
+    """A folder with a path file and a robot file of its own."""
+    for name in ("paths", "robots"):
+        (folder / name).mkdir(parents=True)
+    (folder / "paths" / "line_y.toml").write_text(PATH)
+    (folder / "robots" / "m710ic50.toml").write_text(ROBOT.replace("cte_um_m_K = 11.25", f"cte_um_m_K = {cte}"))
+    return folder
+
+
+def growth(job):
+    return job.profiles[0].cte
+
+
+@pytest.mark.parametrize("where", [".", "paths", "robots"])
+def test_the_path_files_own_project_has_the_robot_wherever_one_stands(tmp_path, where):
+    own = project(tmp_path / "p", 22.5)
+    with chdir(own / where):
+        name = Path("..") / "paths" / "line_y.toml" if where != "." else Path("paths/line_y.toml")
+        job = load_job(str(name) if where != "paths" else "line_y.toml")
+    assert growth(job) == pytest.approx(2 * growth(load_job(str(ROOT / "paths" / "line_y.toml"))))
+    assert job.robot_file_hash == sha256((own / "robots" / "m710ic50.toml").read_bytes()).hexdigest()
+
+
+def test_a_link_to_a_path_file_leads_to_its_project(tmp_path):
+    own = project(tmp_path / "p", 22.5)
+    (tmp_path / "elsewhere" / "paths").mkdir(parents=True)
+    link = tmp_path / "elsewhere" / "paths" / "line_y.toml"
+    link.symlink_to(own / "paths" / "line_y.toml")
+    with chdir(tmp_path):
+        assert Path(load_job(str(link)).robot_file).samefile(own / "robots" / "m710ic50.toml")
+
+
+def test_two_robots_of_one_name_that_differ_are_both_named(tmp_path):
+    own, other = project(tmp_path / "p", 22.5), project(tmp_path / "q", 5.0)
+    with chdir(other), pytest.raises(InputError, match=r"both .*p/robots/m710ic50\.toml and robots/m710ic50\.toml"):
+        load_job(str(own / "paths" / "line_y.toml"))
+    refused(run("generate", own / "paths" / "line_y.toml", "-q", "-o", tmp_path / "o", cwd=other), 2, "--robot")
+    with chdir(other):
+        file = str(own / "robots" / "m710ic50.toml")
+        assert Path(load_job(str(own / "paths" / "line_y.toml"), file).robot_file).samefile(file)
+
+
+def test_two_robots_of_one_name_that_are_alike_are_one(tmp_path):
+    own, other = project(tmp_path / "p", 5.0), project(tmp_path / "q", 5.0)
+    with chdir(other):
+        assert Path(load_job(str(own / "paths" / "line_y.toml")).robot_file).samefile(own / "robots" / "m710ic50.toml")
+
+
+def test_a_robot_of_the_current_folder_alone_is_not_found_by_chance(tmp_path):
+    own, other = project(tmp_path / "p", 22.5), project(tmp_path / "q", 5.0)
+    (other / "robots" / "mine.toml").write_text(ROBOT)
+    with chdir(other), pytest.raises(InputError, match=r"'mine' is unknown.*is robots/mine\.toml meant"):
+        load_job(str(own / "paths" / "line_y.toml"), "mine")
+    with chdir(other):
+        assert find_robot("mine") == Path("robots/mine.toml")
+        assert load_cell("mine").robot_file == "robots/mine.toml"
+
+
+def test_without_a_path_file_the_current_folder_comes_first_then_the_shipped(tmp_path):
+    own = project(tmp_path / "p", 22.5)
+    with chdir(own):
+        assert find_robot("m710ic50") == Path("robots/m710ic50.toml")
+    with chdir(tmp_path):
+        assert find_robot("m710ic50").samefile(ROOT / "robots" / "m710ic50.toml")
+
+
+def test_the_file_and_its_hash_stand_on_the_screen_in_the_report_and_in_the_program(tmp_path):
+    own = project(tmp_path / "p", 22.5)
+    done = run("generate", "paths/line_y.toml", "-o", "out", cwd=own)
+    assert done.returncode == 0, done.stderr
+    expected = sha256((own / "robots" / "m710ic50.toml").read_bytes()).hexdigest()
+    made = json.loads((own / "out" / "report.json").read_text())["provenance"]
+    assert made["robot_file"] == {"path": "robots/m710ic50.toml", "sha256": expected}
+    assert f"robot file robots/m710ic50.toml, sha256 {expected[:16]}" in done.stdout
+    assert expected in (own / "out" / "report.html").read_text()
+    assert f"robot file {expected[:16]}" in (own / "out" / "LINE_Y.LS").read_text()
+
+
+def test_a_program_that_warms_the_robot_is_one_of_the_project(tmp_path):
+    own, other = project(tmp_path / "p", 11.25), project(tmp_path / "q", 11.25)
+    (other / "paths" / "warm.toml").write_text(PATH)
+    overrides = ['before=[{state="moving",program="warm",repeat=1}]']
+    with chdir(other), pytest.raises(InputError, match="program 'warm' is unknown"):
+        load_job(str(own / "paths" / "line_y.toml"), None, overrides)
