@@ -51,7 +51,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         )
     for finding in summary["findings"]:
         console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
-    robot_file = data["provenance"]["robot_file"]
+    robot_file = summary["provenance"]["robot_file"]
     console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}", markup=False, highlight=False)
     if folder is not None:
         console.print(f"wrote {name_list(files)} to {folder}", markup=False, highlight=False)

@@ -11,6 +11,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.evaluation import map_rows
 from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.joint_path import legal_turns
 from compgen.robot.robot import Robot
 
 #: The text between the quotes: wrist, elbow, arm, and the three turns where they are given.
@@ -61,7 +62,10 @@ def _apply_turns(robot: Robot, theta: Array, turns: IntArray) -> Array:
             down = np.pi + TOLERANCE - _within_a_turn(np.pi + TOLERANCE - a)
             angle = np.where(n == 0, angle, np.where(n > 0, up, down)) + 2 * np.pi * n
         pendant[:, joint - 1] = angle
-    return robot.to_theta(pendant)
+    named = robot.to_theta(pendant)
+    free = np.setdiff1d(np.arange(6), np.array(robot.controller.turn_joints) - 1)
+    named[:, free] = legal_turns(robot, named)[:, free]  # CONFIG has no turns for the others: the legal one is meant
+    return named
 
 
 def _within_a_turn(angle: Array) -> Array:

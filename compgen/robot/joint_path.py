@@ -33,20 +33,24 @@ def follow_branch(robot: Robot, position: Array, rotation: Array, posture: Postu
     _check_reach(position, margin)
     _check_shoulder(robot, position, rotation)
     _check_elbow(robot, margin)
-    theta = _unwrap(theta, _legal_start(robot, theta[0]))
+    theta = _unwrap(theta, legal_turns(robot, nearest_turns(theta[0], robot.pendant_zero)))
     check_joint_limits(robot, theta)
     _check_wrist(robot, theta)
     return theta
 
 
-def _legal_start(robot: Robot, theta: Array) -> Array:
-    """Joint angles (6,) [rad] with the turns nearest to pendant zero that lie inside the limits."""
-    start = nearest_turns(theta, robot.pendant_zero)
+def legal_turns(robot: Robot, theta: Array) -> Array:
+    """Joint angles (..., 6) [rad], those beyond a limit turned once round where that is inside the limits.
+
+    A range of more than half a turn to one side (J2 + J3 from -160 to 280 deg) has legal angles beyond 180 deg.
+    """
     for turn in (2 * np.pi, -2 * np.pi):
-        is_legal = (start >= robot.lower) & (start <= robot.upper)
-        turned = start + turn
-        start = np.where(~is_legal & (turned >= robot.lower) & (turned <= robot.upper), turned, start)
-    return start
+        is_legal = (theta >= robot.lower) & (theta <= robot.upper)
+        if is_legal.all():
+            break
+        turned = theta + turn
+        theta = np.where(~is_legal & (turned >= robot.lower) & (turned <= robot.upper), turned, theta)
+    return theta
 
 
 def _unwrap(theta: Array, start: Array) -> Array:

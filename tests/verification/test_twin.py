@@ -7,6 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
+from compgen.fanuc import loads
+from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.frames import Frames
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
@@ -99,3 +102,16 @@ def test_joint_6_at_half_a_turn_is_written_and_read_the_same(spin):
     job = load_job(path_file("line_y"), None, [f"tool.spin_deg={spin}", "path.y_mm=0", "path.length_mm=400"])
     _, corrected = generate.generate(job, quiet)
     assert corrected.inside
+
+
+def test_a_coupled_joint_beyond_half_a_turn_is_legal_for_plan_twin_and_reader():
+    words = ["path.x_mm=900", "path.y_mm=0", "path.z_mm=800", "path.length_mm=100", "tool.p_deg=90", "tool.number=1"]
+    job = load_job(path_file("line_y"), None, [*words, 'posture.elbow="down"'])
+    planned, corrected = generate.generate(job, quiet)
+    assert planned.theta[:, 2].max() > np.pi  # J2 + J3 may go to 280 deg
+    assert corrected.inside
+    assert_allclose(corrected.execution().theta[corrected.samples], corrected.solution.theta, atol=1e-5)
+    tool = (job.tool_position, job.tool_rotation)
+    frames = Frames({0: (np.zeros(3), np.eye(3))}, {1: tool})
+    poses = read_poses(loads(corrected.text), job.robot, frames)
+    assert_allclose(poses.theta, corrected.execution().theta[corrected.samples], atol=1e-9)
