@@ -87,8 +87,8 @@ def _footer(data: dict[str, Any]) -> str:
     overrides = "; overrides " + escape(", ".join(made["overrides"])) if made["overrides"] else ""
     return (
         f"<footer>compgen {made['compgen']}, inputs sha256 {made['inputs_sha256']}, robot file "
-        f"{escape(made['robot_file']['path'])} sha256 {made['robot_file']['sha256']}{overrides}. CNT is taken as passing "
-        "through the points; only the error sources active in the robot file are known to it.</footer>"
+        f"{escape(made['robot_file']['path'])} sha256 {made['robot_file']['sha256']}{overrides}. CNT is taken as "
+        "passing through the points; only the error sources active in the robot file are known to it.</footer>"
     )
 
 
