@@ -11,9 +11,9 @@ from compgen.fanuc import Program
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.verification.twin import PreparedProgram
+from compgen.verification.written_motion import WrittenMotion
 
-CLOCK_ERROR = 0.2  # difference of plan's and twin's duration, above which it is a finding
+CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
 FEED_ERROR = 0.01  # of a written speed, above which it is a finding
 
 
@@ -84,12 +84,29 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
     return findings
 
 
-def clocks_apart(trajectory: Trajectory, prepared: PreparedProgram) -> list[Finding]:
-    """Plan and twin each have their own idea of ramps: far apart, they disagree on the warmth as well."""
-    planned, driven = float(trajectory.time[-1]), float(prepared.time[-1])
+def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding]:
+    """Where the text takes another time than the plan, by the twin's clock."""
+    planned, driven = float(trajectory.time[-1]), float(written.time[-1])
     if abs(driven / planned - 1) <= CLOCK_ERROR:
         return []
     message = (
-        f"the twin takes {driven:.0f} s for a program planned to take {planned:.0f} s: its many stops weigh differently"
+        f"the written text takes {driven:.2f} s by the twin's clock, {planned:.2f} s were planned "
+        f"({100 * (driven / planned - 1):+.1f} %): stops and slow stretches weigh differently; what is told is the "
+        "text's"
     )
     return [Finding(Level.NOTE, "timing.clock", message)]
+
+
+def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Finding]:
+    """Where the written speeds ask more of a joint than its limits."""
+    if written.use.max() <= 1:
+        return []
+    kind, joint = np.unravel_index(int(np.argmax(written.use)), written.use.shape)
+    n = written.hardest
+    place = f" at P[{n}], {program.speed[n - 2] / MM:.4g} to {program.speed[n - 1] / MM:.4g} mm/s" if kind else ""
+    limit = f"{('speed', 'acceleration')[int(kind)]} limit of joint {job.robot.joint_names[int(joint)]}"
+    message = (
+        f"the written speeds ask {written.use.max():.2g} times the {limit}{place}: the controller is slower there; "
+        "lower process.feed_mm_s"
+    )
+    return [Finding(Level.WARNING, "timing.joint_use", message)]

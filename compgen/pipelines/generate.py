@@ -35,6 +35,7 @@ from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import Execution, Twin, execute, prepare
 from compgen.verification.verdict import judge
+from compgen.verification.written_motion import WrittenMotion, read_motion
 
 MAX_RIPPLE = 0.05 * UM
 
@@ -52,7 +53,7 @@ class Planned:
     motion: DirectionState  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
-    twin_result: Callable[[], Deviation]  # waits for the twin that drives the uncorrected text
+    twin_result: Callable[[], tuple[Deviation, WrittenMotion]]  # waits for the twin that drives the uncorrected text
     findings: tuple[Finding, ...]
     rows: IntArray  # which of the waypoints that were planned these are
 
@@ -62,7 +63,11 @@ class Planned:
         Raises:
             TwinError: The twin cannot drive it.
         """
-        return self.twin_result()
+        return self.twin_result()[0]
+
+    def written(self) -> WrittenMotion:
+        """Of the uncorrected text; waits as well."""
+        return self.twin_result()[1]
 
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
@@ -87,6 +92,7 @@ class Corrected:
     air: Ambient
     samples: IntArray  # (N,) which sample of ``deviation`` is at each position
     deviation: Deviation
+    written: WrittenMotion
     start_window: float  # [s] how late the program may start
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
     findings: tuple[Finding, ...]
@@ -132,10 +138,11 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     motion = direction_states(reversal_widths(job.sources), theta, path.position)
     rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)
 
-    def drive_uncorrected() -> Deviation:
+    def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
         program = planned_program(job, path, theta, trajectory, date)
         prepared = prepare(twin_of(job), program, job.before, job.air)
-        return deviation_from_path(path, prepared.chunks(), prepared.sample_count)
+        written = read_motion(prepared, np.diff(path.arc), plan.feed)
+        return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
     progress("twin before", 0.0)
     twin_result = run_in_background(drive_uncorrected, len(theta))
@@ -200,16 +207,18 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     delivered = _delivered(planned, solution, program)
     del program, poses, position, rotation
     planned.deviation()
-    written = delivered.program
-    prepared = prepare(twin_of(job), written, job.before, job.air)
+    text = delivered.program
+    prepared = prepare(twin_of(job), text, job.before, job.air)
+    written = read_motion(prepared, np.diff(path.arc), planned.feed)
     chunks = prepared.chunks(lambda share: progress("twin after", share))
     deviation = deviation_from_path(path, chunks, prepared.sample_count)
     verdict = [
         *judge(deviation, job.bounds),
         *limited,
-        *findings.below_feed(job, planned.feed, path, trajectory, written),
+        *findings.below_feed(job, planned.feed, path, trajectory, text),
         *delivery.size_findings(job, delivered, planned.page_stops),
-        *findings.clocks_apart(trajectory, prepared),
+        *findings.clocks_apart(trajectory, written),
+        *findings.joints_asked(job, text, written),
         *planned.findings,
     ]
     ripple = mid_spatial(path, solution.correction)
@@ -219,8 +228,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
             Finding(Level.WARNING, "compensation.mid_spatial", f"{message}; raise compensation.curvature_period_mm")
         )
     return planned, Corrected(
-        solution, trajectory, written, delivered, prepared.twin, job.before, job.air, prepared.first_samples(),
-        deviation, window, ripple, tuple(verdict),
+        solution, trajectory, text, delivered, prepared.twin, job.before, job.air, prepared.first_samples(),
+        deviation, written, window, ripple, tuple(verdict),
     )  # fmt: skip
 
 

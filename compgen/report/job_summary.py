@@ -18,6 +18,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
     """Everything a job found, in plain types."""
     job, path = planned.job, planned.path
     trajectory = corrected.trajectory if corrected else planned.trajectory
+    written = corrected.written if corrected else planned.written()
     before = statistics(planned.deviation())
     after = statistics(corrected.deviation) if corrected else None
     findings = corrected.findings if corrected else planned.findings
@@ -52,11 +53,12 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "stops": int(path.stop.sum()),
         },
         "timing": {
-            "duration_s": float(trajectory.time[-1]),
-            "at_feed": trajectory.at_feed,
+            "duration_s": float(written.time[-1]),
+            "planned_s": float(trajectory.time[-1]),
+            "at_feed": written.at_feed,
             "joint_use": {
                 kind: dict(zip(job.robot.joint_names, row.tolist()))
-                for kind, row in zip(("speed", "acceleration", "jerk"), trajectory.utilisation)
+                for kind, row in zip(("speed", "acceleration", "jerk"), [*written.use, trajectory.utilisation[2]])
             },
         },
         "thermal": {

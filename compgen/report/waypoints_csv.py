@@ -20,7 +20,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
     correction the ``after`` columns are empty and the joints are the planned ones.
     """
     path, job = planned.path, planned.job
-    trajectory = corrected.trajectory if corrected else planned.trajectory
+    time = (corrected.written if corrected else planned.written()).time
     theta = corrected.solution.theta if corrected else planned.theta
     head = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
     head += [*(f"rise_{n}_K" for n in job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
@@ -28,7 +28,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
     def block(first: int, last: int) -> bytes:
         rows = slice(first, last)
         tables = [
-            (trajectory.time[rows, None], 6),
+            (time[rows, None], 6),
             (path.position[rows] / MM, 6),
             (planned.error_at(rows)[:, :3] / UM, 4),
             (at_waypoints(corrected, rows) / UM if corrected else None, 4),

@@ -65,7 +65,8 @@ class PreparedProgram:
     program: Program
     time: Array  # (N,) [s]
     rise: Array  # (N, K) [K] without what the air does from the first duty on
-    driven: Array  # (S,) [m/s]
+    driven: Array  # (S,) [m/s] mean
+    highest: Array  # (S,) [m/s] that is reached on it
     theta: Array  # (N, 6) [rad]
     turn: Array  # (S, 3) [rad] rotation vector over each segment, in the axes of its start
     samples_per_segment: IntArray  # (S,)
@@ -185,12 +186,20 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
     """
     length = norm(np.diff(program.position, axis=0))
     theta = _joints_at_positions(twin, program)
-    time, driven = time_program(twin.robot, program, length, theta)
+    time, driven, highest = time_program(twin.robot, program, length, theta)
     thermal = _thermal_fields(twin, time, theta, driven, duties, air)
     turn = relative_rotation(program.rotation[:-1], program.rotation[1:])
     samples_per_segment = 2 * np.maximum(1, np.ceil(length / (2 * SPACING) - 1e-9)).astype(np.int64)
     return PreparedProgram(
-        twin, program, time, driven=driven, theta=theta, turn=turn, samples_per_segment=samples_per_segment, **thermal
+        twin,
+        program,
+        time,
+        driven=driven,
+        highest=highest,
+        theta=theta,
+        turn=turn,
+        samples_per_segment=samples_per_segment,
+        **thermal,
     )
 
 

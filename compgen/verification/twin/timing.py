@@ -7,7 +7,7 @@ run too short for both ramps reaches the speed p with p T(p) = length, and takes
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.fanuc.program import Program
 from compgen.robot.robot import Robot
 
@@ -15,8 +15,8 @@ SAME_POSITION = 1e-9  # m; two positions whose texts are the same
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
 
 
-def time_program(robot: Robot, program: Program, length: Array, theta: Array) -> tuple[Array, Array]:
-    """When each position is passed, and the speed really driven on each segment.
+def time_program(robot: Robot, program: Program, length: Array, theta: Array) -> tuple[Array, Array, Array]:
+    """When each position is passed, and the mean and the highest speed on each segment.
 
     Args:
         robot: Its joint limits.
@@ -25,7 +25,7 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
         theta: Joints at its positions, (N, 6) [rad].
 
     Returns:
-        (N,) [s] and (N - 1,) [m/s].
+        (N,) [s], and twice (N - 1,) [m/s].
     """
     stops = np.flatnonzero(program.fine)
     first, last = stops[:-1], stops[1:] - 1  # segments of each run
@@ -43,8 +43,21 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
         below = p * _ramp_time(p, a, j) < run_length
         low, high = np.where(below, p, low), np.where(below, high, p)
     run_time = np.where(ramp_length < run_length, cruise_time + (T_first + T_last) / 2, 2 * _ramp_time(low, a, j))
-    slowdown = np.repeat(cruise_time / run_time, np.diff(stops))
-    return np.concatenate([[0.0], np.cumsum(written_time / slowdown)]), program.speed * slowdown
+    segments = np.diff(stops)
+    slowdown = np.repeat(cruise_time / run_time, segments)
+    highest = np.minimum(program.speed, np.repeat(np.where(ramp_length < run_length, np.inf, low), segments))
+    return np.concatenate([[0.0], np.cumsum(written_time / slowdown)]), program.speed * slowdown, highest
+
+
+def ramps_length(robot: Robot, program: Program, length: Array, theta: Array, counted: BoolArray) -> float:
+    """How much of the counted segments (N - 1,) is spent on ramps from and to stops [m]."""
+    stops = np.flatnonzero(program.fine)
+    total = 0.0
+    for segment in (stops[:-1], stops[1:] - 1):
+        segment = segment[counted[segment]]
+        ramp_time = _ramp_time(program.speed[segment], *_ramp_limits(robot, theta, length, segment))
+        total += float((program.speed[segment] * ramp_time / 2).sum())
+    return total
 
 
 def _ramp_limits(robot: Robot, theta: Array, length: Array, segment: IntArray) -> tuple[Array, Array]:
