@@ -116,9 +116,9 @@ def _frames_of_motions(program: LsProgram, flow: Flow) -> dict[str, tuple[IntArr
         return {}
     at = np.clip(np.searchsorted(number, mention), 0, len(number) - 1)
     known = (number[at] == mention) & (flow.motion[unit] != NO_NUMBER)
-    found = {}
+    frames = {}
     for name, column in (("UFRAME_NUM", p.uframe), ("UTOOL_NUM", p.utool)):
         value = column[first][order][at]
         named = known & (value != NO_NUMBER)
-        found[name] = (unit[named], value[named])
-    return found
+        frames[name] = (unit[named], value[named])
+    return frames

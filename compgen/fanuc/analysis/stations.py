@@ -22,14 +22,14 @@ def path_samples(poses: Poses, drive: Traversal, inside: Array) -> tuple[IntArra
 
 def straight_lines(poses: Poses, drive: Traversal) -> BoolArray:
     """Stations reached by a straight line whose both ends are known, with one tool and one posture, (S,)."""
-    found, known = drive.line.copy(), _known(poses, drive)
+    lines, known = drive.line.copy(), _known(poses, drive)
     if not known.any():
         return known
     tool, posture = poses.tool[drive.pose], poses.posture[drive.pose]
-    found &= known
-    found[1:] &= known[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
-    found[:1] = False
-    return np.asarray(found)
+    lines &= known
+    lines[1:] &= known[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
+    lines[:1] = False
+    return np.asarray(lines)
 
 
 def _known(poses: Poses, drive: Traversal) -> BoolArray:
@@ -41,13 +41,13 @@ def _known(poses: Poses, drive: Traversal) -> BoolArray:
 
 def interpolate_poses(poses: Poses, drive: Traversal, station: IntArray, fraction: Array) -> tuple[Array, Array]:
     """Poses that a program means at fractions of the straight ways to stations, (M, 3) [m] and (M, 3, 3)."""
-    there = drive.pose[station]
-    here = np.where(fraction < 1, drive.pose[np.maximum(station - 1, 0)], there)
-    step = poses.position[there] - poses.position[here]
-    position = poses.position[there] - (1 - fraction)[:, None] * step
-    rotation = poses.rotation[there].copy()
+    end = drive.pose[station]
+    start = np.where(fraction < 1, drive.pose[np.maximum(station - 1, 0)], end)
+    step = poses.position[end] - poses.position[start]
+    position = poses.position[end] - (1 - fraction)[:, None] * step
+    rotation = poses.rotation[end].copy()
     way = np.flatnonzero(fraction < 1)
-    rotation[way] = interpolate_rotation(poses.rotation[here[way]], poses.rotation[there[way]], fraction[way])
+    rotation[way] = interpolate_rotation(poses.rotation[start[way]], poses.rotation[end[way]], fraction[way])
     return position, rotation
 
 
