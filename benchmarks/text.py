@@ -17,7 +17,7 @@ import numpy as np
 from compgen import fanuc
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.writer import pose_numbers, parse_speed, speed_text
+from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
 from compgen.fanuc.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
