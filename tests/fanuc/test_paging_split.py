@@ -238,13 +238,13 @@ def test_what_belongs_together_stays_on_one_page(inside):
 
 def test_an_arc_of_a_motions_is_not_cut():
     body = [move(1), move(2, letter="A"), move(3, letter="A"), move(4, letter="A"), move(5), move(6)]
-    may = read_flow(ls.loads(text(body))).may_part
+    may = read_flow(ls.loads(text(body))).may_split_after
     assert may.tolist() == [False, False, False, True, True, False]
 
 
 def test_after_an_end_there_is_no_other_page():
     body = [move(1), move(2), "  IF DI[1],JMP LBL[1] ", move(3), "  END ", "  LBL[1] ", move(4), move(5), move(6)]
-    may = read_flow(ls.loads(text(body))).may_part
+    may = read_flow(ls.loads(text(body))).may_split_after
     assert may.tolist() == [True, True, False, False, False, False, False, False, False]
 
 
@@ -253,7 +253,7 @@ def test_only_stops_are_cut():
         move(1, False), move(2, rest=" TA    .20sec,DO[1]=ON "), "  //" + move(3), "  !L P[1] 5mm/sec FINE ",
         "L P[4] 5mm/sec CNT R[1] ", move(5), "  DO[1]=ON ", move(6), "  CALL DONE ",
     ]  # fmt: skip
-    may = read_flow(ls.loads(text(body))).may_part
+    may = read_flow(ls.loads(text(body))).may_split_after
     assert [i for i, ok in enumerate(may) if ok] == [5]
 
 
@@ -263,7 +263,7 @@ def test_point_logic_goes_with_its_motion():
     data = data.replace(b"   3:L P[3]", listing)
     program = ls.loads(data)
     flow = read_flow(program)
-    assert flow.may_part.tolist() == [True, True, True, False]
+    assert flow.may_split_after.tolist() == [True, True, True, False]
     assert len(flow.line) == 4
     paged = split_program(program, controller(6))
     assert any(b"   1:  DO[8]=ON ;\r\n   2:L P[9] 14mm/sec FINE    ;\r\n     ------\r\n" in p.data for p in paged.pages)

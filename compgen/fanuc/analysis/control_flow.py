@@ -1,9 +1,9 @@
-"""Statements of a program as units, and between which of them it may be parted.
+"""Statements of a program as units, and between which of them it may be split into pages.
 
-A program may be parted after a motion that stops (FINE), where nothing that belongs together lies on both sides: not
+A program may be split after a motion that stops (FINE), where nothing that belongs together lies on both sides: not
 inside IF or FOR, not between a label and a jump to it, not in an arc of A or S motions, not between the two ends of a
 bracket (LOCK PREG, Arc Start, Weave, Track ...), not after an END, and not while something is in force that a new
-program could not say again. A wrapped statement and the listing of point logic are one unit.
+program could not repeat. A wrapped statement and the listing of point logic are one unit.
 """
 
 import re
@@ -43,20 +43,20 @@ class Flow:
     move_unit: IntArray  # (A,) the unit of each
     stop: BoolArray  # (S,) it is a motion that stops
     locked: BoolArray  # (S,) what belongs together lies on both sides of its end
-    sure: BoolArray  # (S,) it is run once, whatever happens at run time
+    unconditional: BoolArray  # (S,) it runs once, whatever happens at run time
     text: dict[int, str]  # of units that are no motion, and no remark
     mention_unit: IntArray  # (U,) a unit that names a position
     mention: IntArray  # (U,) and the position's number, NO_NUMBER for one that is found at run time
 
     def __post_init__(self) -> None:
         own(
-            self, span=("S", 2), line=("S",), motion=("S",), stop=("S",), locked=("S",), sure=("S",),
+            self, span=("S", 2), line=("S",), motion=("S",), stop=("S",), locked=("S",), unconditional=("S",),
             moves=("A",), move_unit=("A",), mention_unit=("U",), mention=("U",),
         )  # fmt: skip
 
     @property
-    def may_part(self) -> BoolArray:
-        """Whether the program may be parted after each unit; never behind the last motion."""
+    def may_split_after(self) -> BoolArray:
+        """Whether the program may be split after each unit; never behind the last motion."""
         moves = np.flatnonzero(self.motion != NO_NUMBER)
         last = moves[-1] if len(moves) else 0
         return np.asarray(self.stop & ~self.locked & (np.arange(len(self.stop)) < last))
@@ -95,7 +95,7 @@ def read_flow(program: LsProgram) -> Flow:
         move_unit=owner[~m.disabled],
         stop=stop,
         locked=(depth + _depth(ties, S)) > 0,
-        sure=_outside(branches, S),
+        unconditional=_outside(branches, S),
         text=text,
         mention_unit=mention_unit,
         mention=mention,

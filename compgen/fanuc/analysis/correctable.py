@@ -60,7 +60,7 @@ def read_scope(program: LsProgram, poses: Poses, drive: Traversal, robot: Robot)
 
 
 def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, str]]:
-    """Positions that can be told but not corrected, and why."""
+    """Positions that are known but cannot be corrected, and why."""
     margin_mm = poses.margin / MM
     characters = np.diff(program.positions.span[poses.row], axis=2).max(axis=(1, 2), initial=0)
     known = np.isfinite(poses.theta).all(axis=1)

@@ -1,7 +1,7 @@
 """Which statements of a program make an off-line correction unsafe, and why, line by line.
 
 The correction is computed for the place, frame and tool that the file names. Whatever moves them at run time, or names
-a place that the file does not hold, is passed through untouched and said.
+a place that the file does not hold, is passed through untouched and reported.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Unsafe:
 
 
 def unsafe_statements(program: LsProgram) -> tuple[Unsafe, ...]:
-    """All of them, in order of line."""
+    """Statements, positions and headers that make a correction unsafe, in order of line."""
     findings = [*_motions(program), *_positions(program), *_others(program), *_headers(program)]
     return tuple(sorted(set(findings), key=lambda u: (u.line, u.reason)))
 

@@ -1,4 +1,4 @@
-"""Where a program that exists goes: its stations, places on the straight ways between them, the joints there."""
+"""Stations of a program, points on the straight lines between them, and the joints there."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def straight_lines(poses: Poses, drive: Traversal) -> BoolArray:
 
 
 def _known(poses: Poses, drive: Traversal) -> BoolArray:
-    """Stations whose joints can be told, (S,)."""
+    """Stations whose joints are known, (S,)."""
     known = drive.pose != NONE
     known[known] = np.isfinite(poses.theta[drive.pose[known]]).all(axis=1)
     return np.asarray(known)

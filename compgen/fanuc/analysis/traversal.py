@@ -1,4 +1,4 @@
-r"""What the robot does with any program, in the order listed: where it goes, and how long each way takes.
+r"""Traversal of any program in the order listed: where the robot goes, and how long each way takes.
 
 Jumps, calls and loops are not followed. A way of length l at a speed v takes l / v, and each stop at one of its ends
 half a ramp more, T(v) = v / a + a / j with what the joints allow along the way; no joint outruns its speed, as where
