@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.fanuc.analysis.traversal import other_statements
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.statements import UNSAFE_HEADERS, unsafe_options, unsafe_words
 

@@ -14,10 +14,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray, dot
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.poses import NONE, Poses
-from compgen.fanuc.listing.lines import end_of_line
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import CONSTANT_SPEED, FLOW, PERCENT, RATES, REMARKS, TIMES, TURN_RATE, WAIT
+from compgen.fanuc.statements import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
 from compgen.robot.robot import Robot
 
 RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses
@@ -93,17 +92,6 @@ def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
         untimed=tuple(dict.fromkeys(m.line[motion[untimed]].tolist())),
         flow=flow,
     )
-
-
-def other_statements(program: LsProgram) -> list[tuple[int, str]]:
-    """Line and text of each statement that is neither motion nor remark, instruction comments left out."""
-    other = np.flatnonzero(~np.isin(program.statements, program.motions.line))
-    statements = []
-    for line, at in zip(program.statements[other].tolist(), program.place[other].tolist()):
-        text = program.data[at : end_of_line(program.data, at)].decode("latin-1").partition(":")[2].strip()
-        if not text.startswith(REMARKS):
-            statements.append((line, text))
-    return statements
 
 
 def position_rows(number: IntArray, defined: IntArray) -> IntArray:
