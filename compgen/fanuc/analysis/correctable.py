@@ -26,14 +26,14 @@ class Scope:
     unsafe: tuple[Unsafe, ...]  # every statement or position that is passed through, or casts doubt on others
 
 
-def read_scope(program: LsProgram, poses: Poses, drive: Traversal, robot: Robot) -> Scope:
+def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Robot) -> Scope:
     """Free stations, and the list of all that is passed through untouched."""
     p, m = program.positions, program.motions
     unsafe = list(unsafe_statements(program))
     named = {u.line for u in unsafe}
-    line = m.line[drive.motion]
-    held = np.isin(line, list(named)) | (drive.pose == NONE)
-    pose = np.maximum(drive.pose, 0)
+    line = m.line[traversal.motion]
+    held = np.isin(line, list(named)) | (traversal.pose == NONE)
+    pose = np.maximum(traversal.pose, 0)
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
     unfit = {int(poses.row[k]): reason for k, reason in _unfit(program, poses, robot)}
     for i, reason in unfit.items():
@@ -52,7 +52,7 @@ def read_scope(program: LsProgram, poses: Poses, drive: Traversal, robot: Robot)
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)
         unsafe += [
-            Unsafe(int(line[k]), _text(program, int(drive.motion[k])), f"it runs {why}")
+            Unsafe(int(line[k]), _text(program, int(traversal.motion[k])), f"it runs {why}")
             for k in np.flatnonzero(inside & ~held).tolist()
         ]
         held |= inside

@@ -1,4 +1,4 @@
-"""Text to meaning, for programs of the form that ``write`` gives; anything else is refused with its line."""
+"""Text to meaning, for programs of the form that ``compose`` writes; anything else is refused with its line."""
 
 import re
 from dataclasses import replace
@@ -117,7 +117,7 @@ def _by_columns(data: bytes) -> Program | None:
     linear = _FIRST.search(data, moves, places) if 0 <= moves < places else None
     if linear is None or not data.startswith(b"/END\r\n", end):
         return None
-    # the head and the first position, read the careful way, say what all rows share
+    # the head and the first position, read line by line, hold what all rows share
     block = data.find(b"};\r\n", places) + 4
     try:
         sample = interpret(data[: linear.start()] + data[places:block] + b"/END\r\n")
