@@ -17,7 +17,7 @@ import numpy as np
 from compgen import fanuc
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.writer import pose_numbers, speed_said, speed_text
+from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
 from compgen.fanuc.configuration import config_letters
 from compgen.robot.inverse_kinematics import Posture
 
@@ -70,7 +70,7 @@ def read_by_lines(data: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     speeds, turns = [], []
     for line in data.decode("latin-1").split("\r\n"):
         if move := _MOVE.match(line):
-            speeds.append(speed_said(move[1]))
+            speeds.append(parse_speed(move[1]))
         elif line.startswith(("\tX =", "\tW =")):
             numbers += [float(v) for v in _NUMBER.findall(line)]
         elif config := _CONFIG.search(line):

@@ -5,7 +5,7 @@ import naive_ls
 import numpy as np
 from shipped import ROOT, quiet
 
-from compgen.fanuc.frames import Frames, known_without_a_table
+from compgen.fanuc.frames import Frames, default_frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.history_words import load_before
 
@@ -20,7 +20,7 @@ HOME = (10.0, 20.0, -15.0, 30.0, -60.0, 45.0)
 
 
 def corrected(data, cell, frames=None, before=(WARM,), **options):
-    return correct(data, cell, frames or known_without_a_table(), load_before(before), Options(**options), quiet)
+    return correct(data, cell, frames or default_frames(), load_before(before), Options(**options), quiet)
 
 
 def pose(position, uf=None):

@@ -61,9 +61,9 @@ def joints_at(wanted, guess):
     """Pendant angles that bring the nominal flange to a matrix, by Newton's method from a guess."""
     q = np.array(guess, dtype=float)
     for _ in range(20):
-        here = flange(q)
-        columns = [difference(here, flange(q + step)) / 1e-4 for step in np.eye(6) * 1e-4]
-        q = q + np.linalg.solve(np.array(columns).T, difference(here, wanted))
+        pose = flange(q)
+        columns = [difference(pose, flange(q + step)) / 1e-4 for step in np.eye(6) * 1e-4]
+        q = q + np.linalg.solve(np.array(columns).T, difference(pose, wanted))
     assert np.abs(difference(flange(q), wanted)).max() < 1e-6
     return q
 
@@ -103,17 +103,17 @@ def warm_lengths(rise=WARM, cte=THERMAL["cte_um_m_K"]):
 
 def rises(duties):
     """Rises after (state, feed [mm/s], hours) in turn."""
-    found = {}
+    rise_of = {}
     for name, node in NODES.items():
         full = node["rise_K"] / (1 - math.exp(-THERMAL["reference_h"] / node["tau_h"]))
         rise = 0.0
         for state, feed, hours in duties:
             idle = THERMAL["idle_fraction"]
             moving = (feed / THERMAL["reference_feed_mm_s"]) ** node["exponent"] if state == "moving" else 0.0
-            goal = 0.0 if state == "off" else full * (idle + (1 - idle) * moving)
-            rise = goal + (rise - goal) * math.exp(-hours / node["tau_h"])
-        found[name] = rise
-    return found
+            steady = 0.0 if state == "off" else full * (idle + (1 - idle) * moving)
+            rise = steady + (rise - steady) * math.exp(-hours / node["tau_h"])
+        rise_of[name] = rise
+    return rise_of
 
 
 def config(joints):

@@ -46,19 +46,19 @@ def lines_of(text: str) -> list[str]:
 
 
 def sections(lines: list[str]) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
+    parts: dict[str, list[str]] = {}
     current: list[str] = []
     for line in lines:
         for tag in ("PROG", "ATTR", "APPL", "MN", "POS", "END"):
             after = line[len(tag) + 1 : len(tag) + 2]
             if line[: len(tag) + 1].upper() == "/" + tag and not (after.isalnum() or after == "_"):
-                current = found.setdefault(tag, [])
+                current = parts.setdefault(tag, [])
                 if tag == "END":
-                    return found
+                    return parts
                 break
         else:
             current.append(line)
-    return found
+    return parts
 
 
 # Motions ---------------------------------------------------------------------------------------------------------
@@ -79,21 +79,21 @@ def motions(lines: list[str]) -> list[Move]:
 
 def statements(lines: list[str]) -> list[str]:
     """Each statement's text up to its semicolon, continuation lines joined by a blank."""
-    done: list[str] = []
+    texts: list[str] = []
     open_text: str | None = None
     for line in lines:
         number, colon, body = line.partition(":")
         if not colon or not all(c in BLANKS or c in "0123456789" for c in number):
             continue
         if number.strip(BLANKS) and open_text is not None:
-            done.append(open_text)
+            texts.append(open_text)
             open_text = None
         text, semicolon, _ = body.partition(";")
         open_text = text if open_text is None else open_text + " " + text
         if semicolon:
-            done.append(open_text)
+            texts.append(open_text)
             open_text = None
-    return done if open_text is None else [*done, open_text]
+    return texts if open_text is None else [*texts, open_text]
 
 
 def starts_target(text: str) -> bool:
@@ -166,20 +166,20 @@ def termination_of(text: str) -> str:
 
 
 def positions(lines: list[str]) -> dict[int, Position]:
-    found: dict[int, Position] = {}
-    here, group, inside = Position(""), Group(), False
+    by_number: dict[int, Position] = {}
+    position, group, inside = Position(""), Group(), False
     for line in lines:
         text = line
         while text := text.strip(" \t,;\f\v"):
             if not inside:
                 number, name, text = opening(text)
-                here, inside, group = Position(name), True, Group()
-                found[number] = here
+                position, inside, group = Position(name), True, Group()
+                by_number[number] = position
             elif text[0] == "}":
                 inside, text = False, text[1:]
             elif text[:2].upper() == "GP":
                 number_text, _, text = text[2:].partition(":")
-                group = here.groups.setdefault(int(number_text), Group())
+                group = position.groups.setdefault(int(number_text), Group())
             elif text[:2].upper() == "UF":
                 value, text = after_mark(text[2:], ":")
                 group.uf = None if value.upper() == "F" else int(value)
@@ -199,7 +199,7 @@ def positions(lines: list[str]) -> dict[int, Position]:
                     if text[: len(unit)].lower() == unit:
                         text = text[len(unit) :]
                         break
-    return found
+    return by_number
 
 
 def opening(text: str) -> tuple[int, str, str]:

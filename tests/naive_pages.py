@@ -3,30 +3,23 @@
 import naive_ls
 
 
-def way(main: bytes, files: dict[str, bytes]):
-    """Motions in the order of the calls: (page, letter, places, speed, termination, rest)."""
-    rows = []
-    for name in calls(main):
-        rows += [(name, *row) for row in drive(files[name])]
-    return rows
-
-
-def drive(data: bytes):
-    places, moves = naive_ls.read(data)
+def motions_of(data: bytes):
+    """Active motions in order: (letter, targets, speed, termination, rest)."""
+    positions, moves = naive_ls.read(data)
     rows = []
     for m in moves:
         if not m.disabled:
-            goals = tuple(numbers(places, t) for t in m.targets)
-            rows.append((m.letter, goals, m.speed, m.termination, m.rest))
+            targets = tuple(numbers(positions, t) for t in m.targets)
+            rows.append((m.letter, targets, m.speed, m.termination, m.rest))
     return rows
 
 
-def numbers(places, target):
+def numbers(positions, target):
     """All numbers of a position, frames and CONFIG; or the target's text when the file does not hold it."""
     inside = target[2:-1].partition(":")[0].strip()
-    if target[:2] != "P[" or not inside.isdigit() or int(inside) not in places:
+    if target[:2] != "P[" or not inside.isdigit() or int(inside) not in positions:
         return target
-    groups = places[int(inside)].groups
+    groups = positions[int(inside)].groups
     return tuple((g, v.uf, v.ut, v.config, tuple(sorted(v.axes.items()))) for g, v in sorted(groups.items()))
 
 

@@ -42,7 +42,7 @@ def plan_poses(
     from compgen.cli.progress_bar import show_progress
     from compgen.core.units import DEG, MM, UM
     from compgen.fanuc import program_name
-    from compgen.fanuc.measuring_program import visit
+    from compgen.fanuc.measuring_program import measuring_program
     from compgen.identification import pose_planning
     from compgen.identification.model import build_model
     from compgen.identification.parameters import symbolic_sources
@@ -78,7 +78,7 @@ def plan_poses(
     files = {
         "poses.csv": poses_csv(pendant, len(reflectors_mm)),
         "expected.csv": expected_csv(model.parameters, plan),
-        f"{name}.LS": visit(name, "poses to measure", checked_date(date), pendant, wait),
+        f"{name}.LS": measuring_program(name, "poses to measure", checked_date(date), pendant, wait),
     }
     publish(folder, files, set(files))
     if not quiet:

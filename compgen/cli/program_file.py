@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from compgen.core.exceptions import InputError
-from compgen.fanuc.frames import Frames, known_without_a_table, load_frames
+from compgen.fanuc.frames import Frames, default_frames, load_frames
 
 
 def read_program(program: str) -> bytes:
@@ -28,4 +28,4 @@ def naming_program(program: str) -> Iterator[None]:
 
 def read_frames(path: str | None) -> Frames:
     """What UF and UT numbers mean."""
-    return load_frames(path) if path is not None else known_without_a_table()
+    return load_frames(path) if path is not None else default_frames()

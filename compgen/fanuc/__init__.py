@@ -6,7 +6,7 @@ Any program: ``loads`` and ``dumps`` between bytes and records, without loss. co
 
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.canonical.speed_rounding import feed_errors, written_feeds
-from compgen.fanuc.canonical.writer import as_written, compose, printed, steps, writable_speed
+from compgen.fanuc.canonical.writer import as_written, compose, printed_poses, resolution, writable_speed
 from compgen.fanuc.listing.listing import LsProgram, dumps, edited, loads
 from compgen.fanuc.memory import estimated_memory
 from compgen.fanuc.program import Program, program_name
@@ -22,9 +22,9 @@ __all__ = [
     "feed_errors",
     "interpret",
     "loads",
-    "printed",
+    "printed_poses",
     "program_name",
-    "steps",
+    "resolution",
     "writable_speed",
     "written_feeds",
 ]

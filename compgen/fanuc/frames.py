@@ -37,7 +37,7 @@ class Frames:
     utool: dict[int, Pose]
 
 
-def known_without_a_table() -> Frames:
+def default_frames() -> Frames:
     """World and flange."""
     still = (np.zeros(3), np.eye(3))
     return Frames({0: still}, {0: still})
@@ -55,9 +55,9 @@ def load_frames(path: str) -> Frames:
         raise InputError(
             f"{path}: cannot be read: {failure.strerror}; give a frames table (.toml or SYSFRAME.VA)"
         ) from None
-    base = known_without_a_table()
-    found = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
-    return Frames({**base.uframe, **found.uframe}, {**base.utool, **found.utool})
+    base = default_frames()
+    loaded = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
+    return Frames({**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool})
 
 
 def _from_toml(text: str, path: str) -> Frames:

@@ -3,10 +3,10 @@
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 
-PERCENT = 20  # of full joint speed
+SPEED_PERCENT = 20  # of full joint speed
 
 
-def visit(name: str, comment: str, date: str, pendant_deg: Array, wait_s: float, utool: int = 1) -> bytes:
+def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wait_s: float, utool: int = 1) -> bytes:
     """Text of the program, CR LF.
 
     Args:
@@ -31,7 +31,7 @@ def visit(name: str, comment: str, date: str, pendant_deg: Array, wait_s: float,
         f"  UTOOL_NUM={utool} ;",
     ]
     for n in range(1, len(pendant_deg) + 1):
-        body += [f"J P[{n}] {PERCENT}% FINE    ;", f"  WAIT {wait_s:6.2f}(sec) ;"]
+        body += [f"J P[{n}] {SPEED_PERCENT}% FINE    ;", f"  WAIT {wait_s:6.2f}(sec) ;"]
     head = [
         f"/PROG  {name}", "/ATTR", "OWNER\t\t= MNEDITOR;", f'COMMENT\t\t= "{comment}";', "PROG_SIZE\t= 0;",
         f"CREATE\t\t= DATE {date}  TIME 00:00:00;", f"MODIFIED\t= DATE {date}  TIME 00:00:00;", "FILE_NAME\t= ;",

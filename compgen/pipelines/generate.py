@@ -186,7 +186,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
         path.position, path.rotation, planned.theta, planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
-    problem = limits.with_rounding_margin(problem, fanuc.steps(job.robot.controller.decimals))
+    problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
     solution = optimise.optimise(problem, job.settings, lambda share: progress("correction", share))
     if solution.status is Status.FAILED:
         raise ImpossibleError(findings.failed(solution))

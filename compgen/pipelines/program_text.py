@@ -41,7 +41,7 @@ def compose_program(
     """
     decimals = job.robot.controller.decimals
     position, rotation = poses
-    printed = fanuc.printed(position, rotation, decimals)
+    printed = fanuc.printed_poses(position, rotation, decimals)
     # the digits of CONFIG belong to the pose as printed
     joints, _ = inverse_kinematics.solve_tool(job.robot, *printed, job.tool_position, job.tool_rotation, job.posture)
     remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]

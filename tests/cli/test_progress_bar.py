@@ -11,7 +11,7 @@ from ls_text import cartesian, program
 from shipped import ROOT, path_file
 
 from compgen.cli import progress_bar
-from compgen.fanuc.frames import known_without_a_table
+from compgen.fanuc.frames import default_frames
 from compgen.pipelines import correct, generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.robot_file import load_cell
@@ -51,9 +51,7 @@ def test_the_stages_of_a_correction_are_known_and_their_shares_rise():
     cell = load_cell("m710ic50", ())
     rising(
         progress_bar.CORRECT,
-        reports_of(
-            lambda progress: correct.correct(text, cell, known_without_a_table(), (), correct.Options(), progress)
-        ),
+        reports_of(lambda progress: correct.correct(text, cell, default_frames(), (), correct.Options(), progress)),
     )
 
 

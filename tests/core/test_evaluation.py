@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from shipped import path_file
 
 from compgen.core import evaluation
-from compgen.core.evaluation import BLOCK, MIN_COMPILED_ROWS, IndexedRows, evaluate
+from compgen.core.evaluation import BLOCK, MIN_COMPILED_ROWS, IndexedRows, codegen, evaluate
 from compgen.core.evaluation.codegen import c_source, identity
 from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
 from compgen.core.evaluation.interpreter import OPERATIONS, instructions_of
@@ -62,18 +62,16 @@ def places(count, seed=0):
 @needs_compiler
 def test_every_operation_gives_the_same_numbers_compiled(compiled):
     f, x = everything(), places(MIN_COMPILED_ROWS + 3)
-    got = evaluate(f, x)
+    values = evaluate(f, x)
     assert len(list(compiled.glob("*.so"))) == 1  # it was compiled
     evaluation.configure(None)
-    for a, b in zip(got, evaluate(f, x)):
+    for a, b in zip(values, evaluate(f, x)):
         assert_allclose(a, b, rtol=1e-13, atol=1e-13)
-    assert_allclose(got[0][7], np.asarray(f(x[7])[0]).ravel(), rtol=1e-13, atol=1e-13)
+    assert_allclose(values[0][7], np.asarray(f(x[7])[0]).ravel(), rtol=1e-13, atol=1e-13)
 
 
 def test_every_operation_that_numpy_knows_has_its_c():
-    import compgen.core.evaluation.codegen as cs
-
-    assert set(OPERATIONS) == set(cs._C)
+    assert set(OPERATIONS) == set(codegen._C)
 
 
 @needs_compiler
@@ -118,8 +116,8 @@ def test_picked_rows_and_single_rows(compiled):
     f = ca.Function("f", [x, y], [x * y])
     table, index = np.arange(20.0).reshape(10, 2), np.random.default_rng(3).integers(0, 10, 4000)
     for _ in range(2):
-        (got,) = evaluate(f, IndexedRows(table, index), np.array([[2.0]]))
-        assert np.array_equal(got, 2 * table[index])
+        (values,) = evaluate(f, IndexedRows(table, index), np.array([[2.0]]))
+        assert np.array_equal(values, 2 * table[index])
         evaluation.configure(None)
     evaluation.configure(find_compiler(compiled))
     with pytest.raises(IndexError):
@@ -130,12 +128,12 @@ def test_picked_rows_and_single_rows(compiled):
 def test_the_smaller_and_larger_of_what_is_no_number_is_the_other(compiled):
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     f = ca.Function("f", [x, y], [ca.fmin(x, y), ca.fmax(x, y)])
-    some = np.array([1.0, 2.0, np.nan, np.inf, -np.inf, -3.0])
-    a, b = (np.tile(v.ravel(), MIN_COMPILED_ROWS)[:, None] for v in np.meshgrid(some, some))
-    got = evaluate(f, a, b)
+    special = np.array([1.0, 2.0, np.nan, np.inf, -np.inf, -3.0])
+    a, b = (np.tile(v.ravel(), MIN_COMPILED_ROWS)[:, None] for v in np.meshgrid(special, special))
+    values = evaluate(f, a, b)
     assert len(list(compiled.glob("*.so"))) == 1
-    assert np.array_equal(got[0], np.fmin(a, b), equal_nan=True)
-    assert np.array_equal(got[1], np.fmax(a, b), equal_nan=True)
+    assert np.array_equal(values[0], np.fmin(a, b), equal_nan=True)
+    assert np.array_equal(values[1], np.fmax(a, b), equal_nan=True)
 
 
 @needs_compiler
@@ -186,14 +184,14 @@ def test_a_damaged_library_is_built_anew(tmp_path, damage):
 
 def test_without_a_compiler_numpy_says_so_once_and_goes_on(tmp_path):
     assert find_compiler(tmp_path, "no-such-compiler") is None
-    said: list[str] = []
-    evaluation.configure(None, 1, said.append)
+    notes: list[str] = []
+    evaluation.configure(None, 1, notes.append)
     assert len(evaluate(everything(), places(MIN_COMPILED_ROWS))[0]) == MIN_COMPILED_ROWS
-    evaluation.configure(Compiler(("false",), tmp_path, ""), 1, said.append)
+    evaluation.configure(Compiler(("false",), tmp_path, ""), 1, notes.append)
     assert len(evaluate(everything(), places(MIN_COMPILED_ROWS))[0]) == MIN_COMPILED_ROWS
     evaluation.configure(None)
-    assert len(said) == 2
-    assert all("numpy evaluates instead" in note for note in said)
+    assert len(notes) == 2
+    assert all("numpy evaluates instead" in note for note in notes)
     assert not list(tmp_path.iterdir())
 
 

@@ -9,7 +9,7 @@ import time
 import pytest
 from shipped import ROOT
 
-AT = """
+SIGNALLED = """
 import os, signal, sys
 sys.path.insert(0, {root!r})
 left = {nth}
@@ -32,10 +32,10 @@ def run(folder, *arguments, at=None, number=signal.SIGINT, cache=None):
     """A run that sends itself a signal when something happens: an audit event of Python's and a word in it."""
     event, word, nth = at or ("never", "", 1)
     arguments = [*GENERATE, "-o", str(folder / "out"), *arguments]
-    code = AT.format(root=str(ROOT), event=event, word=word, nth=nth, number=int(number), arguments=arguments)
-    surroundings = {**os.environ, "XDG_CACHE_HOME": str(cache or folder / "cache")}
+    code = SIGNALLED.format(root=str(ROOT), event=event, word=word, nth=nth, number=int(number), arguments=arguments)
+    environment = {**os.environ, "XDG_CACHE_HOME": str(cache or folder / "cache")}
     return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60, env=surroundings
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60, env=environment
     )
 
 
@@ -74,17 +74,17 @@ MOMENTS = {
 def test_a_stopped_run_says_one_line_and_leaves_everything_as_it_was(older, moment, number):
     folder, before = older
     cache = folder / "cold" if moment == "compiling" else None
-    done = run(folder, *LONG, at=MOMENTS[moment], number=number, cache=cache)
+    completed = run(folder, *LONG, at=MOMENTS[moment], number=number, cache=cache)
     word = "interrupted" if number == signal.SIGINT else "terminated"
-    assert (done.returncode, done.stderr) == (128 + number, f"cgen: {word}; nothing was written\n")
-    assert done.stdout == ""
+    assert (completed.returncode, completed.stderr) == (128 + number, f"cgen: {word}; nothing was written\n")
+    assert completed.stdout == ""
     assert content(folder / "out") == before
     assert not strays(folder)
 
 
 def test_once_the_files_are_put_in_place_a_wish_comes_too_late(tmp_path, older):
-    done = run(tmp_path, *LONG, at=("os.rename", "compgen-", 1), cache=older[0] / "cache")
-    assert (done.returncode, done.stderr) == (0, "")
+    completed = run(tmp_path, *LONG, at=("os.rename", "compgen-", 1), cache=older[0] / "cache")
+    assert (completed.returncode, completed.stderr) == (0, "")
     assert "report.json" in content(tmp_path / "out")
     assert not strays(tmp_path)
 
@@ -92,8 +92,8 @@ def test_once_the_files_are_put_in_place_a_wish_comes_too_late(tmp_path, older):
 def test_what_a_killed_run_leaves_is_cleared_away_by_the_next(tmp_path):
     few = ("--set", "path.stepover_mm=200")
     for moment in ("compiling", "writing"):
-        done = run(tmp_path, *few, at=MOMENTS[moment], number=signal.SIGKILL)
-        assert done.returncode == -signal.SIGKILL
+        completed = run(tmp_path, *few, at=MOMENTS[moment], number=signal.SIGKILL)
+        assert completed.returncode == -signal.SIGKILL
         assert any(word in name for name in strays(tmp_path) for word in ("rows.c", "out.compgen-"))
         assert not (tmp_path / "out").exists()
     assert run(tmp_path, *few).returncode == 0
@@ -102,8 +102,8 @@ def test_what_a_killed_run_leaves_is_cleared_away_by_the_next(tmp_path):
 
 def test_folders_made_for_nothing_go_again(tmp_path, older):
     deep, cache = str(tmp_path / "deep" / "er" / "out"), older[0] / "cache"
-    done = run(tmp_path, "--set", "path.stepover_mm=700", "-o", deep, at=MOMENTS["writing"], cache=cache)
-    assert done.returncode == 130
+    completed = run(tmp_path, "--set", "path.stepover_mm=700", "-o", deep, at=MOMENTS["writing"], cache=cache)
+    assert completed.returncode == 130
     assert not (tmp_path / "deep").exists()
 
 
@@ -112,12 +112,14 @@ def test_who_ignores_a_signal_is_not_stopped_by_it(tmp_path):
     code = (
         "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_IGN); os.execv(sys.executable, sys.argv[1:])"
     )
-    inner = AT.format(
+    inner = SIGNALLED.format(
         root=str(ROOT), event="import", word="casadi", nth=1, number=2,
         arguments=["generate", str(ROOT / "paths" / "line_y.toml"), "-q", "-o", str(tmp_path / "out")],
     )  # fmt: skip
-    done = subprocess.run([sys.executable, "-c", code, sys.executable, "-c", inner], capture_output=True, check=False)
-    assert (done.returncode, done.stderr) == (0, b"")
+    completed = subprocess.run(
+        [sys.executable, "-c", code, sys.executable, "-c", inner], capture_output=True, check=False
+    )
+    assert (completed.returncode, completed.stderr) == (0, b"")
     assert (tmp_path / "out" / "report.json").exists()
 
 

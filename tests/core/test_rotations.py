@@ -96,15 +96,15 @@ def test_between_starts_and_ends_where_it_says():
 def test_between_turns_evenly_like_slerp():
     ends = Rotation.from_rotvec([[0.1, -0.2, 0.3], [1.0, 0.8, -1.1]])
     fraction = np.linspace(0, 1, 11)
-    want = Slerp([0, 1], ends)(fraction).as_matrix()
+    expected = Slerp([0, 1], ends)(fraction).as_matrix()
     start, end = (np.repeat(m[None], 11, axis=0) for m in ends.as_matrix())
-    assert_allclose(interpolate_rotation(start, end, fraction), want, atol=1e-13)
+    assert_allclose(interpolate_rotation(start, end, fraction), expected, atol=1e-13)
 
 
 def test_wpr_is_rz_ry_rx():
     for w, p, r in uniform(np.pi, (50, 3)):
-        got = from_wpr(*(np.array([a]) for a in (w, p, r)))[0]
-        assert_allclose(got, about("z", r) @ about("y", p) @ about("x", w), atol=ATOL)
+        computed = from_wpr(*(np.array([a]) for a in (w, p, r)))[0]
+        assert_allclose(computed, about("z", r) @ about("y", p) @ about("x", w), atol=ATOL)
 
 
 def test_wpr_agrees_with_scipys_fixed_axes():
@@ -113,8 +113,8 @@ def test_wpr_agrees_with_scipys_fixed_axes():
 
 
 def test_wpr_180_0_0_points_the_tool_down():
-    got = from_wpr(np.array([np.pi]), np.array([0.0]), np.array([0.0]))[0]
-    assert_allclose(got, np.diag([1, -1, -1]), atol=ATOL)
+    computed = from_wpr(np.array([np.pi]), np.array([0.0]), np.array([0.0]))[0]
+    assert_allclose(computed, np.diag([1, -1, -1]), atol=ATOL)
 
 
 def test_wpr_angles_round_trip():
@@ -127,9 +127,9 @@ def test_wpr_angles_round_trip():
 def test_wpr_round_trip_with_w_near_180(side):
     gap = np.array([1e-3, 1e-6, 1e-9, 1e-12])
     w, p, r = side * (np.pi - gap), np.array([0.0, 1e-3, -1e-3, 0.2]), np.array([0.3, -0.3, 3.0, -3.0])
-    got = np.array(to_wpr(from_wpr(w, p, r)))
-    assert_allclose(got, [w, p, r], atol=ATOL_RAD)
-    assert np.all(np.sign(got[0]) == side)  # -180 does not come back as 180 while it is not reached
+    computed = np.array(to_wpr(from_wpr(w, p, r)))
+    assert_allclose(computed, [w, p, r], atol=ATOL_RAD)
+    assert np.all(np.sign(computed[0]) == side)  # -180 does not come back as 180 while it is not reached
 
 
 def test_w_of_exactly_180_comes_back_as_a_half_turn():

@@ -8,7 +8,7 @@ from command_line import refused, run
 from compgen import fanuc
 from compgen.core.exceptions import CompgenError
 from compgen.fanuc.analysis import inspection
-from compgen.fanuc.frames import known_without_a_table
+from compgen.fanuc.frames import default_frames
 from compgen.pipelines.robot_file import load_robot
 
 GOOD = b"""/PROG  GOOD
@@ -87,7 +87,7 @@ TOLD = {
 
 
 def findings(data):
-    return inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), known_without_a_table())["unsafe"]
+    return inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), default_frames())["unsafe"]
 
 
 def test_the_program_behind_all_these_is_good():
@@ -127,7 +127,7 @@ def test_is_told_alike_when_read_by_columns(name, monkeypatch):
 def test_an_absurd_speed_gives_no_absurd_answer(speed):
     data = changed(b"100mm/sec", speed)
     try:
-        found = inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), known_without_a_table())
+        found = inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), default_frames())
     except CompgenError:
         return
     assert 0 <= found["duration_s"] < 1e9

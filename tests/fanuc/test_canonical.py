@@ -13,7 +13,7 @@ from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM
-from compgen.fanuc.canonical.writer import pose_numbers, speed_said, speed_text
+from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
 from compgen.fanuc.configuration import apply_turns, config_letters, postures_of, turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
 
@@ -254,7 +254,7 @@ def test_neighbours_that_share_their_sines_turn_as_each_alone():
     assert 0 < (units[3] < 0).sum() < 4000
     assert np.ptp(np.abs(units[3:]), axis=1).max() < 2000
     numbers = pose_numbers(np.zeros((5000, 3)), rotation)
-    _, turned = ls.printed(np.zeros((5000, 3)), rotation)
+    _, turned = ls.printed_poses(np.zeros((5000, 3)), rotation)
     assert turned.tobytes() == from_wpr(*(numbers[:, 3:] * DEG).T).tobytes()
     every = np.arange(1, 180_001) / 1000 * DEG
     assert np.array_equal(np.sin(-every), -np.sin(every))
@@ -299,7 +299,7 @@ def test_speeds_take_the_coarsest_unit_that_says_them(speed_mm_s, text):
 
 @given(st.floats(0.05e-3, 2.0))
 def test_written_speed_is_never_above_the_wanted(speed):
-    said = speed_said(speed_text(speed))
+    said = parse_speed(speed_text(speed))
     assert 0.5 * speed <= said <= speed * (1 + 2e-6)
     if speed > 10e-3:
         assert said >= 0.995 * speed

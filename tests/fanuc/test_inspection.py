@@ -15,7 +15,7 @@ from compgen.core.units import DEG
 from compgen.fanuc.analysis import inspection
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.safety import unsafe_statements
-from compgen.fanuc.frames import known_without_a_table, load_frames
+from compgen.fanuc.frames import default_frames, load_frames
 from compgen.pipelines.robot_file import load_robot
 
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
@@ -45,7 +45,7 @@ def program(moves, *places):
 
 
 def inspected(moves, *places):
-    return inspection.inspect(program(moves, *places), load_robot("m710ic50"), known_without_a_table())
+    return inspection.inspect(program(moves, *places), load_robot("m710ic50"), default_frames())
 
 
 def test_lengths_and_times_of_a_small_program():
@@ -145,7 +145,7 @@ def test_joint_form_positions_are_taken_as_they_are():
     joints = ",".join(f"\n\tJ{i}= {v:9.3f} deg" for i, v in enumerate((10, 20, -15, 30, -60, 45), 1))
     found = fanuc.loads((text[:start] + joints + text[end:]).encode())
     robot = load_robot("m710ic50")
-    places = read_poses(found, robot, known_without_a_table())
+    places = read_poses(found, robot, default_frames())
     assert_allclose(robot.to_pendant(places.theta)[0] / DEG, [10, 20, -15, 30, -60, 45], atol=1e-12)
 
 
@@ -205,7 +205,7 @@ def test_inspect_on_the_command_line(tmp_path):
 def test_every_sample_is_inspected():
     if not SAMPLES.is_dir():
         pytest.skip("the sample programs are not here")
-    robot, frames = load_robot("m710ic50"), known_without_a_table()
+    robot, frames = load_robot("m710ic50"), default_frames()
     files = [p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls"]
     assert len(files) == 88
     for file in files:

@@ -49,10 +49,10 @@ def assert_same_motions(data, paged):
     for content in files.values():
         numbers = [int(n) for n in re.findall(rb"(?m)^\s*P\[(\d+)[^\r\n]*\{", content)]
         assert numbers == sorted(set(numbers))
-    whole = naive_pages.drive(data)
+    whole = naive_pages.motions_of(data)
     motions = []
     for k, name in enumerate(naive_pages.calls(paged.main)):
-        rows = naive_pages.drive(files[name])
+        rows = naive_pages.motions_of(files[name])
         if k and rows and motions and rows[0][1] == motions[-1][1][-1:] and paged.pages[k].motions[0] == len(motions):
             own = paged.pages[k].motions[1] - paged.pages[k].motions[0]
             if len(rows) == own + 1:
@@ -238,13 +238,13 @@ def test_what_belongs_together_stays_on_one_page(inside):
 
 def test_an_arc_of_a_motions_is_not_cut():
     body = [move(1), move(2, letter="A"), move(3, letter="A"), move(4, letter="A"), move(5), move(6)]
-    may = read_flow(ls.loads(text(body))).may_part
+    may = read_flow(ls.loads(text(body))).may_split_after
     assert may.tolist() == [False, False, False, True, True, False]
 
 
 def test_after_an_end_there_is_no_other_page():
     body = [move(1), move(2), "  IF DI[1],JMP LBL[1] ", move(3), "  END ", "  LBL[1] ", move(4), move(5), move(6)]
-    may = read_flow(ls.loads(text(body))).may_part
+    may = read_flow(ls.loads(text(body))).may_split_after
     assert may.tolist() == [True, True, False, False, False, False, False, False, False]
 
 
@@ -253,7 +253,7 @@ def test_only_stops_are_cut():
         move(1, False), move(2, rest=" TA    .20sec,DO[1]=ON "), "  //" + move(3), "  !L P[1] 5mm/sec FINE ",
         "L P[4] 5mm/sec CNT R[1] ", move(5), "  DO[1]=ON ", move(6), "  CALL DONE ",
     ]  # fmt: skip
-    may = read_flow(ls.loads(text(body))).may_part
+    may = read_flow(ls.loads(text(body))).may_split_after
     assert [i for i, ok in enumerate(may) if ok] == [5]
 
 
@@ -263,7 +263,7 @@ def test_point_logic_goes_with_its_motion():
     data = data.replace(b"   3:L P[3]", listing)
     program = ls.loads(data)
     flow = read_flow(program)
-    assert flow.may_part.tolist() == [True, True, True, False]
+    assert flow.may_split_after.tolist() == [True, True, True, False]
     assert len(flow.line) == 4
     paged = split_program(program, controller(6))
     assert any(b"   1:  DO[8]=ON ;\r\n   2:L P[9] 14mm/sec FINE    ;\r\n     ------\r\n" in p.data for p in paged.pages)
@@ -488,7 +488,7 @@ def test_pages_of_any_program_drive_what_it_drives(body, lines, renumber, number
         assert re.search(r"line \d+", str(refused))  # noqa: PT017
         return
     assert_same_motions(data, paged)
-    assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.drive(data))
+    assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.motions_of(data))
     if renumber:
         return
     whole = [plain(s) for s in statements(data)]
@@ -589,7 +589,7 @@ def test_a_program_of_others_is_split_rightly_or_refused_with_its_line(path):
         except ImpossibleError as refused:
             assert re.search(r"line \d+", str(refused))  # noqa: PT017
             continue
-        assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.drive(program.data))
+        assert check_join(program, paged.main, pages_of(paged)) == len(naive_pages.motions_of(program.data))
         assert_same_motions(program.data, paged)
         assert all(p.size.within(capacity) for p in paged.pages)
         assert len(paged.pages) == 1 or share < 1

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
-from compgen.fanuc.canonical.speed_rounding import diffused
-from compgen.fanuc.canonical.writer import speed_said, speed_text
+from compgen.fanuc.canonical.speed_rounding import diffuse_errors
+from compgen.fanuc.canonical.writer import parse_speed, speed_text
 
 STEPS = {"mm/sec": 1e-3, "cm/min": 0.01 / 60, "inch/min": 0.00254 / 60}
 
@@ -96,7 +96,7 @@ def test_rounding_down_alone_would_be_late():
 def test_lengths_in_step_with_the_rounding_do_not_drift():
     """Every second segment twice as long and a rounding of one half: counting segments alone would always pick one."""
     late, win = np.tile([1.0, 2.0], 5000) / 2, np.tile([1.0, 2.0], 5000)
-    error = np.cumsum(late - np.where(diffused(late, win), win, 0.0))
+    error = np.cumsum(late - np.where(diffuse_errors(late, win), win, 0.0))
     assert np.abs(error).max() <= 1.125
 
 
@@ -114,7 +114,7 @@ def test_what_was_diffused_reads_back_and_stays(speeds):
     speed = np.array(speeds)
     length = np.linspace(1e-3, 5e-3, len(speed))
     said = ls.written_feeds(speed, length)
-    read = np.array([speed_said(speed_text(v)) for v in said.tolist()])
+    read = np.array([parse_speed(speed_text(v)) for v in said.tolist()])
     assert np.abs(read / said - 1).max() < 1e-12
     assert_allclose(ls.written_feeds(read, length), read, rtol=1e-12)
 

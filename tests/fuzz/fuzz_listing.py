@@ -24,7 +24,7 @@ from printed import programs  # noqa: E402
 
 from compgen.core.exceptions import CompgenError  # noqa: E402
 from compgen.fanuc.analysis import inspection  # noqa: E402
-from compgen.fanuc.frames import known_without_a_table  # noqa: E402
+from compgen.fanuc.frames import default_frames  # noqa: E402
 from compgen.fanuc.listing import templates  # noqa: E402
 from compgen.fanuc.listing.listing import LsProgram, dumps, loads  # noqa: E402
 from compgen.pipelines.robot_file import load_robot  # noqa: E402
@@ -113,7 +113,7 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
     """What went wrong, with the input that did it; what went right is counted."""
     rng = random.Random(seed)
     pool = seeds()
-    robot, frames = load_robot("m710ic50"), known_without_a_table()
+    robot, frames = load_robot("m710ic50"), default_frames()
     for i in range(inputs):
         data = mutated(rng, pool)
         measured = i % MEMORY_EVERY == 0

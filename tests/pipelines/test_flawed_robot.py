@@ -25,7 +25,7 @@ from compgen.error_model.sources.link_offsets import LinkOffsets
 from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.error_model.uncertainty import table_of
-from compgen.fanuc.frames import known_without_a_table
+from compgen.fanuc.frames import default_frames
 from compgen.pipelines import correct, generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.program_text import DATE, compose_program
@@ -192,9 +192,7 @@ def test_an_existing_program_is_corrected_with_the_direction_it_comes_from(raste
     program, _ = compose_program(job, poses, planned.theta, planned.trajectory, path, DATE, None)
     text = fanuc.compose(program)
     cell = load_cell(robot)
-    result = correct.correct(
-        text, cell, known_without_a_table(), planned.job.before, correct.Options(split=split), quiet
-    )
+    result = correct.correct(text, cell, default_frames(), planned.job.before, correct.Options(split=split), quiet)
     assert result.error[0][result.judged].max() > 900 * UM
     assert result.residual[0][result.judged].max() < 3 * UM
     assert {"sources.start"} <= codes(result.findings)

@@ -167,10 +167,10 @@ def test_a_naive_reader_drives_the_pages_without_a_gap(made):
     _, corrected, program = made
     files = {n.removesuffix(".LS"): c for n, c in corrected.delivery.files if n.endswith(".LS")}
     main = files.pop(program.name)
-    whole = naive_pages.drive(ls.compose(program))
+    whole = naive_pages.motions_of(ls.compose(program))
     motions = []
     for k, name in enumerate(naive_pages.calls(main)):
-        rows = naive_pages.drive(files[name])
+        rows = naive_pages.motions_of(files[name])
         if k:
             letter, goal, speed, end, _ = rows[0]
             assert (letter, speed, end) == ("J", "10%", "FINE")

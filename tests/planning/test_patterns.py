@@ -82,15 +82,15 @@ def is_sweep(table: PiecewiseCurve):
 
 def sweeps(table: PiecewiseCurve):
     """(y, x at the start, x at the end) of each sweep, its pieces joined."""
-    found: list[list[float]] = []
+    runs: list[list[float]] = []
     keep = is_sweep(table)
     for k in np.flatnonzero(keep):
         (x0, y), slope = table.poly[k, 0], table.poly[k, 1, 0]
-        if found and k and keep[k - 1]:
-            found[-1][2] = x0 + slope
+        if runs and k and keep[k - 1]:
+            runs[-1][2] = x0 + slope
         else:
-            found.append([y, x0, x0 + slope])
-    return np.array(found)
+            runs.append([y, x0, x0 + slope])
+    return np.array(runs)
 
 
 def test_line_is_centred_and_upwards_along_z():

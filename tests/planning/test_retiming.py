@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import ImpossibleError
 from compgen.pipelines.path_file import load_job
-from compgen.planning import boundaries, curves, joint_curve, patterns, retiming, speed_profile, surfaces, toolpath
+from compgen.planning import boundaries, curves, patterns, retiming, surfaces, toolpath
 from compgen.robot import inverse_kinematics, joint_path
 
 PATHS = Path(__file__).parents[2] / "paths"
@@ -198,28 +198,6 @@ def test_when_inverts_where():
     assert_allclose(motion.phases.time_at(motion.phases.at(t)[0]), t, atol=1e-6)  # s, flat at the stops
 
 
-@pytest.mark.parametrize("power", [1, 2, 3])
-def test_roots_are_found_also_where_a_function_is_flat(power):
-    rng = np.random.default_rng(5)
-    want, high = rng.uniform(0, 1, 500) ** 3, np.ones(500)
-    want[:3] = 0, 1, 1e-12
-
-    def beyond(x):
-        return x**power - want**power, power * x ** (power - 1)
-
-    for guess in (0.0, 0.5, 1.0):
-        found = speed_profile.rising_root(beyond, 0 * high, high, guess * high)
-        assert_allclose(found, want, rtol=1e-14, atol=1e-9)
-
-
-def test_last_before_is_what_a_search_finds():
-    rng = np.random.default_rng(6)
-    few, many = (np.sort(np.round(rng.uniform(0, 1, n), 2)) for n in (20, 500))  # many are met exactly, some twice
-    for edges, places in ((few, many), (many, few), (few, many[:0]), (few, few)):
-        want = [np.flatnonzero(edges <= s).max(initial=-1) for s in places]
-        assert joint_curve.last_before(edges, places).tolist() == want
-
-
 def test_study_circle_runs_at_feed_but_for_its_ramps():
     assert driven("study circle", 0.2)[1].at_feed > 0.97
 
@@ -301,8 +279,8 @@ def test_length_over_programmed_speed_is_the_planned_time_away_from_stops():
     """What the program says takes as long as what was planned, also where the speed changes on the way."""
     path, motion = driven("spiral", 1.5)
     middle = slice(200, -200)
-    said = (np.diff(path.arc) / motion.speed)[middle].sum()
-    assert_allclose(said, np.diff(motion.time)[middle].sum(), rtol=2e-3)
+    programmed = (np.diff(path.arc) / motion.speed)[middle].sum()
+    assert_allclose(programmed, np.diff(motion.time)[middle].sum(), rtol=2e-3)
 
 
 def test_a_stop_between_costs_time_and_no_stop_costs_none():
@@ -322,9 +300,9 @@ def test_a_stop_between_costs_time_and_no_stop_costs_none():
 def test_the_way_back_takes_as_long(feed):
     arc = np.linspace(0, 1.2, 241)
     theta = 0.4 * np.sin(np.outer(arc, [3, 5, 7, 9, 4, 6]) + np.arange(6))
-    there = retiming.retime(ROBOT, arc, theta, ends(241), feed)
+    forth = retiming.retime(ROBOT, arc, theta, ends(241), feed)
     back = retiming.retime(ROBOT, 1.2 - arc[::-1], theta[::-1], ends(241), feed)
-    assert_allclose(back.time[-1], there.time[-1], rtol=2e-3)
+    assert_allclose(back.time[-1], forth.time[-1], rtol=2e-3)
 
 
 def test_lower_joint_limits_never_make_the_robot_faster():
@@ -349,12 +327,12 @@ def test_joints_that_stand_still_limit_nothing():
 
 
 def test_progress_runs_to_one():
-    seen: list[float] = []
+    shares_done: list[float] = []
     tool, theta = planned("square")
-    retiming.retime(ROBOT, tool.arc, theta, tool.stop, 0.2, seen.append)
-    assert seen == sorted(seen)
-    assert len(seen) > 2
-    assert seen[-1] == 1.0
+    retiming.retime(ROBOT, tool.arc, theta, tool.stop, 0.2, shares_done.append)
+    assert shares_done == sorted(shares_done)
+    assert len(shares_done) > 2
+    assert shares_done[-1] == 1.0
 
 
 def test_same_input_gives_the_same_motion():

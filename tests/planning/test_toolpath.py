@@ -132,9 +132,9 @@ def test_fractions_split_the_arc_length(pattern, chord_um):
         run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
         u = np.linspace(0, 1, 9)
-        got, _, _ = tool.at(np.full(9, k), u)
+        position, _, _ = tool.at(np.full(9, k), u)
         want = np.column_stack([np.interp(u * run[-1], run, p[:, i]) for i in range(3)])
-        assert_allclose(got, want, atol=1e-9)  # m
+        assert_allclose(position, want, atol=1e-9)  # m
 
 
 @pytest.mark.parametrize(("pattern", "want"), [("line", 0.3), ("circle", 0.3 * np.pi), ("upwards", 0.3)])

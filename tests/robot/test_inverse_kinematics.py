@@ -38,8 +38,8 @@ def test_every_branch_reaches_the_pose(robot):
 def test_one_branch_is_the_joints_the_pose_came_from(robot):
     theta = np.random.default_rng(1).uniform(robot.lower, robot.upper, (3000, 6))
     branches = solve_all(robot, *forward_kinematics(robot, theta))
-    off = np.abs((branches - theta[:, None] + np.pi) % (2 * np.pi) - np.pi)
-    assert np.nanmax(np.nanmin(off.max(axis=2), axis=1)) < 1e-9
+    difference = np.abs((branches - theta[:, None] + np.pi) % (2 * np.pi) - np.pi)
+    assert np.nanmax(np.nanmin(difference.max(axis=2), axis=1)) < 1e-9
 
 
 def test_the_eight_branches_differ(robot):

@@ -28,8 +28,8 @@ CHECK_VALUES = [
 def test_flange_stands_where_the_check_values_say(robot, pendant, position, wpr):
     p, rotation = flange_pose(robot, robot.to_theta(np.array([pendant]) * DEG))
     assert_allclose(p[0] / MM, position, atol=6e-4)  # mm, as printed
-    off = np.array([a[0] for a in to_wpr(rotation)]) / DEG - wpr
-    assert_allclose((off + 180) % 360 - 180, 0, atol=6e-5)  # deg, as printed
+    difference = np.array([a[0] for a in to_wpr(rotation)]) / DEG - wpr
+    assert_allclose((difference + 180) % 360 - 180, 0, atol=6e-5)  # deg, as printed
 
 
 def test_all_zero_joints_give_the_mastering_pose(robot):

@@ -1,9 +1,9 @@
-"""Statements of a program as units, and between which of them it may be parted.
+"""Statements of a program as units, and between which of them it may be split into pages.
 
-A program may be parted after a motion that stops (FINE), where nothing that belongs together lies on both sides: not
+A program may be split after a motion that stops (FINE), where nothing that belongs together lies on both sides: not
 inside IF or FOR, not between a label and a jump to it, not in an arc of A or S motions, not between the two ends of a
 bracket (LOCK PREG, Arc Start, Weave, Track ...), not after an END, and not while something is in force that a new
-program could not say again. A wrapped statement and the listing of point logic are one unit.
+program could not repeat. A wrapped statement and the listing of point logic are one unit.
 """
 
 import re
@@ -43,20 +43,20 @@ class Flow:
     move_unit: IntArray  # (A,) the unit of each
     stop: BoolArray  # (S,) it is a motion that stops
     locked: BoolArray  # (S,) what belongs together lies on both sides of its end
-    sure: BoolArray  # (S,) it is run once, whatever happens at run time
+    unconditional: BoolArray  # (S,) it runs once, whatever happens at run time
     text: dict[int, str]  # of units that are no motion, and no remark
     mention_unit: IntArray  # (U,) a unit that names a position
     mention: IntArray  # (U,) and the position's number, NO_NUMBER for one that is found at run time
 
     def __post_init__(self) -> None:
         own(
-            self, span=("S", 2), line=("S",), motion=("S",), stop=("S",), locked=("S",), sure=("S",),
+            self, span=("S", 2), line=("S",), motion=("S",), stop=("S",), locked=("S",), unconditional=("S",),
             moves=("A",), move_unit=("A",), mention_unit=("U",), mention=("U",),
         )  # fmt: skip
 
     @property
-    def may_part(self) -> BoolArray:
-        """Whether the program may be parted after each unit; never behind the last motion."""
+    def may_split_after(self) -> BoolArray:
+        """Whether the program may be split after each unit; never behind the last motion."""
         moves = np.flatnonzero(self.motion != NO_NUMBER)
         last = moves[-1] if len(moves) else 0
         return np.asarray(self.stop & ~self.locked & (np.arange(len(self.stop)) < last))
@@ -76,17 +76,17 @@ def read_flow(program: LsProgram) -> Flow:
     options = {int(s): m.options[motion[s]] for s in moves[_marks(m.options, bool)[motion[moves]]]}
     for s in [s for s, option in options.items() if POINT_LOGIC.search(option)]:
         options[s] = " ".join(program.text((begin[s], end[s])).split())  # with the listing that follows
-    said = dict(sorted({**text, **options}.items()))
+    texts = dict(sorted({**text, **options}.items()))
     fine = {text for text in set(m.termination) if text.upper() == "FINE"}
     stop = np.zeros(S, dtype=bool)
     stop[moves] = _marks(m.termination, fine.__contains__)[motion[moves]]
     for s, option in options.items():
         if TIME_AFTER_STOP.search(option):
             stop[s] = False  # its logic runs after the stop
-    mention_unit, mention = _mentions(program, motion, owner, said)
-    branches = [*_brackets(said, S), *_labels(said)]
+    mention_unit, mention = _mentions(program, motion, owner, texts)
+    branches = [*_brackets(texts, S), *_labels(texts)]
     depth = _depth(branches, S)
-    ties = [*_ends(said, S), *_arcs(program, motion), *_written(said, mention_unit, mention)]
+    ties = [*_ends(texts, S), *_arcs(program, motion), *_written(texts, mention_unit, mention)]
     return Flow(
         span=np.column_stack([begin, end]),
         line=line,
@@ -95,7 +95,7 @@ def read_flow(program: LsProgram) -> Flow:
         move_unit=owner[~m.disabled],
         stop=stop,
         locked=(depth + _depth(ties, S)) > 0,
-        sure=_outside(branches, S),
+        unconditional=_outside(branches, S),
         text=text,
         mention_unit=mention_unit,
         mention=mention,
@@ -122,21 +122,23 @@ def _units(program: LsProgram) -> tuple[IntArray, IntArray, IntArray]:
 
 def _section_end(data: bytes, at: int) -> int:
     """Where the section ends that a place lies in."""
-    found = re.compile(rb"(?<=[\r\n])/(?:POS|END)\b", re.IGNORECASE).search(data, at)
-    return found.start() if found else len(data)
+    match = re.compile(rb"(?<=[\r\n])/(?:POS|END)\b", re.IGNORECASE).search(data, at)
+    return match.start() if match else len(data)
 
 
 def _texts(data: bytes, begin: IntArray, end: IntArray, which: IntArray) -> Iterator[tuple[int, str]]:
     """What some units say: numbers, line ends and what stands after the semicolon left out."""
     for s in which.tolist():
         lines = _LINE_END.split(data[begin[s] : end[s]])
-        said = " ".join(line.partition(b":")[2].decode("latin-1") for line in lines if b":" in line)
-        said = " ".join(said.partition(";")[0].split())
-        if said and not said.startswith(REMARKS):
-            yield s, said
+        text = " ".join(line.partition(b":")[2].decode("latin-1") for line in lines if b":" in line)
+        text = " ".join(text.partition(";")[0].split())
+        if text and not text.startswith(REMARKS):
+            yield s, text
 
 
-def _mentions(program: LsProgram, motion: IntArray, owner: IntArray, said: dict[int, str]) -> tuple[IntArray, IntArray]:
+def _mentions(
+    program: LsProgram, motion: IntArray, owner: IntArray, texts: dict[int, str]
+) -> tuple[IntArray, IntArray]:
     """Which unit names which position."""
     m = program.motions
     many = np.fromiter(map(len, m.position), dtype=np.int64, count=len(m.position))
@@ -146,10 +148,10 @@ def _mentions(program: LsProgram, motion: IntArray, owner: IntArray, said: dict[
         target = list(chain.from_iterable(m.target))
         keep[elsewhere] &= np.array([target[i][:2] == "P[" for i in elsewhere.tolist()])
     units, numbers = np.repeat(owner, many)[keep], number[keep]
-    texts = [(s, found.group(1)) for s, text in said.items() for found in POSITION.finditer(text)]
-    if texts:
-        units = np.append(units, [s for s, _ in texts])
-        numbers = np.append(numbers, [int(n) if n else NO_NUMBER for _, n in texts])
+    named = [(s, match.group(1)) for s, text in texts.items() for match in POSITION.finditer(text)]
+    if named:
+        units = np.append(units, [s for s, _ in named])
+        numbers = np.append(numbers, [int(n) if n else NO_NUMBER for _, n in named])
     order = np.argsort(units, kind="stable")
     return units[order], numbers[order]
 
@@ -159,11 +161,11 @@ def _marks(texts: Collection[str], test: Callable[[str], bool]) -> BoolArray:
     return np.fromiter(map(test, texts), dtype=bool, count=len(texts))
 
 
-def _brackets(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
+def _brackets(texts: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
     """From each opening to its closing; what is never closed reaches to the end."""
     for bracket in BRACKETS:
         stack: list[int] = []
-        for s, text in said.items():
+        for s, text in texts.items():
             if bracket.closes.search(text):
                 if stack:
                     yield stack.pop(), s
@@ -172,21 +174,21 @@ def _brackets(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
         yield from ((s, count) for s in stack)
 
 
-def _labels(said: dict[int, str]) -> Iterator[tuple[int, int]]:
+def _labels(texts: dict[int, str]) -> Iterator[tuple[int, int]]:
     """From the first to the last mention of each label; a label found at run time may be any."""
     where: dict[str, list[int]] = {}
-    for s, text in said.items():
-        for found in LABEL.finditer(text):
-            where.setdefault(found.group(1), []).append(s)
+    for s, text in texts.items():
+        for match in LABEL.finditer(text):
+            where.setdefault(match.group(1), []).append(s)
     if "" in where:
         everywhere = [s for units in where.values() for s in units]
         yield min(everywhere), max(everywhere)
     yield from ((units[0], units[-1]) for units in where.values())
 
 
-def _ends(said: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
+def _ends(texts: dict[int, str], count: int) -> Iterator[tuple[int, int]]:
     """After an END nothing may be called any more: all of them stand in the last part."""
-    yield from ((s, count) for s, text in said.items() if END.search(text))
+    yield from ((s, count) for s, text in texts.items() if END.search(text))
 
 
 def _arcs(program: LsProgram, motion: IntArray) -> Iterator[tuple[int, int]]:
@@ -198,11 +200,11 @@ def _arcs(program: LsProgram, motion: IntArray) -> Iterator[tuple[int, int]]:
     yield from ((int(a), int(b)) for a, b, letter in zip(moves[:-1], moves[1:], letters[1:]) if letter in ARC_LETTERS)
 
 
-def _written(said: dict[int, str], unit: IntArray, mention: IntArray) -> Iterator[tuple[int, int]]:
+def _written(texts: dict[int, str], unit: IntArray, mention: IntArray) -> Iterator[tuple[int, int]]:
     """All mentions of a position that is written at run time: another program would have its own."""
-    for text in said.values():
-        if found := POSITION_BEFORE_EQUALS.search(text):
-            number = int(found.group(1)) if found.group(1) else NO_NUMBER
+    for text in texts.values():
+        if match := POSITION_BEFORE_EQUALS.search(text):
+            number = int(match.group(1)) if match.group(1) else NO_NUMBER
             same = unit if number == NO_NUMBER else unit[(mention == number) | (mention == NO_NUMBER)]
             yield int(same.min()), int(same.max())
 

@@ -9,8 +9,8 @@ from compgen.core.arrays import BoolArray, IntArray
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
-from compgen.fanuc.analysis.traversal import Traversal, other_statements
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.analysis.traversal import Traversal
+from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.statements import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
 from compgen.robot.robot import Robot
@@ -26,33 +26,33 @@ class Scope:
     unsafe: tuple[Unsafe, ...]  # every statement or position that is passed through, or casts doubt on others
 
 
-def read_scope(program: LsProgram, poses: Poses, drive: Traversal, robot: Robot) -> Scope:
+def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Robot) -> Scope:
     """Free stations, and the list of all that is passed through untouched."""
     p, m = program.positions, program.motions
     unsafe = list(unsafe_statements(program))
     named = {u.line for u in unsafe}
-    line = m.line[drive.motion]
-    held = np.isin(line, list(named)) | (drive.pose == NONE)
-    pose = np.maximum(drive.pose, 0)
+    line = m.line[traversal.motion]
+    held = np.isin(line, list(named)) | (traversal.pose == NONE)
+    pose = np.maximum(traversal.pose, 0)
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
-    bad = {int(poses.row[k]): reason for k, reason in _unfit(program, poses, robot)}
-    for i, reason in bad.items():
+    unfit = {int(poses.row[k]): reason for k, reason in _unfit(program, poses, robot)}
+    for i, reason in unfit.items():
         if int(p.line[i]) not in named:
             unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
     named_rows = np.flatnonzero(np.isin(p.line, [u.line for u in unsafe]))
     held |= np.isin(row, named_rows)
     for number, text in other_statements(program) if len(poses.row) else []:
-        around = _around(text, program, row)
-        told = " ".join(text.rstrip("; ").split())[:60]
-        if (around & ~held).any() and number not in named:
-            unsafe.append(Unsafe(number, told, "it uses a position as a value, which is left as it is"))
+        named_here = _around(text, program, row)
+        short = " ".join(text.rstrip("; ").split())[:60]
+        if (named_here & ~held).any() and number not in named:
+            unsafe.append(Unsafe(number, short, "it uses a position as a value, which is left as it is"))
         elif INDIRECT_POSITION.search(text) and number not in named:
-            unsafe.append(Unsafe(number, told, "it may use any position as a value, corrected where the others are"))
-        held |= around
+            unsafe.append(Unsafe(number, short, "it may use any position as a value, corrected where the others are"))
+        held |= named_here
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)
         unsafe += [
-            Unsafe(int(line[k]), _text(program, int(drive.motion[k])), f"it runs {why}")
+            Unsafe(int(line[k]), _text(program, int(traversal.motion[k])), f"it runs {why}")
             for k in np.flatnonzero(inside & ~held).tolist()
         ]
         held |= inside
@@ -60,8 +60,8 @@ def read_scope(program: LsProgram, poses: Poses, drive: Traversal, robot: Robot)
 
 
 def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, str]]:
-    """Positions that can be told but not corrected, and why."""
-    room = poses.margin / MM
+    """Positions that are known but cannot be corrected, and why."""
+    margin_mm = poses.margin / MM
     characters = np.diff(program.positions.span[poses.row], axis=2).max(axis=(1, 2), initial=0)
     known = np.isfinite(poses.theta).all(axis=1)
     with np.errstate(invalid="ignore"):
@@ -70,9 +70,9 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, st
         far, flat = poses.margin < 0, poses.margin < robot.elbow_margin
     worst, beyond = np.argmax(over, axis=1), np.asarray(known & (over > 1e-9).any(axis=1))
     turned, stretched = np.asarray(known & (wrist < robot.wrist_margin)), np.asarray(known & flat)
-    found: dict[int, str] = {}
+    reason_of: dict[int, str] = {}
     reasons: tuple[tuple[BoolArray, Callable[[int], str]], ...] = (
-        (far, lambda k: f"it is {-room[k]:.1f} mm out of reach of {robot.name} in the posture it names"),
+        (far, lambda k: f"it is {-margin_mm[k]:.1f} mm out of reach of {robot.name} in the posture it names"),
         (
             beyond,
             lambda k: (
@@ -83,15 +83,15 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, st
             turned,
             lambda k: f"J5 is {wrist[k] / DEG:.3f} deg from zero: J4 and J6 may swing round for a small correction",
         ),
-        (stretched, lambda k: f"the arm is {room[k]:.2f} mm from full stretch or fold"),
+        (stretched, lambda k: f"the arm is {margin_mm[k]:.2f} mm from full stretch or fold"),
         (np.asarray(characters > LONGEST_NUMBER), lambda _: "it has a number of more digits than a controller writes"),
         (np.asarray(~known), lambda _: "one of its six numbers is missing"),
         (poses.extended, lambda _: "an extended axis moves the base or the part: where it stands is not known here"),
     )
     for rows, why in reasons:
         for k in np.flatnonzero(rows).tolist():
-            found.setdefault(k, why(k))
-    return sorted(found.items())
+            reason_of.setdefault(k, why(k))
+    return sorted(reason_of.items())
 
 
 def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
@@ -110,7 +110,7 @@ def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
 
 def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
     """Line numbers between which the executed path is not the programmed one."""
-    found = []
+    stretches = []
     statements = other_statements(program)
     for diversion in DIVERSIONS:
         start: int | None = None
@@ -118,11 +118,11 @@ def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
             if start is None and diversion.opens.search(text):
                 start = number
             elif start is not None and diversion.closes.search(text):
-                found.append((start, number, diversion.reason))
+                stretches.append((start, number, diversion.reason))
                 start = None
         if start is not None:
-            found.append((start, np.iinfo(np.int64).max, diversion.reason))
-    return found
+            stretches.append((start, np.iinfo(np.int64).max, diversion.reason))
+    return stretches
 
 
 def _text(program: LsProgram, motion: int) -> str:

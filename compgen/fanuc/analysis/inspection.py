@@ -96,13 +96,13 @@ def _targets(program: LsProgram, active: IntArray) -> tuple[IntArray, IntArray]:
 def _postures(program: LsProgram, first: BoolArray) -> dict[str, int]:
     """How many positions have which letters."""
     p = program.positions
-    said = Counter(map(p.config.__getitem__, np.flatnonzero(first).tolist()))
-    found: Counter[str] = Counter()
-    for config, count in said.items():
+    configs = Counter(map(p.config.__getitem__, np.flatnonzero(first).tolist()))
+    counts: Counter[str] = Counter()
+    for config, count in configs.items():
         if config is not None:
             match = CONFIG.match(config)
-            found[" ".join(match.groups()[:3]) if match else config] += count
-    return dict(found)
+            counts[" ".join(match.groups()[:3]) if match else config] += count
+    return dict(counts)
 
 
 def _travel(
@@ -115,12 +115,12 @@ def _travel(
     stands = np.vstack([poses.position, np.full((1, 3), np.nan)])  # the last row: not known
     stands[:-1][poses.joint_form & (poses.tool == NONE)] = np.nan
     number = program.positions.number[poses.row]
-    there, between = stands[position_rows(goal, number)], stands[position_rows(via, number)]
-    here = np.vstack([stands[-1:], there[:-1]])
+    end, via_point = stands[position_rows(goal, number)], stands[position_rows(via, number)]
+    start = np.vstack([stands[-1:], end[:-1]])
     letter = np.array(m.letter, dtype="U1")[active]
-    step = np.linalg.norm(there - here, axis=1)
+    step = np.linalg.norm(end - start, axis=1)
     arc = np.flatnonzero((letter == "C") & (via != NO_NUMBER))
-    step[arc] = arc_lengths(here[arc], between[arc], there[arc])
+    step[arc] = arc_lengths(start[arc], via_point[arc], end[arc])
     step[letter == "J"] = np.nan
     value, unit = (column[active] for column in parse_speeds(m.speed))
     units, which = np.unique(unit, return_inverse=True)
@@ -136,24 +136,26 @@ def _unknown_frames(program: LsProgram, frames: Frames) -> list[Unsafe]:
     """Frames and tools whose value is not known, told at their first position."""
     p = program.positions
     cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1)
-    found = []
+    findings = []
     for kind, numbers, known in (("uframe", p.uframe, frames.uframe), ("utool", p.utool, frames.utool)):
         rows = np.flatnonzero(cartesian & (numbers >= 0) & ~np.isin(numbers, list(known)))
         for number, first, count in zip(*np.unique(numbers[rows], return_index=True, return_counts=True)):
             i = rows[first]
             others = f" and {count - 1} more" if count > 1 else ""
             reason = f"{kind} {number} is not known: give [{kind}.{number}] in a table with --frames"
-            found.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]{others}", reason))
-    return found
+            findings.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]{others}", reason))
+    return findings
 
 
 def _out_of_reach(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
     p = program.positions
-    found = []
+    findings = []
     for k in np.flatnonzero(poses.margin < 0).tolist():
         row, lack = poses.row[k], -poses.margin[k] / MM
-        found.append(Unsafe(int(p.line[row]), f"P[{p.number[row]}]", f"out of reach of {robot.name} by {lack:.1f} mm"))
-    return found
+        findings.append(
+            Unsafe(int(p.line[row]), f"P[{p.number[row]}]", f"out of reach of {robot.name} by {lack:.1f} mm")
+        )
+    return findings
 
 
 def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
@@ -165,13 +167,13 @@ def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
     room = np.minimum(theta - robot.lower, robot.upper - theta) / DEG
     closest = room.argmin(axis=0)
     wrist = np.abs(theta[:, 4] - robot.pendant_zero[4]) / DEG
-    found: dict[str, Any] = {
+    closest_to: dict[str, Any] = {
         name: {"room_deg": float(room[i, j]), "position": int(names[i])}
         for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist()))
     }
-    found["wrist_singularity"] = {"room_deg": float(wrist.min()), "position": int(names[wrist.argmin()])}
+    closest_to["wrist_singularity"] = {"room_deg": float(wrist.min()), "position": int(names[wrist.argmin()])}
     margin: Array = poses.margin[known]
     if np.isfinite(margin).any():
         i = int(np.nanargmin(margin))
-        found["reach"] = {"room_mm": float(margin[i] / MM), "position": int(names[i])}
-    return found
+        closest_to["reach"] = {"room_mm": float(margin[i] / MM), "position": int(names[i])}
+    return closest_to

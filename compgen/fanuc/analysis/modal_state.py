@@ -1,8 +1,8 @@
-"""Settings that one statement makes and later motions obey: frames, payload, conditions.
+"""Modal state: settings that one statement makes and later motions obey, as frames, payload, conditions.
 
-A part of a program says them again. That is right only when it is sure which of them is in force: set by a statement
+A page of a program repeats them. That is right only when it is known which of them is in force: set by a statement
 that always runs, with a value that the file holds, and not changed by a called program. Frames and payload stay with
-the controller, so a part may also rely on the part before; conditions end with their program: there it is not parted.
+the controller, so a page may also rely on the page before; conditions end with their program: it is not split there.
 """
 
 import re
@@ -30,22 +30,22 @@ class Setting:
 
     name: str
     unit: int
-    sure_until: int  # unit after which it is no longer sure; before ``unit`` when it never was
-    why: str  # it is not sure after that
+    known_until: int  # unit after which it is no longer known; before ``unit`` when it never was
+    why: str  # it is not known after that
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ModalState:
-    """All settings of a program, in order, and where it may not be parted for their sake."""
+    """All settings of a program, in order, and where it may not be split for their sake."""
 
     settings: tuple[Setting, ...]
-    forbidden: BoolArray  # (S,) a condition is in force after that unit that cannot be said again
+    forbidden: BoolArray  # (S,) a condition is in force after that unit that cannot be repeated
 
     def at(self, unit: int) -> tuple[list[int], list[str]]:
-        """Statements to say again after a unit, in order, and why the others are left to the part before."""
+        """Statements to repeat after a unit, in order, and why the others are left to the page before."""
         last = {s.name: s for s in self.settings if s.unit <= unit}
-        again = [s.unit for s in last.values() if unit <= s.sure_until]
-        left = [f"{s.name}: {s.why}" for s in last.values() if unit > s.sure_until]
+        again = [s.unit for s in last.values() if unit <= s.known_until]
+        left = [f"{s.name}: {s.why}" for s in last.values() if unit > s.known_until]
         return sorted(again), left
 
 
@@ -85,7 +85,7 @@ def _known_until(
 ) -> tuple[int, str]:
     """Up to which unit the setting is known to hold, and why not longer."""
     text, S = flow.text[s], len(flow.line)
-    if not flow.sure[s] or not kind.pattern.match(text):
+    if not flow.unconditional[s] or not kind.pattern.match(text):
         return s - 1, f"line {flow.line[s]} sets it on a condition"
     until, reason = S, ""
     for letters, number in REGISTER.findall(text) if not kind.evaluated_live else ():
@@ -116,9 +116,9 @@ def _frames_of_motions(program: LsProgram, flow: Flow) -> dict[str, tuple[IntArr
         return {}
     at = np.clip(np.searchsorted(number, mention), 0, len(number) - 1)
     known = (number[at] == mention) & (flow.motion[unit] != NO_NUMBER)
-    found = {}
+    frames = {}
     for name, column in (("UFRAME_NUM", p.uframe), ("UTOOL_NUM", p.utool)):
         value = column[first][order][at]
         named = known & (value != NO_NUMBER)
-        found[name] = (unit[named], value[named])
-    return found
+        frames[name] = (unit[named], value[named])
+    return frames

@@ -3,7 +3,7 @@
     T_world_tcp = T_uframe T_position         T_world_flange = T_world_tcp T_utool^-1
 
 A Cartesian position takes its joints from its CONFIG, a joint-form position its pose from its joints. What cannot be
-told (not taught, frame not known, CONFIG without a posture, out of reach) is NaN.
+known (not taught, frame not known, CONFIG without a posture, out of reach) is NaN.
 """
 
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class Poses:
     rotation: Array  # (K, 3, 3)
     theta: Array  # (K, 6) [rad]
     margin: Array  # (K,) [m] inside reach; NaN in joint form
-    posture: IntArray  # (K,) in ``ALL_POSTURES``, NONE when not told
+    posture: IntArray  # (K,) in ``ALL_POSTURES``, NONE when not known
     joint_form: BoolArray  # (K,)
     extended: BoolArray  # (K,) has E1, E2 or E3
     tool: IntArray  # (K,) in ``tools``
@@ -51,12 +51,12 @@ class Poses:
 
 
 def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
-    """Poses and joints of all positions, as far as they can be told.
+    """Poses and joints of all positions, as far as they can be known.
 
     Args:
         program: Any program.
         robot: Whose joints; its controller says which joints CONFIG's digits count.
-        frames: What UF and UT numbers mean; a number that is not in it leaves the position untold.
+        frames: What UF and UT numbers mean; a number that is not in it leaves the position unknown.
     """
     p = program.positions
     row = np.flatnonzero(p.group <= 1)

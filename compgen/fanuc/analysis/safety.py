@@ -1,17 +1,16 @@
 """Which statements of a program make an off-line correction unsafe, and why, line by line.
 
 The correction is computed for the place, frame and tool that the file names. Whatever moves them at run time, or names
-a place that the file does not hold, is passed through untouched and said.
+a place that the file does not hold, is passed through untouched and reported.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.fanuc.analysis.traversal import other_statements
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.statements import UNSAFE_HEADERS, unsafe_options, unsafe_words
 
@@ -26,9 +25,9 @@ class Unsafe:
 
 
 def unsafe_statements(program: LsProgram) -> tuple[Unsafe, ...]:
-    """All of them, in order of line."""
-    found = [*_motions(program), *_positions(program), *_others(program), *_headers(program)]
-    return tuple(sorted(set(found), key=lambda u: (u.line, u.reason)))
+    """Statements, positions and headers that make a correction unsafe, in order of line."""
+    findings = [*_motions(program), *_positions(program), *_others(program), *_headers(program)]
+    return tuple(sorted(set(findings), key=lambda u: (u.line, u.reason)))
 
 
 def _motions(program: LsProgram) -> list[Unsafe]:
@@ -40,7 +39,7 @@ def _motions(program: LsProgram) -> list[Unsafe]:
         for i, (numbers, options, speed, off) in enumerate(zip(m.position, m.options, m.speed, m.disabled.tolist()))
         if not (off or (numbers and speed and not why[options] and defined.issuperset(numbers)))
     ]
-    found = []
+    findings = []
     for i in doubtful:
         reasons = []
         for target, number in zip(m.target[i], m.position[i]):
@@ -54,8 +53,8 @@ def _motions(program: LsProgram) -> list[Unsafe]:
         if not m.speed[i]:
             reasons.append("its speed is not understood")
         text = " ".join(program.text(m.span[i]).split())
-        found += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
-    return found
+        findings += [Unsafe(int(m.line[i]), text, reason) for reason in reasons]
+    return findings
 
 
 def _positions(program: LsProgram) -> list[Unsafe]:
@@ -64,40 +63,40 @@ def _positions(program: LsProgram) -> list[Unsafe]:
     untaught = ~given.any(axis=1) | (given & np.isnan(p.value)).any(axis=1)
     cartesian = given[:, :6].any(axis=1)
     open_frame = (p.uframe == NO_NUMBER) | (p.utool == NO_NUMBER)
-    told = {config: config is not None and bool(CONFIG.match(config)) for config in set(p.config)}
-    posture = np.array([told[config] for config in p.config], dtype=bool)
-    found = []
+    valid = {config: config is not None and bool(CONFIG.match(config)) for config in set(p.config)}
+    posture = np.array([valid[config] for config in p.config], dtype=bool)
+    findings = []
     for rows, reason in (
         (untaught, "it is not taught (****)"),
         (cartesian & open_frame, "UF : F or UT : F takes the frame that is active at run time"),
     ):
-        found += [Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason) for i in np.flatnonzero(rows & (p.group <= 1))]
+        findings += [Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason) for i in np.flatnonzero(rows & (p.group <= 1))]
     for i in np.flatnonzero(cartesian & ~posture & (p.group <= 1)):
         reason = f"CONFIG '{p.config[i] or ''}' does not name a posture of this arm"
-        found.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
-    return found
+        findings.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
+    return findings
 
 
 def _others(program: LsProgram) -> list[Unsafe]:
     """Statements that are neither motion nor remark."""
-    found = []
+    findings = []
     for number, text in other_statements(program):
         short = " ".join(text.rstrip("; ").split())[:60]
-        found += [Unsafe(number, short, why) for why in unsafe_words(text)]
-    return found
+        findings += [Unsafe(number, short, why) for why in unsafe_words(text)]
+    return findings
 
 
 def _headers(program: LsProgram) -> list[Unsafe]:
-    found = []
+    findings = []
     head = program.data[: program.data.find(b"/MN")].decode("latin-1")
     for word, why in UNSAFE_HEADERS.items():
         if (at := head.find(word)) >= 0:
-            found.append(Unsafe(line_of(program.data, at), " ".join(word.split()), why))
+            findings.append(Unsafe(line_of(program.data, at), " ".join(word.split()), why))
     mask = dict(program.attributes).get("DEFAULT_GROUP", "1")
     if len(program.motions.line) and "1" not in mask:
-        found.append(
+        findings.append(
             Unsafe(
                 line_of(program.data, max(head.find("DEFAULT_GROUP"), 0)), f"DEFAULT_GROUP = {mask}", "no motion group"
             )
         )
-    return found
+    return findings

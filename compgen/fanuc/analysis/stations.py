@@ -1,4 +1,4 @@
-"""Where a program that exists goes: its stations, places on the straight ways between them, the joints there."""
+"""Stations of a program, points on the straight lines between them, and the joints there."""
 
 import numpy as np
 
@@ -11,57 +11,57 @@ from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
 
 
-def path_samples(poses: Poses, drive: Traversal, inside: Array) -> tuple[IntArray, Array]:
+def path_samples(poses: Poses, traversal: Traversal, inside: Array) -> tuple[IntArray, Array]:
     """Stations and fractions of the straight ways to them, in order of time."""
-    known, lines = _known(poses, drive), straight_lines(poses, drive)
+    known, lines = _known(poses, traversal), straight_lines(poses, traversal)
     station = np.concatenate([np.flatnonzero(known), *(np.flatnonzero(lines) for _ in inside)])
     fraction = np.concatenate([np.ones(int(known.sum())), *(np.full(int(lines.sum()), f) for f in inside)])
     order = np.lexsort((fraction, station))
     return station[order], fraction[order]
 
 
-def straight_lines(poses: Poses, drive: Traversal) -> BoolArray:
+def straight_lines(poses: Poses, traversal: Traversal) -> BoolArray:
     """Stations reached by a straight line whose both ends are known, with one tool and one posture, (S,)."""
-    found, known = drive.line.copy(), _known(poses, drive)
+    lines, known = traversal.line.copy(), _known(poses, traversal)
     if not known.any():
         return known
-    tool, posture = poses.tool[drive.pose], poses.posture[drive.pose]
-    found &= known
-    found[1:] &= known[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
-    found[:1] = False
-    return np.asarray(found)
+    tool, posture = poses.tool[traversal.pose], poses.posture[traversal.pose]
+    lines &= known
+    lines[1:] &= known[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
+    lines[:1] = False
+    return np.asarray(lines)
 
 
-def _known(poses: Poses, drive: Traversal) -> BoolArray:
-    """Stations whose joints can be told, (S,)."""
-    known = drive.pose != NONE
-    known[known] = np.isfinite(poses.theta[drive.pose[known]]).all(axis=1)
+def _known(poses: Poses, traversal: Traversal) -> BoolArray:
+    """Stations whose joints are known, (S,)."""
+    known = traversal.pose != NONE
+    known[known] = np.isfinite(poses.theta[traversal.pose[known]]).all(axis=1)
     return np.asarray(known)
 
 
-def interpolate_poses(poses: Poses, drive: Traversal, station: IntArray, fraction: Array) -> tuple[Array, Array]:
+def interpolate_poses(poses: Poses, traversal: Traversal, station: IntArray, fraction: Array) -> tuple[Array, Array]:
     """Poses that a program means at fractions of the straight ways to stations, (M, 3) [m] and (M, 3, 3)."""
-    there = drive.pose[station]
-    here = np.where(fraction < 1, drive.pose[np.maximum(station - 1, 0)], there)
-    step = poses.position[there] - poses.position[here]
-    position = poses.position[there] - (1 - fraction)[:, None] * step
-    rotation = poses.rotation[there].copy()
+    end = traversal.pose[station]
+    start = np.where(fraction < 1, traversal.pose[np.maximum(station - 1, 0)], end)
+    step = poses.position[end] - poses.position[start]
+    position = poses.position[end] - (1 - fraction)[:, None] * step
+    rotation = poses.rotation[end].copy()
     way = np.flatnonzero(fraction < 1)
-    rotation[way] = interpolate_rotation(poses.rotation[here[way]], poses.rotation[there[way]], fraction[way])
+    rotation[way] = interpolate_rotation(poses.rotation[start[way]], poses.rotation[end[way]], fraction[way])
     return position, rotation
 
 
 def commanded_joints(
     robot: Robot,
     poses: Poses,
-    drive: Traversal,
+    traversal: Traversal,
     station: IntArray,
     fraction: Array,
     position: Array,
     rotation: Array,
 ) -> tuple[Array, tuple[Array, Array]]:
     """Joints (M, 6) [rad] that the controller commands at poses on the way, and the flange there."""
-    pose = drive.pose[station]
+    pose = traversal.pose[station]
     theta = poses.theta[pose].copy()
     flange = np.empty((len(station), 3)), np.empty((len(station), 3, 3))
     kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])

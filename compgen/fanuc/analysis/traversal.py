@@ -1,4 +1,4 @@
-r"""What the robot does with any program, in the order listed: where it goes, and how long each way takes.
+r"""Traversal of any program in the order listed: where the robot goes, and how long each way takes.
 
 Jumps, calls and loops are not followed. A way of length l at a speed v takes l / v, and each stop at one of its ends
 half a ramp more, T(v) = v / a + a / j with what the joints allow along the way; no joint outruns its speed, as where
@@ -14,10 +14,9 @@ from compgen.core.arrays import Array, BoolArray, IntArray, dot
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.poses import NONE, Poses
-from compgen.fanuc.listing.lines import end_of_line
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import CONSTANT_SPEED, FLOW, PERCENT, RATES, REMARKS, TIMES, TURN_RATE, WAIT
+from compgen.fanuc.statements import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
 from compgen.robot.robot import Robot
 
 RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses
@@ -50,8 +49,8 @@ def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
     last = np.append(motion[1:] != motion[:-1], True) if len(motion) else np.zeros(0, dtype=bool)
     pose = position_rows(number, program.positions.number[poses.row])
     letter = np.array(m.letter, dtype="U1")[motion]
-    final = np.array([t.upper().replace(" ", "") for t in m.termination], dtype="U8")[motion]
-    stop = last & ((final == "FINE") | (final == "CNT0") | (final == ""))
+    termination = np.array([t.upper().replace(" ", "") for t in m.termination], dtype="U8")[motion]
+    stop = last & ((termination == "FINE") | (termination == "CNT0") | (termination == ""))
 
     known = np.append(pose, NONE)[np.arange(len(pose))] != NONE
     position = (
@@ -69,16 +68,16 @@ def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
         share = np.where(percent, value / 100, ASSUMED["J"])
         fastest = (turn / robot.speed).max(axis=1)
         by_joint = fastest / share
-        ride = np.fmax(length / speed, fastest)
-        spin = np.fmax(_angles(poses, pose) / (value * DEG), fastest)
-        duration = np.where(letter == "J", by_joint, np.where(unit == TURN_RATE, spin, ride))
-        gear = turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
-        ramp = (gear / (RAMP * robot.acceleration)).max(axis=1) + (robot.acceleration / robot.jerk).max()
+        along = np.fmax(length / speed, fastest)
+        turning = np.fmax(_angles(poses, pose) / (value * DEG), fastest)
+        duration = np.where(letter == "J", by_joint, np.where(unit == TURN_RATE, turning, along))
+        joint_speed = turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
+        ramp = (joint_speed / (RAMP * robot.acceleration)).max(axis=1) + (robot.acceleration / robot.jerk).max()
     begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
     duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
     duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
-    loose = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
-    loose[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
+    untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
+    untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     pause, flow = _others(program, m.line[motion])
     return Traversal(
         motion=motion,
@@ -90,20 +89,9 @@ def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
         length=length,
         duration=np.nan_to_num(duration, nan=0.0, posinf=0.0),
         pause=pause,
-        untimed=tuple(dict.fromkeys(m.line[motion[loose]].tolist())),
+        untimed=tuple(dict.fromkeys(m.line[motion[untimed]].tolist())),
         flow=flow,
     )
-
-
-def other_statements(program: LsProgram) -> list[tuple[int, str]]:
-    """Line and text of each statement that is neither motion nor remark, instruction comments left out."""
-    other = np.flatnonzero(~np.isin(program.statements, program.motions.line))
-    found = []
-    for line, at in zip(program.statements[other].tolist(), program.place[other].tolist()):
-        text = program.data[at : end_of_line(program.data, at)].decode("latin-1").partition(":")[2].strip()
-        if not text.startswith(REMARKS):
-            found.append((line, text))
-    return found
 
 
 def position_rows(number: IntArray, defined: IntArray) -> IntArray:
@@ -112,8 +100,8 @@ def position_rows(number: IntArray, defined: IntArray) -> IntArray:
         return np.full(len(number), NONE)
     order = np.argsort(defined, kind="stable")
     at = np.minimum(np.searchsorted(defined[order], number), len(defined) - 1)
-    found = order[at]
-    return np.where((defined[found] == number) & (number != NO_NUMBER), found, NONE)
+    row = order[at]
+    return np.where((defined[row] == number) & (number != NO_NUMBER), row, NONE)
 
 
 def _lengths(position: Array, circular: BoolArray, last: BoolArray) -> Array:
@@ -144,19 +132,19 @@ def _angles(poses: Poses, pose: IntArray) -> Array:
     """Turn of the tool on the way to each station, (S,) [rad]."""
     if not len(poses.row) or not len(pose):
         return np.full(len(pose), np.nan)
-    here, there = pose[1:], pose[:-1]
-    turn = rotation_vector(np.swapaxes(poses.rotation[there], 1, 2) @ poses.rotation[here])
-    known = (here != NONE) & (there != NONE)
+    after, before = pose[1:], pose[:-1]
+    turn = rotation_vector(np.swapaxes(poses.rotation[before], 1, 2) @ poses.rotation[after])
+    known = (after != NONE) & (before != NONE)
     return np.concatenate([[np.nan], np.where(known, np.linalg.norm(turn, axis=1), np.nan)])
 
 
 def parse_speeds(texts: tuple[str, ...]) -> tuple[Array, np.ndarray]:
     """Number and unit of each speed; NaN and "" where run time decides."""
-    seen: dict[str, tuple[float, str]] = {}
+    parsed: dict[str, tuple[float, str]] = {}
     for text in set(texts):
-        found = CONSTANT_SPEED.match(text)
-        seen[text] = (float(found[1]), found[2].lower()) if found else (np.nan, "")
-    pairs = list(map(seen.__getitem__, texts))
+        match = CONSTANT_SPEED.match(text)
+        parsed[text] = (float(match[1]), match[2].lower()) if match else (np.nan, "")
+    pairs = list(map(parsed.__getitem__, texts))
     return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs], dtype="U8")
 
 

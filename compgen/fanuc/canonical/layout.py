@@ -1,6 +1,6 @@
 """The rows of a canonical program: one line of text for each motion, one block for each position.
 
-What one text says is a function of few columns, so the same function writes it and, from what was read, proves it.
+A text is a function of a few columns: one function writes it and, from what was read, proves it.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ MARK_BACK = len(_DONE) - _DONE.index(MARK)
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What all positions of a program share."""
+    """Frame, tool and decimals that all positions of a program share."""
 
     uframe: int
     utool: int

@@ -1,4 +1,4 @@
-"""Text to meaning, for programs of the form that ``write`` gives; anything else is refused with its line."""
+"""Text to meaning, for programs of the form that ``compose`` writes; anything else is refused with its line."""
 
 import re
 from dataclasses import replace
@@ -21,7 +21,7 @@ from compgen.fanuc.canonical.layout import (
     position_config,
     positions,
 )
-from compgen.fanuc.canonical.writer import fill_poses, speed_said
+from compgen.fanuc.canonical.writer import fill_poses, parse_speed
 from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import hash_rows, unique_keys, windows
 from compgen.fanuc.program import Program
@@ -45,9 +45,9 @@ def interpret(data: bytes) -> Program:
     Raises:
         InputError: The text is not a program of this form; names the line.
     """
-    quick = _by_columns(data)
-    if quick is not None:
-        return quick
+    canonical = _by_columns(data)
+    if canonical is not None:
+        return canonical
     text = data.decode("latin-1").replace("\r\n", "\n")
     sections = re.split(r"^/(MN|POS|END)\b.*\n?", text, flags=re.MULTILINE)
     if len(sections) < 7 or sections[1::2][:3] != ["MN", "POS", "END"] or not text.startswith("/PROG"):
@@ -101,7 +101,7 @@ def interpret(data: bytes) -> Program:
         rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
         posture=posture,
         turns=np.array([r[6:9] for r in rows], dtype=np.int64),
-        speed=np.array([speed_said(f"{m[3]}{m[4]}") for m in motions[1:]]),
+        speed=np.array([parse_speed(f"{m[3]}{m[4]}") for m in motions[1:]]),
         fine=np.array([m[5] == "FINE" for m in motions]),
         decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
     )
@@ -117,25 +117,25 @@ def _by_columns(data: bytes) -> Program | None:
     linear = _FIRST.search(data, moves, places) if 0 <= moves < places else None
     if linear is None or not data.startswith(b"/END\r\n", end):
         return None
-    # the head and the first position, read the careful way, say what all rows share
+    # the head and the first position, read line by line, hold what all rows share
     block = data.find(b"};\r\n", places) + 4
     try:
-        small = interpret(data[: linear.start()] + data[places:block] + b"/END\r\n")
+        sample = interpret(data[: linear.start()] + data[places:block] + b"/END\r\n")
         lines = _row_ends(data, linear.start(), places, b"\n", 1)
         blocks = _row_ends(data, places + len(b"/POS\r\n"), end, MARK, MARK_BACK)
         if len(lines) + 1 != len(blocks):
             return None
         speed, fine = _motions(data, int(linear.group(1)), lines)
-        position, rotation, turns = _positions(data, small, blocks)
+        position, rotation, turns = _positions(data, sample, blocks)
     except InputError:
         return None
     return replace(
-        small,
+        sample,
         position=frozen(position),
         rotation=frozen(rotation),
         turns=frozen(turns),
         speed=frozen(speed),
-        fine=np.concatenate([small.fine, fine]),
+        fine=np.concatenate([sample.fine, fine]),
     )
 
 
@@ -147,60 +147,60 @@ _CHUNK = 1 << 16  # bytes
 _AHEAD = 32  # rows of one length that are guessed at first
 
 
-def _motions(data: bytes, line: int, edge: IntArray) -> tuple[Array, BoolArray]:
+def _motions(data: bytes, line: int, bounds: IntArray) -> tuple[Array, BoolArray]:
     """Speeds [m/s] and stops of linear motions to P[2] and so on; row k is from edge k to the next."""
-    speed, fine = np.empty(len(edge) - 1), np.empty(len(edge) - 1, dtype=bool)
+    speed, fine = np.empty(len(bounds) - 1), np.empty(len(bounds) - 1, dtype=bool)
 
     def part(start: int, stop: int) -> None:
         for at in range(start, stop, BLOCK):
-            here = slice(at, min(at + BLOCK, stop))
-            first, last = here.start + 2, here.stop + 2
-            begin = edge[here] + motion_tail(line + at, first, last)
-            tails, which = _texts(data, begin, edge[at + 1 : here.stop + 1])
-            _same(data, int(edge[at]), motions(line + at, first, last, tails, which))
-            said = [_fit(_TAIL, tail) for tail in tails]
-            speed[here] = np.array([speed_said(number.decode()) for number, _ in said])[which]
-            fine[here] = np.array([end == b"FINE" for _, end in said])[which]
+            rows = slice(at, min(at + BLOCK, stop))
+            first, last = rows.start + 2, rows.stop + 2
+            begin = bounds[rows] + motion_tail(line + at, first, last)
+            tails, which = _unique_texts(data, begin, bounds[at + 1 : rows.stop + 1])
+            _require_text(data, int(bounds[at]), motions(line + at, first, last, tails, which))
+            parsed = [_full_match(_TAIL, tail) for tail in tails]
+            speed[rows] = np.array([parse_speed(number.decode()) for number, _ in parsed])[which]
+            fine[rows] = np.array([end == b"FINE" for _, end in parsed])[which]
 
     parallel_for(len(speed), part)
     return speed, fine
 
 
-def _positions(data: bytes, small: Program, edge: IntArray) -> tuple[Array, Array, IntArray]:
+def _positions(data: bytes, sample: Program, bounds: IntArray) -> tuple[Array, Array, IntArray]:
     """Positions (N, 3) [m], rotations (N, 3, 3) and turns (N, 3); row k is from edge k to the next."""
-    N, frame = len(edge) - 1, Frame(small.uframe, small.utool, small.decimals)
+    N, frame = len(bounds) - 1, Frame(sample.uframe, sample.utool, sample.decimals)
     position, rotation, turns = np.empty((N, 3)), np.empty((N, 3, 3)), np.empty((N, 3), dtype=np.int64)
-    posture = config_letters(small.posture).encode()
+    posture = config_letters(sample.posture).encode()
 
     def part(start: int, stop: int) -> None:
         for at in range(start, stop, BLOCK):
-            here = slice(at, min(at + BLOCK, stop))
-            begin = edge[here] + position_config(frame, at + 1, here.stop + 1)
-            behind = edge[at + 1 : here.stop + 1] - frame.tail
-            configs, which = _texts(data, begin, behind)
+            rows = slice(at, min(at + BLOCK, stop))
+            begin = bounds[rows] + position_config(frame, at + 1, rows.stop + 1)
+            behind = bounds[at + 1 : rows.stop + 1] - frame.tail
+            configs, which = _unique_texts(data, begin, behind)
             units = parse_fixed(windows(data, behind, frame.tail), frame.places, frame.decimals)
             if not fits_fixed(units, frame.decimals):
                 raise InputError("number")
-            _same(data, int(edge[at]), positions(frame, at + 1, units, configs, which))
-            said = [_fit(_CONFIG, config) for config in configs]
-            if any(own != posture for own, *_ in said):
+            _require_text(data, int(bounds[at]), positions(frame, at + 1, units, configs, which))
+            parsed = [_full_match(_CONFIG, config) for config in configs]
+            if any(own != posture for own, *_ in parsed):
                 raise InputError("CONFIG")
-            turns[here] = np.array([[int(n) for n in digits] for _, *digits in said])[which]
-            fill_poses(units, frame.decimals, position[here], rotation[here])
+            turns[rows] = np.array([[int(n) for n in digits] for _, *digits in parsed])[which]
+            fill_poses(units, frame.decimals, position[rows], rotation[rows])
 
     parallel_for(N, part)
     return position, rotation, turns
 
 
-def _fit(form: re.Pattern[bytes], text: bytes) -> tuple[bytes, ...]:
+def _full_match(form: re.Pattern[bytes], text: bytes) -> tuple[bytes, ...]:
     """What fills a form."""
-    found = form.fullmatch(text)
-    if found is None:
+    match = form.fullmatch(text)
+    if match is None:
         raise InputError(text.decode("latin-1"))
-    return found.groups()
+    return match.groups()
 
 
-def _same(data: bytes, at: int, text: bytes | memoryview) -> None:
+def _require_text(data: bytes, at: int, text: bytes | memoryview) -> None:
     """Raises InputError unless a text stands at a place."""
     if not data.startswith(text, at):
         raise InputError(f"byte {at}")
@@ -213,7 +213,7 @@ def _row_ends(data: bytes, start: int, end: int, mark: bytes, back: int) -> IntA
         InputError: The last does not end at the end.
     """
     view = np.frombuffer(data, dtype=np.uint8)
-    edges = [np.array([start])]
+    bounds_parts = [np.array([start])]
     at, width, ahead = start, 0, _AHEAD
     while at < end:
         rows = min(ahead, (end - at) // width) if width else 0
@@ -226,14 +226,14 @@ def _row_ends(data: bytes, start: int, end: int, mark: bytes, back: int) -> IntA
             width = int(ends[-1] - (ends[-2] if len(ends) > 1 else at)) if len(ends) else 0
         if width == 0:
             break
-        edges.append(ends)
+        bounds_parts.append(ends)
         at = int(ends[-1])
     if at != end:
         raise InputError(f"byte {at}")
-    return np.concatenate(edges)
+    return np.concatenate(bounds_parts)
 
 
-def _texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
+def _unique_texts(data: bytes, start: IntArray, end: IntArray) -> tuple[list[bytes], IntArray]:
     """The different texts between places and which row has which, by length, first 16 and last 8 characters."""
     length = end - start
     if length.min() < 8 or length.max() > _LONGEST:

@@ -47,7 +47,7 @@ def written_feeds(speed: Array, length: Array) -> Array:
             f"waypoint {n + 2}: a speed of {speed[n] / MM:g} mm/s cannot be written on {length[n] / MM:.3g} mm"
             "; use 0.05 to 2000 mm/s"
         )
-    return np.asarray((number + (diffused(late, win) & (free > 0))) * step)
+    return np.asarray((number + (diffuse_errors(late, win) & (free > 0))) * step)
 
 
 def feed_errors(wanted: Array, written: Array, length: Array) -> tuple[float, float]:
@@ -58,7 +58,7 @@ def feed_errors(wanted: Array, written: Array, length: Array) -> tuple[float, fl
     return float(np.abs(written / wanted - 1).max()), float(late.max() - late.min())
 
 
-def diffused(late: Array, win: Array) -> BoolArray:
+def diffuse_errors(late: Array, win: Array) -> BoolArray:
     """Which segments to write one step faster, so that lateness never adds up.
 
     Taken one after the other, a segment is made faster when that leaves the smaller error: the error then never leaves
@@ -85,16 +85,16 @@ def diffused(late: Array, win: Array) -> BoolArray:
     start = np.linspace(-half, half, STARTS)
     error = np.repeat(start[:, None], lanes, axis=1)  # (STARTS, lanes)
     faster = np.empty((width, STARTS, lanes), dtype=bool)
-    for late_here, win_here, faster_here in zip(u, w, faster):
-        error += late_here
-        np.greater(error, win_here / 2, out=faster_here)
-        error -= faster_here * win_here
-    chosen = np.zeros(lanes, dtype=np.int64)
-    now = 0.0
+    for late_row, win_row, faster_row in zip(u, w, faster):
+        error += late_row
+        np.greater(error, win_row / 2, out=faster_row)
+        error -= faster_row * win_row
+    best_start = np.zeros(lanes, dtype=np.int64)
+    error_so_far = 0.0
     for k in range(lanes):
-        chosen[k] = int(np.argmin(np.abs(start - now)))
-        now += float(error[chosen[k], k]) - float(start[chosen[k]])
-    return np.asarray(faster[:, chosen, np.arange(lanes)].T.reshape(-1)[:S])
+        best_start[k] = int(np.argmin(np.abs(start - error_so_far)))
+        error_so_far += float(error[best_start[k], k]) - float(start[best_start[k]])
+    return np.asarray(faster[:, best_start, np.arange(lanes)].T.reshape(-1)[:S])
 
 
 _STEPS = np.array([step for _, step, _, _ in UNITS])

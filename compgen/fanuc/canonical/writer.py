@@ -82,9 +82,9 @@ def _parts(program: Program) -> Iterator[bytes | memoryview]:
 def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
     """The lines of all linear motions."""
     rows, which = unique_rows(program.speed)
-    said = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
-    tails = [speed + end for end in (b" CNT100    ;\r\n", b" FINE    ;\r\n") for speed in said]
-    which = which + len(said) * program.fine[1:]
+    speeds = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
+    tails = [speed + end for end in (b" CNT100    ;\r\n", b" FINE    ;\r\n") for speed in speeds]
+    which = which + len(speeds) * program.fine[1:]
 
     def block(first: int, last: int) -> bytes | memoryview:
         return motions(line + first, first + 2, last + 2, tails, which[first:last])
@@ -140,22 +140,22 @@ def numbers_of(units: IntArray, decimals: int) -> Array:
     return np.asarray(units / 10.0**decimals)
 
 
-def printed(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple[Array, Array]:
+def printed_poses(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple[Array, Array]:
     """The poses that the text says, (N, 3) [m] and (N, 3, 3).
 
     Raises:
         InputError: A value too large for the format.
     """
     angles = to_wpr(rotation)
-    found = np.empty((len(position), 3)), np.empty((len(position), 3, 3))
+    poses = np.empty((len(position), 3)), np.empty((len(position), 3, 3))
 
     def part(start: int, stop: int) -> None:
         for at in range(start, stop, BLOCK):
-            here = slice(at, min(at + BLOCK, stop))
-            fill_poses(pose_units(position, angles, here, decimals), decimals, found[0][here], found[1][here])
+            rows = slice(at, min(at + BLOCK, stop))
+            fill_poses(pose_units(position, angles, rows, decimals), decimals, poses[0][rows], poses[1][rows])
 
     parallel_for(len(position), part)
-    return found
+    return poses
 
 
 def fill_poses(units: IntArray, decimals: int, position: Array, rotation: Array) -> None:
@@ -178,7 +178,7 @@ def _cosine_and_sine(units: IntArray, decimals: int) -> tuple[Array, Array]:
     return np.cos(angle).take(size), np.where(units < 0, -sine, sine)
 
 
-def steps(decimals: int = DECIMALS) -> tuple[float, float]:
+def resolution(decimals: int = DECIMALS) -> tuple[float, float]:
     """Between two numbers of a position that the text can say: coordinates [m] and angles [rad]."""
     return MM / 10**decimals, DEG / 10**decimals
 
@@ -190,10 +190,10 @@ def as_written(program: Program, poses: tuple[Array, Array] | None = None) -> Pr
         program: Any.
         poses: Its ``printed`` poses, where they are known.
     """
-    position, rotation = poses or printed(program.position, program.rotation, program.decimals)
+    position, rotation = poses or printed_poses(program.position, program.rotation, program.decimals)
     rows, which = unique_rows(program.speed)
-    said = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
-    return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(said[which]))
+    speeds = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
+    return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(speeds[which]))
 
 
 def speed_text(speed: float) -> str:
@@ -202,17 +202,19 @@ def speed_text(speed: float) -> str:
     Raises:
         InputError: Slower or faster than any unit says.
     """
-    steps = [(unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in UNITS]
-    said = [(f"{n * 10.0**-decimals:.{decimals}f}{unit}", n * step) for unit, step, decimals, n in steps]
-    best = max(said, key=lambda s: s[1])
+    choices = [
+        (unit, step, decimals, min(int(speed / step + 1e-6), highest)) for unit, step, decimals, highest in UNITS
+    ]
+    texts = [(f"{n * 10.0**-decimals:.{decimals}f}{unit}", n * step) for unit, step, decimals, n in choices]
+    best = max(texts, key=lambda s: s[1])
     for tolerance in (FEED_TOLERANCE, EXACT):  # an exact unit comes before a fine enough one
-        best = next((s for s in said if abs(s[1] - speed) <= tolerance * speed), best)
+        best = next((s for s in texts if abs(s[1] - speed) <= tolerance * speed), best)
     if best[1] < 0.5 * speed:
         raise InputError(f"program: a speed of {speed / MM:g} mm/s cannot be written; use 0.05 to 2000 mm/s")
     return best[0]
 
 
-def speed_said(text: str) -> float:
+def parse_speed(text: str) -> float:
     """m/s of a speed's text."""
     for unit, step, decimals, _ in UNITS:
         if text.endswith(unit):
@@ -226,4 +228,4 @@ def writable_speed(speed: float) -> float:
     Raises:
         InputError: Slower or faster than any unit says.
     """
-    return speed_said(speed_text(speed))
+    return parse_speed(speed_text(speed))

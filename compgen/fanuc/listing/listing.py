@@ -9,11 +9,14 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from compgen.core.arrays import IntArray
 from compgen.core.exceptions import InputError
-from compgen.fanuc.listing.lines import line_of
+from compgen.fanuc.listing.lines import end_of_line, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.positions import Positions, read_positions
+from compgen.fanuc.statements import REMARKS
 
 _BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
 _TRANSLATED = re.compile(
@@ -96,6 +99,17 @@ def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram
         parts += [program.data[at:start], text]
         at = end
     return loads(b"".join([*parts, program.data[at:]]))
+
+
+def other_statements(program: LsProgram) -> list[tuple[int, str]]:
+    """Line and text of each statement that is neither motion nor remark, instruction comments left out."""
+    other = np.flatnonzero(~np.isin(program.statements, program.motions.line))
+    statements = []
+    for line, at in zip(program.statements[other].tolist(), program.place[other].tolist()):
+        text = program.data[at : end_of_line(program.data, at)].decode("latin-1").partition(":")[2].strip()
+        if not text.startswith(REMARKS):
+            statements.append((line, text))
+    return statements
 
 
 def _sections(data: bytes) -> dict[str, tuple[int, int]]:

@@ -118,7 +118,7 @@ def _page_ranges(
     head_lines: int,
 ) -> tuple[list[PageRange], list[float]]:
     """The pages, and the memory of each [bytes]."""
-    splittable = flow.may_part & ~settings.forbidden
+    splittable = flow.may_split_after & ~settings.forbidden
     previous = _previous_mention(flow)
     S, first = len(flow.line), 0
     ranges: list[PageRange] = []

@@ -1,4 +1,4 @@
-"""Conversion factors by hand, and arrays that own their data."""
+"""Arrays that own their data, and norms of many rows."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from compgen.core import units
 from compgen.core.arrays import (
     Array,
     BoolArray,
@@ -33,24 +32,6 @@ class Owner:
 
 def owner(p=((1, 2, 3), (4, 5, 6)), flag=(True, False), index=(7,)):
     return Owner(np.array(p, dtype=float), np.array(flag), np.array(index))
-
-
-@pytest.mark.parametrize(
-    ("value", "want"),
-    [
-        (1450 * units.MM, 1.45),  # m
-        (122 * units.UM, 122e-6),  # m
-        (180 * units.DEG, np.pi),  # rad
-        (2000 * units.MDEG, 2 * np.pi / 180),  # rad
-        (6.5 * units.HOUR, 23400),  # s
-        (2 * units.MINUTE, 120),  # s
-        (8 * units.MS, 0.008),  # s
-        (20 * units.INCH, 0.508),  # m
-        (1000 * units.KB, 1e6),  # bytes
-    ],
-)
-def test_units_by_hand(value, want):
-    assert_allclose(value, want, rtol=1e-15)
 
 
 def test_owned_arrays_are_copies():
