@@ -1,11 +1,11 @@
-"""A short run of the fuzzer of corrections; tests/fuzz/fuzz_correct.py has the long one."""
+"""A short run of the fuzzer of corrections; tests/campaigns/fuzz_correct.py has the long one."""
 
 import sys
 from collections import Counter
 
 from shipped import ROOT
 
-sys.path.append(str(ROOT / "tests" / "fuzz"))
+sys.path.append(str(ROOT / "tests" / "campaigns"))
 
 import fuzz_correct
 

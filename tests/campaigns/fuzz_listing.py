@@ -1,8 +1,8 @@
 """Damaged programs at the reader: it takes them whole or refuses them in one way, quickly and within its memory.
 
-python tests/fuzz/fuzz_listing.py --inputs 1000000 --seed 1     mutated bytes of samples and of printed programs
-python tests/fuzz/fuzz_listing.py --printed 10000               printed programs, judged by the second reader
-python tests/fuzz/fuzz_listing.py --atheris                     guided by coverage, until it is stopped
+python tests/campaigns/fuzz_listing.py --inputs 1000000 --seed 1     mutated bytes of samples and of printed programs
+python tests/campaigns/fuzz_listing.py --printed 10000               printed programs, judged by the second reader
+python tests/campaigns/fuzz_listing.py --atheris                     guided by coverage, until it is stopped
 """
 
 import argparse
@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "fuzz")]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "campaigns")]
 
 import hypothesis  # noqa: E402
 from agreement import assert_readers_agree, differences  # noqa: E402

@@ -1,6 +1,6 @@
 """Damaged programs at the correction: it corrects them, passes them through, or refuses them in one line.
 
-python tests/fuzz/fuzz_correct.py --inputs 10000 --seed 1
+python tests/campaigns/fuzz_correct.py --inputs 10000 --seed 1
 """
 
 import argparse
