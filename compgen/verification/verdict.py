@@ -1,10 +1,27 @@
-"""The verdict: a deviation against the bounds that a path file promises."""
+"""The verdict: a deviation against the bounds that a path file promises, and the words for it."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MDEG, UM
 from compgen.verification.deviation import COMPONENTS, Deviation
+
+
+class Verdict(StrEnum):
+    """What a run ends with, in the words of screen, page and JSON."""
+
+    INSIDE = "inside"  # its bounds
+    OUTSIDE = "outside"
+    NOT_LOADABLE = "not loadable"  # the controller cannot take the program
+    NOT_CORRECTED = "nothing corrected"
+    NO_BOUNDS = "no bounds"  # corrected and proven; none was given to be judged by
+    PREDICTED = "predicted"  # the error of the uncorrected program
+
+    @property
+    def is_success(self) -> bool:
+        """Whether the command ends with exit code 0."""
+        return self in (Verdict.INSIDE, Verdict.NO_BOUNDS, Verdict.PREDICTED)
 
 
 @dataclass(frozen=True, slots=True)
