@@ -1,0 +1,55 @@
+"""A job's day: each run is met by the warmth of its own moment."""
+
+import numpy as np
+import pytest
+from naive_arm import rises
+from numpy.testing import assert_allclose
+from shipped import path_file
+
+from compgen.core.units import HOUR, UM
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study import timeline
+
+FEED = 100  # mm/s
+
+
+@pytest.fixture(scope="module")
+def job():
+    """Two hours of warming up, then three runs, an hour of standing after each."""
+    before = f'before=[{{state="moving", feed_mm_s={FEED}, duration_h=2}}]'
+    cycle = 'cycle=[{state="moving", repeat=3, dwell_s=3600}]'
+    return load_job(path_file("line_y"), overrides=[before, cycle, f"process.feed_mm_s={FEED}"])
+
+
+@pytest.fixture(scope="module")
+def day(job):
+    return timeline(job)
+
+
+def test_runs_begin_after_what_went_before(job, day):
+    assert day.start == 2 * HOUR
+    one = day.run[1] - day.run[0] - HOUR  # a run and its dwell
+    assert 10 < one < 100
+    assert_allclose(day.run, 2 * HOUR + (one + HOUR) * np.arange(3), rtol=1e-12)
+
+
+def test_each_run_has_the_rises_of_its_own_start(job, day):
+    one = (day.run[1] - day.run[0] - HOUR) / HOUR
+    duties = [("moving", FEED, 2.0)]
+    for row in day.run_rise:
+        by_hand = rises(duties)
+        assert_allclose(row, [by_hand[name] for name in job.heat.names], atol=1e-9)
+        duties += [("moving", FEED, one), ("idle", 0, 1.0)]
+
+
+def test_a_file_for_the_first_run_leaves_more_in_each_later_one(day):
+    assert day.residual[0] == 0
+    assert np.all(np.diff(day.residual) > 1 * UM)
+    assert np.all(np.diff(day.error) < 0)  # standing, the arm cools
+
+
+def test_the_day_ends_with_its_last_duty_and_misses_no_edge(job, day):
+    end = sum(d.duration for d in (*job.before, *job.cycle))
+    assert_allclose([day.time[0], day.time[-1]], [0, end])
+    assert set(np.round(day.run[1:], 6)) <= set(np.round(day.time, 6))
+    assert_allclose(day.rise[np.searchsorted(day.time, day.start)], day.run_rise[0], atol=1e-9)
