@@ -62,7 +62,7 @@ def generate(
         program = f"{corrected.program.name}.LS"
         ending = "written all the same (--force)" if force else f"{program} not written; --force writes it"
         broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
-        raise typer.Exit(print_error(f"outside bounds: {broken}; {ending}", 1))
+        raise typer.Exit(print_error(f"{_outcome(corrected.verdict)}: {broken}; {ending}", 1))
 
 
 def predict(
@@ -128,4 +128,9 @@ def check(
         show_job(planned, corrected, None, {})
     if not corrected.inside:
         broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
-        raise typer.Exit(1 if as_json else print_error(f"outside bounds: {broken}", 1))
+        raise typer.Exit(1 if as_json else print_error(f"{_outcome(corrected.verdict)}: {broken}", 1))
+
+
+def _outcome(verdict: str) -> str:
+    """What a run that is not inside its bounds ends with, for the error line."""
+    return "outside bounds" if verdict == "outside" else verdict

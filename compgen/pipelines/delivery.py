@@ -107,10 +107,10 @@ def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list
         return []
     if stops is None:
         remedy = "raise process.chord_um, or leave --no-pages out"
-        return [Finding(Level.WARNING, "controller.size", f"{message}; {remedy}")]
+        return [Finding(Level.OUTSIDE, "controller.size", f"{message}: it cannot be loaded; {remedy}")]
     remedy = "allow stops on the part with process.page_stops = 'anywhere', or raise process.chord_um"
     message = f"{message}, and it cannot be parted: {stops.obstacle}; {remedy}"
-    return [Finding(Level.WARNING, "controller.size", message)]
+    return [Finding(Level.OUTSIDE, "controller.size", message)]
 
 
 def _page_facts(job: Job, page: Page, start: PageStart) -> dict[str, object]:

@@ -34,7 +34,7 @@ from compgen.thermal import Ambient, Duty, rises_during, states_at
 from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import Execution, Twin, execute, prepare
-from compgen.verification.verdict import judge
+from compgen.verification.verdict import Verdict, judge
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
 MAX_RIPPLE = 0.05 * UM
@@ -107,9 +107,18 @@ class Corrected:
         return self.delivery.text
 
     @property
+    def verdict(self) -> Verdict:
+        """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
+        broken = {f.code for f in self.findings if f.level is Level.OUTSIDE}
+        for verdict, code in ((Verdict.NOT_LOADABLE, "controller.size"), (Verdict.NO_BOUNDS, "bounds.none")):
+            if broken and broken <= {"controller.size", "bounds.none"} and code in broken:
+                return verdict
+        return Verdict.OUTSIDE if broken else Verdict.INSIDE
+
+    @property
     def inside(self) -> bool:
-        """Whether every bound is kept."""
-        return not any(f.level is Level.OUTSIDE for f in self.findings)
+        """Whether there are bounds, every one is kept, and the controller can load the program."""
+        return self.verdict is Verdict.INSIDE
 
 
 def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> Planned:

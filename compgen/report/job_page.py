@@ -40,6 +40,13 @@ PARTS = {
     "axis_angle": "tool axis [mdeg]",
 }
 
+VERDICTS = {
+    "inside": "inside its bounds",
+    "outside": "outside its bounds",
+    "not loadable": "more than the controller can load",
+    "no bounds": "judged by no bounds, for none are given",
+}
+
 
 def job_html(planned: Planned, corrected: Corrected | None) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
@@ -70,10 +77,11 @@ def _verdict(data: dict[str, Any]) -> str:
         after, window = data["after"]["total"]["max_um"], data["thermal"]["start_window_s"]
         text = (
             f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
-            f"written text: {data['ratio']:.0f} times smaller, <b>{data['verdict']}</b> its bounds. Right for a start "
+            f"written text: {data['ratio']:.0f} times smaller, <b>{VERDICTS[data['verdict']]}</b>. Right for a start "
             f"within {window:.0f} s of the stated warmth."
         )
-    return verdict(data["verdict"], text)
+    kind = data["verdict"] if data["verdict"] in ("inside", "predicted") else "outside"
+    return verdict(kind, text)
 
 
 def _table(data: dict[str, Any]) -> str:

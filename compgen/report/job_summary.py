@@ -10,6 +10,7 @@ from compgen.core.arrays import column_extremes, row_norms, step_lengths
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.verification.deviation import statistics
+from compgen.verification.verdict import Verdict
 
 SCHEMA = 1
 
@@ -27,7 +28,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "schema": SCHEMA,
         "name": job.name,
         "title": job.title,
-        "verdict": "predicted" if corrected is None else "inside" if corrected.inside else "outside",
+        "verdict": (Verdict.PREDICTED if corrected is None else corrected.verdict).value,
         "before": before,
         "after": after,
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,

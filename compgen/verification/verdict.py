@@ -38,7 +38,7 @@ class Bounds:
 
 
 def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
-    """One finding for each bound that is broken, naming where it is worst."""
+    """One finding for each bound that is broken, naming where it is worst; one where there is no bound at all."""
     total, feed, cross, normal, angle = (deviation.extents[name] for name in COMPONENTS)
     checks = [
         ("max_um", total, total.max, bounds.max),
@@ -50,6 +50,9 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
         ("axis_mdeg", angle, angle.max, bounds.axis),
     ]
     findings = []
+    if all(bound is None for *_, bound in checks):
+        message = "[bounds] of the path file gives none: nothing says whether this is good enough; give bounds.max_um"
+        findings.append(Finding(Level.OUTSIDE, "bounds.none", message))
     for key, extent, value, bound in checks:
         if bound is not None and not value <= bound:
             unit = key.split("_")[1]

@@ -50,12 +50,28 @@ def test_outside_its_bounds_no_page_is_written(tmp_path):
     assert names(tmp_path) == BASE - {"LINE_Y.LS"}
 
 
-def test_without_pages_it_is_one_file_and_a_warning(tmp_path):
+def test_without_pages_it_is_one_file_that_cannot_be_loaded(tmp_path):
     result = run("generate", "paths/line_y.toml", *SMALL, "--no-pages", "-o", tmp_path)
-    assert result.returncode == 0, result.stderr
-    assert names(tmp_path) == BASE
-    assert "warning" in result.stdout
+    assert result.returncode == 1
+    assert result.stderr.startswith("cgen: not loadable: ")
+    assert names(tmp_path) == BASE - {"LINE_Y.LS"}
     assert "--no-pages" in result.stdout
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["verdict"] == "not loadable"
+    assert "cannot be loaded" in next(f["message"] for f in report["findings"] if f["code"] == "controller.size")
+    assert run("generate", "paths/line_y.toml", *SMALL, "--no-pages", "--force", "-o", tmp_path).returncode == 1
+    assert names(tmp_path) == BASE
+
+
+def test_without_bounds_nothing_is_inside_them(tmp_path):
+    result = run("check", "paths/line_y.toml", "--json", "--set", "bounds={}")
+    assert result.returncode == 1
+    assert json.loads(result.stdout)["verdict"] == "no bounds"
+    result = run("generate", "paths/line_y.toml", "-q", "--set", "bounds={}", "-o", tmp_path)
+    assert (result.returncode, result.stderr.count("\n")) == (1, 1)
+    assert "no bounds" in result.stderr
+    assert "bounds.max_um" in result.stderr
+    assert "inside its bounds" not in (tmp_path / "report.html").read_text()
 
 
 def test_pages_of_a_program_that_exists(tmp_path):
@@ -106,7 +122,8 @@ def test_limits_no_page_can_keep_are_refused(tmp_path):
     small = run(
         "generate", "paths/line_y.toml", *SMALL, "--set", "robot.controller.memory_kB=0.1", "-o", tmp_path / "o"
     )
-    assert small.returncode == 0
+    assert small.returncode == 1
+    assert small.stderr.startswith("cgen: not loadable: ")
     assert "no room for a page" in " ".join(small.stdout.split())
     refused(run("pages", tmp_path / "NONE.LS"), 2, "cannot be read")
     refused(run("generate", "paths/line_y.toml", "--set", "process.page_stops=never"), 2, "page_stops")

@@ -24,6 +24,7 @@ from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty
 from compgen.verification.twin import execute
+from compgen.verification.verdict import Verdict
 
 SMALL = ("robot.controller.max_lines=60", "process.page_stops=anywhere")
 
@@ -190,9 +191,9 @@ def test_each_page_is_text_of_our_own_form_with_its_own_head(made):
         assert ls.compose(own) == page.data
         assert own.name == page.name
         assert own.comment == program.comment
-        assert own.remarks[:2] == program.remarks[:2]
-        assert own.remarks[2].startswith(f"page {k + 1} of {len(pages)}")
-        assert f"{start.rise[0]:.1f}" in own.remarks[3]
+        assert own.remarks[:3] == program.remarks[:3]
+        assert own.remarks[3].startswith(f"page {k + 1} of {len(pages)}")
+        assert f"{start.rise[0]:.1f}" in own.remarks[4]
         assert own.remarks[-1].endswith(f"{start.window:.0f} s")
         assert page.size.lines <= 60
         assert (page.size.lines, page.size.positions) == (len(own.remarks) + 2 + len(own.position), len(own.position))
@@ -269,7 +270,8 @@ def test_without_a_stop_it_is_one_file_and_the_mend_is_said():
     assert [n for n, _ in corrected.delivery.files] == ["LINE_X.LS"]
     assert not planned.path.stop[5:-5].any()
     finding = next(f for f in corrected.findings if f.code == "controller.size")
-    assert finding.level is Level.WARNING
+    assert finding.level is Level.OUTSIDE
+    assert corrected.verdict is Verdict.NOT_LOADABLE
     assert "page_stops = 'anywhere'" in finding.message
     assert "waypoints" in finding.message
 
