@@ -10,12 +10,14 @@ of parallel axes needs; both are none and zero in a nominal chain. What is exact
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.evaluation import evaluate
 from compgen.robot.robot import Robot
 
 Frame = tuple[Any, Any]  # position (3, 1) [m] and rotation (3, 3), numbers or SX
@@ -99,14 +101,16 @@ def flange_pose(robot: Robot, theta: Array) -> tuple[Array, Array]:
     Returns:
         Position (N, 3) [m] and rotation (N, 3, 3) in World; a row's numbers do not depend on how many rows there are.
     """
-    position, rotation = np.zeros((len(theta), 3)), np.tile(np.eye(3), (len(theta), 1, 1))
-    for angle, d, a, alpha in zip(theta.T, robot.d, robot.a, robot.alpha):
-        c, s, ca, sa = np.cos(angle), np.sin(angle), np.cos(alpha), np.sin(alpha)
-        zero = np.zeros_like(c)
-        link = np.array([[c, -s * ca, s * sa], [s, c * ca, -c * sa], [zero, zero + sa, zero + ca]])
-        position = position + np.einsum("nij,nj->ni", rotation, np.column_stack([a * c, a * s, zero + d]))
-        rotation = rotation @ np.moveaxis(link, -1, 0)
-    return position, rotation
+    position, rotation = evaluate(_build_flange_pose(robot), theta, exact=True)
+    return position, rotation.reshape(-1, 3, 3)
+
+
+@lru_cache(maxsize=32)
+def _build_flange_pose(robot: Robot) -> Any:
+    """theta (6) -> flange position (3), rotation (9, row by row)."""
+    theta = ca.SX.sym("theta", 6)
+    position, rotation = nominal_chain(robot, theta).pose_expr()
+    return ca.Function("flange_pose", [theta], [position, ca.densify(ca.vec(rotation.T))])
 
 
 def frames_at_zero(robot: Robot) -> tuple[Array, Array]:

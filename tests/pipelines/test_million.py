@@ -157,11 +157,11 @@ def test_the_tables_text_is_what_formatting_each_number_gives():
     rng = np.random.default_rng(7)
     wide = 10.0 ** rng.uniform(-7, 4.9, (500, 3)) * rng.choice([-1, 1], (500, 3))
     wide[:3] = [[0.0, -0.0, -1e-9], [0.5e-6, -0.5e-6, 99999.0], [1.0, -1.0, 0.1]]
-    number = np.arange(9_998, 10_498)
+    rows = (9_998, 10_498)
     tables = [(wide, 6), (wide, 4), (None, 4), (wide[:, :2], 5), (np.ones((500, 1), dtype=np.int64), 0)]
-    assert waypoints_csv._lines(number, tables) == waypoints_csv._any_size(number, tables)
+    assert waypoints_csv._lines(*rows, tables) == waypoints_csv._long_lines(*rows, tables)
     big = [(wide * 1e4, 6)]
-    assert waypoints_csv._lines(number, big) == waypoints_csv._any_size(number, big)
+    assert waypoints_csv._lines(*rows, big) == waypoints_csv._long_lines(*rows, big)
 
 
 def test_workers_and_stretches_change_no_byte(tmp_path):
