@@ -12,6 +12,7 @@ from compgen.cli.messages import print_error
 from compgen.cli.options import DEFAULT_ROBOT, FramesFile, Overrides, ProgramFile, Quiet, Robot, output_folder
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 from compgen.core.findings import Level
 
 PROVENANCE = ".compgen.json"  # beside a corrected program
@@ -106,7 +107,7 @@ def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
 
     provenance = source.with_name(source.stem + PROVENANCE)
     try:
-        record = provenance.read_bytes()
+        record = read_regular(provenance)
     except OSError:
         raise InputError(
             f"{source}: {provenance.name} is not beside it; put it back, it holds the planned program"
@@ -121,7 +122,7 @@ def _refuse_corrected(source: Path, content: bytes) -> None:
     checksum = sha256(content).hexdigest()
     for provenance in sorted(source.parent.glob(f"*{PROVENANCE}")):
         try:
-            record = json.loads(provenance.read_bytes())
+            record = json.loads(read_regular(provenance))
             corrected = record["corrected_sha256"] == checksum != record["planned_sha256"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue

@@ -11,6 +11,7 @@ import numpy as np
 from compgen.cli.publish import write_file
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
@@ -64,7 +65,7 @@ def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
 
 def identified_robot_text(arm: Arm, identified: Identification, files: Sequence[str]) -> str:
     """The robot file with the error sources that were identified, and the files that they are from."""
-    checksums = ", ".join(f"{Path(f).name} ({sha256(Path(f).read_bytes()).hexdigest()[:12]})" for f in files)
+    checksums = ", ".join(f"{Path(f).name} ({sha256(read_regular(f)).hexdigest()[:12]})" for f in files)
     model = identified.selected.candidate.name
     provenance = f"{len(identified.data.theta)} poses, model '{model}', from {checksums}"
     known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]

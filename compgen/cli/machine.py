@@ -1,10 +1,12 @@
 """What this machine offers to a long run: its cores and a C compiler."""
 
 import os
+import shlex
 from pathlib import Path
 
 from compgen.cli.messages import print_note_once
 from compgen.core import evaluation
+from compgen.core.exceptions import InputError
 
 
 def use_machine(workers: int | None) -> None:
@@ -14,5 +16,10 @@ def use_machine(workers: int | None) -> None:
     """
     count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    compiler = evaluation.find_compiler(Path(cache) / "compgen", os.environ.get("CC"))
+    command = os.environ.get("CC")
+    try:
+        shlex.split(command or "")
+    except ValueError as failure:
+        raise InputError(f"CC: '{command}' is no command: {failure}; mend the variable, or unset it") from None
+    compiler = evaluation.find_compiler(Path(cache) / "compgen", command)
     evaluation.configure(compiler, count, print_note_once)

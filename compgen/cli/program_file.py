@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 from compgen.fanuc.frames import Frames, default_frames, load_frames
 
 
 def read_program(program: str) -> bytes:
     """A program file's bytes."""
     try:
-        return Path(program).read_bytes()
+        return read_regular(program)
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         raise InputError(f"{program}: cannot be read: {reason}; give a program listing (.LS)") from None

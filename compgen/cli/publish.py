@@ -20,6 +20,7 @@ from pathlib import Path
 
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 
 _AT_FDCWD, _EXCHANGE = -100, 2
 _MARK = ".compgen-"
@@ -121,15 +122,15 @@ def write_file(path: Path, content: bytes) -> None:
 def files_of_earlier_run(manifest: Path) -> set[str]:
     """Files that the manifest of an earlier run's pages names and that are still what it wrote; it is one of them."""
     try:
-        record = json.loads(manifest.read_bytes())
+        record = json.loads(read_regular(manifest))
         checksums = {str(e["file"]): str(e["sha256"]) for e in [record["main"], *record["pages"]]}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return set()
     names = {manifest.name}
     for name, checksum in checksums.items():
         file = manifest.with_name(Path(name).name)
         try:
-            if not file.is_symlink() and sha256(file.read_bytes()).hexdigest() == checksum:
+            if not file.is_symlink() and sha256(read_regular(file)).hexdigest() == checksum:
                 names.add(file.name)
         except OSError:
             continue

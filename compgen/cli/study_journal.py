@@ -7,10 +7,12 @@ the disk one batch at a time, so that a kill loses at most the batch at work.
 import json
 import os
 from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 
 NAME = "scenarios.jsonl"
 
@@ -27,22 +29,42 @@ def content(identity: str, rows: list[dict[str, Any]]) -> bytes:
 
 
 def read_finished(folder: Path, identity: str) -> list[dict[str, Any]]:
-    """Rows of an earlier run of the same study; none when it was another."""
+    """Rows of an earlier run of the same study; none when it was another.
+
+    Raises:
+        InputError: A whole line is not a row that a study writes, or the file is not a regular one.
+    """
     try:
-        lines = (folder / NAME).read_bytes().split(b"\n")
-    except OSError:
+        lines = read_regular(folder / NAME).split(b"\n")
+    except FileNotFoundError:
         return []
+    except OSError as failure:
+        raise InputError(f"{folder / NAME}: cannot be read: {failure.strerror}; remove it") from None
     rows: dict[int, dict[str, Any]] = {}
     for n, line in enumerate(lines[:-1]):  # what follows the last newline was cut off
         try:
             entry = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
         if n == 0 and entry != header(identity):
             return []
-        if isinstance(entry, dict) and isinstance(entry.get("index"), int):
-            rows[entry["index"]] = entry
+        if n == 0:
+            continue
+        if not _is_row(entry):
+            raise InputError(f"{folder / NAME}: line {n + 1}: not a row of this study; remove the line, or say --fresh")
+        rows[entry["index"]] = entry
     return list(rows.values())
+
+
+def _is_row(entry: Any) -> bool:
+    """Whether a line is what ``add`` writes: an index, a state, and the numbers or the reason that go with it."""
+    if not isinstance(entry, dict) or type(entry.get("index")) is not int or entry["index"] < 0:
+        return False
+    plain = all(isinstance(v, str | bool) or (isinstance(v, int | float) and isfinite(v)) for v in entry.values())
+    if entry.get("state") == "failed":
+        return plain and isinstance(entry.get("reason"), str)
+    numbers = ("before_max_um", "before_rms_um", "duration_s", "waypoints")
+    return plain and entry.get("state") == "done" and all(isinstance(entry.get(n), int | float) for n in numbers)
 
 
 class Journal:

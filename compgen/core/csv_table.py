@@ -4,7 +4,6 @@ import csv
 import difflib
 import io
 import re
-import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +12,11 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 
 MAX_ROWS = 1_000_000
+MAX_BYTES = 500_000_000
+LARGEST = 1e12  # of a number in any unit; beyond it squares and products overflow
 MAX_CELL = 131_072  # characters; the csv module's own limit
 _QUOTABLE = re.compile(r"[A-Za-z0-9_.+-]{1,32}")
 
@@ -52,15 +54,16 @@ class CsvTable:
                 raise InputError(f"{self.location(row, column)}: empty; fill it in, or remove the row")
         return words
 
-    def numbers(self, column: str, gaps: bool = False) -> Array:
+    def numbers(self, column: str, gaps: bool = False, largest: float = LARGEST) -> Array:
         """A column as numbers, (N,).
 
         Args:
             column: Its name in the header.
             gaps: Whether cells may be empty or ``nan``; they become NaN.
+            largest: What a number may be at most, in the column's unit, whatever its sign.
 
         Raises:
-            InputError: A cell is not a finite number, or is empty where it may not be.
+            InputError: A cell is not a finite number, is empty where it may not be, or is beyond ``largest``.
         """
         cells = self._cells(column)
         numbers = np.array([_float(cell) for cell in cells])
@@ -68,6 +71,12 @@ class CsvTable:
         if len(bad):
             row = int(bad[0])
             raise InputError(f"{self.location(row, column)}: {_not_a_number(cells[row])}")
+        large = np.flatnonzero(np.abs(numbers) > largest)
+        if len(large):
+            row = int(large[0])
+            raise InputError(
+                f"{self.location(row, column)}: {numbers[row]:g} is beyond {largest:g}; mend it, or remove the row"
+            )
         return numbers
 
     def _cells(self, column: str) -> list[str]:
@@ -113,12 +122,7 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
 
 def _read_text(source: str) -> str:
     try:
-        mode = Path(source).stat().st_mode
-        if stat.S_ISDIR(mode):
-            raise InputError(f"{source}: cannot be read: it is a folder; give a CSV file")
-        if not stat.S_ISREG(mode):  # a pipe would wait for ever
-            raise InputError(f"{source}: cannot be read: it is a pipe or a device; give a regular CSV file")
-        text = Path(source).read_bytes().decode("utf-8-sig")
+        text = read_regular(source, MAX_BYTES).decode("utf-8-sig")
     except OSError as exception:
         raise InputError(f"{source}: cannot be read: {exception.strerror}; give a CSV file") from None
     except UnicodeDecodeError:

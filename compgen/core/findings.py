@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from compgen.core.one_line import one_line
+
 #: Called with the stage that runs and the share of it that is done, 0 to 1.
 Progress = Callable[[str, float], None]
 
@@ -24,6 +26,9 @@ class Finding:
     level: Level
     code: str
     message: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "message", one_line(self.message))
 
     def record(self) -> dict[str, str]:
         """The finding as a report writes it."""

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from compgen.core.exceptions import InputError
+from compgen.core.files import MOST_TABLE_BYTES, read_regular
 
 DEEPEST = 20  # levels of tables and lists in each other; a thousand of them would exceed Python's own limit
 
@@ -45,7 +46,7 @@ def read_toml(source: Path, folder: str) -> dict[str, Any]:
         InputError: It is not there, not readable or not TOML.
     """
     try:
-        text = source.read_bytes().decode("utf-8")
+        text = read_regular(source, MOST_TABLE_BYTES).decode("utf-8")
         return tomllib.loads(text)
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))

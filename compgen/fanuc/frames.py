@@ -12,13 +12,13 @@ Frame 0 is World, tool 0 the flange: both are known without a table. An uninitia
 import re
 import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM
 
@@ -50,11 +50,10 @@ def load_frames(path: str) -> Frames:
         InputError: Not readable, an unknown key, a number out of range; names file and key.
     """
     try:
-        text = Path(path).read_bytes().decode("latin-1")
-    except OSError as failure:
-        raise InputError(
-            f"{path}: cannot be read: {failure.strerror}; give a frames table (.toml or SYSFRAME.VA)"
-        ) from None
+        text = read_regular(path, MOST_TABLE_BYTES).decode("latin-1")
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise InputError(f"{path}: cannot be read: {reason}; give a frames table (.toml or SYSFRAME.VA)") from None
     base = default_frames()
     loaded = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
     return Frames({**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool})

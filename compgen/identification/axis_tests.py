@@ -8,7 +8,7 @@ from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.measurements import Measurements
-from compgen.identification.pose_files import JOINTS
+from compgen.identification.pose_files import FARTHEST, JOINTS
 from compgen.robot.inverse_kinematics import Posture, check_arm_class, flange_from_tool
 from compgen.robot.joint_path import follow_branch
 from compgen.robot.kinematics import flange_pose
@@ -36,7 +36,7 @@ def read_lines(source: str, robot: Robot, nodes: int) -> Measurements:
     table = read_csv(source, ("direction", *PLACE), KNOWN)
     if not any(table.has(c) for c in DEVIATION):
         raise InputError(f"{source}: column {DEVIATION[0]}: missing; give at least one of {', '.join(DEVIATION)}")
-    position = np.column_stack([table.numbers(c) for c in PLACE]) * MM
+    position = np.column_stack([table.numbers(c, largest=FARTHEST) for c in PLACE]) * MM
     N = len(position)
     deviation = np.column_stack(
         [table.numbers(c, gaps=True) if table.has(c) else np.full(N, np.nan) for c in DEVIATION]

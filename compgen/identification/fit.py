@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix, rotation_vector
 from compgen.identification.evidence import NormalEquations, Posterior, Scales, normal_equations, posterior
-from compgen.identification.frames import InstrumentFrames, initial_frames
+from compgen.identification.frames import InstrumentFrames, initial_frames, measured_distance
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
 
@@ -132,7 +132,7 @@ class _Solver:
         p = np.zeros(len(self.model.parameters))
         position, rotation = self.model.pose(self.data, p)
         frames = initial_frames(self.data, position, rotation)
-        distance = np.linalg.norm(frames.predict(self.data, position, rotation) - self.data.position, axis=1)
+        distance = measured_distance(frames, self.data, position, rotation)
         s2 = self.noise**2 if self.noise else max(START_NOISE, 0.2 * float(np.median(distance))) ** 2
         names, _ = self.model.groups()
         scales = Scales(np.ones(len(names)), np.array([s2, s2]))
@@ -278,7 +278,8 @@ def channel_equations(
     keep = np.ones(len(weight), dtype=bool) if rows is None else rows
     D = linear.A.shape[2]
     A, z = linear.A[keep].reshape(-1, D), linear.z[keep].ravel()
-    equations = [normal_equations(A, z + A @ x0, np.repeat(weight[keep], 3))]
+    measured = A.any(axis=1)  # a coordinate that was not measured is no row
+    equations = [normal_equations(A, z + A @ x0, np.repeat(weight[keep], 3) * measured)]
     if len(linear.oriented):
         oriented = keep[linear.oriented]
         B, t = linear.B[oriented].reshape(-1, D), linear.turn[oriented].ravel()

@@ -47,7 +47,7 @@ def initial_frames(data: Measurements, position: Array, rotation: Array) -> Inst
         reflector = P + np.einsum("nij,nj->ni", rotation_of_row, frames.reflector[data.reflector])
         frames = _fit_instruments(data, frames, reflector, weight)
         frames = _fit_reflectors(data, frames, P, rotation_of_row, weight)
-        distance = np.linalg.norm(frames.predict(data, position, rotation) - data.position, axis=1)
+        distance = measured_distance(frames, data, position, rotation)
         median = max(float(np.median(distance)), 1e-9)
         weight = 1 / np.maximum(distance / (4 * median), 1.0) ** 2
         if abs(previous - median) <= 0.02 * median:
@@ -56,15 +56,24 @@ def initial_frames(data: Measurements, position: Array, rotation: Array) -> Inst
     return frames
 
 
+def measured_distance(frames: InstrumentFrames, data: Measurements, position: Array, rotation: Array) -> Array:
+    """How far each row was measured from where it is predicted, along the coordinates that were measured, (N,) [m]."""
+    difference = frames.predict(data, position, rotation) - data.position
+    return np.asarray(np.linalg.norm(np.where(np.isfinite(data.position), difference, 0.0), axis=1))
+
+
 def _fit_instruments(data: Measurements, frames: InstrumentFrames, reflector: Array, weight: Array) -> InstrumentFrames:
     """Each instrument's frame, by Kabsch; an aligned one only moves."""
     rotation, origin = frames.rotation.copy(), frames.origin.copy()
     for i, aligned in enumerate(data.aligned.tolist()):
         rows = data.instrument == i
-        share = weight[rows, None] / weight[rows].sum()
-        centre, measured_centre = (share * reflector[rows]).sum(axis=0), (share * data.position[rows]).sum(axis=0)
+        measured = np.isfinite(data.position[rows])
+        total = np.array([weight[rows][column].sum() or 1.0 for column in measured.T])
+        share = weight[rows, None] * measured / total
+        place = np.where(measured, data.position[rows], 0.0)
+        centre, measured_centre = (share * reflector[rows]).sum(axis=0), (share * place).sum(axis=0)
         if not aligned:
-            u, _, v = np.linalg.svd((share * (reflector[rows] - centre)).T @ (data.position[rows] - measured_centre))
+            u, _, v = np.linalg.svd((share * (reflector[rows] - centre)).T @ (place - measured_centre))
             flip = np.diag([1, 1, np.sign(np.linalg.det(v.T @ u.T))])
             rotation[i] = v.T @ flip @ u.T
         origin[i] = measured_centre - rotation[i] @ centre
@@ -84,8 +93,10 @@ def _fit_reflectors(
         A[data.reflector == r, :, 3 * r : 3 * r + 3] = to_instrument[data.reflector == r]
     for i in range(V):
         A[data.instrument == i, :, 3 * (R + i) : 3 * (R + i) + 3] = np.eye(3)
-    root = np.sqrt(weight)
-    lhs, rhs = (A * root[:, None, None]).reshape(3 * N, -1), ((data.position - flange) * root[:, None]).ravel()
+    measured = np.isfinite(data.position)
+    root = np.sqrt(weight)[:, None] * measured  # a coordinate that was not measured says nothing
+    lhs = (A * root[:, :, None]).reshape(3 * N, -1)
+    rhs = ((np.where(measured, data.position, 0.0) - flange) * root).ravel()
     # a faint pull to the flange, for what poses of one orientation do not determine
     regularisation = 1e-6 * np.eye(lhs.shape[1])[: 3 * R]
     x = np.linalg.lstsq(np.vstack([lhs, regularisation]), np.concatenate([rhs, np.zeros(3 * R)]), rcond=None)[0]

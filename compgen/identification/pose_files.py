@@ -14,6 +14,7 @@ JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
 PLACE = ("x_mm", "y_mm", "z_mm")
 TURN = ("rx_deg", "ry_deg", "rz_deg")
 KNOWN = ("time_s", "order", "target", "instrument", *JOINTS, *PLACE, *TURN, "sigma_um")
+FARTHEST = 1e8  # mm: a tracker measures 100 m at most, which someone may give in um
 SAME = 1e-9  # rad: joints nearer than this are the same pose
 STILL = 0.05 * DEG  # a joint that moves less than this does not move
 LIMIT = 0.01 * DEG  # how far beyond its limit a joint may be printed
@@ -39,7 +40,7 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     """
     table = read_csv(source, (*JOINTS, *PLACE), KNOWN)
     pendant = np.column_stack([table.numbers(c) for c in JOINTS])
-    position = np.column_stack([table.numbers(c) for c in PLACE])
+    position = np.column_stack([table.numbers(c, largest=FARTHEST) for c in PLACE])
     _check_one_instrument(table)
     names = table.words("target") if table.has("target") else ["tcp"] * len(pendant)
     reflectors = tuple(dict.fromkeys(names))
@@ -198,10 +199,10 @@ def _sigma(table: CsvTable, count: int) -> Array:
     if not table.has("sigma_um"):
         return np.ones(count)
     sigma = table.numbers("sigma_um")
-    bad = np.flatnonzero(sigma <= 0)
+    bad = np.flatnonzero((sigma < 1e-3) | (sigma > 1e5))
     if len(bad):
         raise InputError(
-            f"{table.location(int(bad[0]), 'sigma_um')}: {sigma[bad[0]]:g} must be above zero; "
+            f"{table.location(int(bad[0]), 'sigma_um')}: {sigma[bad[0]]:g} must be 0.001 to 1e+05 um; "
             "give one standard deviation"
         )
     return np.asarray(sigma / np.median(sigma))

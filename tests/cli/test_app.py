@@ -6,7 +6,7 @@ import sys
 import tomllib
 
 import pytest
-from command_line import ENVIRONMENT, SCRIPTS, SHELL, run
+from command_line import ENVIRONMENT, SCRIPTS, SHELL, refused, run
 from shipped import ROOT
 from typer.testing import CliRunner
 
@@ -114,3 +114,8 @@ def test_a_completion_loads_no_slow_library():
     )  # fmt: skip
     assert done.stdout.split() == ["generate"]
     assert not SLOW & set(json.loads(done.stderr))
+
+
+def test_a_compiler_that_cannot_be_parsed_is_refused(monkeypatch):
+    monkeypatch.setenv("CC", 'gcc "')
+    refused(run("check", "paths/line_y.toml", "-q"), 2, "CC: 'gcc \"' is no command: No closing quotation")

@@ -113,7 +113,7 @@ def test_a_pipe_is_refused_without_waiting_for_it(tmp_path):
     reader.start()
     reader.join(timeout=20)
     assert len(messages) == 1
-    assert "a pipe or a device; give a regular CSV file" in messages[0]
+    assert "a pipe or a device; give a CSV file" in messages[0]
 
 
 def test_only_plain_cells_are_repeated_in_messages():
@@ -139,3 +139,10 @@ def test_a_cell_that_is_no_number_is_not_repeated(tmp_path):
         "line 2, column x: the cell is not a number; give a number with a decimal point, or remove the row"
     )
     assert "line 2, column 2: 'word' is not a number" in refusal(table.numbers, "two words")
+
+
+@pytest.mark.parametrize("number", ["1e308", "-1e308", "1e13"])
+def test_numbers_that_no_unit_makes_plausible_are_refused(tmp_path, number):
+    table = read_csv(written(tmp_path, f"t,x\n0,1\n1,{number}\n"))
+    assert "line 3, column x: " in refusal(table.numbers, "x")
+    assert "is beyond 5; mend it" in refusal(table.numbers, "x", largest=5)

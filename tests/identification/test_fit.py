@@ -238,6 +238,27 @@ def test_a_made_up_robot_is_identified(truth, cold_and_warm):
     assert np.mean(inside) > 0.85
 
 
+def test_coordinates_that_were_not_measured_carry_no_weight(truth):
+    """Lines with the deviation along them only: all that a laser interferometer gives."""
+    rng = np.random.default_rng(61)
+    lines = axis_lines(truth, rng)
+    along = np.arange(3) == lines.instrument[:, None]
+    single = replace(lines, position=np.where(along, lines.position, np.nan))
+    poses = measured(truth, random_theta(truth.arm.robot, rng, 25), rng)
+    active = np.array([t.source in FORTY for t in truth.model.parameters])
+    fitted = fit(truth.model, concatenate([poses, single]), active)
+    assert np.isfinite(fitted.p).all()
+    assert (fitted.residual[len(poses.pose) :][~along] == 0).all()
+    measured_rows = int(np.isfinite(concatenate([poses, single]).position[~fitted.outlier]).sum())
+    freedom = measured_rows - fitted.gamma.sum() - 6 - 9 - 9 - 3  # frame, reflectors, zeros and tilts, tool
+    rms = np.sqrt((fitted.residual[~fitted.outlier] ** 2).sum() / freedom)
+    assert_allclose(fitted.noise, rms, rtol=0.05)
+    identified = identify(
+        truth.arm.robot, truth.arm.known, concatenate([poses, single]), len(truth.arm.nodes), False, quiet
+    )
+    assert np.isfinite(identified.selected.fit.p).all()
+
+
 def test_few_poses_shrink_rather_than_blow_up(truth):
     rng = np.random.default_rng(31)
     data = measured(truth, random_theta(truth.arm.robot, rng, 7), rng, reflectors=1)

@@ -63,6 +63,7 @@ def scaled(rows, columns, factor):
 XYZ = ("x_mm", "y_mm", "z_mm")
 JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
 BAD = {
+    "far away": (lambda r: text(changed(r, 3, "y_mm", "1e308")), ("line 5, column y_mm", "is beyond 1e+08")),
     "nothing in it": (lambda r: "", ("empty",)),
     "no rows": (lambda r: HEAD + "\n", ("no rows",)),
     "column missing": (lambda r: text([x[:-1] for x in r], HEAD[: -len(",z_mm")]), ("column z_mm", "missing")),

@@ -165,19 +165,39 @@ def test_a_list_that_cannot_be_is_refused(tmp_path, text, words):
 
 
 def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
+    first, second = ({"index": n, "x": 2.5, "state": "failed", "reason": "none"} for n in (1, 0))
     book = study_journal.Journal(tmp_path, "one", [])
-    book.add([{"index": 1, "x": 2.5}, {"index": 0}])
+    book.add([first, second])
     book.close()
     file = tmp_path / study_journal.NAME
     whole = file.read_bytes()
     for cut in range(len(whole)):
         file.write_bytes(whole[:cut])
         rows = study_journal.read_finished(tmp_path, "one")
-        assert rows in ([], [{"index": 1, "x": 2.5}], [{"index": 1, "x": 2.5}, {"index": 0}])
+        assert rows in ([], [first], [first, second])
         assert len(rows) == max(0, whole[:cut].count(b"\n") - 1)
     file.write_bytes(whole)
     assert study_journal.read_finished(tmp_path, "another") == []
     assert study_journal.content("one", study_journal.read_finished(tmp_path, "one")).count(b"\n") == 3
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        '{"index": 0}', "[]", "7", '{"index": true, "state": "failed", "reason": "none"}',
+        '{"index": -1, "state": "failed", "reason": "none"}', '{"index": 0, "state": "failed"}',
+        '{"index": 0, "state": "done"}', '{"index": 0, "state": "done", "before_max_um": "one"}',
+        '{"index": 0, "state": "done", "before_max_um": 1, "before_rms_um": 1, "duration_s": NaN, "waypoints": 5}',
+        '{"index": 0, "state": ["done"]}',
+    ],
+)  # fmt: skip
+def test_a_journal_with_a_row_that_no_study_writes_is_refused(tmp_path, row):
+    book = study_journal.Journal(tmp_path, "one", [])
+    book.close()
+    with (tmp_path / study_journal.NAME).open("a") as file:
+        file.write(f"{row}\n")
+    with pytest.raises(InputError, match=r"scenarios\.jsonl: line 2: not a row of this study; .* or say --fresh"):
+        study_journal.read_finished(tmp_path, "one")
 
 
 def test_killed_again_and_again_a_study_ends_with_the_same_table(tmp_path):

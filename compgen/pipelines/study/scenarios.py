@@ -12,6 +12,7 @@ from typing import Any
 from compgen import __version__
 from compgen.core.csv_table import read_csv
 from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.files import read_regular
 from compgen.core.toml import suggest
 from compgen.pipelines.path_file import load_job
 
@@ -99,7 +100,7 @@ def _inputs(path: str, robot: str | None, base: Sequence[str]) -> str:
     try:
         return load_job(path, robot, base).inputs_hash
     except CompgenError as failure:  # the base need not run: its scenarios may
-        data = Path(path).read_bytes() if Path(path).is_file() else b""
+        data = read_regular(path) if Path(path).is_file() else b""
         return sha256(data + str(failure).encode() + str(robot).encode()).hexdigest()
 
 

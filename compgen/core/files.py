@@ -1,0 +1,36 @@
+"""Files that are read whole: regular ones, of a size that a reader can hold."""
+
+import os
+import stat
+from errno import EFBIG, EINVAL, EISDIR
+from pathlib import Path
+
+MOST_BYTES = 2_000_000_000
+MOST_TABLE_BYTES = 16_000_000  # of a TOML file or another that people write by hand
+
+
+def read_regular(source: str | Path, most: int = MOST_BYTES) -> bytes:
+    """A file's bytes; a pipe or a device, which may never end, is not waited for.
+
+    Args:
+        source: Its name.
+        most: Bytes that its kind can have.
+
+    Raises:
+        OSError: Not there, not readable, no regular file, or larger; ``strerror`` says which.
+        ValueError: No file has such a name.
+    """
+    descriptor = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    try:
+        mode = os.fstat(descriptor).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(EISDIR, "it is a folder", str(source))
+        if not stat.S_ISREG(mode):
+            raise OSError(EINVAL, "it is a pipe or a device", str(source))
+        with open(descriptor, "rb", closefd=False) as file:
+            content = file.read(most + 1)
+    finally:
+        os.close(descriptor)
+    if len(content) > most:
+        raise OSError(EFBIG, f"it is larger than {most / 1e6:g} MB", str(source))
+    return content

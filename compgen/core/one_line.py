@@ -1,0 +1,15 @@
+"""Messages of one line: what a refusal or a finding may be at most."""
+
+MOST_CHARACTERS = 300
+_ENDING = 100  # characters kept of the end, where the mend stands
+
+
+def one_line(message: str) -> str:
+    """A message in one line of printable characters, at most ``MOST_CHARACTERS``; a longer one loses its middle."""
+    line = " ".join(message.split())
+    if not line.isprintable():
+        line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    if len(line) <= MOST_CHARACTERS:
+        return line
+    mark = " ... "
+    return f"{line[: MOST_CHARACTERS - _ENDING - len(mark)]}{mark}{line[-_ENDING:]}"

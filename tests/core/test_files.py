@@ -1,0 +1,57 @@
+"""Files that are no regular ones are refused at once, by whoever reads them."""
+
+import os
+
+import pytest
+from command_line import refused, run
+
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
+from compgen.core.toml import read_toml
+from compgen.fanuc.frames import load_frames
+
+
+@pytest.fixture
+def pipe(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    return tmp_path / "pipe.toml"
+
+
+def test_a_regular_file_is_read_whole(tmp_path):
+    (tmp_path / "a").write_bytes(b"\0\xff" * 70_000)
+    assert read_regular(tmp_path / "a") == b"\0\xff" * 70_000
+    assert read_regular(str(tmp_path / "a"), 140_000) == b"\0\xff" * 70_000
+
+
+def test_what_may_never_end_or_cannot_be_held_is_refused(tmp_path, pipe):
+    with open(tmp_path / "sparse", "wb") as file:
+        file.truncate(1 << 36)
+    for name, reason in ((pipe, "a pipe or a device"), ("/dev/zero", "a pipe or a device"), (tmp_path, "a folder")):
+        with pytest.raises(OSError, match="it is") as caught:
+            read_regular(name)
+        assert reason in caught.value.strerror
+    with pytest.raises(OSError, match="larger than 1 MB"):
+        read_regular(tmp_path / "sparse", 1_000_000)
+
+
+@pytest.mark.parametrize("read", [lambda f: read_toml(f, "paths"), lambda f: load_frames(str(f))])
+def test_readers_of_tables_do_not_wait_for_a_pipe(pipe, read):
+    with pytest.raises(InputError, match="cannot be read: it is a pipe or a device; give a"):
+        read(pipe)
+
+
+@pytest.mark.parametrize("command", ["check", "generate", "heat", "inspect", "correct", "pages"])
+def test_commands_do_not_wait_for_a_pipe(tmp_path, pipe, command):
+    where = [] if command in ("check", "inspect") else ["-o", tmp_path / "out"]
+    refused(run(command, pipe, *where), 2, "pipe.toml: cannot be read: it is a pipe or a device; give a")
+    assert not (tmp_path / "out").exists()
+
+
+def test_neither_a_provenance_file_nor_a_journal_is_waited_for(tmp_path):
+    program = tmp_path / "A.LS"
+    program.write_bytes(b"/PROG A\n/MN\n/POS\n/END\n")
+    os.mkfifo(tmp_path / "A.compgen.json")
+    refused(run("correct", program, "--restore", "-o", tmp_path / "out"), 2, "A.compgen.json is not beside it")
+    os.mkfifo(tmp_path / "scenarios.jsonl")
+    varied = run("whatif", "paths/line_y.toml", "--vary", "feed=20,40", "--workers", 1, "-o", tmp_path)
+    refused(varied, 2, "scenarios.jsonl: cannot be read: it is a pipe or a device")

@@ -1,0 +1,29 @@
+"""Messages: one printable line of at most 300 characters, cut in the middle so that place and mend stay."""
+
+from compgen.cli.messages import print_error
+from compgen.core.findings import Finding, Level
+from compgen.core.one_line import MOST_CHARACTERS, one_line
+
+
+def test_a_short_message_stays_as_it_is():
+    assert one_line("paths/a.toml: duty: unknown key; did you mean 'dwell'?").endswith("'dwell'?")
+
+
+def test_a_long_one_loses_its_middle():
+    line = one_line(f"paths/a.toml: {'x' * 5000}; give less")
+    assert len(line) == MOST_CHARACTERS
+    assert line.startswith("paths/a.toml: xxx")
+    assert " ... " in line
+    assert line.endswith("; give less")
+
+
+def test_what_does_not_print_is_escaped():
+    assert one_line("a\nb\r\n\tc\x1b[31m\udcff") == "a b c\\x1b[31m\\udcff"
+
+
+def test_findings_and_refusals_are_cut(capsys):
+    assert len(Finding(Level.NOTE, "code", "word " * 400).message) <= MOST_CHARACTERS
+    assert print_error("word\n" * 400, 2) == 2
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert len(message.strip()) <= MOST_CHARACTERS
