@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -54,6 +55,7 @@ def identify(
         identified = identification.identify(
             arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress
         )
+    identified = replace(identified, findings=(*identified.findings, *arm.unlikely))
     files = [*(poses or []), *(lines or []), *(warm_up or []), *([temperatures] if temperatures else [])]
     page, report = target.with_suffix(".html"), target.with_suffix(".json")
     target.parent.mkdir(parents=True, exist_ok=True)

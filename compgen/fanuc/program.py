@@ -2,9 +2,12 @@
 
 import re
 from dataclasses import dataclass
+from hashlib import sha256
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.robot.inverse_kinematics import Posture
+
+_FIGURES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,6 +36,15 @@ class Program:
 
 
 def program_name(text: str, length: int) -> str:
-    """A name the controller takes: capitals, digits and _, a letter first, no longer than ``length``."""
+    """A name the controller takes: capitals, digits and _, a letter first, no longer than ``length``.
+
+    A text that loses letters or digits, being too long or of another alphabet, ends in three figures of its hash:
+    two texts that differ there only do not become one program.
+    """
     name = re.sub(r"[^A-Z0-9_]", "_", text.upper())
-    return (name if name[:1].isalpha() else f"P{name}")[:length].rstrip("_") or "P"
+    name = (name if name[:1].isalpha() else f"P{name}").rstrip("_") or "P"
+    if len(name) <= length and not any(c.isalnum() and not c.isascii() for c in text.upper()):
+        return name
+    number = int(sha256(text.encode(errors="surrogatepass")).hexdigest(), 16)
+    figures = "".join(_FIGURES[number // 36**k % 36] for k in range(3))
+    return f"{name[: length - 4].rstrip('_')}_{figures}"

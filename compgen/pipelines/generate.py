@@ -162,6 +162,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += map_findings(job.sources, path.position)
     notes += joint_box_findings(job.robot, job.joint_box, theta)
     notes += unknown_start_findings(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
+    notes += job.unlikely
     if not job.before:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":

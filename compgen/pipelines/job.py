@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, own
+from compgen.core.findings import Finding
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.planning.boundaries import Boundary
@@ -35,6 +36,7 @@ class Cell:
     robot_file: str  # that was read
     robot_file_hash: str  # sha256 of its bytes
     sensors: Mapping[str, str] = field(default_factory=dict)  # part_<n> of a thermocouple log to the name of a rise
+    unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,6 +78,7 @@ class Job:
     inputs_hash: str
     robot_file: str  # that was read
     robot_file_hash: str  # sha256 of its bytes
+    unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
 
     def __post_init__(self) -> None:
         own(self, tool_position=(3,), tool_rotation=(3, 3))

@@ -15,6 +15,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, override, read_toml, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
+from compgen.core.unlikely import unlikely_values
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
@@ -82,6 +83,8 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
     if not source.stem.isprintable():
         raise InputError(f"{source.stem!r}: a path file's name must be printable text; rename it")
+    if not re.search("[A-Z0-9]", source.stem.upper()):
+        raise InputError(f"{source}: its name gives the program's, which has only A to Z, 0 to 9, _; rename the file")
     boundary = boundary_from_table(path.boundary, str(source))
     pattern, edge = pattern_from_table(path.path, boundary, str(source))
     job = Job(
@@ -120,6 +123,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         robot_file=cell.robot_file,
         robot_file_hash=cell.robot_file_hash,
+        unlikely=(*unlikely_values(path_data, str(source)), *cell.unlikely),
     )
     parts = [
         tables.steps_of(rows, name, str(source), job.feed)

@@ -12,7 +12,9 @@ import numpy as np
 from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding
 from compgen.core.toml import check, override, read_toml, shipped, suggest
+from compgen.core.unlikely import unlikely_values
 from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
@@ -58,6 +60,7 @@ class Arm:
     nodes: tuple[str, ...]  # of the heat model; none without one
     known: tuple[UncertainSource, ...]
     identified: IdentifiedTable | None
+    unlikely: tuple[Finding, ...]  # values that look like another unit's
 
 
 def load_arm(name: str) -> Arm:
@@ -84,7 +87,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
         heat, _, growth = _warmth(facts, robot, where)
         nodes = heat.names
     known = read_sources(facts.sources, ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot)), where)
-    return Arm(where, text, robot, nodes, known, facts.identified)
+    return Arm(where, text, robot, nodes, known, facts.identified, unlikely_values(data, where))
 
 
 def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
@@ -134,6 +137,7 @@ def cell_of(data: dict[str, Any], source: Path, overrides: Sequence[str]) -> Cel
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         robot_file=str(source),
         robot_file_hash=sha256(source.read_bytes()).hexdigest(),
+        unlikely=unlikely_values(data, where),
     )
 
 

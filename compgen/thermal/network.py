@@ -183,6 +183,10 @@ class NetworkModel:
             )
         if rise.max(initial=0.0) > self.box_rise:
             messages.append(f"a rise of {rise.max():.1f} K is above the {self.box_rise:g} K measured")
+        if rise.min(initial=0.0) < -self.box_rise:
+            messages.append(
+                f"a rise of {rise.min():.1f} K lies further below zero than the {self.box_rise:g} K measured above it"
+            )
         return messages
 
 

@@ -117,4 +117,8 @@ class NodeModel:
             peak = max(peak, state.max())
         if peak > self.box_rise:
             messages.append(f"a rise of {peak:.1f} K is above the {self.box_rise:g} K measured")
+        if rise.min(initial=0.0) < -self.box_rise:
+            messages.append(
+                f"a rise of {rise.min():.1f} K lies further below zero than the {self.box_rise:g} K measured above it"
+            )
         return messages

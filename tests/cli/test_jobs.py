@@ -282,3 +282,10 @@ def test_a_feed_that_cannot_be_written_is_taken_as_it_is_said():
     data = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "process.feed_mm_s=0.1").stdout)
     assert data["verdict"] == "inside"
     assert any(f["code"] == "timing.feed" and "0.08467" in f["message"] for f in data["findings"])
+
+
+@pytest.mark.parametrize("name", ["___", "- -"])
+def test_a_path_file_whose_name_leaves_none_to_the_program_is_refused(tmp_path, name):
+    file = tmp_path / f"{name}.toml"
+    file.write_bytes((ROOT / "paths/line_y.toml").read_bytes())
+    refused(run("check", file), 2, "its name gives the program's", "rename the file")

@@ -359,11 +359,25 @@ def test_w_near_180_reads_as_the_same_rotation():
     ("name", "length", "said"),
     [
         ("spiral_1300", 32, "SPIRAL_1300"), ("9lives", 32, "P9LIVES"), ("a-b c.d", 32, "A_B_C_D"),
-        ("optic_spiral", 8, "OPTIC_SP"), ("ünter", 32, "P_NTER"), ("___", 8, "P"), ("", 8, "P"),
+        ("optic_spiral", 12, "OPTIC_SPIRAL"), ("___", 8, "P"), ("", 8, "P"),
     ],
 )  # fmt: skip
 def test_names_are_ones_the_controller_takes(name, length, said):
     assert ls.program_name(name, length) == said
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "length", "start"),
+    [
+        ("größe", "grüße", 32, "GR_"), ("漢", "字", 32, "P_"), ("optic_spiral_1", "optic_spiral_2", 8, "OPTI_"),
+        ("line_ä", "line", 32, "LINE_"),
+    ],
+)  # fmt: skip
+def test_names_that_lose_letters_do_not_become_one(one, other, length, start):
+    names = [ls.program_name(name, length) for name in (one, other)]
+    assert names[0] != names[1]
+    assert names[0].startswith(start)
+    assert all(re.fullmatch(r"[A-Z][A-Z0-9_]*", name) and len(name) <= length for name in names)
 
 
 @pytest.mark.parametrize(

@@ -244,3 +244,8 @@ def test_a_column_that_the_network_heats_lifts_the_arm():
     job = load_job(path_file("circle_1300"), overrides=network)
     (growth,) = job.sources
     assert_allclose(growth.d[0, job.heat.names.index("d1")], 11.25e-6 * 0.565)  # m/K
+
+
+def test_cold_is_outside_the_box_as_heat_is(heat):
+    rise = np.full((1, len(heat.names)), -38.0)
+    assert any("-38.0 K lies further below zero" in text for text in heat.extrapolations([], 0.2, 60.0, rise))

@@ -135,6 +135,12 @@ def test_profiles_are_linear_in_the_node_rises(job):
     assert growth.a[1].sum() > 0
 
 
+def test_cold_is_outside_the_box_as_heat_is(job):
+    cold = job.heat.extrapolations(job.before, 0.2, 60.0, np.full((2, 5), [[-38.0], [1.0]]))
+    assert cold == [f"a rise of -38.0 K lies further below zero than the {job.heat.box_rise:g} K measured above it"]
+    assert job.heat.extrapolations(job.before, 0.2, 60.0, np.full((1, 5), -5.0)) == []
+
+
 def test_a_job_outside_the_box_says_so(job):
     assert job.heat.extrapolations(job.before, 0.2, 60.0, np.full((1, 5), 13.0)) == []
     messages = job.heat.extrapolations([Duty("moving", 0.3, 8 * HOUR)], 0.001, 0.0, np.full((1, 5), 20.0))

@@ -160,7 +160,7 @@ def _text_findings(result: Correction) -> list[Finding]:
 
 def _heat_findings(result: Correction) -> list[Finding]:
     drive, stations, heat = result.plan.drive, result.plan.stations, result.cell.heat
-    findings = []
+    findings = list(result.cell.unlikely)
     if not result.before:
         findings.append(Finding(Level.NOTE, "thermal.cold", "no --before: the cell starts cold"))
     run = drive.duration > 0

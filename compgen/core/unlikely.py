@@ -1,0 +1,76 @@
+"""Values that are plausible in another unit only: what a key was probably meant to say.
+
+A rule holds keys whose values cannot sensibly be so small, and why:
+
+- tools, arms and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres;
+- materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;
+- tools travel at 1 mm/s or more: 0.2 is m/s; robots turn at 12 deg/s or more at their fastest: 3 is rad/s;
+- an angle of a tool, a frame or an arm that is a multiple of pi/4 to three digits is in radians.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+from compgen.core.findings import Finding, Level
+
+
+@dataclass(frozen=True, slots=True)
+class _Rule:
+    keys: str  # regular expression of dotted keys, places in lists left out
+    together: bool  # whether the values of a table or a list are judged by their largest
+    least: float  # what is below it, and not zero, was meant in another unit
+    factor: float  # from that unit
+    unit: str
+    expected: str
+
+
+_RULES = (
+    _Rule(r"(tool\.[xyz]|dh\.[ad]|identified\.reflector)_mm(\.\w+)?", True, 3, 1e3, "metres", "mm"),
+    _Rule(r"path\.(length|diameter|size)_mm|boundary\.\w+_mm", False, 3, 1e3, "metres", "mm"),
+    _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 1e-3, 1e6, "1/K", "um/m/K"),
+    _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 0.1, 1e3, "mm/m/K", "um/m/K"),
+    _Rule(r"(process|before|cycle|after)\.feed_mm_s", False, 1, 1e3, "m/s", "mm/s"),
+    _Rule(r"limits\.speed_deg_s", True, 12, 180 / pi, "rad/s", "deg/s"),
+)
+_ANGLES = r"tool\.([wpr]|spin)_deg|dh\.alpha_deg|pendant\.offset_deg"
+_RIGHT = 2e-3  # rad: how near to a multiple of pi/4 three digits come
+
+
+def unlikely_values(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
+    """A warning for each value of a file's tables that was probably given in another unit."""
+    values = list(_numbers(data, "", ""))
+    findings: dict[str, Finding] = {}
+    for rule in _RULES:
+        groups: dict[str, list[tuple[str, float]]] = {}
+        for key, plain, value in values:
+            if re.fullmatch(rule.keys, plain):
+                groups.setdefault(key.rpartition(".")[0] if rule.together else key, []).append((key, value))
+        for group in groups.values():
+            key, value = max(group, key=lambda pair: abs(pair[1]))
+            if 0 < abs(value) < rule.least:
+                findings.setdefault(key, _finding(file, key, value, rule.factor, rule.unit, rule.expected))
+    for key, plain, value in values:
+        multiple = round(value / (pi / 4))
+        if re.fullmatch(_ANGLES, plain) and 1 <= abs(multiple) <= 8 and abs(value - multiple * pi / 4) < _RIGHT:
+            findings.setdefault(key, _finding(file, key, value, 180 / pi, "radians", "deg"))
+    return tuple(findings.values())
+
+
+def _finding(file: str, key: str, value: float, factor: float, unit: str, expected: str) -> Finding:
+    message = f"{key} = {value:g}: did you mean {value * factor:.4g}? it looks like {unit}, the key is in {expected}"
+    return Finding(Level.WARNING, "units.unlikely", f"{file}: {message}")
+
+
+def _numbers(data: Any, key: str, plain: str) -> Iterator[tuple[str, str, float]]:
+    """Numbers in nested tables and lists, with their dotted key, with and without the places in lists."""
+    if isinstance(data, Mapping):
+        for name, value in data.items():
+            yield from _numbers(value, f"{key}.{name}".lstrip("."), f"{plain}.{name}".lstrip("."))
+    elif isinstance(data, list):
+        for n, value in enumerate(data):
+            yield from _numbers(value, f"{key}.{n}", plain)
+    elif isinstance(data, int | float) and not isinstance(data, bool):
+        yield key, plain, float(data)

@@ -1,0 +1,69 @@
+"""Values that look like another unit's: a warning with what was probably meant, and none for what is shipped."""
+
+import tomllib
+
+import pytest
+from command_line import run
+from shipped import ROOT
+
+from compgen.core.findings import Level
+from compgen.core.toml import override
+from compgen.core.unlikely import unlikely_values
+
+ROBOT = (ROOT / "robots/m710ic50.toml").read_text()
+PATH = (ROOT / "paths/line_y.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "assignment", "meant"),
+    [
+        (PATH, "tool.z_mm=0.25", "did you mean 250? it looks like metres, the key is in mm"),
+        (PATH, "tool={x_mm=-0.3,z_mm=0.01}", "tool.x_mm = -0.3: did you mean -300?"),
+        (PATH, "tool.w_deg=3.1416", "did you mean 180? it looks like radians, the key is in deg"),
+        (PATH, "tool.spin_deg=-1.571", "did you mean -90"),
+        (PATH, "path.length_mm=1.3", "did you mean 1300?"),
+        (PATH, "process.feed_mm_s=0.2", "did you mean 200? it looks like m/s, the key is in mm/s"),
+        (PATH, "before.0.feed_mm_s=0.2", "before.0.feed_mm_s = 0.2: did you mean 200?"),
+        (ROBOT, "thermal.cte_um_m_K=12e-6", "did you mean 12? it looks like 1/K, the key is in um/m/K"),
+        (ROBOT, "thermal.cte_um_m_K=0.012", "did you mean 12? it looks like mm/m/K"),
+        (ROBOT, "dh.a_mm=[0.15,0.87,0.17,0,0,0]", "dh.a_mm.1 = 0.87: did you mean 870?"),
+        (ROBOT, "dh.alpha_deg=[-90,180,-1.5708,90,-90,180]", "dh.alpha_deg.2 = -1.5708: did you mean -90?"),
+        (ROBOT, "limits.speed_deg_s=[3,3,3,4.4,4.4,6.2]", "did you mean 355.2? it looks like rad/s"),
+    ],
+)
+def test_what_looks_like_another_unit_is_asked_about(text, assignment, meant):
+    data = tomllib.loads(text)
+    assert unlikely_values(data, "a.toml") == ()
+    override(data, assignment, assignment)
+    (finding,) = unlikely_values(data, "a.toml")
+    assert (finding.level, finding.code) == (Level.WARNING, "units.unlikely")
+    assert finding.message.startswith(f"a.toml: {assignment.partition('=')[0].partition('{')[0]}")
+    assert meant in finding.message
+
+
+@pytest.mark.parametrize(
+    "assignment",
+    ["tool={x_mm=0.12,z_mm=250}", "tool={z_mm=0}", "tool={w_deg=3}", "tool={p_deg=0.02}", "process.feed_mm_s=1",
+     "path.stepover_mm=0.5", "path.x_mm=0"],
+)  # fmt: skip
+def test_small_values_that_are_meant_are_not(assignment):
+    data = tomllib.loads(PATH)
+    override(data, assignment, assignment)
+    assert unlikely_values(data, "a.toml") == ()
+
+
+def test_nothing_that_is_shipped_is_asked_about():
+    files = [f for kind in ("paths", "robots") for f in (ROOT / kind).glob("*.toml")]
+    assert len(files) > 10
+    assert [unlikely_values(tomllib.loads(f.read_text()), f.name) for f in files] == len(files) * [()]
+
+
+def test_the_commands_report_it(tmp_path):
+    """Of the path file's keys and of the robot file's."""
+    sets = ["--set", "tool.z_mm=0.25", "--set", "robot.thermal.cte_um_m_K=12e-6"]
+    told = run("predict", "paths/line_y.toml", *sets, "-o", tmp_path / "out")
+    assert told.returncode == 0, told.stderr
+    report = (tmp_path / "out" / "report.json").read_text()
+    for place in (" ".join(told.stdout.split()), report):
+        assert "tool.z_mm = 0.25: did you mean 250?" in place
+        assert "thermal.cte_um_m_K = 1.2e-05: did you mean 12?" in place
