@@ -1,0 +1,492 @@
+"""Random jobs through ``generate``, each judged from the text it wrote by an arm that shares nothing with the package.
+
+python tests/campaigns/jobs.py --seeds 0:200            draws, judges and adds to jobs.jsonl; again goes on
+python tests/campaigns/jobs.py --seeds 0:200 --table    only the table of what is in jobs.jsonl
+
+A seed draws a pattern, its place, surface, edge, tool, posture, history and error sources of the M-710iC/50. The judge
+reads the text with the second reader, finds the joints by CONFIG in closed form, warms and distorts its own DH chain as
+docs/sources.md says, and compares the tool with the planned path: at every position and half way to the next.
+"""
+
+import argparse
+import json
+import math
+import random
+import sys
+import tomllib
+import traceback
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+import naive_ls  # noqa: E402
+import numpy as np  # noqa: E402
+from naive_arm import NODES, ROBOT, THERMAL, frame, rises, warm_lengths  # noqa: E402
+from shipped import path_file, quiet  # noqa: E402
+
+import compgen.cli.blas_threads  # noqa: E402, F401  before numpy
+from compgen.core.exceptions import CompgenError  # noqa: E402
+from compgen.pipelines import generate  # noqa: E402
+from compgen.pipelines.path_file import load_job  # noqa: E402
+from compgen.verification.deviation import statistics  # noqa: E402
+
+JOURNAL = ROOT / "tests" / "campaigns" / "jobs.jsonl"
+MDEG = math.radians(1e-3)
+FOREARM, BEND = math.hypot(1016, 170), math.atan2(170, 1016)
+APART_UM = 0.3  # judge and report, at their largest deviation: they sample different moments
+APART = 0.02  # share of it
+
+
+# A job -----------------------------------------------------------------------------------------------------------
+
+
+def drawn(seed: int) -> list[str]:
+    """Overrides of the shipped circle."""
+    rng = random.Random(seed)
+    number = rng.uniform
+    size = number(60, 500)
+    keys = {
+        "path.x_mm": round(number(700, 1700), 3),
+        "path.y_mm": round(number(-700, 700), 3),
+        "path.z_mm": round(number(-400, 800), 3),
+        "process.feed_mm_s": round(math.exp(number(math.log(15), math.log(200))), 2),
+        "process.chord_um": round(number(0.5, 10), 2),
+        "process.lift_mm": rng.choice([0, 10, 20]),
+    }
+    pattern = rng.choice(["circle", "line", "spiral", "raster", "iso9283"])
+    shape = {
+        "circle": f'pattern="circle", diameter_mm={size}',
+        "line": f'pattern="line", axis="{rng.choice("xyz")}", length_mm={size}',
+        "spiral": f'pattern="spiral", diameter_mm={size}, turns={number(2, 6)}',
+        "raster": f'pattern="raster", diameter_mm={size}, stepover_mm={size / number(3, 8)}, '
+        f'turn="{rng.choice(["square", "smooth"])}"',
+        "iso9283": f'pattern="iso9283", size_mm={size}',
+    }[pattern]
+    where = ", ".join(f"{k.split('.')[1]}={keys.pop(k)}" for k in ("path.x_mm", "path.y_mm", "path.z_mm"))
+    out = [f"path={{{shape}, {where}}}", *(f"{k}={v}" for k, v in keys.items())]
+    if pattern in ("spiral", "raster") and rng.random() < 0.4:
+        numbers = (
+            f"radius_of_curvature_m={number(2, 40)}, conic_constant={number(-1.5, 0.5)}, off_axis_m={number(0, 1)}"
+        )
+        out.append(f'surface={{kind="conic", {numbers}}}')
+    if rng.random() < 0.7:
+        tool = [number(-60, 60), number(-60, 60), number(20, 300)]
+        tool += [number(-20, 20), number(-20, 20), number(-180, 180)] if rng.random() < 0.5 else [0, 0, 0]
+        out += [f"tool.{k}={v:.3f}" for k, v in zip(("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"), tool)]
+    if rng.random() < 0.4:
+        out.append(f"tool.spin_deg={number(-180, 180):.2f}")
+    if rng.random() < 0.3:
+        out.append(f'posture.wrist="{rng.choice(["flip", "no flip"])}"')
+    if rng.random() < 0.1:
+        out.append('posture.elbow="down"')
+    if rng.random() < 0.05:
+        out.append('posture.arm="back"')
+    steps = [
+        {"state": rng.choice(["moving", "idle", "off"]), "duration_h": round(number(0.1, 6), 2)}
+        for _ in range(rng.randint(0, 3))
+    ]
+    words = [
+        f'{{state="{s["state"]}", duration_h={s["duration_h"]}'
+        + (f", feed_mm_s={number(20, 200):.1f}}}" if s["state"] == "moving" else "}")
+        for s in steps
+    ]
+    out.append(f"before=[{', '.join(words)}]")
+    out.append(f"robot.thermal.cte_um_m_K={number(9, 13):.3f}")
+    return out + [f"robot.sources.{name}={text}" for name, text in drawn_sources(rng).items() if rng.random() < 0.4]
+
+
+def drawn_sources(rng: random.Random) -> dict[str, str]:
+    def vector(size: float, count: int = 6) -> str:
+        return f"[{', '.join(f'{rng.gauss(0, size):.4f}' for _ in range(count))}]"
+
+    def matrix(size: float, count: int) -> str:
+        return f"[{', '.join(vector(size, count) for _ in range(6))}]"
+
+    stiffness = [abs(rng.gauss(0, s)) for s in (0.4, 0.4, 0.5, 2, 2, 4)]
+    waves = rng.randint(1, 3)
+    return {
+        "thermal_growth": f"{{excess_a={vector(0.1)}, excess_d={vector(0.1)}}}",
+        "link_offsets": f"{{d_um={vector(100)}, a_um={vector(100)}, alpha_mdeg={vector(10)}, beta_mdeg={vector(5)}}}",
+        "joint_zeros": f"{{offset_mdeg={vector(15)}}}",
+        "joint_coupling": f"{{ratio_ppm={matrix(40, 6)}}}",
+        "compliance": f"{{compliance_urad_Nm={stiffness}}}",
+        "gear_harmonics": f"{{sine_mdeg={matrix(1.5, 2)}, cosine_mdeg={matrix(1, 2)}, cycles=[1, 1, 1, 2, 1, 1]}}",
+        "joint_ripple": f"{{order={rng.sample(range(3, 20), waves)}, sine_mdeg={matrix(1, waves)}, "
+        f"cosine_mdeg={matrix(1, waves)}}}",
+        "hysteresis": f"{{backlash_mdeg=[0.5, 0.4, 0.5, 1, 1, 1], windup_urad_Nm={[s / 400 for s in stiffness]}, "
+        "width_mdeg=[600, 600, 600, 600, 600, 600]}",
+        "base_frame": f"{{position_um={vector(200, 3)}, rotation_mdeg={vector(10, 3)}}}",
+        "tool_frame": f"{{position_um={vector(100, 3)}, rotation_mdeg={vector(20, 3)}}}",
+        "thermal_shift": '{of=["tool", "fixture x", "fixture z"], node=["face", "j2", "wrist"], '
+        f"rate_um_K={vector(2, 3)}}}",
+        "loads": "{link_kg=[120, 70, 80, 25, 15, 5], link_centre_mm=[[75, 0, -150], [20, 10, 400], [100, 0, 120], "
+        "[300, 0, 0], [60, 0, 0], [20, 0, 0]], payload_kg=34, payload_centre_mm=[10, 0, 150], "
+        f"force_N={vector(50, 3)}}}",
+    }
+
+
+# The judge -------------------------------------------------------------------------------------------------------
+
+
+def along(x: float, y: float, z: float) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, 3] = x, y, z
+    return matrix
+
+
+def turned(axis: str, angle: np.ndarray) -> np.ndarray:
+    """Rotations (N, 4, 4) about an axis [rad]."""
+    angle = np.atleast_1d(angle)
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    out = np.tile(np.eye(4), (len(angle), 1, 1))
+    out[:, i, i] = out[:, j, j] = np.cos(angle)
+    out[:, i, j], out[:, j, i] = -np.sin(angle), np.sin(angle)
+    return out
+
+
+def shifted(x: object = 0.0, y: object = 0.0, z: object = 0.0) -> np.ndarray:
+    """Translations (N, 4, 4)."""
+    x, y, z = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in (x, y, z)))
+    out = np.tile(np.eye(4), (len(x), 1, 1))
+    out[:, 0, 3], out[:, 1, 3], out[:, 2, 3] = x, y, z
+    return out
+
+
+def by_vector(vector: np.ndarray) -> np.ndarray:
+    """Rotation of a vector (3,) [rad], Rodrigues, as 4 x 4."""
+    angle = float(np.linalg.norm(vector))
+    out = np.eye(4)
+    if angle:
+        x, y, z = np.asarray(vector) / angle
+        K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        out[:3, :3] += math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
+    return out
+
+
+def joints_by_config(flange: np.ndarray, config: list[str]) -> np.ndarray:
+    """Pendant angles (N, 6) [rad] of flange poses (N, 4, 4) in mm, by the letters and turn digits of CONFIG."""
+    letters = np.array([c.split(",")[0].split() for c in config])
+    digits = np.array([[int(d) for d in c.split(",")[1:]] for c in config])
+    back = frame(0, 0, 0, 180, 0, 0).T @ frame(0, 0, 0, 0, 90, 0)
+    wrist_axes = flange[:, :3, :3] @ back[:3, :3]
+    wrist = flange[:, :3, 3] - 175 * wrist_axes[:, :, 0]
+    front = np.where(letters[:, 2] == "T", 1, -1)
+    j1 = np.arctan2(front * wrist[:, 1], front * wrist[:, 0])
+    out, up = np.cos(j1) * wrist[:, 0] + np.sin(j1) * wrist[:, 1] - 150, wrist[:, 2]
+    far = np.hypot(out, up)
+    inner = np.arccos((870**2 + far**2 - FOREARM**2) / (2 * 870 * far))
+    upper = np.arctan2(up, out) + np.where(letters[:, 1] == "U", 1, -1) * inner
+    fore = np.arctan2(up - 870 * np.sin(upper), out - 870 * np.cos(upper))
+    j2 = within(np.pi / 2 - upper, *np.radians(ROBOT["limits"]["j2_deg"]))
+    j3 = within(j2 + fore - BEND, *np.radians(ROBOT["limits"]["j2_plus_j3_deg"])) - j2
+    arm = turned("z", j1) @ turned("y", -j3)
+    w = np.swapaxes(arm[:, :3, :3], 1, 2) @ wrist_axes
+    side = np.where(letters[:, 0] == "F", 1, -1)
+    j5 = side * np.arccos(np.clip(w[:, 0, 0], -1, 1))
+    j4 = np.arctan2(side * w[:, 1, 0], side * w[:, 2, 0])
+    j6 = np.arctan2(side * w[:, 0, 1], -side * w[:, 0, 2])
+    q = np.column_stack([j1, j2, j3, j4, j5, j6])
+    for column, digit in zip((0, 3, 5), digits.T):
+        q[:, column] += 2 * np.pi * digit
+        over = np.sign(q[:, column]) * ((np.abs(q[:, column]) + np.pi) // (2 * np.pi)) != digit
+        near = np.abs(np.abs(q[:, column]) % (2 * np.pi) - np.pi) < 1e-6
+        assert not (over & ~near).any(), "a turn digit that no angle has"
+    return q
+
+
+def within(angle: np.ndarray, low: float, high: float) -> np.ndarray:
+    """The same angle, a turn on where that is inside the limits."""
+    angle = (angle + np.pi) % (2 * np.pi) - np.pi
+    return np.where(angle > high + 1e-9, angle - 2 * np.pi, np.where(angle < low - 1e-9, angle + 2 * np.pi, angle))
+
+
+D, A, ALPHA = (np.array(ROBOT["dh"][k], dtype=float) for k in ("d_mm", "a_mm", "alpha_deg"))
+MATRIX = np.array(ROBOT["pendant"]["matrix"], dtype=float)
+OFFSET = np.radians(np.array(ROBOT["pendant"]["offset_deg"], dtype=float))
+
+
+def chain(theta: np.ndarray, d: np.ndarray, a: np.ndarray, alpha: np.ndarray, beta: np.ndarray) -> list[np.ndarray]:
+    """Frames (N, 4, 4) before each joint, and the flange."""
+    poses = [np.tile(np.eye(4), (len(theta), 1, 1))]
+    for i in range(6):
+        link = turned("z", theta[:, i]) @ shifted(a[:, i], 0, d[:, i]) @ turned("x", alpha[i]) @ turned("y", beta[i])
+        poses.append(poses[-1] @ link)
+    return poses
+
+
+def torques(theta: np.ndarray, loads: dict, tool: np.ndarray) -> np.ndarray:
+    """Of gravity and process force on each joint, (N, 6) [N m], at the nominal arm."""
+    N = len(theta)
+    nominal = np.tile(D, (N, 1)), np.tile(A, (N, 1)), np.radians(ALPHA), np.zeros(6)
+    here, mastered = chain(theta, *nominal), chain(np.tile(OFFSET, (1, 1)), *(x[:1] for x in nominal[:2]), *nominal[2:])
+    masses, centres = [], []
+    for i, (mass, centre) in enumerate(
+        zip(loads.get("link_kg", 6 * [0]), loads.get("link_centre_mm", 6 * [[0, 0, 0]]))
+    ):
+        at_zero = mastered[i] @ turned("z", OFFSET[i])
+        world = np.append(at_zero[0, :3, 3] + centre, 1.0)
+        masses.append(mass)
+        centres.append((here[i] @ turned("z", theta[:, i]) @ np.linalg.inv(at_zero[0]) @ world)[:, :3])
+    masses.append(loads.get("payload_kg", 0))
+    centres.append((here[6] @ np.append(loads.get("payload_centre_mm", [0, 0, 0]), 1.0))[:, :3])
+    tip = here[6] @ tool
+    force = tip[:, :3, :3] @ np.array(loads.get("force_N", [0, 0, 0]), dtype=float)
+    out = np.zeros((N, 6))
+    for i in range(6):
+        o, z = here[i][:, :3, 3], here[i][:, :3, 2]
+        moment = np.cross(tip[:, :3, 3] - o, force)
+        for k in range(i, 7):
+            moment = moment + np.cross(centres[k] - o, masses[k] * np.array([0, 0, -9.80665]))
+        out[:, i] = (z * moment).sum(axis=1) / 1000
+    return out
+
+
+def sides(theta: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """Which side each joint has come from, (N, 6), nothing at the beginning."""
+    u = np.zeros_like(theta)
+    for n, turn in enumerate(np.diff(theta, axis=0)):
+        u[n + 1] = np.sign(turn) + (u[n] - np.sign(turn)) * np.exp(-np.abs(turn) / width)
+    return u
+
+
+def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: np.ndarray) -> np.ndarray:
+    """Where the real tool is, (N, 4, 4) [mm]: docs/sources.md, without bends and measured maps."""
+    N = len(theta)
+    growth, offsets = sources.get("thermal_growth", {}), sources.get("link_offsets", {})
+    lengths = warm_lengths(rise, cte)
+    d = np.tile(D + np.array(offsets.get("d_um", 6 * [0])) / 1000, (N, 1))
+    a = np.tile(A + np.array(offsets.get("a_um", 6 * [0])) / 1000, (N, 1))
+    for name, cold in (("a2", 870.0), ("d4", 1016.0), ("d6", 175.0)):
+        table, row, sign = (a, 1, 1) if name == "a2" else (d, int(name[1]) - 1, -1)
+        excess = growth.get("excess_a" if name == "a2" else "excess_d", 6 * [0])[row]
+        table[:, row] += sign * (1 + excess) * (lengths[name] - cold)
+    alpha = np.radians(ALPHA) + MDEG * np.array(offsets.get("alpha_mdeg", 6 * [0]))
+    beta = MDEG * np.array(offsets.get("beta_mdeg", 6 * [0]))
+    real = theta + MDEG * np.array(sources.get("joint_zeros", {}).get("offset_mdeg", 6 * [0]))
+    real = (
+        real + 1e-6 * (theta - OFFSET) @ np.array(sources.get("joint_coupling", {}).get("ratio_ppm", np.eye(6) * 0)).T
+    )
+    load = torques(theta, sources.get("loads", {}), tool)
+    real = real + 1e-6 * load * np.array(sources.get("compliance", {}).get("compliance_urad_Nm", 6 * [0]))
+    for name, orders in (("gear_harmonics", None), ("joint_ripple", sources.get("joint_ripple", {}).get("order"))):
+        table = sources.get(name, {})
+        for i in range(6 if table else 0):
+            per_turn = orders or [n * table["cycles"][i] for n in (1, 2)]
+            for order, s, c in zip(per_turn, table["sine_mdeg"][i], table["cosine_mdeg"][i]):
+                real[:, i] += MDEG * (s * np.sin(order * theta[:, i]) + c * np.cos(order * theta[:, i]))
+    if lash := sources.get("hysteresis"):
+        half = MDEG * np.array(lash["backlash_mdeg"]) + 1e-6 * np.array(lash["windup_urad_Nm"]) * np.hypot(load, 1)
+        real = real - sides(theta, MDEG * np.array(lash["width_mdeg"])) * half
+    base, behind = sources.get("base_frame", {}), sources.get("tool_frame", {})
+    poses = displaced(base) @ chain(real, d, a, alpha, beta)[-1] @ displaced(behind)
+    shift = sources.get("thermal_shift", {"of": [], "node": [], "rate_um_K": []})
+    moved = np.zeros((N, 3))
+    for of, node, rate in zip(shift["of"], shift["node"], shift["rate_um_K"]):
+        way = rate * rise[node] / 1000
+        if of == "tool":
+            poses = poses @ shifted(z=way)
+        else:
+            moved[:, "xyz".index(of[-1])] -= way
+    poses = poses @ tool
+    poses[:, :3, 3] += moved
+    return poses
+
+
+def displaced(table: dict) -> np.ndarray:
+    """A displacement of a frame as a matrix."""
+    position = np.array(table.get("position_um", [0, 0, 0])) / 1000
+    return along(*position) @ by_vector(MDEG * np.array(table.get("rotation_mdeg", [0, 0, 0])))
+
+
+@dataclass
+class Driven:
+    """A text as the judge drives it."""
+
+    pose: np.ndarray  # (M, 4, 4) [mm] of the real tool, at each position and half way to the next
+    joints: np.ndarray  # (M, 6) [rad] pendant
+    speed: np.ndarray  # (N - 1,) [mm/s]
+
+
+UNITS = {"mm/sec": 1.0, "cm/min": 10 / 60, "inch/min": 25.4 / 60}
+
+
+def drive(text: bytes, tables: dict) -> Driven:
+    """What the real arm makes of a program."""
+    positions, moves = naive_ls.read(text)
+    groups = [positions[int(m.targets[0][2:-1].split(":")[0])].groups[1] for m in moves]
+    wanted = np.array([frame(*(g.axes[k] for k in "XYZWPR")) for g in groups])
+    tool = frame(*(tables.get("tool", {}).get(k, 0.0) for k in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")))
+    speed = np.array(
+        [float(m.speed[: -len(u)]) * f for m in moves[1:] for u, f in UNITS.items() if m.speed.endswith(u)]
+    )
+    assert len(speed) == len(moves) - 1
+    assert moves[0].letter == "J"
+    assert all(m.letter == "L" for m in moves[1:])
+    half = 0.5 * (wanted[1:] + wanted[:-1])
+    u, _, v = np.linalg.svd(half[:, :3, :3])
+    half[:, :3, :3] = u @ v
+    every = np.empty((2 * len(wanted) - 1, 4, 4))
+    every[::2], every[1::2] = wanted, half
+    config = [groups[n // 2].config for n in range(len(every))]
+    joints = np.unwrap(joints_by_config(every @ np.linalg.inv(tool), config), axis=0)
+    theta = joints @ MATRIX.T + OFFSET
+    length = np.linalg.norm(np.diff(wanted[:, :3, 3], axis=0), axis=1)
+    before = [(s["state"], s.get("feed_mm_s", 0.0), s["duration_h"]) for s in tables.get("before", [])]
+    rise = rises_along(before, np.repeat(0.5 * length / speed, 2), np.repeat(speed, 2))
+    robot = tables["robot"]
+    pose = tool_poses(theta, rise, robot["thermal"]["cte_um_m_K"], robot.get("sources", {}), tool)
+    return Driven(pose, joints, speed)
+
+
+def rises_along(before: list, seconds: np.ndarray, speed: np.ndarray) -> dict:
+    """Rises [K] of each node at the moments between stretches of time at speeds."""
+    start = rises(before)
+    out = {}
+    for name, node in NODES.items():
+        full = node["rise_K"] / (1 - math.exp(-THERMAL["reference_h"] / node["tau_h"]))
+        idle = THERMAL["idle_fraction"]
+        steady = full * (idle + (1 - idle) * (speed / THERMAL["reference_feed_mm_s"]) ** node["exponent"])
+        keep = np.exp(-seconds / 3600 / node["tau_h"])
+        rise = [start[name]]
+        for s, k in zip(steady, keep):
+            rise.append(s + (rise[-1] - s) * k)
+        out[name] = np.array(rise)
+    return out
+
+
+def from_polyline(point: np.ndarray, path: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Distance (M,) of points from a polyline, on the segments about their rows."""
+    best = np.full(len(point), np.inf)
+    for step in (-1, 0, 1):
+        n = np.clip(rows + step, 0, len(path) - 2)
+        a, way = path[n], path[n + 1] - path[n]
+        share = ((point - a) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), 1e-18)
+        best = np.minimum(best, np.linalg.norm(a + np.clip(share, 0, 1)[:, None] * way - point, axis=1))
+    return best
+
+
+# Judging ---------------------------------------------------------------------------------------------------------
+
+
+def tables_of(overrides: list[str]) -> dict:
+    """What a job's overrides say, as nested tables."""
+    return tomllib.loads("\n".join(overrides))
+
+
+def judged(overrides: list[str]) -> tuple[str, str]:
+    """``inside``, ``outside``, ``refused`` or ``wrong``, and why."""
+    try:
+        job = load_job(path_file("circle_1300"), overrides=overrides)
+        planned, corrected = generate.generate(job, quiet)
+    except CompgenError as exception:
+        return "refused", f"{type(exception).__name__}: {exception}"
+    except Exception:
+        return "wrong", traceback.format_exc()
+    path = planned.path
+    tables = tables_of(overrides)
+    driven = drive(corrected.text, tables)
+    target = 1000 * np.asarray(path.position)
+    if len(driven.pose) != 2 * len(target) - 1:
+        return "wrong", f"{len(target)} waypoints, {len(driven.pose)} samples in the text"
+    largest = largest_um(driven, tables, target, path.contact)
+    reported = statistics(corrected.deviation)["total"]["max_um"]
+    uncorrected = statistics(planned.deviation())["total"]["max_um"]
+    numbers = f"judge {largest:.3f} um, report {reported:.3f} um, before {uncorrected:.0f} um"
+    if largest > reported * (1 + APART) + APART_UM:
+        return "wrong", f"worse than told: {numbers}"
+    if corrected.inside and largest > 1e6 * job.bounds.max + APART_UM:
+        return "wrong", f"inside and yet beyond its bounds: {numbers}"
+    limits = ROBOT["limits"]
+    names = ("j1_deg", "j2_deg", "j2_plus_j3_deg", "j4_deg", "j5_deg", "j6_deg")
+    angle = np.degrees(driven.joints)
+    angle[:, 2] += angle[:, 1]
+    for k, name in enumerate(names):
+        if angle[:, k].min() < limits[name][0] - 1e-3 or angle[:, k].max() > limits[name][1] + 1e-3:
+            return "wrong", f"{name} beyond its limits: {angle[:, k].min():.3f} to {angle[:, k].max():.3f}"
+    if driven.speed.max() > 1000 * planned.feed * 1.01:
+        return "wrong", f"faster than the feed: {driven.speed.max():g} mm/s"
+    planned_off = from_pattern(tables["path"], target[path.contact])
+    if planned_off is not None and planned_off.max() > 1e-6:
+        return "wrong", f"the path is off its pattern: {planned_off.max():g} mm"
+    return ("inside" if corrected.inside else "outside"), numbers
+
+
+def largest_um(driven: Driven, tables: dict, target: np.ndarray, contact: np.ndarray) -> float:
+    """Largest distance [um] on the part: from its own target at positions, from the path half way between them."""
+    rows = np.arange(len(driven.pose)) // 2
+    at_position = np.arange(len(rows)) % 2 == 0
+    tool = driven.pose[:, :3, 3]
+    exact = from_pattern(tables["path"], tool)
+    off = from_polyline(tool, target, rows) if exact is None else exact
+    off = np.where(at_position, np.linalg.norm(tool - target[rows], axis=1), off)
+    part = contact[rows] & contact[np.minimum(rows + ~at_position, len(target) - 1)]
+    return 1000 * float(off[part].max())
+
+
+def from_pattern(table: dict, point: np.ndarray) -> np.ndarray | None:
+    """Distance (M,) [mm] of points from a circle or a line; None for the other patterns."""
+    x, y, z = point.T - np.array([[table["x_mm"]], [table["y_mm"]], [table["z_mm"]]])
+    match table["pattern"]:
+        case "circle":
+            return np.hypot(np.hypot(x, y) - table["diameter_mm"] / 2, z)
+        case "line":
+            a, b = (way for axis, way in (("x", x), ("y", y), ("z", z)) if axis != table["axis"])
+            return np.hypot(a, b)
+    return None
+
+
+def shrunk(overrides: list[str], reason: str) -> list[str]:
+    """Fewest of the overrides that are wrong for a reason that begins alike."""
+    kind = reason.split(":")[0]
+    for one in list(overrides[::-1]):
+        fewer = [o for o in overrides if o != one]
+        if not one.startswith(("path=", "before=", "robot.thermal")):
+            result, why = judged(fewer)
+            if result == "wrong" and why.split(":")[0] == kind:
+                overrides = fewer
+    return overrides
+
+
+# Telling ---------------------------------------------------------------------------------------------------------
+
+
+def campaign(seeds: range) -> None:
+    done = {row["seed"] for row in journal()}
+    for seed in (s for s in seeds if s not in done):
+        overrides = drawn(seed)
+        result, reason = judged(overrides)
+        if result == "wrong":
+            overrides = shrunk(overrides, reason)
+        row = {"seed": seed, "result": result, "reason": reason, "overrides": overrides if result == "wrong" else []}
+        with JOURNAL.open("a") as file:
+            file.write(json.dumps(row) + "\n")
+        print(seed, result, reason, *row["overrides"], flush=True)
+
+
+def journal() -> list[dict]:
+    return [json.loads(line) for line in JOURNAL.read_text().splitlines()] if JOURNAL.exists() else []
+
+
+def table(seeds: range) -> str:
+    rows = [row for row in journal() if row["seed"] in seeds]
+    counts = Counter(row["result"] for row in rows)
+    head = f"tried {len(rows)}, " + ", ".join(f"{k} {counts[k]}" for k in ("inside", "outside", "refused", "wrong"))
+    return "\n".join([head, *(f"  {r['seed']}: {r['reason']}" for r in rows if r["result"] == "wrong")])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", default="0:10", help="first:end")
+    parser.add_argument("--table", action="store_true", help="only tell what was tried")
+    arguments = parser.parse_args()
+    first, end = (int(part) for part in arguments.seeds.split(":"))
+    if not arguments.table:
+        campaign(range(first, end))
+    print(table(range(first, end)))
+
+
+if __name__ == "__main__":
+    main()

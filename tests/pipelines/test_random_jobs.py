@@ -1,0 +1,53 @@
+"""A short run of the campaign of random jobs; tests/campaigns/jobs.py has the long one."""
+
+import jobs
+import numpy as np
+import pytest
+from naive_arm import config, flange
+from shipped import path_file, quiet
+
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+
+SEEDS = range(1000, 1006)
+WARM_CIRCLE = [
+    'path={pattern="circle", diameter_mm=200, x_mm=1200, y_mm=100, z_mm=300}',
+    'before=[{state="moving", feed_mm_s=200, duration_h=6}]',
+    "robot.thermal.cte_um_m_K=11.25",
+]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_random_job_is_worse_than_told(seed):
+    result, reason = jobs.judged(jobs.drawn(seed))
+    assert result != "wrong", reason
+
+
+def test_the_judges_arm_is_the_arm_link_by_link():
+    """The closed form by CONFIG, the DH chain and the arm as published are three descriptions of one arm."""
+    rng = np.random.default_rng(5)
+    pendant = rng.uniform([-170, -40, -40, -170, 10, -170], [170, 80, 60, 170, 110, 170], (50, 6))
+    pendant[::2, 4] *= -1
+    poses, letters = np.array([flange(q) for q in pendant]), [config(q) for q in pendant]
+    assert len({c.split(",")[0] for c in letters}) > 3
+    joints = jobs.joints_by_config(poses, letters)
+    np.testing.assert_allclose(np.degrees(joints), pendant, atol=1e-6)
+    cold = dict.fromkeys(jobs.NODES, np.zeros(50))
+    real = jobs.tool_poses(joints @ jobs.MATRIX.T + jobs.OFFSET, cold, 11.0, {}, np.eye(4))
+    np.testing.assert_allclose(real, poses, atol=1e-8)
+
+
+def test_the_judge_bites():
+    """The arm that a program was made for is on its path; one with another coefficient or another zero is not."""
+    planned, corrected = generate.generate(load_job(path_file("circle_1300"), overrides=WARM_CIRCLE), quiet)
+    target, contact = 1000 * planned.path.position, planned.path.contact
+
+    def largest(*changes):
+        tables = jobs.tables_of([*WARM_CIRCLE, *changes])
+        return jobs.largest_um(jobs.drive(corrected.text, tables), tables, target, contact)
+
+    assert largest() < 2.5  # um
+    assert largest("robot.sources.joint_zeros={offset_mdeg=[0, 2, 0, 0, 0, 0]}") > 20
+    assert largest("robot.sources.base_frame={position_um=[0, 0, 10]}") > 8
+    cold = jobs.tables_of([WARM_CIRCLE[0], "before=[]", WARM_CIRCLE[2]])
+    assert jobs.largest_um(jobs.drive(corrected.text, cold), cold, target, contact) > 50
