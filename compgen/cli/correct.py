@@ -1,8 +1,6 @@
 """The command that corrects a program that exists."""
 
-import json
 import sys
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
@@ -10,12 +8,11 @@ import typer
 
 from compgen.cli.messages import print_error
 from compgen.cli.options import DEFAULT_ROBOT, FramesFile, Overrides, ProgramFile, Quiet, Robot, output_folder
+from compgen.cli.program_file import PROVENANCE
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.findings import Level
-
-PROVENANCE = ".compgen.json"  # beside a corrected program
 
 
 def correct(
@@ -38,6 +35,9 @@ def correct(
     max_um: Annotated[float | None, typer.Option("--max-um", help="Largest error allowed after correction.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False,
     again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False,
+    mark: Annotated[
+        str, typer.Option("--mark", help="digits, or remark: a remark line where the digits cannot carry the mark.")
+    ] = "digits",
     restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
     overrides: Overrides = None,
@@ -59,6 +59,8 @@ def correct(
     for name, value, largest in (("--insert", insert, 1e4), ("--max-um", max_um, 1e6)):
         if value is not None and not 0.1 <= value <= largest:
             raise InputError(f"{name} {value:g}: must be 0.1 to {largest:g} um")
+    if mark not in ("digits", "remark"):
+        raise InputError(f"--mark {mark!r:.40}: must be digits or remark")
     source = Path(program)
     folder = output_folder(program, output)
     content = read_program(program)
@@ -74,6 +76,7 @@ def correct(
         insert=None if insert is None else insert * UM,
         strict=strict,
         again=again,
+        remark=mark == "remark",
         bound=None if max_um is None else max_um * UM,
     )
     cell, frames_table, history = load_cell(robot, overrides or ()), read_frames(frames), load_before(before or ())
@@ -119,15 +122,11 @@ def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
 
 def _refuse_corrected(source: Path, content: bytes) -> None:
     """Raises InputError when a provenance file beside a program says that it is a corrected one."""
-    checksum = sha256(content).hexdigest()
-    for provenance in sorted(source.parent.glob(f"*{PROVENANCE}")):
-        try:
-            record = json.loads(read_regular(provenance))
-            corrected = record["corrected_sha256"] == checksum != record["planned_sha256"]
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            continue
-        if corrected:
-            raise InputError(
-                f"{source}: it carries compgen's mark ({provenance.name} says so): it would be corrected twice; "
-                "start from the planned program, get it back with --restore, or say --again"
-            )
+    from compgen.cli.program_file import provenance_beside
+
+    provenance = provenance_beside(source, content)
+    if provenance is not None:
+        raise InputError(
+            f"{source}: it carries compgen's mark ({provenance.name} says so): it would be corrected twice; "
+            "start from the planned program, get it back with --restore, or say --again"
+        )

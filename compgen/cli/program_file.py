@@ -1,11 +1,16 @@
-"""How a command takes a program that exists, and the frames that its positions are told in."""
+"""How a command takes a program that exists, what lies beside it, and the frames that its positions are told in."""
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from hashlib import sha256
+from pathlib import Path
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.fanuc.frames import Frames, default_frames, load_frames
+
+PROVENANCE = ".compgen.json"  # beside a corrected program
 
 
 def read_program(program: str) -> bytes:
@@ -29,3 +34,16 @@ def naming_program(program: str) -> Iterator[None]:
 def read_frames(path: str | None) -> Frames:
     """What UF and UT numbers mean."""
     return load_frames(path) if path is not None else default_frames()
+
+
+def provenance_beside(source: Path, content: bytes) -> Path | None:
+    """The provenance file beside a program that says that it is a corrected one, or None."""
+    checksum = sha256(content).hexdigest()
+    for provenance in sorted(source.parent.glob(f"*{PROVENANCE}")):
+        try:
+            record = json.loads(read_regular(provenance))
+            if record["corrected_sha256"] == checksum != record["planned_sha256"]:
+                return provenance
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            continue
+    return None

@@ -31,6 +31,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
             "new": result.added,
             "unchanged": len(set(plan.poses.number.tolist())) - result.changed,
         },
+        "mark": result.mark.value,
         "duration_s": float(plan.stations.time[-1]) if len(plan.stations.time) else 0.0,
         "thermal": {
             "start_K": dict(zip(heat.names, start.tolist())),

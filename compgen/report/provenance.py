@@ -33,6 +33,7 @@ def provenance(result: Correction) -> dict[str, Any]:
         "options": {
             "split": options.split,
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),
+            "mark": "remark" if options.remark else "digits",
         },
         "planned_sha256": sha256(result.planned).hexdigest(),
         "corrected_sha256": sha256(result.text).hexdigest(),

@@ -18,11 +18,6 @@ class Verdict(StrEnum):
     NO_BOUNDS = "no bounds"  # corrected and proven; none was given to be judged by
     PREDICTED = "predicted"  # the error of the uncorrected program
 
-    @property
-    def is_success(self) -> bool:
-        """Whether the command ends with exit code 0."""
-        return self in (Verdict.INSIDE, Verdict.NO_BOUNDS, Verdict.PREDICTED)
-
 
 @dataclass(frozen=True, slots=True)
 class Bounds:

@@ -136,6 +136,36 @@ def test_a_program_too_small_for_the_mark_is_known_by_its_provenance(folder):
     refused(run("correct", folder / "out" / "TWO.LS", "-o", folder / "second"), 2, "mark", "ONE.compgen.json")
 
 
+def test_a_remark_marks_what_is_too_small_also_without_its_provenance(folder):
+    (folder / "ONE.LS").write_bytes(program(["J P[1] 10% FINE"], [at(1, HOME)]))
+    result = correct(folder, *BEFORE, name="ONE.LS")
+    assert "--mark remark" in " ".join(result.stdout.split())
+    assert json.loads((folder / "out" / "report.json").read_text())["mark"] == "none"
+    assert correct(folder, *BEFORE, "-q", "--mark", "remark", name="ONE.LS").returncode == 0
+    assert json.loads((folder / "out" / "report.json").read_text())["mark"] == "remark"
+    shutil.copy(folder / "out" / "ONE.LS", folder / "COPY.LS")
+    refused(run("correct", folder / "COPY.LS", "-o", folder / "second"), 2, "mark", "its remark says")
+
+
+def test_inspect_says_that_a_program_is_marked_and_what_says_so(folder):
+    def mark(path):
+        return json.loads(run("inspect", path, "--json").stdout)["mark"]
+
+    (folder / "ONE.LS").write_bytes(program(["J P[1] 10% FINE"], [at(1, HOME)]))
+    for name, more, here, elsewhere in (
+        ("PART.LS", (), "digits", "digits"),
+        ("ONE.LS", (), "record", "none"),
+        ("ONE.LS", ("--mark", "remark"), "remark", "remark"),
+    ):
+        assert mark(folder / name) == "none"
+        assert "corrected by compgen" not in run("inspect", folder / name).stdout
+        assert correct(folder, *BEFORE, "-q", *more, name=name).returncode == 0
+        assert mark(folder / "out" / name) == here
+        assert "corrected by compgen" in run("inspect", folder / "out" / name).stdout
+        shutil.copy(folder / "out" / name, folder / "COPY.LS")
+        assert mark(folder / "COPY.LS") == elsewhere
+
+
 CONTROLLERS = [
     ([('compensation = "none"', 'compensation = "unknown"')], ("controller.compensation", "'none' or 'signature'")),
     ([('compensation = "none"', 'compensation = "signature"')], ("controller.signature", "missing")),
@@ -229,6 +259,7 @@ ARGUMENTS = [
     (("--insert", "0"), ("--insert", "0.1")),
     (("--insert", "nan"), ("--insert",)),
     (("--max-um", "-3"), ("--max-um",)),
+    (("--mark", "ink"), ("--mark", "digits or remark")),
     (("--set", "thermal.cte=3"), ("thermal.cte",)),
     (("--set", "thermal.cte_um_m_K"), ("--set",)),
     (("-o", ""), ("-o",)),

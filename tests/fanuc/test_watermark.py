@@ -12,9 +12,11 @@ from ls_text import at, joint_form, program
 from shipped import ROOT, quiet
 
 from compgen.core.exceptions import CompgenError, InputError
-from compgen.fanuc import compose
-from compgen.fanuc.editing import watermark
-from compgen.fanuc.frames import Frames
+from compgen.fanuc import compose, loads
+from compgen.fanuc.analysis import watermark
+from compgen.fanuc.analysis.inspection import inspect
+from compgen.fanuc.analysis.watermark import Mark
+from compgen.fanuc.frames import Frames, default_frames
 from compgen.pipelines import generate
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.path_file import load_job
@@ -41,7 +43,7 @@ REFUSED = "carries compgen's mark.*--restore.*--again"
 @pytest.mark.parametrize("how", [{}, {"form": "{:.6f}"}, {"form": "{:.2f}"}, {"joint": True, "count": 24}])
 def test_a_corrected_program_is_refused_and_again_takes_it(how, hot):
     once = corrected(many(**how), hot)
-    assert once.marked
+    assert once.mark is Mark.DIGITS
     assert not any(f.code == "correction.mark" for f in once.findings)
     with pytest.raises(InputError, match=REFUSED):
         corrected(once.text, hot)
@@ -92,9 +94,135 @@ def test_the_mark_costs_one_unit_of_tilt_and_no_place(hot, monkeypatch):
 
 def test_few_positions_cannot_carry_it_and_say_so(hot):
     few = corrected(many(3), hot)
-    assert not few.marked
-    assert any(f.code == "correction.mark" for f in few.findings)
+    assert few.mark is Mark.NONE
+    assert any(f.code == "correction.mark" and "--mark remark" in f.message for f in few.findings)
     assert corrected(few.text, hot).changed
+
+
+def twins(places=3, joint=False):
+    """Each place is two positions, there and back."""
+    q = np.array(HOME) + np.random.default_rng(8).uniform(-15, 15, (places, 6))
+    points = [joint_form(n, row) if joint else at(n, row) for n, row in enumerate([*q, *q[::-1]], 1)]
+    return program([f"J P[{n}] 10% FINE" for n in range(1, 2 * places + 1)], points)
+
+
+def test_places_that_repeat_carry_the_mark_once_and_the_writer_knows(hot):
+    """Six positions at three places: they counted six times when written, and three times when read."""
+    once = corrected(twins(), hot)
+    assert once.mark is Mark.NONE
+    assert any(f.code == "correction.mark" for f in once.findings)
+
+
+@pytest.mark.parametrize("joint", [False, True])
+def test_repeated_places_do_not_hide_the_mark(joint, hot):
+    """Thirty places, each driven to twice: those that are read are those that were written."""
+    once = corrected(twins(30, joint), hot)
+    assert once.mark is Mark.DIGITS
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(once.text, hot)
+
+
+def test_joint_positions_that_differ_in_the_wrist_alone_are_places_of_their_own(hot):
+    q = np.array(HOME) + np.random.default_rng(8).uniform(-15, 15, (16, 6)) * [0, 0, 0, 1, 1, 1]
+    data = program([f"J P[{n}] 10% FINE" for n in range(1, 17)], [joint_form(n, row) for n, row in enumerate(q, 1)])
+    once = corrected(data, hot)
+    assert once.mark is Mark.DIGITS
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(once.text, hot)
+
+
+def test_positions_that_must_stay_do_not_hide_the_mark(hot):
+    """Ten of the first places are also used where nothing may change: they stay as they are, without the mark."""
+    q = np.array(HOME) + np.random.default_rng(8).uniform(-15, 15, (30, 6))
+    moves = [f"J P[{n}] 10% FINE" for n in range(1, 31)] + [f"J P[{n}] 10% FINE Offset,PR[1]" for n in range(1, 11)]
+    once = corrected(program(moves, [at(n, row) for n, row in enumerate(q, 1)]), hot)
+    assert once.changed == 20
+    assert once.mark is Mark.DIGITS
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(once.text, hot)
+
+
+@pytest.mark.parametrize("data", [many(2), many(2).replace(b"\n", b"\r\n"), many(2, joint=True)])
+def test_a_remark_carries_the_mark_where_the_digits_cannot(data, hot):
+    once = corrected(data, hot, remark=True)
+    assert once.mark is Mark.REMARK
+    assert not any(f.code == "correction.mark" for f in once.findings)
+    bare = corrected(data, hot).text
+    line = next(line for line in once.text.splitlines(keepends=True) if b"!compgen" in line)
+    assert once.text.replace(line, b"") == bare  # one line more, and nothing else
+    assert once.text.index(line) == bare.index(b"   1:")
+    assert loads(once.text).motions.target == loads(bare).motions.target
+    with pytest.raises(InputError, match=r"its remark says 'compgen .* corrected'.*--again"):
+        corrected(once.text, hot)
+    assert restore_planned(provenance_json(once), once.text, "p") == data
+
+
+def test_a_remark_is_not_written_where_the_digits_carry_the_mark(hot):
+    assert corrected(many(), hot, remark=True).text == corrected(many(), hot).text
+    rigid = load_cell(str(ROOT / "robots" / "m710ic50.toml"), ["thermal.cte_um_m_K=0"])
+    assert corrected(many(2), rigid, remark=True).text == many(2)
+
+
+@pytest.mark.parametrize("data", [twins(), many(), many(3), many(16, joint=True)])
+def test_what_is_written_and_what_is_read_agree(data, hot):
+    """The report of a correction, the next correction and ``inspect`` say the same of a program."""
+    arm = hot.robot
+    assert inspect(loads(data), arm, default_frames())["mark"] == "none"
+    for remark in (False, True):
+        once = corrected(data, hot, remark=remark)
+        assert inspect(loads(once.text), arm, default_frames())["mark"] == once.mark
+        if once.mark is Mark.NONE:
+            assert corrected(once.text, hot).changed
+        else:
+            with pytest.raises(InputError, match=REFUSED):
+                corrected(once.text, hot)
+
+
+MARKED = sorted((ROOT / "tests" / "fanuc" / "marked").glob("*.LS"))
+
+
+@pytest.mark.parametrize("path", MARKED, ids=lambda p: p.stem)
+def test_programs_that_version_0_1_0_has_marked_stay_refused(path, hot):
+    """As written by the first version that marks programs: few places, many, joint form, both forms, repeated ones."""
+    assert len(MARKED) == 5
+    assert not loads(path.read_bytes()).remarks
+    with pytest.raises(InputError, match=REFUSED):
+        corrected(path.read_bytes(), hot)
+    assert inspect(loads(path.read_bytes()), hot.robot, default_frames())["mark"] == "digits"
+
+
+def test_the_mark_of_the_first_version_is_read_whatever_else_the_program_holds():
+    """Marked as version 0.1.0 did, the first 24 positions: all that its reader took for marked is taken for marked."""
+
+    def first_reader(units, joint_form):
+        _, first = np.unique(units[:, :3], axis=0, return_index=True)
+        rows = np.sort(first)[:24]
+        fits = np.where(
+            joint_form[rows], watermark.joint_remainder(units[rows]), watermark.remainder(units[rows])
+        ) == 0  # fmt: skip
+        odds = np.where(joint_form[rows][fits], np.log(3), np.log(27)).sum()
+        return odds >= np.log(1e6) and fits.mean() >= 0.75
+
+    rng = np.random.default_rng(4)
+    seen = 0
+    for _ in range(3000):
+        n = int(rng.integers(4, 50))
+        units = rng.integers(-180_000, 180_000, (n, 6))
+        joint_form = rng.random(n) < rng.choice([0.0, 0.5, 1.0])
+        copies = rng.integers(0, n, int(rng.integers(0, n)))
+        units[copies], joint_form[copies] = units[rng.integers(0, n)], joint_form[rng.integers(0, n)]
+        for row in range(min(24, n)):
+            if joint_form[row]:
+                while watermark.joint_remainder(units[row : row + 1]):
+                    units[row, 5] += 1
+        wpr = watermark.nudges(units) * ~joint_form[:, None]
+        marked = np.arange(n) < 24
+        marked &= rng.random(n) > rng.choice([0.0, 0.1, 0.3])  # some touched up since
+        units[:, 3:] += wpr * marked[:, None]
+        if first_reader(units, joint_form):
+            seen += 1
+            assert watermark.is_marked(units, joint_form)
+    assert seen > 1000
 
 
 def test_random_programs_are_not_taken_for_marked():
@@ -114,6 +242,10 @@ def test_programs_on_a_grid_are_not_taken_for_marked():
         for tilt in ((0, 0, 0), (180_000, 0, 0), (-180_000, 0, 90_000), (0, 90_000, 0)):
             grid = np.array([(x * pitch, y * pitch, 500_000, *tilt) for x in range(8) for y in range(8)])
             assert not watermark.is_marked(grid, np.zeros(len(grid), dtype=bool)), (pitch, tilt)
+        rng = np.random.default_rng(pitch)
+        for _ in range(200):
+            rows = np.hstack([rng.integers(-20, 20, (30, 3)) * pitch, rng.integers(-2, 3, (30, 3)) * 90_000])
+            assert not watermark.is_marked(rows, np.zeros(30, dtype=bool))
     still = np.tile([1_000_000, 0, 500_000, 180_000, 0, 0], (50, 1))
     assert not watermark.is_marked(still, np.zeros(50, dtype=bool))
 
@@ -182,7 +314,7 @@ def test_damaged_missing_or_foreign_provenance_is_refused(hot):
 def test_the_provenance_says_what_is_needed_to_do_it_again(hot):
     made = json.loads(provenance_json(corrected(many(), hot, split=True, insert=5e-6)))
     assert made["robot_sha256"] == hot.inputs_hash
-    assert made["options"] == {"split": True, "insert_um": 5.0}
+    assert made["options"] == {"split": True, "insert_um": 5.0, "mark": "digits"}
     assert made["before"] == [{"state": "moving", "feed_mm_s": 200.0, "duration_h": 6.0}]
     assert "/work" not in json.dumps(made)
 
@@ -193,7 +325,7 @@ def test_joint_and_cartesian_positions_together_carry_one_mark(hot):
     points = [at(n, row) if n % 2 else joint_form(n, row) for n, row in enumerate(q, 1)]
     data = program([f"J P[{n}] 10% FINE" for n in range(1, 11)], points)
     once = corrected(data, hot)
-    assert once.marked
+    assert once.mark is Mark.DIGITS
     with pytest.raises(InputError, match=REFUSED):
         corrected(once.text, hot)
 

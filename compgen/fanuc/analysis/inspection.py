@@ -11,9 +11,11 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.units import DEG, MM
+from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import NONE, Poses, read_poses
 from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
-from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, position_rows
+from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, position_rows, read_traversal
+from compgen.fanuc.analysis.watermark import mark_of
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
@@ -44,6 +46,8 @@ def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
     first = p.group <= 1
     pairs, pair_counts = _distinct((p.uframe[first] + 1 << _HALF) + p.utool[first] + 1)  # F is -1
     beyond = np.flatnonzero(poses.margin < 0)
+    traversal = read_traversal(program, poses, robot)
+    mark = mark_of(program, poses, traversal, read_scope(program, poses, traversal, robot).free)
     number = p.number[poses.row]
     unsafe = [*unsafe_statements(program), *_unknown_frames(program, frames), *_out_of_reach(program, poses, robot)]
     return {
@@ -51,6 +55,7 @@ def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
         "subtype": program.subtype,
         "comment": dict(program.attributes).get("COMMENT", "").strip('"'),
         "robot": robot.name,
+        "mark": mark.value,
         "bytes": len(program.data),
         "motions": dict(Counter(map(m.letter.__getitem__, active.tolist()))),
         "disabled_motions": int(m.disabled.sum()),

@@ -1,1 +1,1 @@
-"""Changes of an existing program: numbers, inserted points, shared positions, the watermark."""
+"""Changes of an existing program: numbers, inserted points, shared positions, the remark of the mark."""

@@ -13,6 +13,7 @@ from compgen.fanuc.analysis.stations import interpolate_poses
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.frames import Frames
+from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import LsProgram, edited
 from compgen.fanuc.statements import ACCELERATION, SPEED_OF_WHOLE_MOTION, TIMED_BEFORE_END
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
@@ -62,7 +63,7 @@ def insert_points(
     position, rotation = interpolate_poses(poses, drive, station, fraction)
     first = int(program.positions.number.max()) + 1
     numbers = np.arange(first, first + len(station))
-    eol = _line_end(program.data)
+    eol = line_end(program.data)
     edits: Edits = {}
     m = program.motions
     for s in ways.tolist():
@@ -94,7 +95,7 @@ def split_positions(
     for s, number in assigned:
         copied.setdefault(number, int(poses.row[drive.pose[s]]))
         edits[target_number_span(program, drive, s)] = b"%d" % number
-    _append_positions(program, [(row, number) for number, row in copied.items()], edits, _line_end(program.data))
+    _append_positions(program, [(row, number) for number, row in copied.items()], edits, line_end(program.data))
     return edited(program, edits)
 
 
@@ -140,7 +141,3 @@ def _joints_between(
         )
         theta[rows] = nearest_turns(solved, poses.theta[pose[rows]])
     return theta
-
-
-def _line_end(data: bytes) -> bytes:
-    return b"\r\n" if b"\r\n" in data else (b"\n" if b"\n" in data else b"\r")

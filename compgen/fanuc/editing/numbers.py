@@ -5,9 +5,10 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import from_wpr, rotation_vector, to_wpr
 from compgen.core.units import DEG, MM
+from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.poses import J1, NONE, Poses
+from compgen.fanuc.analysis.watermark import decimal_places
 from compgen.fanuc.configuration import CONFIG, turn_digits
-from compgen.fanuc.editing import watermark
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
@@ -67,7 +68,7 @@ def number_edits(
         columns[cartesian] = np.arange(6)
     joint = np.flatnonzero(poses.joint_form[rows])
     if len(joint):
-        step = np.asarray(10.0 ** -decimal_places(program, poses, rows[joint]), dtype=float)
+        step = np.asarray(10.0 ** -decimal_places(program, poses.row[rows[joint]]), dtype=float)
         tools = [poses.tool_of(t) for t in poses.tool[rows[joint]].tolist()]
         pendant = robot.to_pendant(theta[joint]) / DEG
         lever = np.where(poses.tool[rows[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
@@ -163,16 +164,6 @@ def format_like(old: bytes, value: float, omit_zero: bool, is_angle: bool = Fals
     integer = "" if omit_zero and whole == 0 and decimals and units else str(whole)
     sign = "-" if units < 0 else ("+" if old[:1] == b"+" else "")
     return f"{sign}{integer}{fraction}".encode("ascii")
-
-
-def decimal_places(program: LsProgram, poses: Poses, rows: IntArray) -> IntArray:
-    """Decimals of each of the six numbers of positions, (n, 6)."""
-    decimals = np.zeros((len(rows), 6), dtype=np.int64)
-    for n, k in enumerate(rows.tolist()):
-        first = J1 if poses.joint_form[k] else 0
-        for i, (start, end) in enumerate(program.positions.span[poses.row[k]][first : first + 6].tolist()):
-            decimals[n, i] = len(program.data[start:end].partition(b".")[2])
-    return decimals
 
 
 def nearest_wpr(rotation: Array, old: Array) -> Array:

@@ -18,5 +18,10 @@ def line_ends(data: bytes, start: int, stop: int) -> int:
 
 def end_of_line(data: bytes, place: int) -> int:
     """Where the line that holds a byte ends."""
-    line_end = _END.search(data, place)
-    return line_end.start() if line_end else len(data)
+    match = _END.search(data, place)
+    return match.start() if match else len(data)
+
+
+def line_end(data: bytes) -> bytes:
+    """How the lines of a file end."""
+    return b"\r\n" if b"\r\n" in data else (b"\n" if b"\n" in data else b"\r")

@@ -5,18 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from compgen import __version__
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Progress
 from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import LsProgram, edited, loads
+from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.poses import J1, Poses, read_poses, require_frames
+from compgen.fanuc.analysis.poses import NONE, read_poses, require_frames
 from compgen.fanuc.analysis.stations import interpolate_poses, straight_lines
 from compgen.fanuc.analysis.traversal import read_traversal
-from compgen.fanuc.editing import watermark
+from compgen.fanuc.analysis.watermark import Mark, mark_of
 from compgen.fanuc.editing.insertion import allowed_pieces, insert_points, split_positions
-from compgen.fanuc.editing.numbers import decimal_places, number_edits
+from compgen.fanuc.editing.numbers import number_edits
+from compgen.fanuc.editing.remark import insert_remark
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct.findings import correction_findings
@@ -112,32 +115,14 @@ def _refuse_unfit(program: LsProgram) -> None:
 
 def _refuse_marked(plan: CorrectionPlan) -> None:
     """Raises InputError for a program that carries compgen's mark, in a remark or in its numbers."""
-    program, joint_form = plan.program, plan.poses.joint_form
-    remark = next((r for r in program.remarks if r.startswith("compgen ")), None)
-    planned = any(r.startswith("planned, not corrected") for r in program.remarks)
-    rows = _markable_rows(plan)
-    if (remark and not planned) or (
-        len(rows) and watermark.is_marked(_last_digit_units(program, plan.poses, rows), joint_form[rows])
-    ):
-        evidence = f"its remark says '{remark}'" if remark else "the last digits of its positions do"
+    mark = mark_of(plan.program, plan.poses, plan.drive, plan.scope.free)
+    if mark is not Mark.NONE:
+        remark = f"its remark says '{watermark.remark_of(plan.program)}'"
+        evidence = remark if mark is Mark.REMARK else "the last digits of its positions do"
         raise InputError(
-            f"program {program.name}: it carries compgen's mark ({evidence}): it would be corrected twice; "
+            f"program {plan.program.name}: it carries compgen's mark ({evidence}): it would be corrected twice; "
             "start from the planned program, get it back with --restore, or say --again"
         )
-
-
-def _markable_rows(plan: CorrectionPlan) -> IntArray:
-    """Rows of free positions in the order they are driven to, each once."""
-    rows = plan.drive.pose[plan.scope.free]
-    _, first = np.unique(rows, return_index=True)
-    return np.asarray(rows[np.sort(first)])
-
-
-def _last_digit_units(program: LsProgram, poses: Poses, rows: IntArray) -> IntArray:
-    """Numbers of positions in units of their last digit, (n, 6)."""
-    value = program.positions.value[poses.row[rows]]
-    value = np.where(poses.joint_form[rows][:, None], value[:, J1 : J1 + 6], value[:, :6])
-    return np.rint(value * 10.0 ** decimal_places(program, poses, rows)).astype(np.int64)
 
 
 def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray:
@@ -187,13 +172,15 @@ def _write_and_verify(
         return edited(program, edits) if edits else program
 
     written = write(nudge, nudge[:, 0] > 0)
-    marked_rows = _marked_rows(plan, rows)
-    marked = written.data != program.data and watermark.is_detectable(poses.joint_form[marked_rows])
-    if marked:
-        at = np.searchsorted(rows, marked_rows)
-        units = _last_digit_units(written, poses, marked_rows)
-        nudge[at] = watermark.nudges(units) * ~poses.joint_form[marked_rows][:, None]
-        written = write(nudge, np.isin(np.arange(len(rows)), at))
+    mark = Mark.NONE
+    if written.data != program.data:
+        at, nudge[at] = _mark_nudges(written, plan, rows)
+        marked = write(nudge, np.isin(np.arange(len(rows)), at))
+        mark = _read_mark(marked, cell, frames)
+        if mark is not Mark.NONE:
+            written = marked
+        elif options.remark:
+            written, mark = insert_remark(written, __version__), Mark.REMARK
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
     planned_ride = ride_program(cell, poses, drive, before, lambda share: progress("twin before", share))
@@ -219,17 +206,29 @@ def _write_and_verify(
         error=pose_errors(planned_ride, *target),
         residual=pose_errors(ride, *target),
         judged=judged,
-        marked=marked,
+        mark=mark,
         findings=(),
     )
     return replace(result, findings=correction_findings(result, _midway_deviations(plan, cell)))
 
 
-def _marked_rows(plan: CorrectionPlan, rows: IntArray) -> IntArray:
-    """The first corrected positions, in rising order of row."""
-    markable = _markable_rows(plan)
-    markable = markable[np.isin(markable, rows)]
-    return np.sort(markable[: watermark.MARKED_POSITIONS])
+def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:
+    """Which of ``rows`` shall carry the mark (m,), all at the first places, and their nudges (m, 3)."""
+    listed = watermark.listed_rows(plan.poses, plan.drive, plan.scope.free)
+    index = np.full(len(written.positions.number), NONE)
+    index[plan.poses.row[rows]] = np.arange(len(rows))
+    listed = watermark.legible_rows(written, listed[index[listed] != NONE])
+    units, joint_form = watermark.last_digit_units(written, listed)
+    first, place = watermark.first_places(units, joint_form)
+    at = np.isin(place, first)
+    return index[listed[at]], watermark.nudges(units[at]) * ~joint_form[at][:, None]
+
+
+def _read_mark(program: LsProgram, cell: Cell, frames: Frames) -> Mark:
+    """The mark as the next correction of a program would read it."""
+    poses = read_poses(program, cell.robot, frames)
+    drive = read_traversal(program, poses, cell.robot)
+    return mark_of(program, poses, drive, read_scope(program, poses, drive, cell.robot).free)
 
 
 def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 from compgen.core.findings import Finding, Level
 from compgen.core.units import KB, MM, UM
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
-from compgen.fanuc.editing.numbers import decimal_places
+from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.stops import controller_capacity
@@ -152,8 +152,9 @@ def _text_findings(result: Correction) -> list[Finding]:
     if joint.any():
         message = f"{int(joint.sum())} corrected positions are in joint form, whose digits say a place less exactly"
         findings.append(Finding(Level.NOTE, "text.joint_form", message))
-    if result.changed and not result.marked:
-        message = "too few positions to carry compgen's mark: keep the provenance file beside the program"
+    if result.changed and result.mark is Mark.NONE:
+        message = "its positions cannot carry compgen's mark: keep the provenance file beside the program"
+        message += ", or let a remark carry it with --mark remark"
         findings.append(Finding(Level.NOTE, "correction.mark", message))
     return findings
 
@@ -199,9 +200,9 @@ def _controller_findings(result: Correction) -> list[Finding]:
     return findings
 
 
-def _decimal_places(result: Correction) -> Array:
+def _decimal_places(result: Correction) -> IntArray:
     changed = np.flatnonzero(result.shared.changed)
-    return np.asarray(decimal_places(result.plan.program, result.plan.poses, changed[:1000]), dtype=float).astype(int)
+    return decimal_places(result.plan.program, result.plan.poses.row[changed[:1000]])
 
 
 def _line_of(result: Correction, station: int) -> int:

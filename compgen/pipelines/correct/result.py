@@ -9,6 +9,7 @@ from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.traversal import Traversal
+from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.pipelines.correct.proof import ProgramRide
 from compgen.pipelines.correct.station_corrections import StationCorrections
@@ -24,6 +25,7 @@ class Options:
     insert: float | None = None  # [m] points go into straight lines that deviate by more than this
     strict: bool = False  # refuse a program with statements that cannot be corrected
     again: bool = False  # take a program that carries the mark
+    remark: bool = False  # carries the mark where the positions cannot
     bound: float | None = None  # [m] largest error allowed after correction
     settings: Settings = field(default_factory=Settings)
 
@@ -58,7 +60,7 @@ class Correction:
     error: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the planned and unchanged program, at the same samples
     residual: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the written text
     judged: BoolArray  # (M,) samples at or between corrected stations
-    marked: bool
+    mark: Mark  # where the written text carries it
     findings: tuple[Finding, ...]
 
     @property
