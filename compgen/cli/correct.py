@@ -50,6 +50,7 @@ def correct(
     from compgen.cli.progress_bar import CORRECT, show_progress
     from compgen.core.units import UM
     from compgen.pipelines import correct as pipeline
+    from compgen.pipelines.correct.called_programs import programs_beside
     from compgen.pipelines.history_words import load_before
     from compgen.pipelines.robot_file import load_cell
     from compgen.report.correction_page import correction_html
@@ -83,7 +84,9 @@ def correct(
     provenance = source.stem + PROVENANCE
     with show_progress(quiet or as_json, CORRECT) as progress:
         with naming_program(program):
-            correction = pipeline.correct(content, cell, frames_table, history, options, progress)
+            correction = pipeline.correct(
+                content, cell, frames_table, history, options, progress, programs_beside(source)
+            )
         progress("report", 0.0)
         files = {
             "report.json": correction_json(correction),

@@ -6,6 +6,7 @@ words. A new word is added here: to ``MOTION_OPTIONS``, to ``UNSAFE_STATEMENTS``
 """
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from compgen.core.units import INCH, MINUTE, MM
@@ -134,6 +135,42 @@ CALL_ALONE = _words(r"^CALL\s+([^\s(;]+)$")
 MESSAGE_OR_PAUSE = _words(r"^(?:MESSAGE\[[^\]]*\]|PAUSE)$")
 END = _words(r"(?:^|,)\s*END\s*$")
 WAIT = _words(r"WAIT\s+(\d*\.?\d+)\s*\(?\s*sec\s*\)?")  # seconds
+JUMP = _words(r"^JMP\b")
+LABEL_ALONE = _words(r"^LBL\[\s*(\d*)")
+ABORT = _words(r"^(?:END|ABORT)\s*$")
+IF_THEN = _words(r"^IF\b.*\bTHEN\s*$")
+ELSE_ALONE = _words(r"^ELSE\s*$")
+ENDIF = _words(r"^ENDIF\b")
+FOR = _words(r"^FOR\b")
+ENDFOR = _words(r"^ENDFOR\b")
+CONSTANT_FOR = _words(r"^FOR\b.*=\s*\(?(-?\d+)\)?\s*\b(TO|DOWNTO)\s+\(?(-?\d+)\)?\s*$")  # first, way, last
+_CONDITIONAL = _words(r"^(?:IF\b|SELECT\b|=|ELSE\s*,|WHEN\b)")  # what is done stands after the last comma
+_INSIDE = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")  # brackets and what they hold
+_ASSIGNMENT = _words(r"^[A-Z_$][\w$.]*\s*=")
+#: Statements that never move the arm. Whatever else is said may be a macro, which a listing gives by its name alone.
+_STILL = _words(
+    r"^(?:LBL|JMP|END|ABORT|ELSE|ENDIF|FOR|ENDFOR|WAIT|TIMER|OVERRIDE|MESSAGE|UALM|PAUSE|PAYLOAD|(?:UN)?LOCK\s+PREG|"
+    r"(?:SKIP|OFFSET|TOOL_OFFSET|VOFFSET)\s+CONDITION|COL\s+(?:DETECT|GUARD\s+ADJUST)|STICK\s+DETECT|VISION|"
+    r"(?:Arc|Weld|Search)\s+(?:Start|End)|Weave|Track|Touch\s+Offset|LINE_?TRACK|STOP_?TRACKING)\b"
+)
+
+
+def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
+    """Whether a statement that is no motion may leave the arm elsewhere.
+
+    Args:
+        text: The statement.
+        motionless: Programs, in capitals, of which it is known that they do not move the arm.
+    """
+    if any(name.upper() not in motionless for name in CALL.findall(text)):
+        return True
+    while (bare := _INSIDE.sub("", text)) != text:
+        text = bare
+    if _CONDITIONAL.match(text):
+        if IF_THEN.match(text):
+            return False
+        text = text.rpartition(",")[2].strip()
+    return not (_STILL.match(text) or _ASSIGNMENT.match(text) or CALL.search(text))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,14 +1,19 @@
 """Stations of a program, points on the straight lines between them, and the joints there."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import interpolate_rotation
+from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
+
+REACH_SUBDIVISIONS = 64  # of a way that may leave the reach; a multiple of what others cut a way into
+REACH_BLOCK = 1000  # ways sampled at a time
 
 
 def path_samples(poses: Poses, traversal: Traversal, inside: Array) -> tuple[IntArray, Array]:
@@ -21,15 +26,53 @@ def path_samples(poses: Poses, traversal: Traversal, inside: Array) -> tuple[Int
 
 
 def straight_lines(poses: Poses, traversal: Traversal) -> BoolArray:
-    """Stations reached by a straight line whose both ends are known, with one tool and one posture, (S,)."""
-    lines, known = traversal.line.copy(), _known(poses, traversal)
+    """Stations reached by a straight line within the reach, whose both ends are known, (S,).
+
+    The robot surely comes from its origin, with one tool and one posture at both ends.
+    """
+    return _between_known_ends(poses, traversal) & (traversal.beyond <= 0)
+
+
+def _between_known_ends(poses: Poses, traversal: Traversal) -> BoolArray:
+    known, origin = _known(poses, traversal), traversal.origin
     if not known.any():
         return known
-    tool, posture = poses.tool[traversal.pose], poses.posture[traversal.pose]
-    lines &= known
-    lines[1:] &= known[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
-    lines[:1] = False
+    end, start = traversal.pose, traversal.pose[origin]
+    lines = traversal.line & known & known[origin] & (origin != NONE)
+    lines &= (poses.tool[end] == poses.tool[start]) & (poses.posture[end] == poses.posture[start])
     return np.asarray(lines)
+
+
+def measure_reach(robot: Robot, poses: Poses, traversal: Traversal) -> Traversal:
+    """The traversal with ``beyond`` measured on every straight way.
+
+    The margin of a place within the reach changes at most as fast as its wrist centre moves, which between two ends is
+    at most half the way, and half the turn times its lever, from the nearer of them: only ways that this leaves open
+    are sampled.
+    """
+    ways = np.flatnonzero(_between_known_ends(poses, traversal))
+    beyond = np.zeros(len(traversal.pose))
+    if not len(ways):
+        return replace(traversal, beyond=beyond)
+    start, end = traversal.pose[traversal.origin[ways]], traversal.pose[ways]
+    arms = [float(np.linalg.norm(tcp)) for tcp, _ in poses.tools]
+    lever = np.array([*arms, 0.0])[poses.tool[end]] + abs(
+        float(robot.d[5])
+    )  # from the wrist centre to the TCP, at most
+    step = np.linalg.norm(poses.position[end] - poses.position[start], axis=1)
+    turn = np.linalg.norm(rotation_vector(np.swapaxes(poses.rotation[start], 1, 2) @ poses.rotation[end]), axis=1)
+    with np.errstate(invalid="ignore"):
+        clear = np.minimum(poses.margin[start], poses.margin[end]) > (step + turn * lever) / 2
+    inside = np.arange(1, REACH_SUBDIVISIONS) / REACH_SUBDIVISIONS
+    kind = np.column_stack([poses.tool[end], poses.posture[end]])
+    for tool, posture in np.unique(kind[~clear], axis=0).tolist():
+        rows = ways[~clear & (kind == [tool, posture]).all(axis=1)]
+        for some in np.array_split(rows, len(rows) // REACH_BLOCK + 1):
+            station, fraction = np.repeat(some, len(inside)), np.tile(inside, len(some))
+            pose = interpolate_poses(poses, traversal, station, fraction)
+            _, margin = solve_flange(robot, *flange_from_tool(*pose, *poses.tool_of(tool)), ALL_POSTURES[posture])
+            beyond[some] = np.maximum(-margin.reshape(-1, len(inside)).min(axis=1), 0.0)
+    return replace(traversal, beyond=beyond)
 
 
 def _known(poses: Poses, traversal: Traversal) -> BoolArray:
@@ -39,10 +82,22 @@ def _known(poses: Poses, traversal: Traversal) -> BoolArray:
     return np.asarray(known)
 
 
+def chains(traversal: Traversal, station: IntArray) -> list[slice]:
+    """Samples that the robot surely runs one after the other, in the order listed: each chain of them is one slice.
+
+    Args:
+        traversal: Of the program.
+        station: Station of each sample, rising.
+    """
+    chain = np.cumsum(traversal.origin != np.arange(len(traversal.origin)) - 1)[station]
+    edges = [0, *(np.flatnonzero(np.diff(chain)) + 1).tolist(), len(station)]
+    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:]) if a < b]
+
+
 def interpolate_poses(poses: Poses, traversal: Traversal, station: IntArray, fraction: Array) -> tuple[Array, Array]:
     """Poses that a program means at fractions of the straight ways to stations, (M, 3) [m] and (M, 3, 3)."""
     end = traversal.pose[station]
-    start = np.where(fraction < 1, traversal.pose[np.maximum(station - 1, 0)], end)
+    start = np.where(fraction < 1, traversal.pose[traversal.origin[station]], end)
     step = poses.position[end] - poses.position[start]
     position = poses.position[end] - (1 - fraction)[:, None] * step
     rotation = poses.rotation[end].copy()

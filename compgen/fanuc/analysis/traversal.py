@@ -1,11 +1,12 @@
 r"""Traversal of any program in the order listed: where the robot goes, and how long each way takes.
 
-Jumps, calls and loops are not followed. A way of length l at a speed v takes l / v, and each stop at one of its ends
-half a ramp more, T(v) = v / a + a / j with what the joints allow along the way; no joint outruns its speed, as where
-the tool turns on the spot. A joint motion at p percent takes the longest of its joints' turns over p percent of their
-speeds; a motion in seconds takes those. WAIT in seconds pauses.
+Times are those of one pass in the order listed; ``origin`` says where the robot surely comes from. A way of length l at
+a speed v takes l / v, and each stop at one of its ends half a ramp more, T(v) = v / a + a / j with what the joints
+allow along the way; no joint outruns its speed, as where the tool turns on the spot. A joint motion at p percent takes
+the longest of its joints' turns over p percent of their speeds; a motion in seconds takes those. WAIT pauses.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, dot
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
+from compgen.fanuc.analysis.execution_order import station_origins
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
@@ -38,10 +40,21 @@ class Traversal:
     pause: Array  # (S,) [s] waited before leaving for it
     untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
     flow: tuple[int, ...]  # lines of statements that may change the order
+    origin: IntArray  # (S,) station from which the robot surely comes, NONE when it or its place is not known
+    beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
 
 
-def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
-    """Stations and times of a program."""
+def read_traversal(
+    program: LsProgram, poses: Poses, robot: Robot, motionless: Collection[str] = frozenset()
+) -> Traversal:
+    """Stations and times of a program.
+
+    Args:
+        program: Any program.
+        poses: Of its positions.
+        robot: Whose speeds and ramps.
+        motionless: Programs, in capitals, of which it is known that they do not move the arm.
+    """
     m = program.motions
     active = np.flatnonzero(~m.disabled).tolist()
     motion = np.array([i for i in active for _ in m.position[i]], dtype=np.int64)
@@ -79,6 +92,7 @@ def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
     untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
     untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     pause, flow = _others(program, m.line[motion])
+    origin = station_origins(program, motion, motionless)
     return Traversal(
         motion=motion,
         pose=pose,
@@ -91,6 +105,8 @@ def read_traversal(program: LsProgram, poses: Poses, robot: Robot) -> Traversal:
         pause=pause,
         untimed=tuple(dict.fromkeys(m.line[motion[untimed]].tolist())),
         flow=flow,
+        origin=np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin,
+        beyond=np.zeros(len(motion)),
     )
 
 

@@ -34,7 +34,7 @@ def allowed_pieces(program: LsProgram, poses: Poses, drive: Traversal, pieces: I
     for s in np.flatnonzero(pieces > 1).tolist():
         i, j = int(drive.motion[s]), int(drive.motion[s - 1])
         is_duration = SPEED_OF_WHOLE_MOTION.search(m.speed[i])
-        jump_target = bool(((flow > m.line[j]) & (flow < m.line[i])).any())
+        jump_target = bool(((flow > m.line[j]) & (flow < m.line[i])).any()) or int(drive.origin[s]) != s - 1
         single_group = definitions[poses.number[drive.pose[s]]] == 1
         if jump_target or not single_group or is_duration or poses.joint_form[drive.pose[s]]:
             continue

@@ -65,7 +65,7 @@ def _equal(a: Array, b: Array) -> bool:
     return bool(np.linalg.norm(a[:3] - b[:3]) <= SAME_POSITION and np.linalg.norm(a[3:] - b[3:]) <= SAME_ANGLE)
 
 
-def midway_deviation(correction: Array, midway: Array, stations: IntArray) -> Array:
+def midway_deviation(correction: Array, midway: Array, stations: IntArray, origins: IntArray) -> Array:
     """Distance of the correction wanted midway from the mean of those of the two ends, (n,) [m]."""
-    line = (correction[stations] + correction[stations - 1])[:, :3] / 2
+    line = (correction[stations] + correction[origins])[:, :3] / 2
     return np.asarray(np.linalg.norm(midway[:, :3] - line, axis=1))

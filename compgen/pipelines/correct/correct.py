@@ -1,6 +1,6 @@
 """One correction from end to end: read, warm up, correct, write, read back, ride on the twin, judge."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +13,9 @@ from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.correctable import read_scope
+from compgen.fanuc.analysis.execution_order import motionless_programs
 from compgen.fanuc.analysis.poses import NONE, read_poses, require_frames
-from compgen.fanuc.analysis.stations import interpolate_poses, straight_lines
+from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach, straight_lines
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
 from compgen.fanuc.editing.insertion import allowed_pieces, insert_points, split_positions
@@ -35,7 +36,13 @@ MAX_ROUNDS = 5  # of cutting ways whose pieces still deviate midway
 
 
 def correct(
-    data: bytes, cell: Cell, frames: Frames, before: Sequence[Duty], options: Options, progress: Progress
+    data: bytes,
+    cell: Cell,
+    frames: Frames,
+    before: Sequence[Duty],
+    options: Options,
+    progress: Progress,
+    find_program: Callable[[str], bytes | None] = lambda name: None,
 ) -> Correction:
     """Correct a program.
 
@@ -46,6 +53,7 @@ def correct(
         before: What the cell did before the program starts.
         options: What may be done.
         progress: Called with the stage and the share done.
+        find_program: The listing of a program that this one calls, by its name in capitals; None where there is none.
 
     Returns:
         The corrected program and its proof.
@@ -57,7 +65,8 @@ def correct(
     """
     progress("reading", 0.0)
     planned = program = loads(data)
-    plan = _plan_correction(program, cell, frames, before, options, progress)
+    still = motionless_programs(program, find_program)
+    plan = _plan_correction(program, cell, frames, before, options, still, progress)
     if not options.again:
         _refuse_marked(plan)
     for _ in range(MAX_ROUNDS if options.insert is not None else 0):
@@ -65,24 +74,30 @@ def correct(
         if not (pieces > 1).any():
             break
         program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, frames)
-        plan = _plan_correction(program, cell, frames, before, options, progress)
+        plan = _plan_correction(program, cell, frames, before, options, still, progress)
     if options.split:
         first = int(program.positions.number.max(initial=0)) + 1
         new_positions = assign_new_positions(plan.drive, plan.free, plan.stations.correction, first)
         if new_positions:
             program = split_positions(program, plan.poses, plan.drive, new_positions)
-            plan = _plan_correction(program, cell, frames, before, options, progress)
-    return _write_and_verify(planned, plan, cell, frames, before, options, progress)
+            plan = _plan_correction(program, cell, frames, before, options, still, progress)
+    return _write_and_verify(planned, plan, cell, frames, before, options, still, progress)
 
 
 def _plan_correction(
-    program: LsProgram, cell: Cell, frames: Frames, before: Sequence[Duty], options: Options, progress: Progress
+    program: LsProgram,
+    cell: Cell,
+    frames: Frames,
+    before: Sequence[Duty],
+    options: Options,
+    still: Collection[str],
+    progress: Progress,
 ) -> CorrectionPlan:
     """What is known of a program before its numbers change: poses, ways, and the correction of each station."""
     _refuse_unfit(program)
     require_frames(program, frames)
     poses = read_poses(program, cell.robot, frames)
-    drive = read_traversal(program, poses, cell.robot)
+    drive = measure_reach(cell.robot, poses, read_traversal(program, poses, cell.robot, still))
     scope = read_scope(program, poses, drive, cell.robot)
     if options.strict and scope.unsafe:
         first = scope.unsafe[0]
@@ -142,7 +157,7 @@ def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Arr
         plan.poses, position=position, rotation=rotation, theta=plan.poses.theta[ends],
         tool=plan.poses.tool[ends], posture=plan.poses.posture[ends],
     )  # fmt: skip
-    rise = (plan.stations.rise[ways] + plan.stations.rise[ways - 1]) / 2
+    rise = (plan.stations.rise[ways] + plan.stations.rise[plan.drive.origin[ways]]) / 2
     row = np.arange(len(ways))
     return cancel_errors(cell, error_models(cell, poses, row), poses, row, rise, plan.stations.midway.at(ways))[0]
 
@@ -154,6 +169,7 @@ def _write_and_verify(
     frames: Frames,
     before: Sequence[Duty],
     options: Options,
+    still: Collection[str],
     progress: Progress,
 ) -> Correction:
     """The program with its numbers changed, read back, ridden on the twin and judged."""
@@ -183,14 +199,16 @@ def _write_and_verify(
             written, mark = insert_remark(written, __version__), Mark.REMARK
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
-    planned_ride = ride_program(cell, poses, drive, before, lambda share: progress("twin before", share))
-    target = interpolate_poses(poses, drive, planned_ride.station, planned_ride.fraction)
     new_poses = read_poses(written, cell.robot, frames)
-    new_drive = read_traversal(written, new_poses, cell.robot)
+    new_drive = measure_reach(cell.robot, new_poses, read_traversal(written, new_poses, cell.robot, still))
+    beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is ridden in neither text
+    rides = replace(drive, beyond=beyond), replace(new_drive, beyond=beyond)
+    planned_ride = ride_program(cell, poses, rides[0], before, lambda share: progress("twin before", share))
+    target = interpolate_poses(poses, drive, planned_ride.station, planned_ride.fraction)
     progress("twin after", 0.0)
-    ride = ride_program(cell, new_poses, new_drive, before, lambda share: progress("twin after", share))
+    ride = ride_program(cell, new_poses, rides[1], before, lambda share: progress("twin after", share))
     moved = plan.free & shared.changed[drive.pose] if len(poses.row) else plan.free
-    judged = moved[ride.station] & np.where(ride.fraction < 1, moved[ride.station - 1], True)
+    judged = moved[ride.station] & np.where(ride.fraction < 1, moved[drive.origin[ride.station]], True)
     result = Correction(
         name=program.name,
         cell=cell,
@@ -205,6 +223,7 @@ def _write_and_verify(
         ride=ride,
         error=pose_errors(planned_ride, *target),
         residual=pose_errors(ride, *target),
+        new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
         judged=judged,
         mark=mark,
         findings=(),
@@ -236,11 +255,13 @@ def _midway_deviations(plan: CorrectionPlan, cell: Cell) -> Array:
     ways = _straight_ways(plan)
     if not len(ways):
         return np.zeros(0)
-    return midway_deviation(plan.stations.correction, _midway_corrections(plan, cell, ways), ways)
+    return midway_deviation(
+        plan.stations.correction, _midway_corrections(plan, cell, ways), ways, plan.drive.origin[ways]
+    )
 
 
 def _straight_ways(plan: CorrectionPlan) -> IntArray:
     """Stations reached by straight lines between corrected ends."""
-    free = straight_lines(plan.poses, plan.drive) & plan.free
-    free[1:] &= plan.free[:-1]
-    return np.flatnonzero(free)
+    drive, free = plan.drive, plan.free
+    ways = np.flatnonzero(straight_lines(plan.poses, drive) & free)
+    return ways[free[drive.origin[ways]]]

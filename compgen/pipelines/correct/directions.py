@@ -5,7 +5,7 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState, direction_states, reversal_widths
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.stations import commanded_joints, interpolate_poses, path_samples
+from compgen.fanuc.analysis.stations import chains, commanded_joints, interpolate_poses, path_samples
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.pipelines.job import Cell
 
@@ -15,8 +15,8 @@ SUBDIVISIONS = 16  # of each straight way; even, so that its middle is a sample
 def station_directions(cell: Cell, poses: Poses, drive: Traversal) -> tuple[DirectionState, DirectionState]:
     """Direction of motion at each station, and midway on the way to it; ``NO_DIRECTION`` for an arm without memory.
 
-    Straight ways are followed in steps; a joint motion turns each joint in one direction. An unknown station moves
-    nothing, and jumps, calls and loops are not followed.
+    Straight ways are followed in steps; a joint motion turns each joint in one direction. Where it is not sure from
+    which station the robot comes, nothing is known of the direction, as at the program's start.
     """
     memory = reversal_widths(cell.sources)
     if memory is None:
@@ -24,7 +24,12 @@ def station_directions(cell: Cell, poses: Poses, drive: Traversal) -> tuple[Dire
     station, fraction = path_samples(poses, drive, np.arange(1, SUBDIVISIONS) / SUBDIVISIONS)
     position, rotation = interpolate_poses(poses, drive, station, fraction)
     theta, _ = commanded_joints(cell.robot, poses, drive, station, fraction, position, rotation)
-    along = direction_states(memory, theta, position)
+    states = [direction_states(memory, theta[some], position[some]) for some in chains(drive, station)]
+    if not states:
+        return NO_DIRECTION, NO_DIRECTION
+    along = DirectionState(
+        np.concatenate([state.direction for state in states]), np.concatenate([state.travel for state in states])
+    )
     at, half = fraction == 1, fraction == 0.5
     return _at_stations(along, station, at, len(drive.pose)), _at_stations(along, station, half, len(drive.pose))
 

@@ -8,6 +8,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.findings import Finding, Level
 from compgen.core.units import KB, MM, UM
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
+from compgen.fanuc.analysis.poses import NONE
 from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
@@ -34,6 +35,7 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
             *_scope_findings(result),
             *_shared_findings(result),
             *_line_findings(result, deviation),
+            *_way_findings(result),
             *_text_findings(result),
             *_heat_findings(result),
             *_source_findings(result),
@@ -133,10 +135,36 @@ def _line_findings(result: Correction, deviation: Array) -> list[Finding]:
     drive = result.plan.drive
     with np.errstate(invalid="ignore", divide="ignore"):
         speed = drive.length / drive.duration
-        short = drive.line & ~drive.stop & (drive.length < speed * result.cell.robot.controller.period)
+        short = (
+            drive.line
+            & (drive.origin != NONE)
+            & ~drive.stop
+            & (drive.length < speed * result.cell.robot.controller.period)
+        )
     if short.any():
         message = f"{int(short.sum())} straight lines are shorter than speed x the interpolation period"
         findings.append(Finding(Level.NOTE, "timing.short", f"{message}: the robot will be slower there"))
+    return findings
+
+
+def _way_findings(result: Correction) -> list[Finding]:
+    """Ways of which only the ends are judged: they leave the reach, or the robot may come from elsewhere."""
+    drive, robot = result.plan.drive, result.cell.robot.name
+    findings = []
+    for stations, level, words in (
+        (np.flatnonzero(drive.beyond > 0), Level.WARNING, "the straight way there leaves the reach of"),
+        (result.new_beyond, Level.OUTSIDE, "corrected, the straight way there would leave the reach of"),
+    ):
+        if len(stations):
+            lines = sorted({_line_of(result, s) for s in stations.tolist()})
+            message = f"{_lines(lines)}: {words} {robot} between its ends: only the ends are judged"
+            findings.append(Finding(level, "correction.reach", message))
+    unsure = np.flatnonzero(result.plan.free & drive.line & (drive.origin == NONE))
+    unsure = unsure[unsure > 0]
+    if len(unsure):
+        lines = sorted({_line_of(result, s) for s in unsure.tolist()})
+        message = f"{_lines(lines)}: from where the robot comes is not sure (a jump, a call, a macro, an unknown place)"
+        findings.append(Finding(Level.NOTE, "correction.order", f"{message}: the end is judged, not the way there"))
     return findings
 
 
@@ -179,7 +207,7 @@ def _timing_findings(result: Correction) -> list[Finding]:
         message = f"{_lines(drive.untimed)}: speed or way is only known at run time; an assumed one warms the model"
         findings.append(Finding(Level.NOTE, "timing.assumed", message))
     if drive.flow:
-        message = f"{_lines(drive.flow)}: jumps, calls and loops are not followed; the heat is that of one pass"
+        message = f"{_lines(drive.flow)}: jumps, calls and loops: the heat is that of one pass in the order listed"
         findings.append(Finding(Level.NOTE, "timing.order", message))
     return findings
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, dot
 from compgen.core.rotations import rotation_vector
+from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.stations import commanded_joints, interpolate_poses, path_samples
+from compgen.fanuc.analysis.stations import chains, commanded_joints, interpolate_poses, path_samples
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.job import Cell
@@ -60,7 +61,13 @@ def ride_program(
     tcp = np.array([*(t[0] for t in poses.tools), np.zeros(3)])[poses.tool[pose]]
     turn = np.array([*(t[1] for t in poses.tools), np.eye(3)])[poses.tool[pose]]
     tool = None if faults is None else (turn, tcp)
-    real = twin.actual_pose(theta, rise, lambda share: progress(0.5 + share / 2), tool)
+    # an arm that remembers its direction knows it from where a chain of sure neighbours begins
+    pieces = [slice(0, len(theta))] if reversal_widths(cell.sources) is None else chains(drive, station)
+    real = np.empty_like(position), np.empty_like(rotation)
+    for some in pieces:
+        tools = None if tool is None else (tool[0][some], tool[1][some])
+        real[0][some], real[1][some] = twin.actual_pose(theta[some], rise[some], lambda share: None, tools)
+        progress(0.5 + some.stop / max(len(theta), 1) / 2)
     if tool is None:
         real = real[0] + np.einsum("nij,nj->ni", real[1], tcp), real[1] @ turn
     return ProgramRide(station, fraction, time, rise, *real)

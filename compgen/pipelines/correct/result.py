@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from compgen.compensation.problem import Settings
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.findings import Finding, Level
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
@@ -59,6 +59,7 @@ class Correction:
     ride: ProgramRide  # of the written text
     error: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the planned and unchanged program, at the same samples
     residual: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the written text
+    new_beyond: IntArray  # stations to which the straight way leaves the reach in the written text only
     judged: BoolArray  # (M,) samples at or between corrected stations
     mark: Mark  # where the written text carries it
     findings: tuple[Finding, ...]

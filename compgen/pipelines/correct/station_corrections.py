@@ -159,6 +159,7 @@ def dense_runs(poses: Poses, drive: Traversal, free: BoolArray, period: float) -
     """First and last station of runs of straight lines, three or more, some shorter than the smoothing period."""
     tool, posture = poses.tool[drive.pose], poses.posture[drive.pose]
     joined = drive.line[1:] & free[1:] & free[:-1] & (tool[1:] == tool[:-1]) & (posture[1:] == posture[:-1])
+    joined &= (drive.origin[1:] == np.arange(len(free) - 1)) & (drive.beyond[1:] <= 0)
     with np.errstate(invalid="ignore"):
         joined &= drive.length[1:] > SAME_PLACE
     edges = np.flatnonzero(np.diff(np.concatenate([[0], joined.astype(int), [0]])))
