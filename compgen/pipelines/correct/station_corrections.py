@@ -13,6 +13,7 @@ import numpy as np
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem, Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.rotations import rotation_matrix
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.fanuc.analysis.poses import NONE, Poses
@@ -20,7 +21,7 @@ from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.configuration import postures_of
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.job import Cell
-from compgen.robot.inverse_kinematics import ALL_POSTURES
+from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.thermal import Duty, JointMotion, rises_during, state_after
 from compgen.thermal.network import with_losses
@@ -182,14 +183,30 @@ def _illegal_corrections(
         over = np.maximum(robot.lower - q, q - robot.upper)
         swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
     letters = postures_of(robot, np.nan_to_num(q))
+    margin = _margins_after(cell, poses, pose[rows], np.nan_to_num(c))
     for k, station in enumerate(rows.tolist()):
         if np.isnan(c[k]).any():
             illegal.append((station, "no legal correction was found for its run of lines"))
         elif clamped[k]:
             illegal.append((station, "its correction is beyond the clamp: the error model cannot be trusted there"))
+        elif margin[k] < 0:
+            illegal.append((station, "its correction would lead out of reach"))
         elif (over[k] > 1e-9).any():
             i = int(np.argmax(over[k]))
             illegal.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
         elif swing[k] or letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
             illegal.append((station, "its correction would change the posture letters of CONFIG"))
     return illegal
+
+
+def _margins_after(cell: Cell, poses: Poses, pose: IntArray, correction: Array) -> Array:
+    """How far corrected positions, (n,) rows of poses, lie inside the reach in their postures, (n,) [m]."""
+    margin = np.empty(len(pose))
+    position = poses.position[pose] + correction[:, :3]
+    rotation = poses.rotation[pose] @ rotation_matrix(correction[:, 3:])
+    kinds = np.column_stack([poses.tool, poses.posture])[pose]
+    for tool, posture in np.unique(kinds, axis=0).tolist():
+        rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
+        flange = flange_from_tool(position[rows], rotation[rows], *poses.tool_of(tool))
+        margin[rows] = solve_flange(cell.robot, *flange, ALL_POSTURES[posture])[1]
+    return margin
