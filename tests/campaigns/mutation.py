@@ -5,7 +5,7 @@ python tests/campaigns/mutation.py --seeds 0:300 --table    only the table of wh
 python tests/campaigns/mutation.py --seeds 0:300 --wide     survivors of their room meet all other tests too
 
 A seed draws one place of the library (operator, comparison, constant, condition or returned value outside cli, report,
-tables and messages) and changes it in a copy of the tree. The tests that name the module run first, then its room's.
+tables and messages) and changes it in a copy of the tree. The tests that import the module run first, then its room's.
 equivalent.toml lists the changes that cannot be noticed, each with its reason.
 """
 
@@ -15,6 +15,7 @@ import copy
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -123,16 +124,15 @@ def library() -> list[Mutant]:
 
 
 def stages(mutant: Mutant, wide: bool) -> list[list[str]]:
-    """Test files in the order tried: those that name the module, the rest of the room, and everything else."""
+    """Test files in the order tried: those that import the module, the rest of its room, and everything else."""
     module = Path(mutant.file).with_suffix("")
-    room = module.parts[1]
+    name, package = module.parts[-1], ".".join(module.parts[:-1])
     files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / "tests").rglob("test_*.py"))
-    own = [f for f in files if f.split("/")[1] == room]
-    words = (f"{module.parts[-1]} import", f".{module.parts[-1]}", f"import {module.parts[-1]}")
-    near = [f for f in own if module.parts[-1] in f or any(w in (ROOT / f).read_text() for w in words)]
-    rest = [f for f in own if f not in near]
-    others = [f for f in files if f not in own and "test_architecture" not in f]
-    return [stage for stage in (near, rest, others if wide else []) if stage]
+    imports = re.compile(rf"{package}\.{name}\b|from {package} import .*\b{name}\b")
+    near = [f for f in files if f.endswith(f"/test_{name}.py") or imports.search((ROOT / f).read_text())]
+    own = [f for f in files if f.split("/")[1] == module.parts[1] and f not in near]
+    others = [f for f in files if f not in near and f not in own and "test_architecture" not in f]
+    return [stage for stage in (near, own, others if wide else []) if stage]
 
 
 def tested(tree: Path, files: list[str], seconds: float) -> str:

@@ -25,6 +25,7 @@ from compgen.__main__ import main
 main()
 """
 GENERATE = ["generate", str(ROOT / "paths" / "optic_spiral.toml"), "-q"]
+HANGS_S = 900  # a run that hangs, on however busy a machine: nothing here depends on how long a run takes
 LONG = ["--set", "path.stepover_mm=20.65", "--set", "process.chord_um=0.2", "--workers", "2"]  # 1e5 waypoints
 
 
@@ -35,7 +36,7 @@ def run(folder, *arguments, at=None, number=signal.SIGINT, cache=None):
     code = SIGNALLED.format(root=str(ROOT), event=event, word=word, nth=nth, number=int(number), arguments=arguments)
     environment = {**os.environ, "XDG_CACHE_HOME": str(cache or folder / "cache")}
     return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60, env=environment
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=HANGS_S, env=environment
     )
 
 
@@ -129,11 +130,9 @@ def test_a_study_on_several_processes_stops_at_once_and_keeps_what_is_done(tmp_p
     command += ["--vary", "process.feed_mm_s=20:200:400", "-o", str(tmp_path / "out")]
     process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
     journal = tmp_path / "out" / "scenarios.jsonl"
-    until = time.monotonic() + 60
-    while not journal.exists() and time.monotonic() < until:
+    while not journal.exists() and process.poll() is None:
         time.sleep(0.02)
-    begin = time.monotonic()
     os.killpg(process.pid, signal.SIGINT)
-    _, stderr = process.communicate(timeout=60)
-    assert time.monotonic() - begin < 3
+    _, stderr = process.communicate(timeout=HANGS_S)
     assert (process.returncode, stderr) == (130, "cgen: interrupted; finished scenarios are kept\n")
+    assert journal.read_bytes().count(b"\n") < 300  # at once: most of the 400 were still to be done

@@ -427,10 +427,10 @@ LONG_LINES = {
 
 @pytest.mark.parametrize("name", LONG_LINES)
 def test_a_long_line_costs_no_more_than_its_length(name):
-    start = time.perf_counter()
+    start = time.process_time()
     with suppress(InputError):
         loads(LONG_LINES[name])
-    assert time.perf_counter() - start < fuzz_listing.LONGEST_S
+    assert time.process_time() - start < fuzz_listing.LONGEST_S
 
 
 def test_damaged_programs_are_taken_whole_or_refused():

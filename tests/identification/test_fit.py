@@ -95,6 +95,15 @@ def test_orientation_rows_have_the_right_slope(truth, small):
         linear.B[:, :, k], -(after.turn - linear.turn) / step, atol=1e-7
     )  # turns of 1e-4 rad add as vectors
     assert np.abs(linear.B[:, :, k]).max() > 1e-4
+    K, instruments = int(active.sum()), len(data.instruments)
+    for r in range(3):  # each reflector's own axes turn its own rows alone
+        tilt = np.array([2e-5, -1e-5, 3e-5])
+        turned = turn.copy()
+        turned[r] = turn[r] @ rotation_matrix(tilt[None])[0]
+        after = linearise(model, model.jacobian_function(active), data, active, zero, truth.frames, turned)
+        columns = linear.B[:, :, K + 6 * instruments + 3 * 3 :][:, :, 3 * r : 3 * r + 3]
+        assert_allclose(columns @ tilt, -(after.turn - linear.turn), atol=1e-8)
+        assert (data.reflector == r).any()
 
 
 def test_the_linear_problem_meets_the_closed_form():
@@ -148,9 +157,9 @@ def by_scipy(model, data, active, start):
         z = data.position - frames.predict(data, *model.pose(data, p))
         return np.concatenate([z.ravel() / NOISE, x[:40]])
 
-    start_time = time.perf_counter()
+    start_time = time.process_time()
     solution = least_squares(residual, np.zeros(55), x_scale="jac", xtol=1e-10, ftol=1e-10, gtol=1e-10)
-    return solution, time.perf_counter() - start_time
+    return solution, time.process_time() - start_time
 
 
 def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
@@ -165,9 +174,9 @@ def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     fit(model, data.subset(data.pose < 50), active, learn=False, robust=False, noise=NOISE)  # warm caches
     seconds = np.inf
     for _ in range(10):  # the least of them: a busy machine costs a short run more than a long one
-        start_time = time.perf_counter()
+        start_time = time.process_time()
         fitted = fit(model, data, active, learn=False, robust=False, noise=NOISE)
-        seconds = min(seconds, time.perf_counter() - start_time)
+        seconds = min(seconds, time.process_time() - start_time)
     start = fit(model, data, np.zeros(len(active), bool), robust=False).frames
     reference, reference_seconds = by_scipy(model, data, active, start)
     p = fitted.p[active] / model.prior[active]

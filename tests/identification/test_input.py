@@ -157,6 +157,17 @@ def test_lines_need_both_senses_and_a_deviation(tmp_path, arm):
     assert (data.direction[:, 1] != 0).all()
 
 
+def test_three_stations_of_a_line_are_enough_to_see_a_joint_turn_back(tmp_path, arm):
+    """J2 rises and falls along the line, by a parabola; the way back has the opposite signs, the rest stands."""
+    file = tmp_path / "lines.csv"
+    stations = [(1100, 0), (1200, 10), (1300, 4)]
+    body = "".join(f"{d},{x},0,0,5,0,{j2},0,0,-90,0\n" for d in (1, -1) for x, j2 in stations)
+    file.write_text("direction,x_mm,y_mm,z_mm,dx_um,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg\n" + body)
+    data = read_lines(str(file), arm, 5)
+    assert data.direction[:, 1].tolist() == [1, 1, -1, -1, -1, 1]
+    assert not data.direction[:, [0, 3, 4, 5]].any()
+
+
 def test_lines_of_an_arm_without_closed_form_need_joints(tmp_path):
     file = tmp_path / "lines.csv"
     file.write_text("direction,x_mm,y_mm,z_mm,dx_um\n1,500,0,0,5\n")

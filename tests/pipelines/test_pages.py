@@ -57,6 +57,16 @@ def manifest_of(corrected):
 # Where it stops --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("count", "pages"), [(10, 1), (11, 2), (19, 2), (20, 3), (28, 3), (29, 4)])
+def test_a_path_on_the_part_without_stops_has_as_few_pages_as_can_be(robot, count, pages):
+    """Ten positions a page, the last of one the first of the next: nine ways each."""
+    arc, on_part = np.arange(count) * 1e-2, np.ones(count, dtype=bool)
+    theta = np.outer(np.arange(count), np.ones(6)) * 1e-2
+    page_stops = add_stops(robot, arc, theta, ~on_part, on_part, 10, True)
+    assert not page_stops.obstacle
+    assert page_stops.added.sum() == page_stops.on_the_part == pages - 1
+
+
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 120), st.integers(2, 30), st.booleans())
 def test_every_page_holds_what_it_may(robot, seed, count, per_page, on_the_part):
