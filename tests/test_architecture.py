@@ -27,7 +27,16 @@ SUB_ROOMS = {"fanuc": ("listing", "canonical", "analysis", "editing", "paging"),
 
 #: which rooms (or files) a library is imported in
 ONLY = {
-    "casadi": ("core", "robot", "planning", "error_model", "compensation", "verification", "identification"),
+    "casadi": (
+        "core/evaluation",
+        "core/rotations.py",
+        "robot",
+        "planning",
+        "error_model",
+        "compensation",
+        "verification",
+        "identification",
+    ),
     "ruckig": ("planning/speed_profile.py",),
     "pinocchio": ("verification/twin", "thermal/drive_losses.py"),
     "plotly": ("report",),
