@@ -37,7 +37,7 @@ ONLY = {
         "verification",
         "identification",
     ),
-    "ruckig": ("planning/speed_profile.py",),
+    "ruckig": ("planning/ruckig_check.py",),
     "pinocchio": ("verification/twin", "thermal/drive_losses.py"),
     "plotly": ("report",),
     "distributed": ("pipelines/study/workers.py",),
