@@ -27,8 +27,17 @@ SUB_ROOMS = {"fanuc": ("listing", "canonical", "analysis", "editing", "paging"),
 
 #: which rooms (or files) a library is imported in
 ONLY = {
-    "casadi": ("core", "robot", "planning", "error_model", "compensation", "verification", "identification"),
-    "ruckig": ("planning/speed_profile.py",),
+    "casadi": (
+        "core/evaluation",
+        "core/rotations.py",
+        "robot",
+        "planning",
+        "error_model",
+        "compensation",
+        "verification",
+        "identification",
+    ),
+    "ruckig": ("planning/ruckig_check.py",),
     "pinocchio": ("verification/twin", "thermal/drive_losses.py"),
     "plotly": ("report",),
     "distributed": ("pipelines/study/workers.py",),

@@ -16,10 +16,10 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.frames import InstrumentFrames
+from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import Measurements, concatenate
 from compgen.identification.pose_files import read_poses
-from compgen.identification.robot_file import robot_text
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema, schema_text
 from compgen.pipelines.robot_file import Arm, arm_of

@@ -20,7 +20,7 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops
-from compgen.pipelines import delivery, findings
+from compgen.pipelines import delivery, job_findings
 from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import kept_waypoints, plan_motion
@@ -199,8 +199,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
     solution = optimise.optimise(problem, job.settings, lambda share: progress("correction", share))
     if solution.status is Status.FAILED:
-        raise ImpossibleError(findings.failed(solution))
-    limited = findings.limited(solution)
+        raise ImpossibleError(job_findings.failed(solution))
+    limited = job_findings.limited(solution)
     if job.thin is not None:
         progress("thinning", 0.0)
         planned, solution = _thinned(planned, solution, job.thin)
@@ -225,10 +225,10 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     verdict = [
         *judge(deviation, job.bounds),
         *limited,
-        *findings.below_feed(job, planned.feed, path, trajectory, text),
+        *job_findings.below_feed(job, planned.feed, path, trajectory, text),
         *delivery.size_findings(job, delivered, planned.page_stops),
-        *findings.clocks_apart(trajectory, written),
-        *findings.joints_asked(job, text, written),
+        *job_findings.clocks_apart(trajectory, written),
+        *job_findings.joints_asked(job, text, written),
         *planned.findings,
     ]
     ripple = mid_spatial(path, solution.correction)

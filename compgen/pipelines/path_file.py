@@ -16,10 +16,10 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, override, read_toml, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
+from compgen.pipelines.day_plan import plan
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
-from compgen.pipelines.schedule import plan
 from compgen.pipelines.schema import PathFile
 from compgen.planning.tables import boundary_from_table, pattern_from_table, surface_from_table
 from compgen.robot.inverse_kinematics import Posture

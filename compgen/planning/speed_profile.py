@@ -12,14 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from ruckig import InputParameter, Result, Ruckig
-from ruckig import Trajectory as RuckigTrajectory
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError
+from compgen.planning.ruckig_check import first_mismatch
 
-CONFIRMED = 200  # blocks that ruckig solves again
-TIME_TOLERANCE = 1e-6  # relative difference of ruckig's time
 TINY = 1e-300  # keeps divisors from being zero
 ROUNDS = 60  # of a root's search
 
@@ -113,7 +110,7 @@ def constant_jerk_phases(blocks: Blocks) -> tuple[Array, Array, Array, Array, Ar
     hold = np.maximum(b.length - _length_needed(b, peak)[0], 0.0) / peak
     times = np.column_stack([up[0], up[1], up[0], hold, down[0], down[1], down[0]])
     jerk = np.multiply.outer(b.j, np.array([1.0, 0, -1, 0, -1, 0, 1]))
-    _confirm(b, peak, times.sum(axis=1))
+    _check(b, peak, times.sum(axis=1))
     s, v, a = b.start, b.v0, np.zeros(len(b.v0))
     states = np.empty((len(b.v0), 7, 3))
     for k in range(7):
@@ -147,26 +144,11 @@ def _jerk_times(dv: Array, a: Array, j: Array) -> tuple[Array, Array]:
     return np.where(reaches_a, a / j, np.sqrt(dv / j)), np.where(reaches_a, dv / a - a / j, 0.0)
 
 
-def _confirm(b: Blocks, peak: Array, time: Array) -> None:
+def _check(b: Blocks, peak: Array, time: Array) -> None:
     """Raises ImpossibleError where ruckig, solving some blocks again, refuses or needs another time."""
-    changing = np.flatnonzero((b.v0 != peak) | (b.v1 != peak))
-    sample = changing[np.unique(np.linspace(0, len(changing) - 1, min(CONFIRMED, len(changing))).astype(int))]
-    solver, request, solution = Ruckig(1), InputParameter(1), RuckigTrajectory(1)
-    for n in sample.tolist():
-        request.current_position, request.target_position = [0.0], [float(b.length[n])]
-        request.current_velocity, request.target_velocity = [float(b.v0[n])], [float(b.v1[n])]
-        request.current_acceleration = request.target_acceleration = [0.0]
-        request.max_velocity, request.max_acceleration = [float(b.v[n])], [float(b.a[n])]
-        request.max_jerk = [float(b.j[n])]
-        try:
-            solver.validate_input(request, True, True)
-            result = solver.calculate(request, solution)
-        except Exception as exception:  # ruckig raises its own untyped errors
-            raise _impossible(b.start[n], str(exception)) from exception
-        if result not in (Result.Working, Result.Finished):
-            raise _impossible(b.start[n], result.name)
-        if abs(solution.duration - time[n]) > TIME_TOLERANCE * time[n] + 1e-9:
-            raise _impossible(b.start[n], f"ruckig needs {solution.duration:.9g} s and not {time[n]:.9g} s")
+    mismatch = first_mismatch(b.length, b.v0, b.v1, b.v, peak, b.a, b.j, time)
+    if mismatch is not None:
+        raise _impossible(b.start[mismatch.block], mismatch.reason)
 
 
 def _impossible(s: float, reason: str) -> ImpossibleError:

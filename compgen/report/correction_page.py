@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 
 from compgen.core.units import MM, UM
-from compgen.fanuc.analysis.safety import Unsafe
+from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.pipelines.correct import Correction
 from compgen.report.correction_summary import correction_summary
 from compgen.report.figure import (

@@ -37,7 +37,7 @@ def state_after(
     Args:
         heat: The model.
         duties: In order.
-        state: Where they begin, (S,); default ``opening``.
+        state: Where they begin, (S,); default ``initial_state``.
         air: Over time; default still at the reference.
         clock: When the first duty begins [s].
 

@@ -136,7 +136,7 @@ def _build_components() -> Any:
 
 
 def _extent(values: Array, weight: Array, arc: Array) -> Extent:
-    """Of row_norms (M,), each for a length of path (M,) [m] at an arc length (M,) [m]."""
+    """Of sizes (M,), each for a length of path (M,) [m] at an arc length (M,) [m]."""
     largest = int(np.argmax(values))
     return Extent(float(values[largest]), percentile99(values, weight), rms(values, weight), float(arc[largest]))
 

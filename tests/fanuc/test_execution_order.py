@@ -8,7 +8,7 @@ from ls_text import joint_form, program
 
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.execution_order import NO_ORIGIN, motionless_programs, station_origins
-from compgen.fanuc.statements import may_move_arm
+from compgen.fanuc.vocabulary import may_move_arm
 
 
 def origins(*statements, motionless=()):

@@ -14,7 +14,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import inspection
 from compgen.fanuc.analysis.poses import read_poses
-from compgen.fanuc.analysis.safety import unsafe_statements
+from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
 from compgen.fanuc.frames import default_frames, load_frames
 from compgen.pipelines.robot_file import load_robot
 

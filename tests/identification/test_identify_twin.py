@@ -17,9 +17,9 @@ from compgen.cli import identify, plan_poses
 from compgen.cli.app import app
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM, UM
+from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
 from compgen.identification.parameters import symbolic_sources
-from compgen.identification.robot_file import robot_text
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.robot_file import load_cell

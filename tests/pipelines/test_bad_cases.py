@@ -17,7 +17,7 @@ from shipped import ROOT, path_file, quiet
 from compgen.compensation import interior_point, optimise
 from compgen.compensation.optimise import Status
 from compgen.core.exceptions import InputError
-from compgen.pipelines import findings
+from compgen.pipelines import job_findings
 from compgen.pipelines.generate import generate, predict
 from compgen.pipelines.path_file import load_job
 from compgen.robot.inverse_kinematics import flange_from_tool, solve_flange
@@ -114,7 +114,7 @@ def test_places_that_the_text_rounds_to_one_are_driven():
 def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
     none = np.zeros((3, 6))
     stuck = optimise.Solution(none, none, np.eye(3, 6, 1) * [[1e-9], [3e-9], [2e-9]], Status.FAILED, 20, 1e-9, ())
-    told = findings.failed(stuck)
+    told = job_findings.failed(stuck)
     assert told.startswith("waypoint 2: ")
     assert "raise process.chord_um" in told
 

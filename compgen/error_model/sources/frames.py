@@ -12,16 +12,7 @@ from typing import Any, ClassVar
 from compgen.core.units import MDEG, UM
 from compgen.error_model.expressions import column, rotation_expr
 from compgen.error_model.schema import FrameTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain, is_zero
 
 

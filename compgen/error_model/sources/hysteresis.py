@@ -19,7 +19,7 @@ from compgen.core.units import MDEG
 from compgen.error_model.expressions import entries
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import HysteresisTable
-from compgen.error_model.source import (  # fmt: skip
+from compgen.error_model.source import (
     ArmFacts,
     Entry,
     Fact,

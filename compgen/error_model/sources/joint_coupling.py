@@ -15,16 +15,7 @@ import casadi as ca
 from compgen.core.arrays import Array, own
 from compgen.error_model.expressions import plus
 from compgen.error_model.schema import JointCouplingTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain, is_zero
 
 

@@ -15,16 +15,7 @@ import casadi as ca
 from compgen.core.arrays import IntArray, own
 from compgen.core.units import MDEG
 from compgen.error_model.schema import JointRippleTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain, is_zero
 
 #: what identification begins with: orders above the gears' first two

@@ -9,16 +9,7 @@ from typing import Any, ClassVar
 from compgen.core.units import MDEG
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.schema import JointZerosTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain
 
 

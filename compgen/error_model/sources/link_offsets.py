@@ -17,16 +17,7 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.units import MDEG, UM
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.schema import LinkOffsetsTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain
 
 PARALLEL = 1e-3  # rad: twists nearer to 0 or 180 deg than this make their axes parallel

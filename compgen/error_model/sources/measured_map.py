@@ -25,7 +25,7 @@ from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM, UM
 from compgen.error_model.schema import MapTable
-from compgen.error_model.source import (  # fmt: skip
+from compgen.error_model.source import (
     ArmFacts,
     Entry,
     Fact,

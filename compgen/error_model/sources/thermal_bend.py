@@ -23,16 +23,7 @@ from compgen.core.toml import suggest
 from compgen.core.units import MM
 from compgen.error_model.expressions import cross, entries, rotation_expr
 from compgen.error_model.schema import ThermalBendTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain, frames_at_zero, is_zero
 from compgen.robot.robot import Robot
 

@@ -14,16 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.error_model.expressions import entries, weighted_sum
 from compgen.error_model.schema import ThermalGrowthTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.dh_lengths import DH_LENGTHS, LengthName
 from compgen.robot.kinematics import Chain, is_zero
 

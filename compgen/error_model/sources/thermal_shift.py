@@ -17,16 +17,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.error_model.expressions import entries
 from compgen.error_model.schema import ThermalShiftTable
-from compgen.error_model.source import (  # fmt: skip
-    ArmFacts,
-    Entry,
-    Fact,
-    Fitting,
-    Parameter,
-    State,
-    Visibility,
-    freeze_parameters,
-)
+from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain, is_zero
 
 FLANGE_AXIS = np.array([0.0, 0.0, 1.0])

@@ -16,7 +16,7 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray, own
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import (
+from compgen.fanuc.vocabulary import (
     ARC_LETTERS,
     BRACKETS,
     END,

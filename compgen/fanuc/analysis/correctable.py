@@ -8,11 +8,11 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import NONE, Poses
-from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
 from compgen.fanuc.analysis.traversal import Traversal
+from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
+from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
 from compgen.robot.robot import Robot
 
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point

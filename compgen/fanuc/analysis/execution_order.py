@@ -16,7 +16,7 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import (
+from compgen.fanuc.vocabulary import (
     ABORT,
     CALL,
     CONSTANT_FOR,

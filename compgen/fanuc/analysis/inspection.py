@@ -13,14 +13,14 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import NONE, Poses, read_poses
-from compgen.fanuc.analysis.safety import Unsafe, unsafe_statements
 from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, position_rows, read_traversal
+from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.analysis.watermark import mark_of
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import RATES, TIMES
+from compgen.fanuc.vocabulary import RATES, TIMES
 from compgen.robot.robot import Robot
 
 _HALF = 32  # bits: two numbers in one

@@ -14,14 +14,7 @@ from compgen.core.arrays import BoolArray, IntArray
 from compgen.fanuc.analysis.control_flow import Flow
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import (
-    ASSIGNED_NUMBER,
-    CALL,
-    MODAL_STATEMENTS,
-    REGISTER,
-    REGISTER_WRITTEN,
-    ModalStatement,
-)
+from compgen.fanuc.vocabulary import ASSIGNED_NUMBER, CALL, MODAL_STATEMENTS, REGISTER, REGISTER_WRITTEN, ModalStatement
 
 
 @dataclass(frozen=True, slots=True)

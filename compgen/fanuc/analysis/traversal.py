@@ -18,7 +18,7 @@ from compgen.fanuc.analysis.execution_order import station_origins
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
+from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
 from compgen.robot.robot import Robot
 
 RAMP = 0.8  # share of the joints' acceleration and jerk that a ramp uses

@@ -8,15 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import IntArray
-from compgen.core.decimals import (
-    WHOLE,
-    Column,
-    consecutive,
-    digit_counts,
-    fixed_columns,
-    join_columns,
-    text_column,
-)
+from compgen.core.decimals import WHOLE, Column, consecutive, digit_counts, fixed_columns, join_columns, text_column
 
 BLOCK = 4096  # rows at a time: they stay in cache
 PAD = 4  # characters of a line number, at least

@@ -15,7 +15,7 @@ from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import LsProgram, edited
-from compgen.fanuc.statements import ACCELERATION, SPEED_OF_WHOLE_MOTION, TIMED_BEFORE_END
+from compgen.fanuc.vocabulary import ACCELERATION, SPEED_OF_WHOLE_MOTION, TIMED_BEFORE_END
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot

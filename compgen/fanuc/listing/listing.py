@@ -16,7 +16,7 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.lines import end_of_line, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.positions import Positions, read_positions
-from compgen.fanuc.statements import REMARKS
+from compgen.fanuc.vocabulary import REMARKS
 
 _BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
 _TRANSLATED = re.compile(

@@ -8,15 +8,7 @@ from dataclasses import dataclass, field
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.position_parser import NO_NUMBER, Span
-from compgen.fanuc.statements import (
-    LINE_NUMBER,
-    MOTION,
-    NUMBER_AND_NAME,
-    SPEED,
-    SPEED_NUMBER,
-    TARGET,
-    TERMINATION,
-)
+from compgen.fanuc.vocabulary import LINE_NUMBER, MOTION, NUMBER_AND_NAME, SPEED, SPEED_NUMBER, TARGET, TERMINATION
 
 LARGEST_NUMBER = 999_999_999  # of all numbers of positions
 

@@ -20,7 +20,7 @@ from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.listing.templates import find_places
 from compgen.fanuc.program import Program
-from compgen.fanuc.statements import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE, TARGET_MODIFIER
+from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE, TARGET_MODIFIER
 
 T = TypeVar("T")
 

@@ -15,7 +15,7 @@ from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
 from compgen.fanuc.paging.capacity import Capacity, ProgramSize, UnitSizes, unit_sizes
 from compgen.fanuc.paging.names import page_names
-from compgen.fanuc.statements import CALL, LOCAL_REGISTER, TARGET_MODIFIER
+from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER, TARGET_MODIFIER
 
 RangeT = TypeVar("RangeT")
 

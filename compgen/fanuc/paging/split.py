@@ -22,7 +22,7 @@ from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM
 from compgen.fanuc.paging.capacity import USUAL_MOTION, Capacity, ProgramSize
 from compgen.fanuc.paging.plan import PageRange, page_positions, plan_pages
-from compgen.fanuc.statements import SPEED_NEEDS_LENGTH
+from compgen.fanuc.vocabulary import SPEED_NEEDS_LENGTH
 
 #: Remarks at a page's head, from its number (from 0), the count of pages, and how many motions come before it.
 Heading = Callable[[int, int, int], Sequence[str]]

@@ -23,7 +23,7 @@ from compgen.fanuc.editing.numbers import number_edits
 from compgen.fanuc.editing.remark import insert_remark
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
-from compgen.pipelines.correct.findings import correction_findings
+from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.proof import pose_errors, ride_program
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models

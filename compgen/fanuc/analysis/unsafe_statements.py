@@ -12,7 +12,7 @@ from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.statements import UNSAFE_HEADERS, unsafe_options, unsafe_words
+from compgen.fanuc.vocabulary import UNSAFE_HEADERS, unsafe_options, unsafe_words
 
 
 @dataclass(frozen=True, slots=True)

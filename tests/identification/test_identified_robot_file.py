@@ -12,8 +12,8 @@ from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.uncertainty import UncertainSource, prior_of
-from compgen.identification import robot_file
-from compgen.identification.robot_file import robot_text
+from compgen.identification import identified_robot_file
+from compgen.identification.identified_robot_file import robot_text
 from compgen.pipelines.robot_file import arm_of, load_arm
 
 RECORD = {
@@ -161,6 +161,6 @@ def test_new_tables_come_after_the_last_line(arm):
 def test_a_text_that_does_not_say_what_it_shall_is_refused_in_one_line():
     for text in ("[sources]\nbox = 1\n", "[sources.box]\n[sources.box]\n", ""):
         with pytest.raises(InputError, match=r"cannot be updated.*; give each source a table") as caught:
-            robot_file._check(text, {"sources": {"box": {"low_deg": 1}}})
+            identified_robot_file._check(text, {"sources": {"box": {"low_deg": 1}}})
         assert "\n" not in str(caught.value)
-    robot_file._check("sources.box.low_deg = 1", {"sources": {"box": {"low_deg": 1}}})
+    identified_robot_file._check("sources.box.low_deg = 1", {"sources": {"box": {"low_deg": 1}}})

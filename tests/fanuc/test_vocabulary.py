@@ -2,7 +2,7 @@
 
 import pytest
 
-from compgen.fanuc.statements import (
+from compgen.fanuc.vocabulary import (
     CALL,
     MODAL_STATEMENTS,
     MOTION_OPTIONS,
