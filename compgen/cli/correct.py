@@ -8,6 +8,7 @@ import typer
 
 from compgen.cli.messages import print_error
 from compgen.cli.options import DEFAULT_ROBOT, FramesFile, Overrides, ProgramFile, Quiet, Robot, output_folder
+from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.program_file import PROVENANCE
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
@@ -70,6 +71,7 @@ def correct(
     if restore:
         _restore(source, content, folder, quiet)
         return
+    check_correction_folder(folder, content, source.name, source.stem + PROVENANCE)
     if not again:
         _refuse_corrected(source, content)
     options = pipeline.Options(
@@ -96,7 +98,9 @@ def correct(
         if correction.inside or force:
             files[provenance] = provenance_json(correction)
             files[source.name] = correction.text
-        publish(folder, files, {"report.json", "positions.csv", "report.html", provenance, source.name})
+        programs = {name: files[name] for name in (provenance, source.name) if name in files}
+        reports = {name: files[name] for name in ("positions.csv", "report.html", "report.json")}
+        publish(folder, programs, reports, {*reports, provenance, source.name})
     if as_json:
         sys.stdout.write(files["report.json"].decode())
     elif not quiet:
@@ -118,7 +122,9 @@ def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
         raise InputError(
             f"{source}: {provenance.name} is not beside it; put it back, it holds the planned program"
         ) from None
-    publish(folder, {source.name: restore_planned(record, content, str(provenance))}, {source.name})
+    planned = restore_planned(record, content, str(provenance))
+    check_restored(folder, source.name, planned)
+    publish(folder, {source.name: planned}, {}, {source.name})
     if not quiet:
         sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")
 

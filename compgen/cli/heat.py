@@ -22,7 +22,7 @@ def heat(
     job = load_job(path, robot, overrides or ())
     day = timeline(job)
     files = {"heat.csv": heat_csv(job, day), "runs.csv": runs_csv(job, day), "heat.html": heat_html(job, day)}
-    publish(folder, files, set(files))
+    publish(folder, {}, files, set(files))
     if not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in heat_sentences(job, day)))
         sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from compgen.cli.publish import write_file
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
@@ -74,9 +73,9 @@ def identified_robot_text(arm: Arm, identified: Identification, files: Sequence[
     return text
 
 
-def write_robot_file(target: Path, text: str) -> None:
-    """Write a robot file, and beside it the schema that its first line names, where there is none."""
-    write_file(target, text.encode())
+def robot_files_of(target: Path, text: str) -> dict[str, bytes]:
+    """A robot file, and the schema that its first line names where there is none beside it, by their names."""
     schema = target.parent / Path(SCHEMA_FILES["robot"]).name
     if text.startswith(f"#:schema ./{schema.name}\n") and not schema.exists():
-        write_file(schema, schema_text(robot_schema()).encode())
+        return {schema.name: schema_text(robot_schema()).encode(), target.name: text.encode()}
+    return {target.name: text.encode()}

@@ -10,7 +10,8 @@ import typer
 
 from compgen.cli.messages import print_error
 from compgen.cli.options import Quiet
-from compgen.cli.publish import check_writable, write_file
+from compgen.cli.ownership import check_identified
+from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 
@@ -35,7 +36,7 @@ def identify(
     quiet: Quiet = False,
 ) -> None:
     """Fit the error sources of a robot to measurements, and judge the fit."""
-    from compgen.cli.identification_files import identified_robot_text, read_measurements, write_robot_file
+    from compgen.cli.identification_files import identified_robot_text, read_measurements, robot_files_of
     from compgen.cli.identification_table import show_identification
     from compgen.cli.progress_bar import show_progress
     from compgen.identification import identify as identification
@@ -50,6 +51,8 @@ def identify(
     if target.suffix != ".toml" or target.is_dir():
         raise InputError(f"-o {target}: not the name of a robot file; give one that ends in .toml")
     check_writable(target.absolute().parent)
+    check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json")])
+    check_identified(target)
     measurements = read_measurements(arm, poses or [], lines or [], warm_up or [], temperatures, force)
     with show_progress(quiet or as_json) as progress:
         identified = identification.identify(
@@ -57,17 +60,18 @@ def identify(
         )
     identified = replace(identified, findings=(*identified.findings, *arm.unlikely))
     files = [*(poses or []), *(lines or []), *(warm_up or []), *([temperatures] if temperatures else [])]
-    page, report = target.with_suffix(".html"), target.with_suffix(".json")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    write_file(page, identification_html(identified))
-    write_file(report, identification_json(identified))
-    if not identified.refused or force:
-        write_robot_file(target, identified_robot_text(arm, identified, files))
+    is_written = not identified.refused or force
+    # a robot file that stands stays with its own reports
+    stem = target.stem if is_written or not target.exists() else f"{target.stem}_refused"
+    page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
+    reports = {page.name: identification_html(identified), report.name: identification_json(identified)}
+    robot_files = robot_files_of(target, identified_robot_text(arm, identified, files)) if is_written else {}
+    publish(target.parent, robot_files, reports, {*robot_files, *reports})
     if as_json:
         sys.stdout.write(identification_json(identified).decode())
     elif not quiet:
         show_identification(identified)
-        robot_file = "" if identified.refused and not force else f", {target}"
+        robot_file = f", {target}" if is_written else ""
         sys.stdout.write(f"wrote {page}, {report}{robot_file}\n")
     if identified.refused:
         reason = next(f.message for f in identified.findings if f.level is Level.REFUSED)

@@ -1,10 +1,11 @@
 """The files that a job leaves: reports, programs, and what CI reads."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from compgen.cli.ownership import check_job_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.findings import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
@@ -17,21 +18,29 @@ from compgen.report import job_html, job_json, waypoints_blocks
 def report_files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
     """Name to content of the reports, whole or in parts."""
     return {
-        "report.json": job_json(planned, corrected),
         "waypoints.csv": waypoints_blocks(planned, corrected),
         "report.html": job_html(planned, corrected),
+        "report.json": job_json(planned, corrected),
     }
 
 
-def publish_job(folder: Path, files: dict[str, bytes | Iterable[bytes]], job: Job, progress: Progress) -> None:
+def check_folder(folder: Path, command: str, job: Job) -> None:
+    """Raises InputError when a job's files would replace what another command, or a run of another job, has written."""
+    check_job_folder(folder, command, job.name, f"{program_name_of(job)}.LS")
+
+
+def publish_job(
+    folder: Path, programs: Mapping[str, bytes], reports: Mapping[str, bytes | Iterable[bytes]], job: Job,
+    progress: Progress,
+) -> None:  # fmt: skip
     """Put a job's files into its folder; an earlier run's program and pages go where this run writes none."""
     program = program_name_of(job)
-    own_names = {"report.json", "waypoints.csv", "report.html", f"{program}.LS", *files}
     contents = {
-        name: _with_progress(content, progress, 0.6 + 0.4 * k / len(files))
-        for k, (name, content) in enumerate(files.items())
+        name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))
+        for k, (name, content) in enumerate(reports.items())
     }
-    publish(folder, contents, own_names | files_of_earlier_run(folder / f"{program}{MANIFEST_SUFFIX}"))
+    own_names = {f"{program}.LS", *programs, *reports}
+    publish(folder, programs, contents, own_names | files_of_earlier_run(folder / f"{program}{MANIFEST_SUFFIX}"))
 
 
 def _with_progress(content: bytes | Iterable[bytes], progress: Progress, share: float) -> Iterable[bytes]:

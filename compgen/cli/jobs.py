@@ -39,7 +39,7 @@ def generate(
     workers: Workers = None,
 ) -> None:
     """Write the corrected program and its proof."""
-    from compgen.cli.job_files import publish_job, report_files
+    from compgen.cli.job_files import check_folder, publish_job, report_files
     from compgen.cli.job_table import show_job
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import GENERATE, show_progress
@@ -50,14 +50,14 @@ def generate(
     folder = output_folder(path, output)
     with show_progress(quiet, GENERATE) as progress:
         job = load_job(path, robot, overrides or ())
+        check_folder(folder, "generate", job)
         planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
         progress("report", 0.0)
-        files = report_files(planned, corrected)
-        if corrected.inside or force:
-            files |= dict(corrected.delivery.files)
-        publish_job(folder, files, job, progress)
+        reports = report_files(planned, corrected)
+        programs = dict(corrected.delivery.files) if corrected.inside or force else {}
+        publish_job(folder, programs, reports, job, progress)
     if not quiet:
-        show_job(planned, corrected, folder, files)
+        show_job(planned, corrected, folder, [*programs, *reports])
     if not corrected.inside:
         program = f"{corrected.program.name}.LS"
         ending = "written all the same (--force)" if force else f"{program} not written; --force writes it"
@@ -68,13 +68,15 @@ def generate(
 def predict(
     path: PathFile,
     robot: JobRobot = None,
-    output: OutputFolder = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_predict.")
+    ] = None,
     overrides: Overrides = None,
     quiet: Quiet = False,
     workers: Workers = None,
 ) -> None:
     """Predict the error of the planned program, without correcting it."""
-    from compgen.cli.job_files import publish_job, report_files
+    from compgen.cli.job_files import check_folder, publish_job, report_files
     from compgen.cli.job_table import show_job
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import PREDICT, show_progress
@@ -82,15 +84,16 @@ def predict(
     from compgen.pipelines.path_file import load_job
 
     use_machine(workers)
-    folder = output_folder(path, output)
+    folder = output_folder(path, output, "_predict")
     with show_progress(quiet, PREDICT) as progress:
         job = load_job(path, robot, overrides or ())
+        check_folder(folder, "predict", job)
         planned = pipeline.predict(job, progress)
         progress("report", 0.0)
-        files = report_files(planned, None)
-        publish_job(folder, files, job, progress)
+        reports = report_files(planned, None)
+        publish_job(folder, {}, reports, job, progress)
     if not quiet:
-        show_job(planned, None, folder, files)
+        show_job(planned, None, folder, reports)
 
 
 def check(

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.options import DEFAULT_ROBOT, Overrides, ProgramFile, Quiet, Robot, output_folder
+from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.exceptions import InputError
 
@@ -51,6 +52,8 @@ def pages(
     check_manifest(manifest, files)
     if (main := folder / f"{paged.name}.LS").exists() and main.samefile(program):
         raise InputError(f"{program}: the main program would replace it; give another folder with -o")
-    publish(folder, files, {*files} | files_of_earlier_run(folder / manifest_name))
+    own_names = files_of_earlier_run(folder / manifest_name)
+    check_pages_folder(folder, {*files}, own_names)
+    publish(folder, files, {}, {*files} | own_names)
     if not quiet:
         sys.stdout.write(pages_text(whole, paged, folder))

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.options import DEFAULT_DATE, Date, Quiet, checked_date, output_folder
+from compgen.cli.ownership import check_planned_poses
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 
@@ -50,6 +51,7 @@ def plan_poses(
 
     arm = load_arm(robot)
     folder = output_folder(f"{arm.robot.name}_poses", output)
+    check_planned_poses(folder, "poses.csv")
     reach = float(np.abs(arm.robot.a).sum() + np.abs(arm.robot.d).sum()) / MM
     box_mm = _numbers("--box", box, 6) if box is not None else [-reach] * 3 + [reach] * 3
     low, high = np.array(box_mm[:3]), np.array(box_mm[3:])
@@ -80,7 +82,7 @@ def plan_poses(
         "expected.csv": expected_csv(model.parameters, plan),
         f"{name}.LS": measuring_program(name, "poses to measure", checked_date(date), pendant, wait),
     }
-    publish(folder, files, set(files))
+    publish(folder, {}, files, set(files))
     if not quiet:
         show_pose_plan(model.parameters, plan, folder, sorted(files))
 

@@ -2,16 +2,15 @@
 
 A run's files are written into a hidden folder first. When the target is new, or holds only an earlier run's files,
 the hidden folder takes its place in one step of the file system. A target that holds anything else is never moved: the
-files are renamed into it one by one, the program last and after its predecessor has gone, so that a program never
-stands beside a report that does not prove it. What is not ours is never copied, moved or deleted. Used by the command
-line only.
+earlier reports go, the program takes the place of its predecessor in one step, and the new reports follow, so that a
+program is never lost and never stands beside a report that does not prove it. What is not ours is never copied, moved
+or deleted. Used by the command line only.
 """
 
 import ctypes
 import errno
 import json
 import os
-import secrets
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -51,13 +50,20 @@ def _exists(path: Path) -> bool:
     return True
 
 
-def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], own_names: set[str]) -> None:
+def publish(
+    folder: Path,
+    programs: Mapping[str, bytes | Iterable[bytes]],
+    reports: Mapping[str, bytes | Iterable[bytes]],
+    own_names: set[str],
+) -> None:
     """Put files into a folder.
 
     Args:
         folder: Made when absent.
-        files: Name to content, whole or in parts; the last one appears last.
-        own_names: Names that belong to this run; those not in ``files`` vanish, everything else in the folder stays.
+        programs: Name to content, whole or in parts, of what the run is for: programs, a robot file. The last of
+            several is the one that needs the others.
+        reports: Name to content of what describes them.
+        own_names: Names that belong to this run; those not in the files vanish, everything else in the folder stays.
 
     Raises:
         InputError: The folder cannot be written; nothing has changed.
@@ -71,16 +77,14 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], own_name
         if new:
             missing = [p for p in target.parents if not p.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
-        blocked = next((name for name in sorted(own_names) if (target / name).is_dir()), None)
-        if blocked:
-            raise _refusal(folder, f"{target / blocked} is a folder")
+        check_names(folder, own_names)
         _remove_leftovers(target.parent, f".{target.name}{_MARK}")
         _remove_leftovers(target, _MARK)
         beside = new or _replaceable(target, own_names)
         parent, prefix = (target.parent, f".{target.name}{_MARK}") if beside else (target, _MARK)
-        stage = parent / f"{prefix}{os.getpid()}-{secrets.token_hex(4)}"  # named before it is made: always removed
+        stage = parent / interrupts.temporary_name(prefix)  # named before it is made: always removed
         stage.mkdir(0o700)
-        for name, content in files.items():
+        for name, content in {**reports, **programs}.items():
             with (stage / name).open("wb") as file:
                 file.writelines([content] if isinstance(content, bytes) else content)
                 file.flush()
@@ -92,9 +96,9 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], own_name
         elif beside:
             stage.chmod(target.stat().st_mode & 0o7777)
             if not _exchange(stage, target):
-                _replace_files(stage, target, list(files), own_names)
+                _replace_files(stage, target, list(programs), list(reports), own_names)
         else:
-            _replace_files(stage, target, list(files), own_names)
+            _replace_files(stage, target, list(programs), list(reports), own_names)
     except OSError as failure:
         raise _refusal(folder, failure.strerror or str(failure)) from failure
     finally:
@@ -105,12 +109,22 @@ def publish(folder: Path, files: Mapping[str, bytes | Iterable[bytes]], own_name
                 parent.rmdir()
 
 
+def check_names(folder: Path, names: Iterable[str]) -> None:
+    """Raises InputError when a folder stands where a file shall be written."""
+    blocked = next((name for name in sorted(names) if (folder / name).is_dir()), None)
+    if blocked:
+        raise _refusal(folder, f"{folder / blocked} is a folder")
+
+
 def write_file(path: Path, content: bytes) -> None:
-    """One file, whole or not at all."""
+    """One file, whole or not at all; a link of that name is replaced, and what it leads to stays."""
     interrupts.raise_on_signal()
-    part = path.with_name(f".{path.name}.part")
+    prefix = f".{path.name}{_MARK}"
+    part = path.with_name(interrupts.temporary_name(prefix))
     try:
-        part.write_bytes(content)
+        _remove_leftovers(path.parent, prefix)
+        with part.open("xb") as file:  # a new file: no link is followed
+            file.write(content)
         part.replace(path)
     except OSError as failure:
         raise InputError(f"{path}: cannot be written: {failure.strerror}; give another file") from failure
@@ -147,11 +161,14 @@ def _rename_to_new(stage: Path, target: Path) -> None:
         raise
 
 
-def _replace_files(stage: Path, target: Path, names: list[str], own_names: set[str]) -> None:
-    """Rename the files in, the last one last; what they replace or leave out goes first."""
-    for name in [names[-1], *(n for n in sorted(own_names) if n not in names)]:
+def _replace_files(stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str]) -> None:
+    """Rename the files in: old reports go, programs take the place of the old ones, new reports follow."""
+    gone = sorted(own_names - {*programs} | {*reports})
+    if programs and any(name.endswith(".LS") for name in [*programs[:-1], *gone]):
+        (target / programs[-1]).unlink(missing_ok=True)  # a main program never stands beside others' pages
+    for name in gone:
         (target / name).unlink(missing_ok=True)
-    for name in names:
+    for name in [*programs, *reports]:
         (stage / name).replace(target / name)
 
 
@@ -164,21 +181,22 @@ def _replaceable(target: Path, own_names: set[str]) -> bool:
 
 
 def _remove_leftovers(parent: Path, prefix: str) -> None:
-    """Remove hidden folders of runs that were killed: their names tell a process that is gone."""
+    """Remove hidden files and folders of runs on this machine that were killed."""
     if not parent.is_dir():
         return
     for stage in parent.iterdir():
-        if stage.name.startswith(prefix):
-            process = stage.name.removeprefix(prefix).split("-")[0]
-            if process.isdigit() and (int(process) == os.getpid() or not interrupts.process_exists(int(process))):
-                _remove(stage)
+        if interrupts.is_abandoned(stage.name, prefix):
+            _remove(stage)
 
 
 def _remove(stage: Path) -> None:
-    """Delete a hidden folder and the files in it; a folder inside is not ours and keeps it."""
+    """Delete a hidden file, or folder with the files in it; a folder inside is not ours and keeps it."""
     try:
+        if stage.is_symlink() or not stage.is_dir():
+            stage.unlink(missing_ok=True)
+            return
         for entry in stage.iterdir():
-            if not entry.is_dir():
+            if entry.is_symlink() or not entry.is_dir():
                 entry.unlink()
         stage.rmdir()
     except OSError:

@@ -11,6 +11,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from compgen.cli.publish import write_file
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 
@@ -28,30 +29,42 @@ def content(identity: str, rows: list[dict[str, Any]]) -> bytes:
     return "".join(json.dumps(line) + "\n" for line in lines).encode()
 
 
+def identity_in(folder: Path) -> str | None:
+    """The study whose scenarios a folder holds; empty where that cannot be told, None where there are none."""
+    lines = _lines(folder)
+    if lines is None:
+        return None
+    try:
+        return str(json.loads(lines[0])["compgen study"])
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return ""
+
+
+def _lines(folder: Path) -> list[bytes] | None:
+    """The journal's lines, and what follows the last of them; None where there is no journal."""
+    try:
+        return read_regular(folder / NAME).split(b"\n")
+    except FileNotFoundError:
+        return None
+    except OSError as failure:
+        raise InputError(f"{folder / NAME}: cannot be read: {failure.strerror}; remove it") from None
+
+
 def read_finished(folder: Path, identity: str) -> list[dict[str, Any]]:
     """Rows of an earlier run of the same study; none when it was another.
 
     Raises:
         InputError: A whole line is not a row that a study writes, or the file is not a regular one.
     """
-    try:
-        lines = read_regular(folder / NAME).split(b"\n")
-    except FileNotFoundError:
-        return []
-    except OSError as failure:
-        raise InputError(f"{folder / NAME}: cannot be read: {failure.strerror}; remove it") from None
+    lines = _lines(folder) if identity_in(folder) == identity else None
     rows: dict[int, dict[str, Any]] = {}
-    for n, line in enumerate(lines[:-1]):  # what follows the last newline was cut off
+    for n, line in enumerate((lines or [])[1:-1], 2):  # what follows the last newline was cut off
         try:
             entry = json.loads(line)
         except (ValueError, RecursionError):
             continue
-        if n == 0 and entry != header(identity):
-            return []
-        if n == 0:
-            continue
         if not _is_row(entry):
-            raise InputError(f"{folder / NAME}: line {n + 1}: not a row of this study; remove the line, or say --fresh")
+            raise InputError(f"{folder / NAME}: line {n}: not a row of this study; remove the line, or say --fresh")
         rows[entry["index"]] = entry
     return list(rows.values())
 
@@ -72,19 +85,18 @@ class Journal:
 
     def __init__(self, folder: Path, identity: str, rows: list[dict[str, Any]]) -> None:
         """Begin with the rows that are finished already; the old file is replaced in one step."""
-        part = folder / f".{NAME}.part"
         missing = [p for p in (folder, *folder.parents) if not p.exists()]
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            part.write_bytes(content(identity, rows))
-            part.replace(folder / NAME)
             self._path = folder / NAME
-            self._file = os.open(folder / NAME, os.O_WRONLY | os.O_APPEND)
-        except OSError as failure:
+            write_file(self._path, content(identity, rows))
+            self._file = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_NOFOLLOW)
+        except (OSError, InputError) as failure:
             with suppress(OSError):
-                part.unlink(missing_ok=True)
                 for parent in missing:
                     parent.rmdir()
+            if isinstance(failure, InputError):
+                raise
             raise InputError(f"output folder {folder}: cannot be written: {failure.strerror}; give another") from None
 
     def add(self, rows: list[dict[str, Any]]) -> None:

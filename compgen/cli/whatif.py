@@ -10,9 +10,8 @@ from compgen.cli import study_journal
 from compgen.cli.messages import print_error
 from compgen.cli.options import JobRobot, OutputFolder, Overrides, PathFile, Quiet, output_folder
 from compgen.cli.publish import publish
+from compgen.cli.study_folder import QUESTIONS, own_files, study_folder
 from compgen.core.exceptions import InputError
-
-QUESTIONS = ("warmup", "validity", "contributions", "steady", "passes")
 
 
 def whatif(
@@ -45,28 +44,29 @@ def whatif(
     from compgen.report.study_page import study_html
     from compgen.report.study_tables import answer_csv, headline, study_csv, study_json
 
-    folder = output_folder(path, output, "_whatif")
     _check(questions or [], within_um, bool(vary or scenario_list))
     study = build(path, robot, overrides or (), vary or (), scenario_list, correct) if vary or scenario_list else None
+    folder = output_folder(path, output, "_whatif")
+    if not fresh:
+        folder = study_folder(folder, study.identity if study else None, set(questions or []), output is not None)
     answers = answer_questions(path, robot, overrides or [], questions or [], within_um * UM, pass_paths or [], feeds)
     rows = run_scenarios(study, folder, workers, cluster, fresh, quiet) if study else []
+    journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
     files = {f"{answer.key}.csv": answer_csv(answer) for answer in answers}
     sentences = [answer.sentence for answer in answers]
     if study:
         sentences.insert(0, headline(study, rows))
         files |= {
-            study_journal.NAME: study_journal.content(study.identity, rows),
             "whatif.csv": study_csv(study, rows),
             "whatif.json": study_json(study, rows, sentences),
         }
     files["whatif.html"] = study_html(f"What if: {Path(path).stem}", study, rows, answers)
-    own_names = {study_journal.NAME, "whatif.csv", "whatif.json", "whatif.html", *(f"{q}.csv" for q in QUESTIONS)}
-    publish(folder, files, own_names)
+    publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in sentences))
         for row in [row for row in rows if row["state"] == "failed"][:10]:
             sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")
-        sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")
+        sys.stdout.write(f"wrote {', '.join(sorted([*journal, *files]))} to {folder}\n")
     if rows and all(row["state"] == "failed" for row in rows):
         raise typer.Exit(print_error(f"every scenario failed: {rows[0]['reason']}", 1))
 

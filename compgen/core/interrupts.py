@@ -6,6 +6,8 @@ being put in place, and signals are ignored.
 """
 
 import os
+import platform
+import secrets
 import shutil
 import signal
 from collections.abc import Iterator
@@ -20,6 +22,7 @@ _end_at_once = False
 _received = 0  # number of the signal that came, 0 for none
 _outcome = "nothing was written"
 _temporary_folders: set[Path] = set()
+_temporary_names: set[str] = set()
 
 
 class Interrupted(BaseException):
@@ -108,6 +111,22 @@ def remove_temporary_folders() -> None:
     """Remove the folders of threads that are abandoned in the middle of their work."""
     for folder in list(_temporary_folders):
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def temporary_name(prefix: str) -> str:
+    """A name that nobody can foresee, for what this process writes before it gives it its own name."""
+    name = f"{prefix}{platform.node()}-{os.getpid()}-{secrets.token_hex(8)}"
+    _temporary_names.add(name)
+    return name
+
+
+def is_abandoned(name: str, prefix: str) -> bool:
+    """Whether a temporary name was given by a process of this machine that is gone; those of others cannot be known."""
+    machine, *numbers = name.removeprefix(prefix).rsplit("-", 2)
+    if not name.startswith(prefix) or machine != platform.node() or len(numbers) != 2 or not numbers[0].isdigit():
+        return False
+    process = int(numbers[0])
+    return name not in _temporary_names if process == os.getpid() else not process_exists(process)
 
 
 def process_exists(process: int) -> bool:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -45,6 +46,39 @@ def correct(folder, *more, name="PART.LS"):
 
 def untouched(folder):
     return [p.name for p in (folder / "out").iterdir()] == ["notes.txt"]
+
+
+def content(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+def test_another_programs_correction_is_not_replaced(folder):
+    assert correct(folder, "-q").returncode == 0
+    before = content(folder / "out")
+    (folder / "OTHER.LS").write_bytes(part().replace(b"PART", b"OTHER"))
+    refused(correct(folder, "-q", name="OTHER.LS"), 2, "correct wrote about PART", "-o")
+    refused(run("pages", folder / "PART.LS", "-q", "-o", folder / "out", "--set", "controller.max_lines=6"), 2, "-o")
+    assert content(folder / "out") == before
+    assert correct(folder, "-q", "--before", "moving 200mm/s 1h").returncode == 0  # its own
+    assert set(content(folder / "out")) == set(before)
+    assert content(folder / "out")["PART.LS"] != before["PART.LS"]
+
+
+def test_a_program_of_the_same_name_that_is_not_its_own_stays(folder):
+    (folder / "out" / "PART.LS").write_text("of another robot")
+    refused(correct(folder, "-q"), 2, "PART.LS", "not what cgen correct wrote", "-o")
+    refused(correct(folder, "-q", "--max-um", "0.1"), 2, "PART.LS", "not what cgen correct wrote", "-o")
+    assert set(content(folder / "out")) == {"PART.LS", "notes.txt"}
+
+
+def test_restoring_replaces_no_other_program(folder):
+    assert correct(folder, "-q").returncode == 0
+    (folder / "back").mkdir()
+    (folder / "back" / "PART.LS").write_text("another")
+    back = ("correct", folder / "out" / "PART.LS", "--restore", "-q", "-o", folder / "back")
+    refused(run(*back), 2, "another PART.LS", "-o")
+    (folder / "back" / "PART.LS").write_bytes(part())
+    assert run(*back).returncode == 0
 
 
 def robot_file(folder, *changes):
@@ -159,10 +193,11 @@ def test_inspect_says_that_a_program_is_marked_and_what_says_so(folder):
     ):
         assert mark(folder / name) == "none"
         assert "corrected by compgen" not in run("inspect", folder / name).stdout
-        assert correct(folder, *BEFORE, "-q", *more, name=name).returncode == 0
-        assert mark(folder / "out" / name) == here
-        assert "corrected by compgen" in run("inspect", folder / "out" / name).stdout
-        shutil.copy(folder / "out" / name, folder / "COPY.LS")
+        out = folder / Path(name).stem
+        assert run("correct", folder / name, *BEFORE, "-q", *more, "-o", out).returncode == 0
+        assert mark(out / name) == here
+        assert "corrected by compgen" in run("inspect", out / name).stdout
+        shutil.copy(out / name, folder / "COPY.LS")
         assert mark(folder / "COPY.LS") == elsewhere
 
 
@@ -292,7 +327,7 @@ def test_outside_its_bound_the_report_is_written_and_the_program_only_by_force(f
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 def test_killed_at_any_moment_nothing_is_half_written(folder):
-    """The result of an earlier run stays whole, or the new one is there whole."""
+    """The program is there at any moment, and no report beside it that is not its own."""
     assert correct(folder, "-q").returncode == 0
     whole = {p.name: p.read_bytes() for p in (folder / "out").iterdir()}
     command = [
@@ -318,10 +353,8 @@ def test_killed_at_any_moment_nothing_is_half_written(folder):
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
         files = {p.name: p.read_bytes() for p in (folder / "out").iterdir() if not p.name.startswith(".")}
-        for name, content in files.items():
-            assert content in (whole[name], new[name])
-        if "PART.LS" in files:
-            assert files == (whole if files["PART.LS"] == whole["PART.LS"] else new)
+        run_of_program = whole if files["PART.LS"] == whole["PART.LS"] else new  # the program is there, old or new
+        assert files.items() <= run_of_program.items()  # and what is beside it belongs to it
 
 
 def test_a_result_never_replaces_the_program_it_was_made_from(folder):

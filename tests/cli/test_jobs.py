@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -34,12 +35,50 @@ def test_quiet_says_nothing(tmp_path):
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
 
 
-def test_predict_writes_no_program_and_takes_an_old_one_away(tmp_path):
-    assert run("generate", "paths/line_y.toml", "-q", "-o", tmp_path).returncode == 0
-    (tmp_path / "notes.txt").write_text("mine")
-    assert run("predict", "paths/line_y.toml", "-q", "-o", tmp_path).returncode == 0
-    assert {p.name for p in tmp_path.iterdir()} == {"report.json", "report.html", "waypoints.csv", "notes.txt"}
-    assert json.loads((tmp_path / "report.json").read_text())["verdict"] == "predicted"
+def test_predict_writes_no_program_and_has_a_folder_of_its_own(tmp_path):
+    for _ in range(2):  # the second time over its own files
+        assert run("predict", ROOT / "paths/line_y.toml", "-q", cwd=tmp_path).returncode == 0
+    out = tmp_path / "outputs" / "line_y_predict"
+    assert {p.name for p in out.iterdir()} == {"report.json", "report.html", "waypoints.csv"}
+    assert json.loads((out / "report.json").read_text())["verdict"] == "predicted"
+
+
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory):
+    """The folder that ``generate`` of line_y wrote."""
+    folder = tmp_path_factory.mktemp("generated") / "out"
+    assert run("generate", "paths/line_y.toml", "-q", "-o", folder).returncode == 0
+    return folder
+
+
+def content(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+def test_no_command_removes_what_another_wrote(tmp_path, generated):
+    out = tmp_path / "out"
+    shutil.copytree(generated, out)
+    before = content(out)
+    words = ("generate wrote about line_y", "-o")
+    refused(run("predict", "paths/line_y.toml", "-q", "-o", out), 2, *words)
+    refused(run("generate", "paths/line_x.toml", "-q", "-o", out), 2, *words)
+    refused(run("correct", out / "LINE_Y.LS", "--again", "-q", "-o", out), 2, "would replace it")
+    (tmp_path / "LINE_Y.LS").write_bytes(before["LINE_Y.LS"])
+    refused(run("correct", tmp_path / "LINE_Y.LS", "--again", "-q", "-o", out), 2, *words)
+    assert content(out) == before
+    (out / "report.json").unlink()
+    refused(run("predict", "paths/line_y.toml", "-q", "-o", out), 2, "LINE_Y.LS", "not what cgen predict wrote")
+    assert run("generate", "paths/line_y.toml", "-q", "-o", out).returncode == 0  # its own, of a run that was killed
+    assert content(out) == before
+
+
+def test_files_of_somebody_else_are_not_replaced(tmp_path):
+    (tmp_path / "LINE_Y.LS").write_text("/PROG LINE_Y\n")
+    refused(run("generate", "paths/line_y.toml", "-q", "-o", tmp_path), 2, "LINE_Y.LS", "not what cgen generate wrote")
+    (tmp_path / "LINE_Y.LS").unlink()
+    (tmp_path / "report.json").write_text('{"errors": 3}')
+    refused(run("generate", "paths/line_y.toml", "-q", "-o", tmp_path), 2, "report.json", "not what cgen generate")
+    assert content(tmp_path) == {"report.json": b'{"errors": 3}'}
 
 
 def test_outside_bounds_writes_the_report_but_no_program(tmp_path):

@@ -1,6 +1,7 @@
 """Whole outputs, and nothing of anybody else's touched."""
 
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -12,8 +13,9 @@ from shipped import ROOT
 from compgen.cli import publish
 from compgen.core.exceptions import InputError
 
-OURS = {"A.LS", "report.json"}
-FILES = {"report.json": b"new report", "A.LS": b"new program"}
+OURS = {"A.LS", "page.html", "report.json"}
+PROGRAMS, REPORTS = {"A.LS": b"new program"}, {"page.html": b"new page", "report.json": b"new report"}
+FILES = {**PROGRAMS, **REPORTS}
 
 
 def content(folder):
@@ -21,13 +23,13 @@ def content(folder):
 
 
 def test_a_new_folder_appears_whole(tmp_path):
-    publish.publish(tmp_path / "deep" / "out", FILES, OURS)
+    publish.publish(tmp_path / "deep" / "out", PROGRAMS, REPORTS, OURS)
     assert content(tmp_path) == {f"deep/out/{n}": c for n, c in FILES.items()}
 
 
 def test_an_earlier_run_is_replaced_as_a_whole(tmp_path):
-    publish.publish(tmp_path / "out", {"report.json": b"old", "A.LS": b"old"}, OURS)
-    publish.publish(tmp_path / "out", {"report.json": b"new"}, OURS)
+    publish.publish(tmp_path / "out", {"A.LS": b"old"}, {"report.json": b"old"}, OURS)
+    publish.publish(tmp_path / "out", {}, {"report.json": b"new"}, OURS)
     assert content(tmp_path) == {"out/report.json": b"new"}
 
 
@@ -38,7 +40,7 @@ def test_foreign_files_and_folders_stay_where_they_are(tmp_path):
     (out / "B.LS").write_text("another program")
     (out / "data").chmod(0o555)
     inode, deep = out.stat().st_ino, (out / "data").stat().st_ino
-    publish.publish(out, FILES, OURS)
+    publish.publish(out, PROGRAMS, REPORTS, OURS)
     assert (out.stat().st_ino, (out / "data").stat().st_ino) == (inode, deep)
     assert content(out) == {**FILES, "B.LS": b"another program", "data/deep/x": b"x"}
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
@@ -48,8 +50,8 @@ def test_foreign_files_and_folders_stay_where_they_are(tmp_path):
 def test_the_folder_one_stands_in_is_not_moved(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     inode = tmp_path.stat().st_ino
-    publish.publish(Path("."), FILES, OURS)
-    publish.publish(Path("."), FILES, OURS)
+    publish.publish(Path("."), PROGRAMS, REPORTS, OURS)
+    publish.publish(Path("."), PROGRAMS, REPORTS, OURS)
     assert tmp_path.stat().st_ino == inode
     assert content(tmp_path) == FILES
 
@@ -57,7 +59,7 @@ def test_the_folder_one_stands_in_is_not_moved(tmp_path, monkeypatch):
 def test_a_folder_named_like_a_file_of_ours_is_refused(tmp_path):
     (tmp_path / "A.LS" / "keep").mkdir(parents=True)
     with pytest.raises(InputError, match="is a folder"):
-        publish.publish(tmp_path, FILES, OURS)
+        publish.publish(tmp_path, PROGRAMS, REPORTS, OURS)
     assert [p.name for p in tmp_path.iterdir()] == ["A.LS"]
 
 
@@ -66,21 +68,62 @@ def test_left_overs_of_killed_runs_are_removed_and_never_brought_back(tmp_path):
     dead.wait()
     out = tmp_path / "o[1]"
     for process in (dead.pid, os.getpid()):
-        stage = tmp_path / f".o[1].compgen-{process}-abc"
+        stage = tmp_path / f".o[1].compgen-{platform.node()}-{process}-abc"
         stage.mkdir()
         (stage / "B.LS").write_text("never published")
-    alive = tmp_path / ".o[1].compgen-1-abc"
+    alive = tmp_path / f".o[1].compgen-{platform.node()}-1-abc"
     alive.mkdir()
-    publish.publish(out, FILES, OURS)
-    publish.publish(out, FILES, OURS)
+    publish.publish(out, PROGRAMS, REPORTS, OURS)
+    publish.publish(out, PROGRAMS, REPORTS, OURS)
     assert content(out) == FILES
     assert {p.name for p in tmp_path.iterdir()} == {"o[1]", alive.name}
 
 
+@pytest.mark.parametrize("machine", ["elsewhere", f"{platform.node()}-2", f"{platform.node()}-7-8", ""])
+def test_left_overs_of_other_machines_stay(tmp_path, machine):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    name = f"{machine}-{dead.pid}-0123456789abcdef" if machine else f"{dead.pid}-01234567"
+    for stage in (tmp_path / f".out.compgen-{name}", tmp_path / "out" / f".compgen-{name}"):
+        stage.mkdir(parents=True)
+        (stage / "A.LS").write_text("of a run that goes on elsewhere")
+    publish.publish(tmp_path / "out", PROGRAMS, REPORTS, OURS)
+    assert len([f for f in content(tmp_path) if "compgen-" in f]) == 2
+
+
+def test_several_programs_begin_without_their_main_program(tmp_path, monkeypatch):
+    publish.publish(tmp_path, {"B.LS": b"old", "A.LS": b"old"}, {}, OURS | {"B.LS", "C.LS"})
+    (tmp_path / "mine").write_text("mine")
+    replaced = []
+    monkeypatch.setattr(Path, "replace", lambda self, to: replaced.append(content(tmp_path)) or os.rename(self, to))
+    publish.publish(tmp_path, {"C.LS": b"new", "A.LS": b"new"}, {}, OURS | {"B.LS", "C.LS"})
+    assert [sorted(n for n in files if n.endswith(".LS") and "/" not in n) for files in replaced] == [[], ["C.LS"]]
+
+
+def test_one_file_follows_no_link(tmp_path):
+    victim = tmp_path / "victim"
+    victim.write_text("mine")
+    (tmp_path / ".r.html.part").symlink_to(victim)
+    (tmp_path / "r.html").symlink_to(victim)
+    publish.write_file(tmp_path / "r.html", b"page")
+    assert victim.read_text() == "mine"
+    assert (tmp_path / "r.html").read_bytes() == b"page"
+    assert not (tmp_path / "r.html").is_symlink()
+
+
+def test_what_a_killed_run_left_of_one_file_goes_with_the_next(tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    for name in (f".r.html.compgen-{platform.node()}-{dead.pid}-0", f".r.html.compgen-elsewhere-{dead.pid}-0"):
+        (tmp_path / name).write_text("half")
+    publish.write_file(tmp_path / "r.html", b"page")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [f".r.html.compgen-elsewhere-{dead.pid}-0", "r.html"]
+
+
 def test_a_hidden_folder_with_a_folder_in_it_is_left_alone(tmp_path):
-    stage = tmp_path / f".out.compgen-{os.getpid()}-abc"
+    stage = tmp_path / f".out.compgen-{platform.node()}-{os.getpid()}-abc"
     (stage / "data").mkdir(parents=True)
-    publish.publish(tmp_path / "out", FILES, OURS)
+    publish.publish(tmp_path / "out", PROGRAMS, REPORTS, OURS)
     assert (stage / "data").is_dir()
 
 
@@ -98,29 +141,29 @@ def count_down(event, args):
             os.kill(os.getpid(), signal.SIGKILL)
 import ctypes
 sys.addaudithook(count_down)
-publish.publish(Path({out!r}), {files!r}, {ours!r})
+publish.publish(Path({out!r}), {programs!r}, {reports!r}, {ours!r})
 """
 
 
 @pytest.mark.parametrize("foreign", [False, True])
 def test_killed_at_every_step_no_program_stands_beside_a_report_of_another(tmp_path, foreign):
-    old = {"report.json": b"old report", "A.LS": b"old program"}
+    old_program, old_reports = {"A.LS": b"old program"}, {"page.html": b"old page", "report.json": b"old report"}
     steps = 0
     for step in range(1, 60):
         out = tmp_path / f"{foreign}{step}"
-        publish.publish(out, old, OURS)
+        publish.publish(out, old_program, old_reports, OURS)
         if foreign:
             (out / "mine").write_text("mine")
-        code = KILLED.format(root=str(ROOT), step=step, out=str(out), files=FILES, ours=OURS)
+        code = KILLED.format(root=str(ROOT), step=step, out=str(out), programs=PROGRAMS, reports=REPORTS, ours=OURS)
         killed = subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
         files = {n: c for n, c in content(out).items() if n in OURS}
         if foreign:
             assert (out / "mine").read_text() == "mine"
-            if "A.LS" in files:
-                assert files["A.LS"].split()[0] == files["report.json"].split()[0]
+            assert "A.LS" in files, step  # the old program or the new one
+            assert len({text.split()[0] for text in files.values()}) == 1, (step, files)
         else:
-            assert files in (old, FILES)
-        publish.publish(out, FILES, OURS)
+            assert files in ({**old_program, **old_reports}, FILES)
+        publish.publish(out, PROGRAMS, REPORTS, OURS)
         assert {n: c for n, c in content(out).items() if n in OURS} == FILES
         assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]
         if not killed:

@@ -1,8 +1,81 @@
-"""The questions that the help of whatif lists."""
+"""What a study writes, and that no other study takes it away."""
 
-from compgen.cli.whatif import QUESTIONS
+import json
+
+import pytest
+from command_line import refused, run
+from shipped import ROOT
+
+from compgen.cli.study_folder import QUESTIONS
 from compgen.pipelines.study import ASKS
+
+GRID = ("--vary", "before.0.duration_h=1,2", "--workers", "1")
+
+
+def whatif(folder, *arguments):
+    return run("whatif", ROOT / "paths" / "line_y.toml", *arguments, cwd=folder)
+
+
+def content(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
 
 
 def test_the_help_lists_the_questions_that_are_answered():
     assert QUESTIONS == (*ASKS, "passes")
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """A folder in which a study has left its results."""
+    folder = tmp_path_factory.mktemp("study")
+    assert whatif(folder, *GRID, "-q").returncode == 0
+    return folder
+
+
+def test_another_study_goes_beside(home):
+    first = home / "outputs" / "line_y_whatif"
+    before = content(first)
+    other = whatif(home, "--vary", "before.0.duration_h=3", "--workers", "1")
+    assert other.returncode == 0, other.stderr
+    assert "line_y_whatif_2" in other.stdout
+    asked = whatif(home, "--ask", "contributions")
+    assert asked.returncode == 0
+    assert "line_y_whatif_3" in asked.stdout
+    again = whatif(home, "--vary", "before.0.duration_h=3", "--workers", "1")
+    assert "line_y_whatif_2" in again.stdout
+    assert content(first) == before
+    assert sorted(p.name for p in (home / "outputs").iterdir()) == [
+        "line_y_whatif", "line_y_whatif_2", "line_y_whatif_3"
+    ]  # fmt: skip
+
+
+def test_a_chosen_folder_with_another_study_is_refused(home, tmp_path):
+    first = home / "outputs" / "line_y_whatif"
+    before = content(first)
+    for other in (("--vary", "before.0.duration_h=5"), ("--ask", "contributions")):
+        refused(whatif(home, *other, "-q", "-o", first), 2, "another study", "-o", "--fresh")
+        assert content(first) == before
+
+
+def test_the_same_study_is_taken_up_again_with_its_answers(home):
+    first = home / "outputs" / "line_y_whatif"
+    before = content(first)
+    assert whatif(home, *GRID, "--ask", "contributions", "-q", "-o", first).returncode == 0
+    assert whatif(home, *GRID, "-q", "-o", first).returncode == 0
+    after = content(first)
+    assert set(after) == {*before, "contributions.csv"}
+    assert after["scenarios.jsonl"] == before["scenarios.jsonl"]
+
+
+def test_fresh_replaces_another_study(tmp_path):
+    for grid in (("--vary", "before.0.duration_h=1", "--ask", "contributions"), GRID):
+        assert whatif(tmp_path, *grid, "--fresh", "-q", "-o", tmp_path / "o").returncode == 0
+    assert set(content(tmp_path / "o")) == {"scenarios.jsonl", "whatif.csv", "whatif.json", "whatif.html"}
+    assert len(json.loads((tmp_path / "o" / "whatif.json").read_text())["scenarios"]) == 2
+
+
+@pytest.mark.parametrize("values", ["20:200", "20:", "20:200:2.5", "20:200:10:3", "20:200:-1", "1e1:2e2"])
+def test_a_range_without_a_count_is_refused_before_anything_is_touched(home, values):
+    before = content(home / "outputs" / "line_y_whatif")
+    refused(whatif(home, "--vary", f"feed={values}", "-q"), 2, "--vary", values, "FROM:TO:COUNT", "20:200:10")
+    assert content(home / "outputs" / "line_y_whatif") == before

@@ -437,3 +437,24 @@ def test_damaged_programs_are_taken_whole_or_refused():
     counts = Counter()
     assert [what for what, _ in fuzz_listing.faults(FUZZ_INPUTS, 1, counts)] == []
     assert min(counts["accepted"], counts["refused"]) > FUZZ_INPUTS // 10
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        b"   1:L P[1] 100mm/sec FINE\n" + b"    :  ACC50\n" * 30_000,
+        b"   1:L P[1] 100mm/sec FINE " + b"[" * 200_000 + b" ;\n",
+        b"   1:  " + b"[" * 200_000 + b" ;\n",
+        b"   1:  !" + b"x" * 200_000 + b"\n" * 20,
+    ],
+    ids=["continued", "motion", "other", "remark"],
+)
+def test_a_statement_that_no_controller_prints_is_refused(statement):
+    """Each further line of one was searched again with all that stood before it: ten megabytes took minutes."""
+    with pytest.raises(InputError, match="program: line 3: a statement of more than 65536 characters"):
+        loads(b"/PROG  T\n/MN\n" + statement + b"    :  ;\n/POS\n/END\n")
+
+
+def test_a_tag_that_is_repeated_is_the_first():
+    program = loads(b"/PROG  T\n/MN\n" + b"/MN\n" * 1000 + b"   1:  !here ;\n/POS\n/END\n/MN\n/END\n")
+    assert program.remarks == ("here",)

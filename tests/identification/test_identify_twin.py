@@ -3,11 +3,13 @@
 import json
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
 from campaign import robot_file
+from command_line import run
 from shipped import path_file, quiet
 from synthetic import NOISE, made_up, measured, random_theta
 from typer.testing import CliRunner
@@ -55,11 +57,11 @@ def made(tmp_path_factory):
     (folder / "poses.csv").write_text(csv(truth, measured(truth, random_theta(robot, rng, 80), rng)))
     (folder / "fresh.csv").write_text(csv(truth, measured(truth, random_theta(robot, rng, 40), rng)))
     target = folder / "identified.toml"
-    run = CliRunner().invoke(
+    result = CliRunner().invoke(
         app, ["identify", truth.arm.source, "--poses", str(folder / "poses.csv"), "-o", str(target), "--json"]
     )
-    assert run.exit_code == 0, run.output
-    return truth, folder, target, json.loads(run.stdout)
+    assert result.exit_code == 0, result.output
+    return truth, folder, target, json.loads(result.stdout)
 
 
 def real_sources(truth, folder):
@@ -98,6 +100,69 @@ def test_the_same_files_give_the_same_bytes(made):
     assert other.with_suffix(".html").read_bytes() == target.with_suffix(".html").read_bytes()
 
 
+def test_robot_file_and_reports_are_of_one_run_whenever_it_ends(made, monkeypatch, tmp_path):
+    truth, folder, target, _ = made
+    (tmp_path / "mine").write_text("mine")
+    names = {name.name: name.read_bytes() for name in (target.with_suffix(s) for s in (".toml", ".html", ".json"))}
+    names["robot.schema.json"] = (folder / "robot.schema.json").read_bytes()
+    command = ["identify", truth.arm.source, "--poses", str(folder / "poses.csv"), "-q"]
+    command += ["-o", str(tmp_path / target.name)]
+    for last in range(5):  # the file system gives up after so many files
+        for name, content in names.items():
+            old = b'{"held_out_um": 1}' if name.endswith("d.json") else b"\n[identified]\n"
+            (tmp_path / name).write_bytes(content if "schema" in name else old)
+        left, replace_file = [last], Path.replace
+
+        def put(self, to, left=left, replace_file=replace_file):
+            left[0] -= 1
+            if left[0] < 0:
+                raise OSError(5, "broken")
+            return replace_file(self, to)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "replace", put)
+            CliRunner().invoke(app, command)
+        here = {name: (tmp_path / name).read_bytes() for name in names if (tmp_path / name).exists()}
+        new = {name for name in here if "schema" not in name and here[name] == names[name]}
+        assert target.name in here
+        assert new in (set(), here.keys() - {"robot.schema.json"}), (last, new)
+        assert (tmp_path / "mine").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("r.json", "is a folder"), ("r.html", "is a folder"), ("r.toml", "not what cgen identify wrote")],
+)
+def test_files_that_identify_has_not_written_are_refused_before_the_fit(made, tmp_path, name, words):
+    truth, folder, _, _ = made
+    if name == "r.toml":
+        (tmp_path / name).write_text(truth.arm.text)
+    else:
+        (tmp_path / name).mkdir()
+    before = sorted(p.name for p in tmp_path.iterdir())
+    refused = run("identify", truth.arm.source, "--poses", folder / "poses.csv", "-q", "-o", tmp_path / "r.toml")
+    assert refused.returncode == 2
+    assert words in refused.stderr
+    assert refused.stderr.count("\n") == 1
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_a_refused_fit_leaves_the_robot_file_with_its_own_reports(made, tmp_path):
+    truth, _, target, _ = made
+    for suffix in (".toml", ".html", ".json"):
+        (tmp_path / f"r{suffix}").write_bytes(target.with_suffix(suffix).read_bytes())
+    rng = np.random.default_rng(3)
+    robot = truth.arm.robot
+    poor = measured(truth, random_theta(robot, rng, 40), rng)
+    poor = replace(poor, position=poor.position + rng.normal(0, 30 * MM, poor.position.shape))
+    (tmp_path / "poor.csv").write_text(csv(truth, poor))
+    result = run("identify", truth.arm.source, "--poses", tmp_path / "poor.csv", "-q", "-o", tmp_path / "r.toml")
+    assert result.returncode == 1, result.stderr
+    assert (tmp_path / "r.json").read_bytes() == target.with_suffix(".json").read_bytes()
+    assert (tmp_path / "r.toml").read_bytes() == target.read_bytes()
+    assert json.loads((tmp_path / "r_refused.json").read_text())["verdict"] == "refused"
+
+
 def test_the_written_file_keeps_its_line_for_editors_and_fits_the_schema_beside_it(made):
     _, _, target, _ = made
     assert target.read_text().startswith("#:schema ./robot.schema.json\n")
@@ -117,9 +182,9 @@ def test_the_written_file_says_what_was_found(made):
 
 def test_validate_needs_no_fit_on_the_same_instrument(made):
     _, folder, target, _ = made
-    run = CliRunner().invoke(app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json"])
-    assert run.exit_code == 0, run.output
-    numbers = json.loads(run.stdout)
+    result = CliRunner().invoke(app, ["validate", str(target), "--poses", str(folder / "fresh.csv"), "--json"])
+    assert result.exit_code == 0, result.output
+    numbers = json.loads(result.stdout)
     assert set(numbers["targets"]) == {"r1", "r2", "r3"}
     assert numbers["overall"]["identified"]["rms"] < 1.3 * NOISE * np.sqrt(3) / MM
     assert numbers["overall"]["nominal"]["rms"] > 0.5
@@ -167,8 +232,8 @@ def test_arms_without_closed_form_say_so_when_asked_to_generate():
 
 def test_planned_poses_tell_more_than_random_ones(tmp_path):
     folder = tmp_path / "plan"
-    run = CliRunner().invoke(app, ["plan-poses", "irb120", "-n", "12", "-o", str(folder), "-q"])
-    assert run.exit_code == 0, run.output
+    result = CliRunner().invoke(app, ["plan-poses", "irb120", "-n", "12", "-o", str(folder), "-q"])
+    assert result.exit_code == 0, result.output
     assert sorted(p.name for p in folder.iterdir()) == ["IRB120_POSES.LS", "expected.csv", "poses.csv"]
     program = fanuc.loads((folder / "IRB120_POSES.LS").read_bytes())
     assert program.dumps() if hasattr(program, "dumps") else fanuc.dumps(program)

@@ -5,10 +5,8 @@ at the same time may build the same one twice, and none ever loads half of it.
 """
 
 import ctypes
-import glob
 import hashlib
 import os
-import secrets
 import shlex
 import shutil
 import subprocess
@@ -23,6 +21,7 @@ from compgen.core.evaluation.codegen import FUNCTION_NAME
 #: without errno and floating-point traps the compiler takes roots and floors of all lanes at once
 FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math", "-march=native", "-std=gnu11", "-w", "-fPIC", "-shared")
 TIMEOUT = 300.0  # s for one function
+_PREFIX = ".build-"
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,10 +99,9 @@ def _is_intact(library: Path) -> bool:
 
 def _build(compiler: Compiler, source: str, library: Path) -> bool:
     """Whether a library could be made of a source; it appears under its name when it is whole."""
-    prefix = f".{os.uname().nodename}-"
     try:
-        _remove_abandoned(compiler.folder, prefix)
-        stage = compiler.folder / f"{prefix}{os.getpid()}-{secrets.token_hex(4)}"
+        _remove_abandoned(compiler.folder)
+        stage = compiler.folder / interrupts.temporary_name(_PREFIX)
         with interrupts.temporary_folder(stage):
             source_file, staged = stage / "rows.c", stage / "rows.so"
             source_file.write_text(source)
@@ -131,9 +129,8 @@ def _compile(compiler: Compiler, source_file: Path, library: Path) -> bool:
     return False
 
 
-def _remove_abandoned(folder: Path, prefix: str) -> None:
-    """Remove what killed runs on this machine have left: the names hold the number of a process that is gone."""
-    for abandoned in folder.glob(f"{glob.escape(prefix)}*"):
-        process = abandoned.name.removeprefix(prefix).split("-")[0]
-        if process.isdigit() and not interrupts.process_exists(int(process)):
+def _remove_abandoned(folder: Path) -> None:
+    """Remove what killed runs on this machine have left."""
+    for abandoned in folder.iterdir():
+        if interrupts.is_abandoned(abandoned.name, _PREFIX):
             shutil.rmtree(abandoned, ignore_errors=True)

@@ -8,6 +8,7 @@ into and never changed. Tables are columns (numpy), so that a million positions 
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from heapq import merge
 
 import numpy as np
 
@@ -136,7 +137,16 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
 
 
 def _tags(data: bytes) -> list[tuple[str, int, int]]:
-    """Section tags at the beginning of a line, and where each stands."""
-    begins = [0, *(m.start() + 1 for mark in (rb"\n/", rb"\r/") for m in re.finditer(mark, data))]
-    matches = (_SECTION.match(data, at) for at in sorted(begins))
-    return [(m[1].decode().upper(), m.start(), m.end()) for m in matches if m]
+    """Section tags at the beginning of a line up to the program's /END, and where each stands; of /MN the first."""
+    tags: list[tuple[str, int, int]] = []
+    has_statements = False
+    for at in merge([0], *((m.start() + 1 for m in re.finditer(mark, data)) for mark in (rb"\n/", rb"\r/"))):
+        if match := _SECTION.match(data, at):
+            tag = match[1].decode().upper()
+            if tag == "MN" and has_statements:
+                continue
+            tags.append((tag, match.start(), match.end()))
+            has_statements |= tag == "MN"
+            if tag == "END" and has_statements:
+                break
+    return tags

@@ -12,7 +12,14 @@ from compgen.core.decimals import Bytes
 from compgen.fanuc.listing import templates
 from compgen.fanuc.listing.lines import line_of
 from compgen.fanuc.listing.position_parser import Span
-from compgen.fanuc.listing.statement_parser import ParsedMotion, StatementParser, position_number, target_text
+from compgen.fanuc.listing.statement_parser import (
+    LONGEST_STATEMENT,
+    ParsedMotion,
+    StatementParser,
+    position_number,
+    target_text,
+    too_long,
+)
 from compgen.fanuc.listing.statement_templates import StatementTemplate, group_statements
 from compgen.fanuc.listing.templates import Matches
 
@@ -39,10 +46,14 @@ def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, 
     """The motions in /MN, the line and the byte at which each statement begins, and the remarks.
 
     Raises:
-        InputError: A move whose target is not understood, or a C without its end point; names the line.
+        InputError: A move whose target is not understood, a C without its end point, or a statement that is too long;
+            names the line.
     """
     view = templates.padded(memoryview(data)[:end])
     first, lines = line_of(data, start), _lines(view, start, end)
+    long = np.flatnonzero(np.diff(lines) > LONGEST_STATEMENT)
+    if len(long):
+        raise too_long(first + int(long[0]))
     unit = _statement_starts(view, lines)
     bounds = lines[unit]
     groups = group_statements(data, view, lines, unit) if len(unit) > templates.FEW_TEXTS else []

@@ -10,6 +10,7 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.position_parser import NO_NUMBER, Span
 from compgen.fanuc.vocabulary import LINE_NUMBER, MOTION, NUMBER_AND_NAME, SPEED, SPEED_NUMBER, TARGET, TERMINATION
 
+LONGEST_STATEMENT = 65_536  # characters, far beyond what a controller prints
 LARGEST_NUMBER = 999_999_999  # of all numbers of positions
 
 
@@ -81,6 +82,8 @@ class StatementParser:
         if self.state == "C":
             self._continue_motion(body, limit, number, close >= 0)
         elif self.state == "m":
+            if limit - self.move.span[0] > LONGEST_STATEMENT:
+                raise too_long(self.move.line)
             _continue_options(data, self.move, body, limit)
         if close >= 0:
             self.state = ""
@@ -98,6 +101,11 @@ class StatementParser:
             move.span = (move.span[0], limit)
             self.moves.append(move)
             self.state = "m"
+
+
+def too_long(line: int) -> InputError:
+    """The refusal of a statement that no controller prints."""
+    return InputError(f"program: line {line}: a statement of more than {LONGEST_STATEMENT} characters; mend it")
 
 
 def _take_targets(data: bytes, move: ParsedMotion, at: int, limit: int) -> int:

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from compgen.core.toml import suggest
 from compgen.pipelines.path_file import load_job
 
 MOST = 100_000
+_NUMBERS_WITH_COLONS = re.compile(r"[\s\d.+\-eE]+(:[\s\d.+\-eE]*)+")
+_RANGE = re.compile(r"[^:]+:[^:]+:\s*\+?\d+\s*")
 #: short names of keys that studies vary most
 SHORT = {
     "feed": "process.feed_mm_s",
@@ -107,6 +110,8 @@ def _inputs(path: str, robot: str | None, base: Sequence[str]) -> str:
 def _axis(item: str) -> tuple[str, list[str]]:
     key, equals, text = item.partition("=")
     key = SHORT.get(key.strip(), key.strip())
+    if _NUMBERS_WITH_COLONS.fullmatch(text) and not _RANGE.fullmatch(text):
+        raise InputError(f"--vary {item[:80]}: not FROM:TO:COUNT; say how many values, as in {key[:60]}=20:200:10")
     if not equals or not key or not item.isprintable():
         raise InputError(f"--vary {item}: expected KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200")
     values = _values(text.strip())

@@ -1,0 +1,16 @@
+"""``cgen plan-poses`` as a user meets it."""
+
+from command_line import refused, run
+
+
+def test_poses_with_measurements_in_them_are_not_planned_anew(tmp_path):
+    plan = ("plan-poses", "m710ic50", "-n", "12", "-q", "-o", tmp_path / "o")
+    for _ in range(2):  # the second time over its own, not filled in
+        result = run(*plan)
+        assert result.returncode == 0, result.stderr
+    poses = tmp_path / "o" / "poses.csv"
+    first, *rows = poses.read_text().splitlines()
+    filled = "\n".join([first, rows[0].removesuffix(",,,") + ",1,2,3", *rows[1:]]) + "\n"
+    poses.write_text(filled)
+    refused(run(*plan), 2, "poses.csv", "measurements", "-o")
+    assert poses.read_text() == filled
