@@ -146,6 +146,7 @@ ENDFOR = _words(r"^ENDFOR\b")
 CONSTANT_FOR = _words(r"^FOR\b.*=\s*\(?(-?\d+)\)?\s*\b(TO|DOWNTO)\s+\(?(-?\d+)\)?\s*$")  # first, way, last
 _CONDITIONAL = _words(r"^(?:IF\b|SELECT\b|=|ELSE\s*,|WHEN\b)")  # what is done stands after the last comma
 _INSIDE = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")  # brackets and what they hold
+_DEEPEST = 8  # brackets in brackets; a statement with more is not understood
 _ASSIGNMENT = _words(r"^[A-Z_$][\w$.]*\s*=")
 #: Statements that never move the arm. Whatever else is said may be a macro, which a listing gives by its name alone.
 _STILL = _words(
@@ -164,8 +165,8 @@ def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
     """
     if any(name.upper() not in motionless for name in CALL.findall(text)):
         return True
-    while (bare := _INSIDE.sub("", text)) != text:
-        text = bare
+    for _ in range(_DEEPEST):
+        text = _INSIDE.sub("", text)
     if _CONDITIONAL.match(text):
         if IF_THEN.match(text):
             return False

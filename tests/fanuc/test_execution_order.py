@@ -107,6 +107,12 @@ def test_a_called_program_is_followed_as_far_as_to_know_that_it_stands_still():
     assert motionless_programs(caller, texts.get) == {"QUIET", "DEEPER"}
 
 
+def test_many_jumps_to_many_labels_take_no_square_of_time():
+    listing = [*(f"LBL[{n}]" for n in range(1, 5001)), *["IF R[1]=1,JMP LBL[R[2]]"] * 5000, go(1), go(2)]
+    assert origins(*listing) == [None, 1]
+    assert may_move_arm("IF " + "[" * 100_000 + "]" * 100_000)
+
+
 def run(statements, choose, limit=60):
     """Drive a listing as a controller would, run time decided by ``choose``; pairs of P numbers driven in a row."""
     pc, at, pairs = 0, None, set()

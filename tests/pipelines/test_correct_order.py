@@ -131,6 +131,8 @@ def test_an_arm_that_remembers_its_direction_forgets_it_where_the_order_is_not_s
     assert result.inside
     motion = result.plan.stations.midway
     known = corrected(whole.replace(b"OPEN_HAND", b"DO[1]=ON "), cell, MANY)
+    assert findings(result, "sources.order")
+    assert not findings(known, "sources.order")
     assert np.abs(known.plan.stations.midway.direction - motion.direction).max() > 0.1
     assert result.residual[0][result.judged].max() < 5e-6
 

@@ -149,16 +149,25 @@ def _statement(text: str, motionless: Collection[str]) -> Callable[[], _Node] | 
 
 
 def _link(nodes: list[_Node]) -> bool:
-    """Sets where each node leads to; False where IF or FOR are not closed as they are opened."""
-    labels: dict[str, list[int]] = {}
+    """Sets where each node leads to, and adds the places where jumps meet.
+
+    Returns:
+        False where IF or FOR are not closed as they are opened.
+    """
+    count = len(nodes)
+    labels: dict[str, _Node] = {_ANY_LABEL: _Node(falls_through=False)}  # where jumps to each label meet, and to any
     for k, node in enumerate(nodes):
         if node.label is not None:
-            labels.setdefault(node.label, []).append(k)
-    everywhere = [k for places in labels.values() for k in places]
+            meeting = labels.setdefault(node.label, _Node(falls_through=False))
+            meeting.leads_to.append(k)
+            if meeting is not labels[_ANY_LABEL]:
+                labels[_ANY_LABEL].leads_to.append(k)
+    places = {name: count + 1 + i for i, name in enumerate(labels)}
+    any_fits = any(node.label == _ANY_LABEL for node in nodes)  # a label without a number
     stack: list[int] = []
     for k, node in enumerate(nodes):
-        for name in node.jumps:
-            node.leads_to += everywhere if name == _ANY_LABEL else labels.get(name, []) + labels.get(_ANY_LABEL, [])
+        names = [_ANY_LABEL if any_fits else name for name in node.jumps]
+        node.leads_to += [places[name] for name in names if name in places]
         if IF_THEN.match(node.text) or FOR.match(node.text):
             stack.append(k)
         elif ELSE_ALONE.match(node.text):
@@ -178,6 +187,7 @@ def _link(nodes: list[_Node]) -> bool:
             node.leads_to.append(opening + 1)
             if not _surely_runs(nodes[opening].text):
                 nodes[opening].leads_to.append(k + 1)
+    nodes += [_Node(falls_through=False), *labels.values()]  # the program's end, then where jumps meet
     return not stack
 
 
@@ -192,13 +202,11 @@ def _surely_runs(text: str) -> bool:
 
 def _arrivals(nodes: list[_Node]) -> list[int]:
     """The station at which the robot stands where each node begins; NO_ORIGIN, or _UNREACHED."""
-    arrival = [_UNREACHED] * (len(nodes) + 1)  # the last one: the program's end
+    arrival = [_UNREACHED] * len(nodes)
     arrival[0] = NO_ORIGIN
     pending = [0]
     while pending:
         k = pending.pop()
-        if k >= len(nodes):
-            continue
         node = nodes[k]
         leaves = NO_ORIGIN if node.moves else (node.stations[1] if node.stations else arrival[k])
         for j in [*([k + 1] if node.falls_through else []), *node.leads_to]:
@@ -206,4 +214,4 @@ def _arrivals(nodes: list[_Node]) -> list[int]:
             if met != arrival[j]:
                 arrival[j] = met
                 pending.append(j)
-    return arrival[:-1]
+    return arrival

@@ -7,8 +7,10 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.findings import Finding, Level
 from compgen.core.units import KB, MM, UM
+from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.poses import NONE
+from compgen.fanuc.analysis.stations import chains
 from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
@@ -79,12 +81,21 @@ def _source_findings(result: Correction) -> list[Finding]:
     ]
     known = np.flatnonzero(plan.drive.pose >= 0)
     known = known[np.isfinite(poses.theta[plan.drive.pose[known]]).all(axis=1)]
-    at = plan.drive.pose[known]
+    parts = [known[part] for part in chains(plan.drive, known)]
+    begin, *others = [part for part in parts if plan.free[part].any()]
+    at = plan.drive.pose[begin]
     first = plan.drive.pose[plan.free][:1]
     model = error_models(cell, poses, first)[int(poses.tool[first[0]])]
-    motion = station_directions(cell, poses, plan.drive)[0].at(known)
-    start = (poses.theta[at], poses.position[at], plan.stations.rise[known], motion, plan.free[known])
-    return [*findings, *unknown_start_findings(cell.robot, cell.sources, model, *start)]
+    motion = station_directions(cell, poses, plan.drive)[0].at(begin)
+    start = (poses.theta[at], poses.position[at], plan.stations.rise[begin], motion, plan.free[begin])
+    findings += unknown_start_findings(cell.robot, cell.sources, model, *start)
+    if others and reversal_widths(cell.sources) is not None:
+        lines = sorted({_line_of(result, int(part[plan.free[part]][0])) for part in others})
+        message = (
+            f"{_lines(lines)}: from where the robot comes is not sure: the side that joints come from is as unknown"
+        )
+        findings.append(Finding(Level.NOTE, "sources.order", f"{message} there as where the program begins"))
+    return findings
 
 
 def _scope_findings(result: Correction) -> list[Finding]:
