@@ -190,7 +190,8 @@ def joints_by_config(flange: np.ndarray, config: list[str]) -> np.ndarray:
     j6 = np.arctan2(side * w[:, 0, 1], -side * w[:, 0, 2])
     q = np.column_stack([j1, j2, j3, j4, j5, j6])
     for column, digit in zip((0, 3, 5), digits.T):
-        q[:, column] += 2 * np.pi * digit
+        begins = (q[:, column] * digit > 0) & (np.abs(q[:, column]) > np.pi - 1e-6)  # a turn begins at 180 deg
+        q[:, column] += 2 * np.pi * (digit - begins * np.sign(digit))
         over = np.sign(q[:, column]) * ((np.abs(q[:, column]) + np.pi) // (2 * np.pi)) != digit
         near = np.abs(np.abs(q[:, column]) % (2 * np.pi) - np.pi) < 1e-6
         assert not (over & ~near).any(), "a turn digit that no angle has"
@@ -331,7 +332,9 @@ def drive(text: bytes, tables: dict) -> Driven:
     every = np.empty((2 * len(wanted) - 1, 4, 4))
     every[::2], every[1::2] = wanted, half
     config = [groups[n // 2].config for n in range(len(every))]
-    joints = np.unwrap(joints_by_config(every @ np.linalg.inv(tool), config), axis=0)
+    joints = joints_by_config(every @ np.linalg.inv(tool), config)
+    step = joints[1::2] - joints[:-1:2]  # turn digits are those of positions; half way on no joint has turned far
+    joints[1::2] = joints[:-1:2] + (step + np.pi) % (2 * np.pi) - np.pi
     theta = joints @ MATRIX.T + OFFSET
     length = np.linalg.norm(np.diff(wanted[:, :3, 3], axis=0), axis=1)
     before = [(s["state"], s.get("feed_mm_s", 0.0), s["duration_h"]) for s in tables.get("before", [])]

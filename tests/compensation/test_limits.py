@@ -154,3 +154,24 @@ def test_a_program_that_breaks_a_limit_for_a_twentieth_of_its_length():
     assert {limit for _, limit in solution.active_limits} == {"position clamp"}
     far = np.setdiff1d(np.arange(1497), (limited[:, None] - 1 + np.arange(-90, 91)).ravel())
     assert np.linalg.norm(solution.residual[far, :3], axis=1).max() < 0.05 * UM
+
+
+def test_a_neighbourhood_is_a_distance_or_two_rows():
+    arc = np.arange(20.0)
+    marked = np.zeros(20, dtype=bool)
+    marked[[1, 10]] = True
+    for distance, near in ((0.0, [0, 1, 2, 3, 8, 9, 10, 11, 12]), (3.0, [0, 1, 2, 3, 4, 7, 8, 9, 10, 11, 12, 13])):
+        assert np.flatnonzero(limits.neighbourhood(arc, marked, distance)).tolist() == near
+
+
+def test_limits_are_drawn_in_by_rounding_where_a_joint_comes_near(circle):
+    """By less than a hundredth of a degree, of the joint that comes near one, on that side only."""
+    steps = (1e-6, 1e-3 * np.pi / 180)
+    assert limits.with_rounding_margin(circle, steps) is circle
+    robot = circle.robot
+    upper = np.where(np.arange(6) == 1, circle.theta[:, 1].max() + limits.NEAR_LIMIT / 2, robot.upper)
+    near = limits.with_rounding_margin(replace(circle, robot=replace(robot, upper=upper)), steps)
+    drawn_in = upper - near.robot.upper
+    assert 0 < drawn_in[1] < 1e-2 * np.pi / 180
+    assert not np.delete(drawn_in, 1).any()
+    assert np.array_equal(near.robot.lower, robot.lower)

@@ -196,3 +196,12 @@ def test_a_shape_needs_to_know_where_its_holes_end():
         (b"a", b";"), (templates.DIGITS,)
     )
     assert position_parser.AXES is positions.AXES
+
+
+def test_places_at_a_chunks_end_are_found(monkeypatch):
+    monkeypatch.setattr(templates, "_CHUNK", 7)
+    text = b"ab-ab" * 40
+    places = templates.find_places(
+        templates.padded(text), 0, len(text), lambda d: (d[:-1] == ord("a")) & (d[1:] == ord("b"))
+    )
+    assert places.tolist() == [n for n in range(len(text)) if text[n : n + 2] == b"ab"]

@@ -106,6 +106,20 @@ def test_orientation_rows_have_the_right_slope(truth, small):
         assert (data.reflector == r).any()
 
 
+def test_measured_orientations_are_fitted_with_each_reflectors_own_axes(truth, small):
+    axes = rotation_matrix(np.random.default_rng(9).normal(size=(3, 3)))
+    _, R = truth.model.pose(small, truth.p)
+    rotation = truth.frames.rotation[small.instrument] @ R[small.pose] @ axes[small.reflector]
+    active = np.array([t.source in ("joint_zeros", "link_offsets") for t in truth.model.parameters])
+    with_axes = fit(truth.model, replace(small, rotation=rotation), active)
+    turn = np.swapaxes(axes, 1, 2) @ with_axes.reflector_rotation
+    assert np.abs(turn - np.eye(3)).max() < 2e-3  # what the other sources turn
+    without = fit(truth.model, small, active)
+    assert_allclose(without.reflector_rotation, np.tile(np.eye(3), (3, 1, 1)))
+    zeros = [k for k in np.flatnonzero(active) if truth.model.parameters[k].source == "joint_zeros"]
+    assert (with_axes.sigma[zeros] < without.sigma[zeros]).all()  # orientations tell of the joints
+
+
 def test_the_linear_problem_meets_the_closed_form():
     rng = np.random.default_rng(0)
     A, z = rng.normal(size=(40, 6)), rng.normal(size=40)

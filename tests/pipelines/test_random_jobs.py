@@ -29,6 +29,8 @@ def test_the_judges_arm_is_the_arm_link_by_link():
     pendant = rng.uniform([-170, -40, -40, -170, 10, -170], [170, 80, 60, 170, 110, 170], (50, 6))
     pendant[::2, 4] *= -1
     poses, letters = np.array([flange(q) for q in pendant]), [config(q) for q in pendant]
+    pendant[0, 3] = -180  # where a turn begins, as 180 deg with the digit -1
+    poses[0], letters[0] = flange(pendant[0]), config(pendant[0])
     assert len({c.split(",")[0] for c in letters}) > 3
     joints = jobs.joints_by_config(poses, letters)
     np.testing.assert_allclose(np.degrees(joints), pendant, atol=1e-6)

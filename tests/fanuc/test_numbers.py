@@ -1,0 +1,32 @@
+"""Numbers of a corrected position: of all ways to print a rotation the one that the program had."""
+
+import numpy as np
+import pytest
+from naive_arm import frame
+from numpy.testing import assert_allclose
+
+from compgen.fanuc.editing.numbers import nearest_wpr
+
+
+def turned(old, by):
+    """Rotations of W P R (n, 3) [deg] moved a little, and the triples."""
+    moved = np.asarray(old, dtype=float) + by
+    return np.array([frame(0, 0, 0, *t)[:3, :3] for t in moved]), moved
+
+
+@pytest.mark.parametrize("old", [(10, 20, 30), (190, 20, 30), (-170, 160, 210), (179.99, 0, -180), (370, -20, 30)])
+def test_a_small_turn_changes_the_numbers_a_little(old):
+    """Also of triples beyond half a turn, and of those with P beyond 90 deg."""
+    rotation, moved = turned([old], [0.02, -0.03, 0.01])
+    assert_allclose(nearest_wpr(rotation, np.array([old], dtype=float)), moved, atol=1e-9)
+
+
+@pytest.mark.parametrize("p", [90.0, -90.0])
+def test_where_p_is_square_r_stays_and_w_takes_the_change(p):
+    """Only W -/+ R is fixed there: a turn of R by 0.4 deg is one of W by as much, and the rotation is the same."""
+    old = np.array([[25.0, p, 70.0], [-175.0, p, -40.0]])
+    rotation, _ = turned(old, [0.1, 0, 0.4])
+    printed = nearest_wpr(rotation, old)
+    assert_allclose(printed[:, 2], old[:, 2])
+    assert_allclose(printed[:, 0], old[:, 0] + 0.1 - 0.4 * np.sign(p), atol=1e-9)
+    assert_allclose([frame(0, 0, 0, *t)[:3, :3] for t in printed], rotation, atol=1e-12)
