@@ -16,6 +16,8 @@ def use_machine(workers: int | None) -> None:
     """
     count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    if not os.path.isabs(cache):
+        raise InputError(f"XDG_CACHE_HOME: '{cache:.80}' is not an absolute path; give one, or unset it")
     command = os.environ.get("CC")
     try:
         shlex.split(command or "")

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from compgen.core.arrays import Array
+from compgen.core.csv_table import text_cell
 from compgen.identification.model import FreeParameter
 from compgen.identification.pose_planning import PosePlan
 
@@ -25,7 +26,7 @@ def expected_csv(terms: Sequence[FreeParameter], plan: PosePlan) -> bytes:
     """Each parameter's uncertainty before and after the measurement."""
     lines = ["parameter,prior_sigma,expected_sigma"]
     for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
-        name = f'"{term.name}"' if "," in term.name else term.name
+        name = text_cell(f'"{term.name}"' if "," in term.name else term.name)
         lines.append(f"{name},{prior / term.unit:.6g},{sigma / term.unit:.6g}")
     return ("\n".join(lines) + "\n").encode()
 

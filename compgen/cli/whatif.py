@@ -30,7 +30,13 @@ def whatif(
     ] = None,
     feeds: Annotated[str | None, typer.Option("--feeds", help="Feeds for passes, mm/s: 20,100,200.")] = None,
     workers: Annotated[int, typer.Option("--workers", help="Processes; 0: all cores.", min=0)] = 0,
-    cluster: Annotated[str | None, typer.Option("--cluster", help="Address of a Dask scheduler.")] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster",
+            help="A Dask scheduler's address; it is trusted (pickles go both ways); tls:// by Dask's settings.",
+        ),
+    ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished scenarios of an earlier run.")] = False,
     robot: JobRobot = None,
     output: OutputFolder = None,

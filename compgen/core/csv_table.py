@@ -18,6 +18,7 @@ MAX_ROWS = 1_000_000
 MAX_BYTES = 500_000_000
 LARGEST = 1e12  # of a number in any unit; beyond it squares and products overflow
 MAX_CELL = 131_072  # characters; the csv module's own limit
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _QUOTABLE = re.compile(r"[A-Za-z0-9_.+-]{1,32}")
 
 
@@ -86,6 +87,13 @@ class CsvTable:
 def quote_cell(cell: str, otherwise: str = "the cell") -> str:
     """A cell of somebody's file for a message: quoted where it is a plain word or number, else not repeated."""
     return f"'{cell}'" if _QUOTABLE.fullmatch(cell) else otherwise
+
+
+def text_cell(text: str) -> str:
+    """A text for a cell of a file that is written: a spreadsheet shall not take it for a formula."""
+    if not text.startswith(("=", "+", "-", "@", "\t", "\r")) or _NUMBER.fullmatch(text):
+        return text
+    return f"'{text}"
 
 
 def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[str] | None = None) -> CsvTable:

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 
+from compgen.core.csv_table import text_cell
 from compgen.pipelines.study import Answer, Row, Study
 
 
@@ -29,9 +30,9 @@ def answer_csv(answer: Answer) -> bytes:
 
 def _csv(names: list[str], rows: list[Row]) -> bytes:
     out = io.StringIO()
-    writer = csv.DictWriter(out, names, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
+    writer = csv.writer(out, lineterminator="\n")
+    for cells in (names, *([row.get(name, "") for name in names] for row in rows)):
+        writer.writerow([text_cell(cell) if isinstance(cell, str) else cell for cell in cells])
     return out.getvalue().encode()
 
 

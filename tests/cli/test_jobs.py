@@ -72,6 +72,13 @@ def test_no_command_removes_what_another_wrote(tmp_path, generated):
     assert content(out) == before
 
 
+def test_a_relative_cache_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", "cache")
+    result = run("generate", ROOT / "paths/line_y.toml", "-q", "-o", "out", cwd=tmp_path)
+    refused(result, 2, "XDG_CACHE_HOME", "'cache'", "absolute")
+    assert not list(tmp_path.iterdir())
+
+
 def test_files_of_somebody_else_are_not_replaced(tmp_path):
     (tmp_path / "LINE_Y.LS").write_text("/PROG LINE_Y\n")
     refused(run("generate", "paths/line_y.toml", "-q", "-o", tmp_path), 2, "LINE_Y.LS", "not what cgen generate wrote")

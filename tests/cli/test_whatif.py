@@ -1,6 +1,10 @@
 """What a study writes, and that no other study takes it away."""
 
+import csv
+import io
 import json
+import sys
+from types import ModuleType
 
 import pytest
 from command_line import refused, run
@@ -72,6 +76,29 @@ def test_fresh_replaces_another_study(tmp_path):
         assert whatif(tmp_path, *grid, "--fresh", "-q", "-o", tmp_path / "o").returncode == 0
     assert set(content(tmp_path / "o")) == {"scenarios.jsonl", "whatif.csv", "whatif.json", "whatif.html"}
     assert len(json.loads((tmp_path / "o" / "whatif.json").read_text())["scenarios"]) == 2
+
+
+def test_no_cell_is_a_formula(tmp_path):
+    values = """title="=cmd|' /C calc'!A0","plain\""""
+    result = whatif(tmp_path, "--vary", values, "--workers", "1", "-q", "-o", tmp_path)
+    assert result.returncode == 0, result.stderr
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "whatif.csv").read_text())))
+    assert [row["title"] for row in rows] == ["'=cmd|' /C calc'!A0", "plain"]
+
+
+def test_a_cluster_says_what_it_trusts_and_takes_dasks_certificates(tmp_path, monkeypatch):
+    assert "pickles" in run("whatif", "--help").stdout
+    dask, given = ModuleType("distributed"), {}
+
+    def connect(address, **how):
+        given.update(how)
+        raise TypeError("TLS expects a `ssl_context` argument of type ssl.SSLContext")
+
+    dask.Client, dask.Security, dask.as_completed = connect, lambda: "of Dask's settings", iter
+    monkeypatch.setitem(sys.modules, "distributed", dask)
+    result = whatif(tmp_path, "--vary", "feed=100,200", "-q", "-o", "o", "--cluster", "tls://127.0.0.1:9")
+    refused(result, 2, "certificates", "distributed.comm.tls")
+    assert given["security"] == "of Dask's settings"
 
 
 @pytest.mark.parametrize("values", ["20:200", "20:", "20:200:2.5", "20:200:10:3", "20:200:-1", "1e1:2e2"])

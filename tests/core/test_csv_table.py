@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from compgen.core.csv_table import MAX_CELL, quote_cell, read_csv
+from compgen.core.csv_table import MAX_CELL, quote_cell, read_csv, text_cell
 from compgen.core.exceptions import InputError
 
 SECRET = "root:x:0:0:root:/root:/bin/bash"
@@ -146,3 +146,13 @@ def test_numbers_that_no_unit_makes_plausible_are_refused(tmp_path, number):
     table = read_csv(written(tmp_path, f"t,x\n0,1\n1,{number}\n"))
     assert "line 3, column x: " in refusal(table.numbers, "x")
     assert "is beyond 5; mend it" in refusal(table.numbers, "x", largest=5)
+
+
+@pytest.mark.parametrize("text", ["=cmd|' /C calc'!A0", "@SUM(A1)", "+cmd", "-2+3", "\t=1", "\r=1", "-"])
+def test_a_text_is_no_formula(text):
+    assert text_cell(text) == f"'{text}"
+
+
+@pytest.mark.parametrize("text", ["-5", "+1.5e-3", "-.5", "plain", "a=b", "", "1:2"])
+def test_other_texts_and_numbers_stay(text):
+    assert text_cell(text) == text

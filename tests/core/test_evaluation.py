@@ -14,6 +14,7 @@ from compgen.core.evaluation import BLOCK, MIN_COMPILED_ROWS, IndexedRows, codeg
 from compgen.core.evaluation.codegen import c_source, identity
 from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
 from compgen.core.evaluation.interpreter import OPERATIONS, instructions_of
+from compgen.core.exceptions import InputError
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.path_file import load_job
 from compgen.robot.kinematics import nominal_chain
@@ -198,6 +199,38 @@ def test_without_a_compiler_numpy_says_so_once_and_goes_on(tmp_path):
 def test_a_cache_that_cannot_be_written_is_no_compiler(tmp_path):
     (tmp_path / "file").write_text("")
     assert find_compiler(tmp_path / "file" / "cache") is None
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o707])
+def test_a_cache_that_others_can_write_is_refused(tmp_path, mode):
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache").chmod(mode)
+    with pytest.raises(InputError, match=r"others can write into it.*chmod go-w"):
+        find_compiler(tmp_path / "cache")
+
+
+def test_a_cache_that_others_can_exchange_is_refused(tmp_path):
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared").chmod(0o777)
+    with pytest.raises(InputError, match="chmod o-w"):
+        find_compiler(tmp_path / "shared" / "cache")
+    (tmp_path / "shared").chmod(0o1777)  # as /tmp is
+    assert find_compiler(tmp_path / "shared" / "cache") is not None
+
+
+@pytest.mark.parametrize("how", ["mode", "link"])
+def test_a_library_that_others_can_write_is_refused(tmp_path, how):
+    compiler, source = find_compiler(tmp_path / "cache"), c_source(instructions_of(everything()))
+    assert load_function(compiler, source, lambda: source) is not None
+    (library,) = compiler.folder.iterdir()
+    assert library.stat().st_mode & 0o077 == 0
+    if how == "mode":
+        library.chmod(0o777)
+    else:
+        library.rename(tmp_path / "elsewhere.so")
+        library.symlink_to(tmp_path / "elsewhere.so")
+    with pytest.raises(InputError, match=r"\.so: others can write it.*remove it"):
+        load_function(compiler, source, lambda: source)
 
 
 def test_a_function_is_known_by_what_it_does():

@@ -9,6 +9,7 @@ import hashlib
 import os
 import shlex
 import shutil
+import stat
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,11 +18,13 @@ from typing import Any
 
 from compgen.core import interrupts
 from compgen.core.evaluation.codegen import FUNCTION_NAME
+from compgen.core.exceptions import InputError
 
 #: without errno and floating-point traps the compiler takes roots and floors of all lanes at once
 FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math", "-march=native", "-std=gnu11", "-w", "-fPIC", "-shared")
 TIMEOUT = 300.0  # s for one function
 _PREFIX = ".build-"
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,9 @@ def find_compiler(folder: Path, command: str | None = None) -> Compiler | None:
     Args:
         folder: Where compiled functions are kept; made when absent.
         command: The compiler to use; default the first of cc, gcc and clang.
+
+    Raises:
+        InputError: Others can write into the folder: what they put there would run.
     """
     words = shlex.split(command) if command is not None else []
     candidates = [words[0]] if words else ["cc", "gcc", "clang"] if command is None else []
@@ -52,6 +58,13 @@ def find_compiler(folder: Path, command: str | None = None) -> Compiler | None:
         return None
     if not os.access(folder, os.W_OK | os.X_OK) or folder.stat().st_uid != os.getuid():
         return None
+    if folder.stat().st_mode & _OTHERS_WRITE:
+        raise InputError(f"{folder}: others can write into it, and what is there is run; chmod go-w {folder}")
+    parent = folder.resolve().parent
+    if parent.stat().st_mode & (stat.S_IWOTH | stat.S_ISVTX) == stat.S_IWOTH:
+        raise InputError(
+            f"{parent}: others can put their own {folder.name} there, and what is in it is run; chmod o-w it"
+        )
     fingerprint = f"{os.path.realpath(executable)} {status.st_size} {status.st_mtime_ns} {_processor()}"
     return Compiler((executable, *words[1:]), folder, fingerprint)
 
@@ -72,10 +85,14 @@ def load_function(compiler: Compiler, identity: str, generate: Callable[[], str 
         compiler: The compiler, and where its work is kept.
         identity: All that decides the source: under its hash the function is kept.
         generate: Returns the source; called when the folder does not have the function.
+
+    Raises:
+        InputError: The library in the folder is a link, somebody else's, or others can write it.
     """
     parts = [identity, *FLAGS, *compiler.command, compiler.fingerprint]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     library = compiler.folder / f"{key}.so"
+    _check_library(library)
     if not _is_intact(library) and ((source := generate()) is None or not _build(compiler, source, library)):
         return None
     try:
@@ -86,6 +103,16 @@ def load_function(compiler: Compiler, identity: str, generate: Callable[[], str 
     function.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointer, pointer, pointer, pointer]
     function.restype = None
     return function
+
+
+def _check_library(library: Path) -> None:
+    """Raises InputError for a library that may be somebody else's work."""
+    try:
+        status = os.lstat(library)
+    except OSError:
+        return
+    if not stat.S_ISREG(status.st_mode) or status.st_uid != os.getuid() or status.st_mode & _OTHERS_WRITE:
+        raise InputError(f"{library}: others can write it, and it would be run; remove it, it is built anew")
 
 
 def _is_intact(library: Path) -> bool:
@@ -109,6 +136,7 @@ def _build(compiler: Compiler, source: str, library: Path) -> bool:
                 return False
             content = staged.read_bytes()
             staged.write_bytes(content + hashlib.sha256(content).digest())
+            staged.chmod(0o700)
             staged.replace(library)
             return True
     except (OSError, subprocess.SubprocessError):

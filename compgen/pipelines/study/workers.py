@@ -108,11 +108,17 @@ def _on_cluster(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[l
         import distributed
 
         connect: Any = distributed.Client
+        security: Any = distributed.Security
         as_completed: Any = distributed.as_completed
     except ImportError:
         raise InputError("--cluster: Dask is not installed; pip install 'compgen[cluster]', or leave it out") from None
     try:
-        client: Any = connect(address, timeout=ANSWER)
+        client: Any = connect(address, timeout=ANSWER, security=security())  # of Dask's own settings
+    except TypeError:  # an encrypted address, and no certificates
+        raise InputError(
+            f"--cluster {address:.80}: Dask has no certificates for it; set distributed.comm.tls (ca-file, "
+            "client.cert, client.key) in its settings"
+        ) from None
     except (OSError, TimeoutError, ValueError) as failure:
         raise InputError(
             f"--cluster {address}: it does not answer within {ANSWER:.0f} s ({type(failure).__name__}); "
