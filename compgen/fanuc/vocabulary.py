@@ -1,7 +1,7 @@
-r"""The vocabulary of /MN: every statement and motion option that compgen knows, named once, and what it means.
+r"""The vocabulary of /MN: every statement that compgen knows, named once, and what it means.
 
-A motion is a letter, a target (two for C), a speed, a termination and options; any other statement is taken by its
-words. A new word is added here: to ``MOTION_OPTIONS``, to ``UNSAFE_STATEMENTS``, ``DIVERSIONS`` or ``BRACKETS``, or to
+A motion is a letter, a target (two for C), a speed, a termination and options (``motion_options``); any other statement
+is taken by its words. A new word is added here: to ``UNSAFE_STATEMENTS``, ``DIVERSIONS``, ``BRACKETS`` or
 ``MODAL_STATEMENTS``. What is in none of them is passed through and has no meaning for the correction.
 """
 
@@ -29,18 +29,31 @@ _UNIT = rb"(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)"
 _SPEED_WORD = rb"WELD_SPEED|max_speed"
 
 LINE_NUMBER = re.compile(rb"[ \t]*+(\d*+)[ \t]*+:")
-MOTION = re.compile(rb"[ \t]*+(//)?+[ \t]*+([JLCAS])[ \t]++(?=PR?\[)", re.IGNORECASE)
-#: P[...] or PR[...]; a name may hold brackets, so it ends where a speed, another target or the line's end follows.
+CONTINUATION = re.compile(rb"(?:\r\n|\r|\n)[ \t]*:([^\r\n]*)")  # a line without a number goes on with a statement
+_TARGET = rb"PR?|PAL_\d{1,9}"  # P[n], PR[n], and a place that palletizing computes
+MOTION = re.compile(rb"[ \t]*+(//)?+[ \t]*+([JLCAS])[ \t]++(?=(?:" + _TARGET + rb")\[)", re.IGNORECASE)
+#: Options that may stand between the via point of a C and its end point.
+_VIA_OPTION = rb"(?:TOOL_OFFSET|V?OFFSET|ACC|INC|RTCP|COORD|WJNT|PTH)\b|ACC[ \t]*\d"
+#: P[...], PR[...] or PAL_n[...]; a name may hold brackets, so it ends where a speed, another target, an option of a via
+#: point or the line's end follows.
 TARGET = re.compile(
-    rb"[ \t]*(PR?)\[([^\r\n]*?)\](?=[ \t]+(?:"
+    rb"[ \t]*("
+    + _TARGET
+    + rb")\[([^\r\n]*?)\](?=[ \t]+(?:"
     + _NUMBER
     + rb"[ \t]*"
     + _UNIT
     + rb"|A?R\[|"
     + _SPEED_WORD
-    + rb"|PR?\[)|[ \t]*$)",
+    + rb"|"
+    + _VIA_OPTION
+    + rb"|(?:"
+    + _TARGET
+    + rb")\[)|[ \t]*$)",
     re.IGNORECASE,
 )
+#: The options of a via point, up to the end point or the line's end.
+VIA_OPTIONS = re.compile(rb"[ \t]+((?:" + _VIA_OPTION + rb")[^\r\n]*?)(?=[ \t]+P\[|[ \t]*$)", re.IGNORECASE)
 SPEED = re.compile(
     rb"[ \t]*(?:(" + _NUMBER + rb"|A?R\[[^\r\n]*?\])[ \t]*(" + _UNIT + rb")|(" + _SPEED_WORD + rb"))", re.IGNORECASE
 )
@@ -55,71 +68,14 @@ SPEED_NEEDS_LENGTH = _words(r"(?<!/)sec$|WELD_SPEED$")  # a motion of no length 
 ARC_LETTERS = ("A", "S")  # a curve through several motions
 
 
-# ---- Options of motions ----------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class MotionOption:
-    """A word behind a motion's termination."""
-
-    word: str  # a pattern, in capitals
-    unsafe: str = ""  # why a motion with it cannot be corrected off-line
-    modifies_target: bool = False  # the motion ends elsewhere than at its position
-
-    @property
-    def pattern(self) -> str:
-        """Where the word stands among options, whatever its case."""
-        return rf"(?<![A-Z_]){self.word}\b"
-
-
-MOTION_OPTIONS = (
-    MotionOption("INC", "INC moves relative to where it starts: a shift of both ends is wrong", modifies_target=True),
-    MotionOption(
-        "TOOL_OFFSET", "Tool_Offset is added at run time: the nominal place is not where it works", modifies_target=True
-    ),
-    MotionOption(
-        "OFFSET", "Offset is added at run time: the nominal place is not where it works", modifies_target=True
-    ),
-    MotionOption(
-        "VOFFSET", "VOFFSET is added at run time: the nominal place is not where it works", modifies_target=True
-    ),
-    MotionOption("RTCP", "RTCP: the frame is moved by another group", modifies_target=True),
-    MotionOption("COORD", "COORD: the frame is moved by another group", modifies_target=True),
-    MotionOption("SKIP", "Skip may end the motion anywhere", modifies_target=True),
-    MotionOption("SKIPJUMP", modifies_target=True),
-    MotionOption("WEAVE", "weaving changes the executed path"),
-    MotionOption("TRACK", "tracking changes the executed path"),
-    MotionOption(r"ACC\d*"),
-    MotionOption("WJNT"),
-    MotionOption("PTH"),
-    MotionOption("TA"),
-    MotionOption("TB"),
-    MotionOption("DB"),
-)
-_UNSAFE_OPTIONS = [(_words(option.pattern), option.unsafe) for option in MOTION_OPTIONS if option.unsafe]
-#: An option after which the robot is elsewhere than at the motion's position.
-TARGET_MODIFIER = _words("|".join(option.pattern for option in MOTION_OPTIONS if option.modifies_target))
-
-# Parts of options that some readers need.
-ACCELERATION = _words(r"ACC\s*(?:\d+|R\[[^\]]*\])")
-TIMED_BEFORE_END = _words(r"\b(?:DB\s*(\d*\.?\d+)\s*mm|T[AB]\s*(\d*\.?\d+)\s*sec)")  # mm, or seconds, before (after) it
-TIME_AFTER_STOP = _words(r"(?<![A-Z_])TA\s+[\d.]")  # its logic runs after the stop
-POINT_LOGIC = _words(r"P-SPS")  # a listing of its own follows, up to a rule of dashes
-POINT_LOGIC_END = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*-{3,}[ \t]*(?=[\r\n]|\Z)")
-
-
-def unsafe_options(options: str) -> list[str]:
-    """Why a motion with these options cannot be corrected off-line; empty when it can."""
-    return [reason for pattern, reason in _UNSAFE_OPTIONS if pattern.search(options)] if options else []
-
-
 # ---- Positions and registers in any statement ------------------------------------------------------------------------
 
 POSITION = _words(r"(?<![A-Za-z_$])P\[\s*(\d*)")  # n of P[n]; empty for one that is found at run time
 INDIRECT_POSITION = _words(r"(?<![A-Za-z])P\[\s*R\[[^\]]*\]\s*\](\s*=)?")  # P[R[n]], and whether it is written
 POSITION_WRITTEN = re.compile(r"(?<![A-Z])P\[\s*(?:\d+[^\]]*|R\[[^\]]*\]\s*)\]\s*=")
 POSITION_BEFORE_EQUALS = _words(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=")  # written, a component of it too
-FRAME_WRITTEN = re.compile(r"\bU(FRAME|TOOL)\s*\[((?:[^\[\]]|\[[^\]]*\])*)\]\s*=")  # kind and number
+#: Kind, and number: n of UFRAME[n]; of the system variable $MNUFRAME[group,n] too, or a component of it.
+FRAME_WRITTEN = re.compile(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
 REGISTER = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")
 REGISTER_WRITTEN = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=")
 LOCAL_REGISTER = _words(r"(?<![A-Z_])(AR|LR)\[")  # known to one program only
@@ -210,6 +166,8 @@ DIVERSIONS = (
         "while line tracking",
     ),
     _bracket(r"\bTrack\s+(?:TAST|AVC|MPS)", r"\bTrack\s+End\b", "while seam tracking"),
+    _bracket(r"\bTrack\s+DPM", r"\bTrack\s+End\b", "while its path is modified at run time (DPM)"),
+    _bracket(r"^SOFTFLOAT\s*\[", r"^SOFTFLOAT\s+END\b", "while soft float lets the arm give way"),
     _bracket(r"\bTouch\s+Offset\s+(?!End)\w+", r"\bTouch\s+Offset\s+End\b", "shifted by a touch offset"),
     _bracket(r"\bSearch\s+Start\b", r"\bSearch\s+End\b", "inside a search"),
 )
@@ -229,11 +187,12 @@ class UnsafeStatement:
 UNSAFE_STATEMENTS = tuple(
     UnsafeStatement(re.compile(pattern), reason)
     for pattern, reason in (
-        (r"\bOFFSET CONDITION\b", "OFFSET CONDITION adds an offset at run time to what follows"),
-        (r"\bTOOL_OFFSET CONDITION\b", "TOOL_OFFSET CONDITION adds an offset at run time to what follows"),
         (r"\bLINE_TRACK\b|\bSTOP_TRACKING\b", "line tracking changes the executed path"),
         (r"\bWeave\b", "weaving changes the executed path"),
         (r"\bTouch Offset\b|\bSearch Start\b|\bTrack\s+(?:TAST|AVC|MPS)", "sensing changes the executed path"),
+        (r"(?i)\bTrack\s+DPM", "DPM modifies the path at run time"),
+        (r"(?i)^SOFTFLOAT\s*\[", "soft float lets the arm give way"),
+        (r"(?i)^FORCE\s+CTRL\b", "force control moves the robot until it feels its force"),
         (POSITION_WRITTEN.pattern, "a position is written at run time, not the file's"),
     )
 )
@@ -241,6 +200,25 @@ _FRAME_REASON = {
     "FRAME": "UFRAME[] is written: the frame is not the one of the table",
     "TOOL": "UTOOL[] is written: the tool is not the one of the table",
 }
+
+
+@dataclass(frozen=True, slots=True)
+class OffsetCondition:
+    """A statement that gives the offset of later motions that have an option, and no register of their own."""
+
+    pattern: re.Pattern[str]
+    option: re.Pattern[str]  # where it stands without a register
+    reason: str
+
+
+OFFSET_CONDITIONS = tuple(
+    OffsetCondition(
+        _words(rf"(?<![A-Z_]){option}\s+CONDITION\b"),
+        _words(rf"(?<![A-Z_]){option}(?![A-Z_]|\s*,)"),
+        f"{option} CONDITION adds an offset at run time to motions with {word}",
+    )
+    for option, word in (("OFFSET", "Offset"), ("TOOL_OFFSET", "Tool_Offset"), ("VOFFSET", "VOFFSET"))
+)
 #: Text of /APPL
 UNSAFE_HEADERS = {
     "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",

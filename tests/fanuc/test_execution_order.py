@@ -8,6 +8,7 @@ from ls_text import joint_form, program
 
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.execution_order import NO_ORIGIN, motionless_programs, station_origins
+from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import may_move_arm
 
 
@@ -55,6 +56,8 @@ def test_a_jump_that_always_happens_is_followed_and_what_it_skips_joins_nothing(
         ((go(1), "WAIT DI[1]=ON TIMEOUT,LBL[1]", go(2), "LBL[1]", go(3)), [None, 1, None]),
         ((go(1), go(2, "Skip,LBL[1]"), go(3), "LBL[1]", go(4)), [None, None, None, None]),
         ((go(1), go(2, "Offset,PR[1]"), go(3), go(4)), [None, None, None, 3]),
+        ((go(1), go(2, "FPLIN"), go(3), go(4)), [None, None, None, 3]),
+        ((go(1), "L PAL_1[A_1] 50mm/sec FINE", go(3), go(4)), [None, 1, NO_NUMBER, 3]),
         ((go(1), "END", go(2)), [None, None]),
         ((go(1), "IF (DI[1]=ON) THEN", go(2)), [None, None]),
         ((go(1), "ENDFOR", go(2)), [None, None]),
@@ -69,7 +72,7 @@ def test_where_ways_differ_the_origin_is_not_known(statements, known):
     "statement",
     [
         "CALL GRIP", "RUN OTHER", "CALL GRIP(1,2)", "IF DI[1]=ON,CALL GRIP", "CALL R[1]", "CALL SR[1]", "OPEN_HAND",
-        "Follow Up", "IF (DI[1]=ON),OPEN_HAND", "L PAL_1[A_1] 50mm/sec FINE", "FORCE CTRL[1]", "SOFTFLOAT[1]",
+        "Follow Up", "IF (DI[1]=ON),OPEN_HAND", "FORCE CTRL[1]", "SOFTFLOAT[1]",
         "MONITOR SEES_IT", "=3,CALL GRIP", "ELSE,CALL GRIP", "HOME(1)", "CALL",
     ],
 )  # fmt: skip

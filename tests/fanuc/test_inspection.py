@@ -91,7 +91,6 @@ def test_a_shared_and_an_undefined_position_are_named():
         ("L P[1] 5mm/sec FINE COORD PTH    ;", "COORD"),
         ("L P[1] 5mm/sec FINE Skip,LBL[3]    ;", "Skip"),
         ("  UFRAME[1]=PR[3] ;", "UFRAME[] is written"),
-        ("  OFFSET CONDITION PR[3] ;", "OFFSET CONDITION"),
         ("  P[1]=PR[3] ;", "a position is written"),
     ],
 )
@@ -103,10 +102,43 @@ def test_unsafe_statements_are_told_with_their_line(move, word):
 @pytest.mark.parametrize(
     "move",
     ["L P[1] 5mm/sec CNT100 ACC50 PTH    ;", "  !UFRAME[1]=PR[3] ;", "  PR[1]=P[1] ;", "//L PR[4] 5mm/sec FINE    ;",
-     "L P[1:INC Offset] 5mm/sec FINE    ;", "  UFRAME_NUM=1 ;"],
+     "L P[1:INC Offset] 5mm/sec FINE    ;", "  UFRAME_NUM=1 ;", "  OFFSET CONDITION PR[3] ;"],
 )  # fmt: skip
 def test_safe_statements_are_not_told(move):
     assert unsafe_statements(program(["J P[1] 10% FINE    ;", move], {})) == ()
+
+
+@pytest.mark.parametrize("option", ["Offset", "Tool_Offset", "VOFFSET"])
+def test_a_condition_is_told_where_its_option_stands_without_a_register(option):
+    condition = f"  {option.upper()} CONDITION PR[3] ;"
+    for move, told in ((f"L P[1] 5mm/sec FINE {option}", True), (f"L P[1] 5mm/sec FINE {option},PR[1]", False),
+                       ("L P[1] 5mm/sec FINE", False), (f"//L P[1] 5mm/sec FINE {option}", False)):  # fmt: skip
+        findings = unsafe_statements(program(["J P[1] 10% FINE    ;", condition, f"{move} ;"], {}))
+        assert [u.text for u in findings if u.line == 7] == ([condition.strip(" ;")] if told else [])
+
+
+def test_places_that_palletizing_computes_are_motions():
+    moves = [
+        "J P[1] 10% FINE    ;",
+        "  PALLETIZING-B_1 ;",
+        "J PAL_1[A_1] 70% CNT50    ;",
+        "L PAL_1[BTM] 5mm/sec FINE ;",
+    ]
+    assert inspected(moves, {})["motions"] == {"J": 2, "L": 1}
+    reasons = [u.reason for u in unsafe_statements(program(moves, {}))]
+    assert reasons == ["PAL_1[A_1]: its value is not in the file", "PAL_1[BTM]: its value is not in the file"]
+
+
+@pytest.mark.parametrize("via", ["P[2] ACC50", "P[2] Tool_Offset,PR[4:a name]", "P[2] Offset", "P[2:via] Wjnt"])
+@pytest.mark.parametrize("wrap", ["    \n    :  ", " "])
+def test_options_of_a_via_point_belong_to_the_circle_motion(via, wrap):
+    moves = ["J P[1] 10% FINE    ;", f"C {via}{wrap}P[3] 100mm/sec FINE ACC20    ;"]
+    places = {}, {"x": 1400.0, "y": 100.0}, {"x": 1500.0}
+    read = program(moves, *places)
+    assert read.motions.position[1] == (2, 3)
+    assert read.motions.options[1] == f"{via.split(' ', 1)[1]} ACC20"
+    assert inspected(moves, *places)["path_length_mm"] == pytest.approx(100 * np.pi)
+    assert bool(unsafe_statements(read)) is ("Offset" in via)
 
 
 def test_untaught_open_and_empty_positions_are_told():

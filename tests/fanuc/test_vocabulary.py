@@ -1,19 +1,25 @@
 """The vocabulary of statements: what each word means for a correction, and where it is not that word."""
 
+import time
+
 import pytest
 
+from compgen.fanuc.motion_options import (
+    MOTION_OPTIONS,
+    TARGET_MODIFIER,
+    ends_elsewhere,
+    options_on_parts,
+    unsafe_options,
+)
 from compgen.fanuc.vocabulary import (
     CALL,
     MODAL_STATEMENTS,
-    MOTION_OPTIONS,
     POSITION,
     RATES,
     SPEED,
     SPEED_NEEDS_LENGTH,
     SPEED_OF_WHOLE_MOTION,
-    TARGET_MODIFIER,
     TIMES,
-    unsafe_options,
     unsafe_words,
 )
 
@@ -21,7 +27,7 @@ BY_WORD = {option.word: option for option in MOTION_OPTIONS}
 
 
 @pytest.mark.parametrize("option", MOTION_OPTIONS, ids=lambda option: option.word)
-@pytest.mark.parametrize("form", ["{}", "ACC50 {},PR[1]", "{} CNT100", "Break,{}"])
+@pytest.mark.parametrize("form", ["{}", "ACC50 {} PTH", "{} CNT100", "Break,{}"])
 def test_an_option_is_known_wherever_it_stands_in_any_case(option, form):
     word = option.word.removesuffix(r"\d*")
     for text in (form.format(word), form.format(word.lower())):
@@ -29,10 +35,48 @@ def test_an_option_is_known_wherever_it_stands_in_any_case(option, form):
         assert bool(TARGET_MODIFIER.search(text)) is option.modifies_target
 
 
-@pytest.mark.parametrize("text", ["", "ACC100", "Wjnt PTH", "TB 0.10sec,CALL INCREASE", "SKIPPED", "MY_OFFSET,PR[1]"])
+@pytest.mark.parametrize("text", ["", "ACC100", "Wjnt PTH", "TB 0.10sec,CALL INCREASE"])
 def test_other_words_are_not_that_option(text):
     assert not unsafe_options(text)
     assert not TARGET_MODIFIER.search(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["SKIPPED", "MY_OFFSET,PR[1]", "ACC50 FPLIN", "TA_REF 5mm", "ORNT_BASE UF[1,X]", "PR[", "TB .1sec,FOO"]
+)
+def test_a_word_that_is_not_known_makes_its_motion_unsafe(text):
+    assert ends_elsewhere(text)
+    (reason,) = unsafe_options(text)
+    assert "not known" in reason
+    assert options_on_parts(text) is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["TA  1.0sec,CALL GRIP(1,R[2:a b])", "TB   0.0sec,DO[0:blow 0]=PULSE,0.0sec", "DB 10.0mm,RO[1]=ON",
+     "TB .10sec,P-SPS", "TA R[3]sec,DO[1]=(R[1]>3)", "Arc Start[1,2]", "Weld End[1]", "Ind.EV50%", "EV R[1]%",
+     "AP_LD50 RT_LD R[2:x]", "MROT"],
+)  # fmt: skip
+def test_options_are_known_with_their_arguments(text):
+    assert unsafe_options(text) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "carried"),
+    [
+        ("", ""), ("ACC50", "ACC50"), ("ACC R[1:a b] PTH", "ACC R[1:a b] PTH"), ("TA 0.5sec,DO[1]=ON PSPD50", "PSPD50"),
+        ("Wjnt", None), ("AP_LD5", None), ("RT_LD5 ACC50", None), ("CTV50", None), ("Offset", None),
+    ],
+)  # fmt: skip
+def test_inserted_points_carry_what_they_can_or_the_line_is_left(options, carried):
+    assert options_on_parts(options) == carried
+
+
+def test_a_search_through_options_takes_time_in_proportion():
+    start = time.process_time()
+    assert unsafe_options("[" * 200_000)
+    assert unsafe_options("A[" * 200_000)
+    assert time.process_time() - start < 5
 
 
 def test_options_are_named_once():
@@ -43,8 +87,11 @@ def test_options_are_named_once():
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("OFFSET CONDITION PR[1]", "OFFSET CONDITION adds"),
-        ("TOOL_OFFSET CONDITION PR[1]", "TOOL_OFFSET CONDITION adds"),
+        ("$MNUTOOL[1,3]=PR[2]", "UTOOL[] is written"),
+        ("$MNUFRAME[1,R[2]].$Z = 5", "UFRAME[] is written"),
+        ("TRACK DPM[1]", "DPM"),
+        ("SOFTFLOAT[1]", "soft float"),
+        ("FORCE CTRL[2:JIG]", "force control"),
         ("UFRAME[R[1]]=PR[2]", "UFRAME[] is written"),
         ("UTOOL[3:probe] = PR[2]", "UTOOL[] is written"),
         ("P[R[4]]=LPOS", "a position is written"),

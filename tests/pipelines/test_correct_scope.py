@@ -55,7 +55,12 @@ UNSAFE = [
     (["L P[1] 50mm/sec FINE Tool_Offset,PR[3]"], {1}, "Tool_Offset"),
     (["L P[1] 50mm/sec FINE VOFFSET,VR[1]"], {1}, "VOFFSET"),
     (["L P[1] 50mm/sec FINE Skip,LBL[1]", "LBL[1]"], {1}, "Skip"),
+    (["L P[1] 50mm/sec FINE SkipJump,LBL[1]", "LBL[1]"], {1}, "SkipJump"),
+    (["L P[1] 50mm/sec FINE FPLIN"], {1}, "FPLIN"),
+    (["L P[1] 50mm/sec FINE Incremental"], {1}, "Incremental"),
+    (["L P[1] 50mm/sec FINE CTV50"], {1}, "CTV50"),
     (["L P[1] 50mm/sec FINE COORD"], {1}, "COORD"),
+    (["C P[1] Tool_Offset,PR[4] P[2] 50mm/sec FINE"], {1, 2}, "C P[1]"),
     (["L P[1] 50mm/sec FINE RTCP"], {1}, "RTCP"),
     (["L PR[5] 50mm/sec FINE"], set(), "PR[5]"),
     (["L P[R[3]] 50mm/sec FINE"], set(), "P[R[3]]"),
@@ -65,6 +70,13 @@ UNSAFE = [
     (["LINE_TRACK 1", "L P[1] 50mm/sec FINE", "STOP_TRACKING"], {1}, "L P[1]"),
     (["Touch Offset PR[1]", "L P[1] 50mm/sec FINE", "Touch Offset End"], {1}, "L P[1]"),
     (["Search Start[1] PR[1]", "L P[1] 50mm/sec FINE", "Search End"], {1}, "L P[1]"),
+    (["TRACK DPM[1]", "L P[1] 50mm/sec FINE", "TRACK END"], {1}, "L P[1]"),
+    (["SOFTFLOAT[1]", "L P[1] 50mm/sec FINE", "SOFTFLOAT END"], {1}, "L P[1]"),
+    (["FORCE CTRL[2:JIG]", "L P[1] 50mm/sec FINE"], set(), "FORCE CTRL"),
+    (["L P[3] 50mm/sec FINE Weave Sine[1]", "L P[1] 50mm/sec FINE", "Weave End"], {1, 3}, "L P[1]"),
+    (["$MNUTOOL[1,5]=PR[1]"], {1, 2}, "$MNUTOOL"),
+    (["$MNUFRAME[1,4].$X=R[1]"], {1, 2}, "$MNUFRAME"),
+    (["PR[1:some long name]=PR[2]+\n    :  P[1]", "L P[1] 50mm/sec FINE"], {1}, "PR[1:some"),
     (["UFRAME[4]=PR[1]"], {1, 2}, "UFRAME[4]"),
     (["UTOOL[5]=PR[1]"], {1, 2}, "UTOOL[5]"),
     (["UTOOL[R[1:which]]=PR[1]"], {1, 2, 3}, "UTOOL[R"),
@@ -339,6 +351,39 @@ def test_nothing_goes_in_where_a_jump_may_arrive_or_leave(between, hot):
     data, _ = line(1200)
     data = data.replace(b"   2:L", b"   2:  " + between.encode() + b" ;\n   3:L")
     assert corrected(data, hot, insert=1e-6).added == 0
+
+
+@pytest.mark.parametrize(
+    "between",
+    ["GO HOME", "PALLETIZING-B_1", "J PAL_1[A_1] 70% CNT50", "FORCE CTRL[1]", "L PR[3] 50mm/sec FINE"],
+)
+def test_nothing_goes_in_where_the_robot_may_have_been_moved(between, hot):
+    data, _ = line(1200)
+    mark = b"" if between[:2] in ("J ", "L ") else b"  "
+    data = data.replace(b"   2:L", b"   2:" + mark + between.encode() + b" ;\n   3:L")
+    assert corrected(data, hot, insert=1e-6).added == 0
+
+
+@pytest.mark.parametrize(
+    "between", ["R[1:x]=R[2]", "DO[1]=ON", "!GO HOME", "WAIT   1.00(sec)", "//L PR[3] 5mm/sec FINE"]
+)
+def test_points_go_in_behind_statements_that_leave_the_robot_where_it_is(between, hot):
+    data, _ = line(1200)
+    data = data.replace(b"   2:L", b"   2:  " + between.encode() + b" ;\n   3:L")
+    assert corrected(data, hot, insert=1e-6).added > 0
+
+
+@pytest.mark.parametrize(
+    "option", [" Wjnt", " MROT", " RT_LD50", " AP_LD50", " ACC50 Break", " SkipJump,LBL[1]", " FPLIN"]
+)
+def test_nothing_goes_into_a_line_with_an_option_that_its_pieces_cannot_share(option, hot):
+    assert corrected(line(1200, option)[0], hot, insert=1e-6).added == 0
+
+
+def test_new_points_carry_the_options_of_their_line(hot):
+    result = corrected(line(1200, " ACC R[1:a b] PSPD50 PTH")[0], hot, insert=1e-6)
+    assert result.added > 0
+    assert result.text.count(b" CNT100 ACC R[1:a b] PSPD50 PTH    ;") == result.added
 
 
 @pytest.mark.parametrize("speed", ["12sec", "12000msec", "30deg/sec"])

@@ -16,18 +16,8 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray, own
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.vocabulary import (
-    ARC_LETTERS,
-    BRACKETS,
-    END,
-    LABEL,
-    POINT_LOGIC,
-    POINT_LOGIC_END,
-    POSITION,
-    POSITION_BEFORE_EQUALS,
-    REMARKS,
-    TIME_AFTER_STOP,
-)
+from compgen.fanuc.motion_options import POINT_LOGIC, POINT_LOGIC_END, TIME_AFTER_STOP
+from compgen.fanuc.vocabulary import ARC_LETTERS, BRACKETS, END, LABEL, POSITION, POSITION_BEFORE_EQUALS, REMARKS
 
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 

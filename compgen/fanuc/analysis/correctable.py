@@ -109,9 +109,15 @@ def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
 
 
 def _stretches(program: LsProgram) -> list[tuple[int, int, str]]:
-    """Line numbers between which the executed path is not the programmed one."""
+    """Line numbers between which the executed path is not the programmed one; an option of a motion may begin it."""
     stretches = []
-    statements = other_statements(program)
+    m = program.motions
+    with_options = [
+        (line, options)
+        for line, options, off in zip(m.line.tolist(), m.options, m.disabled.tolist())
+        if options and not off
+    ]
+    statements = sorted(other_statements(program) + with_options)
     for diversion in DIVERSIONS:
         start: int | None = None
         for number, text in statements:

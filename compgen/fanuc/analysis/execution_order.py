@@ -16,6 +16,7 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc.analysis.control_flow import Flow, read_flow
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.vocabulary import (
     ABORT,
     CALL,
@@ -28,7 +29,6 @@ from compgen.fanuc.vocabulary import (
     JUMP,
     LABEL,
     LABEL_ALONE,
-    TARGET_MODIFIER,
     may_move_arm,
 )
 
@@ -65,7 +65,9 @@ def station_origins(program: LsProgram, motion: IntArray, motionless: Collection
     for station, state in heads.items():
         origin[station] = max(state, NO_ORIGIN)
     if len(motion):
-        modified = np.array([bool(o) and bool(TARGET_MODIFIER.search(o)) for o in program.motions.options])[motion]
+        options = program.motions.options
+        modifying = {o for o in set(options) if ends_elsewhere(o)}
+        modified = np.array([o in modifying for o in options])[motion]
         origin[modified | ((origin != NO_ORIGIN) & modified[origin])] = NO_ORIGIN
     followed = np.zeros(len(motion), dtype=bool)
     for node in nodes:

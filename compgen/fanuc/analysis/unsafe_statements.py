@@ -12,7 +12,8 @@ from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.vocabulary import UNSAFE_HEADERS, unsafe_options, unsafe_words
+from compgen.fanuc.motion_options import unsafe_options
+from compgen.fanuc.vocabulary import OFFSET_CONDITIONS, UNSAFE_HEADERS, unsafe_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +80,15 @@ def _positions(program: LsProgram) -> list[Unsafe]:
 
 def _others(program: LsProgram) -> list[Unsafe]:
     """Statements that are neither motion nor remark."""
+    m = program.motions
+    active_options = {options for options, disabled in zip(m.options, m.disabled.tolist()) if not disabled}
+    conditions = [c for c in OFFSET_CONDITIONS if any(map(c.option.search, active_options))]
     findings = []
     for number, text in other_statements(program):
-        short = " ".join(text.rstrip("; ").split())[:60]
-        findings += [Unsafe(number, short, why) for why in unsafe_words(text)]
+        reasons = unsafe_words(text) + [c.reason for c in conditions if c.pattern.match(text)]
+        if reasons:
+            short = " ".join(text.rstrip("; ").split())[:60]
+            findings += [Unsafe(number, short, reason) for reason in reasons]
     return findings
 
 

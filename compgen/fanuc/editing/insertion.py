@@ -15,7 +15,8 @@ from compgen.fanuc.editing.numbers import Edits, number_edits
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import LsProgram, edited
-from compgen.fanuc.vocabulary import ACCELERATION, SPEED_OF_WHOLE_MOTION, TIMED_BEFORE_END
+from compgen.fanuc.motion_options import TIMED_BEFORE_END, options_on_parts
+from compgen.fanuc.vocabulary import SPEED_OF_WHOLE_MOTION
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
@@ -24,8 +25,9 @@ from compgen.robot.robot import Robot
 def allowed_pieces(program: LsProgram, poses: Poses, drive: Traversal, pieces: IntArray) -> IntArray:
     """Into how many pieces each straight way may be cut, (S,): 1 where its statement does not allow it.
 
-    Not where a jump may arrive between its ends, not where its speed is the time of the whole line, not where another
-    group moves along; and the last piece keeps the length that its DB, TB or TA reaches back.
+    Only where nothing between its ends may move the robot or jump, and where each option of its statement is carried or
+    stays with its end; not where its speed is the time of the whole line, not where another group moves along; and
+    the last piece keeps the length that its DB, TB or TA reaches back.
     """
     m, p = program.motions, program.positions
     definitions = np.bincount(p.number, minlength=int(p.number.max(initial=0)) + 1)
@@ -37,6 +39,8 @@ def allowed_pieces(program: LsProgram, poses: Poses, drive: Traversal, pieces: I
         jump_target = bool(((flow > m.line[j]) & (flow < m.line[i])).any()) or int(drive.origin[s]) != s - 1
         single_group = definitions[poses.number[drive.pose[s]]] == 1
         if jump_target or not single_group or is_duration or poses.joint_form[drive.pose[s]]:
+            continue
+        if options_on_parts(m.options[i]) is None:
             continue
         reach = 0.0
         for distance, time in TIMED_BEFORE_END.findall(m.options[i]):
@@ -71,8 +75,8 @@ def insert_points(
         start = int(m.span[i, 0])
         line_start = max(program.data.rfind(b"\n", 0, start), program.data.rfind(b"\r", 0, start)) + 1
         prefix = re.sub(rb"\d", b" ", program.data[line_start:start])
-        acc = ACCELERATION.search(m.options[i])
-        tail = f"{m.speed[i]} CNT100{f' {acc[0]}' if acc else ''}    ;".encode("latin-1")
+        carried = options_on_parts(m.options[i])
+        tail = f"{m.speed[i]} CNT100{f' {carried}' if carried else ''}    ;".encode("latin-1")
         lines = [prefix + b"L P[%d] " % n + tail + eol for n in numbers[station == s].tolist()]
         edits[line_start, line_start] = b"".join(lines)
     copies = [(int(poses.row[drive.pose[s]]), int(n)) for s, n in zip(station, numbers)]

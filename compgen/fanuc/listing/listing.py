@@ -17,7 +17,7 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.lines import end_of_line, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.positions import Positions, read_positions
-from compgen.fanuc.vocabulary import REMARKS
+from compgen.fanuc.vocabulary import CONTINUATION, REMARKS
 
 _BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
 _TRANSLATED = re.compile(
@@ -103,14 +103,30 @@ def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram
 
 
 def other_statements(program: LsProgram) -> list[tuple[int, str]]:
-    """Line and text of each statement that is neither motion nor remark, instruction comments left out."""
+    """Line and text of each statement that is neither motion nor remark, wrapped ones as one; comments left out."""
+    data, place = program.data, program.place
     other = np.flatnonzero(~np.isin(program.statements, program.motions.line))
     statements = []
-    for line, at in zip(program.statements[other].tolist(), program.place[other].tolist()):
-        text = program.data[at : end_of_line(program.data, at)].decode("latin-1").partition(":")[2].strip()
-        if not text.startswith(REMARKS):
-            statements.append((line, text))
+    for line, at, k in zip(program.statements[other].tolist(), place[other].tolist(), other.tolist()):
+        stop = end_of_line(data, at)
+        text = data[at:stop].decode("latin-1").partition(":")[2].strip()
+        if text.startswith(REMARKS):
+            continue
+        if ";" not in text:
+            text += _continuation(data, stop, int(place[k + 1]) if k + 1 < len(place) else len(data))
+        statements.append((line, text))
     return statements
+
+
+def _continuation(data: bytes, at: int, limit: int) -> str:
+    """The lines that go on with a statement, joined, up to its semicolon."""
+    parts = []
+    while at < limit and (match := CONTINUATION.match(data, at, limit)):
+        parts.append(match[1].decode("latin-1").strip())
+        at = match.end()
+        if parts[-1].endswith(";"):
+            break
+    return " ".join(["", *parts]) if parts else ""
 
 
 def _sections(data: bytes) -> dict[str, tuple[int, int]]:

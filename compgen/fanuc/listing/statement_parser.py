@@ -8,7 +8,16 @@ from dataclasses import dataclass, field
 
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.position_parser import NO_NUMBER, Span
-from compgen.fanuc.vocabulary import LINE_NUMBER, MOTION, NUMBER_AND_NAME, SPEED, SPEED_NUMBER, TARGET, TERMINATION
+from compgen.fanuc.vocabulary import (
+    LINE_NUMBER,
+    MOTION,
+    NUMBER_AND_NAME,
+    SPEED,
+    SPEED_NUMBER,
+    TARGET,
+    TERMINATION,
+    VIA_OPTIONS,
+)
 
 LONGEST_STATEMENT = 65_536  # characters, far beyond what a controller prints
 LARGEST_NUMBER = 999_999_999  # of all numbers of positions
@@ -22,7 +31,7 @@ class ParsedMotion:
     letter: str
     disabled: bool
     target: list[Span] = field(default_factory=list)  # inside the brackets
-    kind: list[str] = field(default_factory=list)  # P or PR
+    kind: list[str] = field(default_factory=list)  # P, PR or PAL_n
     speed: Span = (0, 0)
     termination: Span = (0, 0)
     options: str = ""
@@ -92,12 +101,17 @@ class StatementParser:
         """Targets of a motion, and what follows the last of them."""
         data, move = self.data, self.move
         at = _take_targets(data, move, at, limit)
+        is_via = move.letter == "C" and len(move.target) == 1 and number == move.line
+        if is_via and (match := VIA_OPTIONS.match(data, at, limit)):
+            move.options = match[1].decode("latin-1")
+            at = _take_targets(data, move, match.end(), limit)
         if not move.target:
             raise InputError(f"program: line {number}: the target of this move is not understood; mend it")
         if any(position_number(data, move, i) > LARGEST_NUMBER for i in range(len(move.target))):
             raise InputError(f"program: line {number}: no position has a number above {LARGEST_NUMBER}; mend it")
         if last or move.letter != "C" or len(move.target) > 1 or number > move.line:
-            move.options = _take_speed_and_termination(data, move, at, limit)
+            options = _take_speed_and_termination(data, move, at, limit)
+            move.options = f"{move.options} {options}".strip()
             move.span = (move.span[0], limit)
             self.moves.append(move)
             self.state = "m"

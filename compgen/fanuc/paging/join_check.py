@@ -19,8 +19,9 @@ from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
 from compgen.fanuc.listing.positions import Positions
 from compgen.fanuc.listing.templates import find_places
+from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.program import Program
-from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE, TARGET_MODIFIER
+from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
 
 T = TypeVar("T")
 
@@ -168,8 +169,8 @@ def _target_texts(motions: MotionSequence, first: int, count: int) -> list[bytes
 
 def _stands_at_target(motion: ExecutedMotion) -> bool:
     """Whether the file says where the robot stands after a motion."""
-    in_file = not motion.targets[-1].upper().startswith(("P[", "PR["))
-    return in_file and not TARGET_MODIFIER.search(motion.options)
+    in_file = not motion.targets[-1].upper().startswith(("P[", "PR[", "PAL_"))
+    return in_file and not ends_elsewhere(motion.options)
 
 
 def _is_entry(motion: ExecutedMotion, before: ExecutedMotion) -> bool:

@@ -13,9 +13,10 @@ from compgen.fanuc.analysis.modal_state import ModalState, read_modal_state
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
+from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.paging.capacity import Capacity, ProgramSize, UnitSizes, unit_sizes
 from compgen.fanuc.paging.names import page_names
-from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER, TARGET_MODIFIER
+from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER
 
 RangeT = TypeVar("RangeT")
 
@@ -188,7 +189,7 @@ def _entry_motion(program: LsProgram, flow: Flow, first: int) -> tuple[int, str]
     m, i = program.motions, int(flow.motion[first - 1])
     if not m.position[i] or not np.any(program.positions.number == m.position[i][-1]):
         return NO_NUMBER, f"line {m.line[i]}: where it starts is not in the file"
-    if TARGET_MODIFIER.search(m.options[i]):
+    if ends_elsewhere(m.options[i]):
         return NO_NUMBER, f"line {m.line[i]}: where it starts is found at run time ({m.options[i]})"
     return i, ""
 

@@ -1,0 +1,167 @@
+"""The options of a motion that cgen knows, word by word, and what they mean for a correction; no other word is safe."""
+
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+
+def _ignoring_case(pattern: str) -> re.Pattern[str]:
+    return re.compile(pattern, re.IGNORECASE)
+
+
+class OnInsertion(Enum):
+    """What becomes of an option where points are put into the line of its motion."""
+
+    LEAVE = "no points are put into the line"
+    CARRY = "each new point carries it"
+    KEEP = "it stays with the end of the line"
+
+
+@dataclass(frozen=True, slots=True)
+class MotionOption:
+    """A word behind a motion's termination."""
+
+    word: str  # a pattern, in capitals
+    unsafe: str = ""  # why a motion with it cannot be corrected off-line
+    modifies_target: bool = False  # the motion ends elsewhere than at its position
+    arguments: str = ""  # a pattern of what may follow the word; [] stands for brackets with anything inside
+    on_insertion: OnInsertion = OnInsertion.LEAVE
+
+    @property
+    def pattern(self) -> str:
+        """Where the word stands among options, whatever its case."""
+        return rf"(?<![A-Z_]){self.word}\b"
+
+
+_NUMBER_OR_REGISTER = r"\s*(?:-?[\d.]+|A?R[])"
+_OFFSET_REGISTER = r"\s*,\s*[PV]?R[]"
+_AFTER_SKIP = r"\s*,\s*LBL[](?:\s*,\s*PR[]\s*=\s*[LJ]POS)?"
+_LOGIC = (  # beside a motion: a call, point logic, or an output, perhaps as a pulse of some seconds
+    rf"{_NUMBER_OR_REGISTER}\s*(?:sec|mm)?(?:\s*,\s*(?:CALL\s+[^\s,(]+(?:\s*\([^()]*\))?|P-SPS"
+    rf"|[A-Z]+[]\s*=\s*(?:\([^()]*\)|[^\s,]+)(?:\s*,{_NUMBER_OR_REGISTER}\s*sec)?))?"
+)
+_SCHEDULE = r"\s*[]"
+
+MOTION_OPTIONS = (
+    MotionOption("INC", "INC moves relative to where it starts: a shift of both ends is wrong", modifies_target=True),
+    MotionOption(
+        "INCREMENTAL",
+        "Incremental moves relative to where it starts: a shift of both ends is wrong",
+        modifies_target=True,
+    ),
+    MotionOption(
+        "TOOL_OFFSET",
+        "Tool_Offset is added at run time: the nominal place is not where it works",
+        modifies_target=True,
+        arguments=_OFFSET_REGISTER,
+    ),
+    MotionOption(
+        "OFFSET",
+        "Offset is added at run time: the nominal place is not where it works",
+        modifies_target=True,
+        arguments=_OFFSET_REGISTER,
+    ),
+    MotionOption(
+        "VOFFSET",
+        "VOFFSET is added at run time: the nominal place is not where it works",
+        modifies_target=True,
+        arguments=_OFFSET_REGISTER,
+    ),
+    MotionOption("RTCP", "RTCP: the frame is moved by another group", modifies_target=True),
+    MotionOption("COORD", "COORD: the frame is moved by another group", modifies_target=True, arguments=_SCHEDULE),
+    MotionOption("SKIP", "Skip may end the motion anywhere", modifies_target=True, arguments=_AFTER_SKIP),
+    MotionOption("SKIPJUMP", "SkipJump may end the motion anywhere", modifies_target=True, arguments=_AFTER_SKIP),
+    MotionOption("SEARCH", "a search ends where it touches", modifies_target=True, arguments=_SCHEDULE),
+    MotionOption("CTV", "CTV: the last axis goes on turning", arguments=_NUMBER_OR_REGISTER),
+    MotionOption("WEAVE", "weaving changes the executed path", arguments=r"\s+\w+(?:\s*[])?"),
+    MotionOption("TRACK", "tracking changes the executed path", arguments=r"\s+\w+(?:\s*[])?"),
+    MotionOption("ACC", arguments=_NUMBER_OR_REGISTER, on_insertion=OnInsertion.CARRY),
+    MotionOption("PSPD", arguments=_NUMBER_OR_REGISTER, on_insertion=OnInsertion.CARRY),
+    MotionOption("PTH", on_insertion=OnInsertion.CARRY),
+    MotionOption("WJNT"),
+    MotionOption("MROT"),
+    MotionOption("BREAK"),
+    MotionOption("AP_LD", arguments=_NUMBER_OR_REGISTER),
+    MotionOption("RT_LD", arguments=_NUMBER_OR_REGISTER),
+    MotionOption("EV", arguments=_NUMBER_OR_REGISTER + r"\s*%"),
+    MotionOption("IND.EV", arguments=_NUMBER_OR_REGISTER + r"\s*%"),
+    MotionOption("TA", arguments=_LOGIC, on_insertion=OnInsertion.KEEP),
+    MotionOption("TB", arguments=_LOGIC, on_insertion=OnInsertion.KEEP),
+    MotionOption("DB", arguments=_LOGIC, on_insertion=OnInsertion.KEEP),
+    MotionOption("ARC START", arguments=_SCHEDULE, on_insertion=OnInsertion.KEEP),
+    MotionOption("ARC END", arguments=_SCHEDULE, on_insertion=OnInsertion.KEEP),
+    MotionOption("WELD START", arguments=_SCHEDULE, on_insertion=OnInsertion.KEEP),
+    MotionOption("WELD END", arguments=_SCHEDULE, on_insertion=OnInsertion.KEEP),
+)
+_BLANK = "\0"  # what stands in brackets, where only the brackets matter
+#: An option with its arguments, a termination that stands behind it, or a word that is none of them.
+_OPTION_OR_WORD = _ignoring_case(
+    r"(?:"
+    + "|".join(
+        f"(?P<option{i}>{option.word}(?:{option.arguments})?)".replace("[]", rf"\[{_BLANK}*\]")
+        for i, option in enumerate(MOTION_OPTIONS)
+    )
+    + r"|FINE|CNT\s*\d*|C[RD]\s*\d+)(?=[\s,]|$)|(?P<unknown>[^\s,]+)"
+)
+_UNSAFE_OPTIONS = [(option, _ignoring_case(option.pattern)) for option in MOTION_OPTIONS if option.unsafe]
+#: An option after which the robot is elsewhere than at the motion's position.
+TARGET_MODIFIER = _ignoring_case("|".join(option.pattern for option in MOTION_OPTIONS if option.modifies_target))
+_LONGEST_QUOTE = 40  # characters of unknown words in a message
+
+# Parts of options that some readers need.
+TIMED_BEFORE_END = _ignoring_case(
+    r"\b(?:DB\s*(\d*\.?\d+)\s*mm|T[AB]\s*(\d*\.?\d+)\s*sec)"
+)  # mm, or seconds, before (after) it
+TIME_AFTER_STOP = _ignoring_case(r"(?<![A-Z_])TA\s+[\d.]")  # its logic runs after the stop
+POINT_LOGIC = _ignoring_case(r"P-SPS")  # a listing of its own follows, up to a rule of dashes
+POINT_LOGIC_END = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*-{3,}[ \t]*(?=[\r\n]|\Z)")
+
+
+def unsafe_options(options: str) -> list[str]:
+    """Why a motion with these options cannot be corrected off-line; empty when it can.
+
+    A word that is not known here may move the target or the path.
+    """
+    if not options:
+        return []
+    parts = _split_options(options)
+    known = {option for option, _ in parts}
+    reasons = [option.unsafe for option, pattern in _UNSAFE_OPTIONS if option in known or pattern.search(options)]
+    if unknown := " ".join(dict.fromkeys(text for option, text in parts if option is None)):
+        reasons.append(f"'{unknown[:_LONGEST_QUOTE]}' is not known to cgen: it may move the target or the path")
+    return reasons
+
+
+def ends_elsewhere(options: str) -> bool:
+    """Whether after a motion with these options the robot may be elsewhere than at the motion's position."""
+    return bool(TARGET_MODIFIER.search(options)) or any(option is None for option, _ in _split_options(options))
+
+
+def options_on_parts(options: str) -> str | None:
+    """The options that points put into a motion's line carry; None where no points may be put there."""
+    parts = _split_options(options)
+    if any(option is None or option.on_insertion is OnInsertion.LEAVE for option, _ in parts):
+        return None
+    return " ".join(text for option, text in parts if option and option.on_insertion is OnInsertion.CARRY)
+
+
+def _split_options(options: str) -> list[tuple[MotionOption | None, str]]:
+    """Options with their texts; None for a word that is not known."""
+    parts: list[tuple[MotionOption | None, str]] = []
+    for match in _OPTION_OR_WORD.finditer(_blank_brackets(options)):
+        text = options[slice(*match.span())]
+        if match.lastgroup == "unknown":
+            parts.append((None, text))
+        elif match.lastgroup:
+            parts.append((MOTION_OPTIONS[int(match.lastgroup.removeprefix("option"))], text))
+    return parts
+
+
+def _blank_brackets(text: str) -> str:
+    """The text with what stands in brackets blanked out, character by character."""
+    depth, characters = 0, []
+    for character in text:
+        depth -= character == "]" and depth > 0
+        characters.append(_BLANK if depth else character)
+        depth += character == "["
+    return "".join(characters)
