@@ -8,8 +8,7 @@ import typer
 
 from compgen.cli.messages import print_error
 from compgen.cli.options import DEFAULT_ROBOT, FramesFile, Overrides, ProgramFile, Quiet, Robot, output_folder
-from compgen.cli.ownership import check_correction_folder, check_restored
-from compgen.cli.program_file import PROVENANCE
+from compgen.cli.ownership import PROVENANCE, check_correction_folder, check_restored
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular

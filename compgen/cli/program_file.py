@@ -6,11 +6,10 @@ from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 
+from compgen.cli.ownership import PROVENANCE
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.fanuc.frames import Frames, default_frames, load_frames
-
-PROVENANCE = ".compgen.json"  # beside a corrected program
 
 
 def read_program(program: str) -> bytes:
