@@ -28,6 +28,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Lock
 
 ROOT = Path(__file__).resolve().parents[2]
 JOURNAL = ROOT / "tests" / "campaigns" / "mutation.jsonl"
@@ -135,9 +136,9 @@ def stages(mutant: Mutant, wide: bool) -> list[list[str]]:
     return [stage for stage in (near, own, others if wide else []) if stage]
 
 
-def tested(tree: Path, files: list[str], seconds: float) -> str:
-    """``passed``, ``timed out``, or the first test that fails."""
-    command = [sys.executable, "-m", "pytest", "-x", "--no-header", "--tb=no", "-p", "no:cacheprovider", *files]
+def pytest_run(tree: Path, *arguments: str, seconds: float | None = None) -> tuple[int | None, list[str]]:
+    """Exit code, None when the time is over, and the tests that failed."""
+    command = [sys.executable, "-m", "pytest", "--no-header", "--tb=no", "-p", "no:cacheprovider", *arguments]
     process = subprocess.Popen(
         command, cwd=tree, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
     )
@@ -146,31 +147,57 @@ def tested(tree: Path, files: list[str], seconds: float) -> str:
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
+        return None, []
+    failed = [line.split(" ")[1] for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+    return process.returncode, failed
+
+
+class Baseline:
+    """Tests that fail without any change prove nothing: each file is run once as it is, and they are left out."""
+
+    def __init__(self, tree: Path) -> None:
+        self._tree = tree
+        self._failing: dict[str, list[str]] = {}
+        self._lock = Lock()
+
+    def deselected(self, files: list[str]) -> list[str]:
+        with self._lock:
+            for file in files:
+                if file not in self._failing:
+                    self._failing[file] = pytest_run(self._tree, file)[1]
+            return [f"--deselect={test}" for file in files for test in self._failing[file]]
+
+
+def tested(tree: Path, files: list[str], deselected: list[str], seconds: float) -> str:
+    """``passed``, ``timed out``, or the first test that fails."""
+    code, failed = pytest_run(tree, "-x", *files, *deselected, seconds=seconds)
+    if code is None:
         return "timed out"
-    if process.returncode in (0, 5):  # 5: nothing to run
+    if code in (0, 5):  # 5: nothing to run
         return "passed"
-    failed = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return failed[0].split(" ")[1] if failed else f"exit {process.returncode}"
+    return failed[0] if failed else f"exit {code}"
 
 
-def attempt(tree: Path, mutant: Mutant, wide: bool, seconds: float) -> tuple[str, str]:
+def attempt(tree: Path, mutant: Mutant, baseline: Baseline, wide: bool, seconds: float) -> tuple[str, str]:
     """``caught``, ``timed out`` or ``survived``, and the test that noticed."""
     path = tree / mutant.file
     text = path.read_bytes()
-    compiled = Path(path.parent / "__pycache__").glob(f"{path.stem}.*.pyc")
     try:
-        path.write_bytes(text[: mutant.start] + mutant.after.encode() + text[mutant.end :])
-        for old in compiled:
-            old.unlink()
+        rewrite(path, text[: mutant.start] + mutant.after.encode() + text[mutant.end :])
         for files in stages(mutant, wide):
-            answer = tested(tree, files, seconds)
+            answer = tested(tree, files, baseline.deselected(files), seconds)
             if answer != "passed":
                 return ("timed out", "") if answer == "timed out" else ("caught", answer)
         return "survived", ""
     finally:
-        path.write_bytes(text)
-        for old in Path(path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
-            old.unlink()
+        rewrite(path, text)
+
+
+def rewrite(path: Path, text: bytes) -> None:
+    """Another text of a module, without what was compiled of the last: it may have the same size and second."""
+    path.write_bytes(text)
+    for compiled in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
+        compiled.unlink()
 
 
 def copied_tree(folder: Path) -> Path:
@@ -183,6 +210,7 @@ def campaign(seeds: range, wide: bool, seconds: float, processes: int) -> None:
     pool = library()
     with tempfile.TemporaryDirectory() as folder:
         trees: SimpleQueue[Path] = SimpleQueue()
+        baseline = Baseline(copied_tree(Path(folder) / "as it is"))
         for n in range(processes):
             trees.put(copied_tree(Path(folder) / str(n)))
 
@@ -190,7 +218,7 @@ def campaign(seeds: range, wide: bool, seconds: float, processes: int) -> None:
             mutant = random.Random(seed).choice(pool)
             tree = trees.get()
             try:
-                outcome, test = attempt(tree, mutant, wide, seconds)
+                outcome, test = attempt(tree, mutant, baseline, wide, seconds)
             finally:
                 trees.put(tree)
             row = {"seed": seed, "wide": wide, "result": outcome, "test": test, **asdict(mutant)}
@@ -223,11 +251,11 @@ def table(seeds: range) -> str:
         if result == "survived" and (row["file"], row["statement"], row["after"]) in reasons:
             result = "equivalent"
         counts[result] += 1
-        if result == "survived":
-            lines.append(f"  {seed}: {row['file']}:{row['line']}: {row['before']} -> {row['after']}")
+        if result in ("survived", "timed out"):
+            lines.append(f"  {seed} {result}: {row['file']}:{row['line']}: {row['before']} -> {row['after']}")
             lines.append(f"      {row['statement']}")
     total, judged = len(rows), len(rows) - counts["equivalent"]
-    noticed = counts["caught"] + counts["timed out"]
+    noticed = counts["caught"]  # whether one that timed out is noticed is for a reader to say
     head = f"tried {total}, caught {counts['caught']}, timed out {counts['timed out']}, survived {counts['survived']}, "
     head += f"equivalent {counts['equivalent']}: {100 * noticed / max(judged, 1):.1f} % of {judged} noticed"
     return "\n".join([head, *lines])
