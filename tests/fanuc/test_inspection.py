@@ -65,6 +65,11 @@ def test_lengths_and_times_of_a_small_program():
     assert found["unsafe"] == []
 
 
+def test_a_program_that_stays_where_it_is_has_no_length_and_no_time():
+    for moves in ([], ["J P[1] 10% FINE    ;"]):
+        assert (inspected(moves, {})["path_length_mm"], inspected(moves, {})["duration_s"]) == (0, 0)
+
+
 def test_a_circle_motion_is_as_long_as_its_arc():
     found = inspected(
         ["J P[1] 10% FINE    ;", "C P[2]    \n    :  P[3] 100mm/sec FINE    ;"],
