@@ -72,6 +72,28 @@ def test_no_command_removes_what_another_wrote(tmp_path, generated):
     assert content(out) == before
 
 
+def test_without_a_compiler_only_the_last_digits_of_the_report_differ(tmp_path, monkeypatch):
+    """As README says: the compiler contracts multiplications with additions, and its functions round by themselves."""
+    for name, compiler in (("c", "cc"), ("numpy", "no-such-compiler")):
+        monkeypatch.setenv("CC", compiler)
+        assert run("generate", "paths/circle_1300.toml", "-q", "-o", tmp_path / name).returncode == 0
+    with_c, without = content(tmp_path / "c"), content(tmp_path / "numpy")
+    reports = [json.loads(files.pop("report.json")) for files in (with_c, without)]
+    assert with_c == without
+    numbers = [list(plain_numbers(report)) for report in reports]
+    assert len(numbers[0]) > 60
+    assert numbers[0] == pytest.approx(numbers[1], rel=1e-8, abs=1e-9)
+
+
+def plain_numbers(value):
+    """All numbers in plain data, in its order."""
+    if isinstance(value, dict | list):
+        for inner in value.values() if isinstance(value, dict) else value:
+            yield from plain_numbers(inner)
+    elif isinstance(value, int | float):
+        yield value
+
+
 def test_a_relative_cache_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", "cache")
     result = run("generate", ROOT / "paths/line_y.toml", "-q", "-o", "out", cwd=tmp_path)
