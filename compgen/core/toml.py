@@ -128,13 +128,13 @@ def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[Error
             if name not in value:
                 return f"{key}.{name}: missing; known: {', '.join(tags)}"
             close = suggest(value[name], tags, listed=True) if isinstance(value[name], str) else ""
-            return f"{key}.{name}: {_brief(value[name])} is unknown; known: {', '.join(tags)}{close}"
+            return f"{key}.{name}: {brief_value(value[name])} is unknown; known: {', '.join(tags)}{close}"
         case "finite_number":
             return f"{key}: {value} is not a number; give a finite one"
         case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{key}: {_brief(value)} must be a table"
+            return f"{key}: {brief_value(value)} must be a table"
     reasons = dict.fromkeys(_reason(e) for s, e in below if s == steps)
-    return f"{key}: {_brief(value)}: {', or '.join(reasons)}"
+    return f"{key}: {brief_value(value)}: {', or '.join(reasons)}"
 
 
 def _is_deeper(value: Any, levels: int) -> bool:
@@ -161,7 +161,7 @@ def _reason(error: ErrorDetails) -> str:
     return text.replace(" after validation", "").replace("a valid dictionary", "a table")
 
 
-def _brief(value: object) -> str:
+def brief_value(value: object) -> str:
     """A value for a message, whatever it holds and however deep."""
     try:
         return _short(_REPR.repr(value))

@@ -20,12 +20,13 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.rotations import from_wpr
+from compgen.core.toml import brief_value
 from compgen.core.units import DEG, MM
 
 Pose = tuple[Array, Array]  # position (3,) [m], rotation (3, 3)
 _KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
-_ENTRY = re.compile(r"\[1,\s*(\d+)\]\s*=([^\[]*)")
+_ENTRY = re.compile(r"\[1,\s*([0-9]{1,3})\]\s*=([^\[]*)")
 _COORDINATE = re.compile(r"\b([XYZWPR]):\s*([-+]?\d*\.?\d+)")
 
 
@@ -67,6 +68,8 @@ def _from_toml(text: str, path: str) -> Frames:
     for key in data:
         if key not in ("uframe", "utool"):
             raise InputError(f"{path}: {key}: unknown key; give [uframe.N] and [utool.N]")
+        if not isinstance(data[key], dict):
+            raise InputError(f"{path}: {key}: must be a table; give [{key}.N]")
     return Frames(
         *(
             {_index(n, kind, path): _pose(t, f"{kind}.{n}", path) for n, t in data.get(kind, {}).items()}
@@ -76,9 +79,9 @@ def _from_toml(text: str, path: str) -> Frames:
 
 
 def _index(text: str, kind: str, path: str) -> int:
-    if not text.isdigit() or int(text) == 0:
+    if not re.fullmatch(r"[1-9][0-9]{0,2}", text):
         zero = "World" if kind == "uframe" else "the flange"
-        raise InputError(f"{path}: {kind}.{text}: a frame's number is 1 or more; 0 is {zero}")
+        raise InputError(f"{path}: {kind}.{text}: a frame's number is 1 to 999; 0 is {zero}")
     return int(text)
 
 
@@ -91,9 +94,8 @@ def _pose(table: Any, key: str, path: str) -> Pose:
     for name in _KEYS:
         value = table.get(name)
         if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) < 1e5:
-            raise InputError(
-                f"{path}: {key}.{name}: {'missing; add it' if value is None else f'{value!r} is not a length or angle'}"
-            )
+            reason = "missing; add it" if value is None else f"{brief_value(value)} is not a length or angle"
+            raise InputError(f"{path}: {key}.{name}: {reason}")
         values.append(float(value))
     return _transform(values)
 
@@ -104,6 +106,10 @@ def _from_backup(text: str, path: str) -> Frames:
     for kind, body in records:
         for number, entry in _ENTRY.findall(body):
             values = {axis: float(v) for axis, v in _COORDINATE.findall(entry)}
+            if any(not abs(v) < 1e5 for v in values.values()):
+                raise InputError(
+                    f"{path}: $MNU{kind}[1,{number}]: a coordinate is beyond 100000; export the backup anew"
+                )
             if set(values) == set("XYZWPR"):
                 tables[kind][int(number)] = _transform([values[a] for a in "XYZWPR"])
     if not records:

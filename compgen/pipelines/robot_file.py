@@ -156,6 +156,8 @@ def find_robot(name: str, path_file: Path | None = None) -> Path:
     """
     if name.endswith(".toml"):
         return Path(name)
+    if len(name) > 64 or not name.isprintable():
+        raise InputError(f"robot '{name}': no robot has such a name; give a robot's name or file")
     current = Path("robots")
     project = current if path_file is None else path_file.resolve().parents[1] / "robots"
     folders = [project, shipped() / "robots"]

@@ -55,3 +55,45 @@ def test_neither_a_provenance_file_nor_a_journal_is_waited_for(tmp_path):
     os.mkfifo(tmp_path / "scenarios.jsonl")
     varied = run("whatif", "paths/line_y.toml", "--vary", "feed=20,40", "--workers", 1, "-o", tmp_path)
     refused(varied, 2, "scenarios.jsonl: cannot be read: it is a pipe or a device")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("uframe = 3", "uframe: must be a table"),
+        ("[uframe.1]\nx_mm = 0x" + "f" * 5000, "uframe.1.x_mm: a number of thousands of digits is not a length"),
+        (f"[uframe.{'9' * 5000}]\nx_mm = 1", "a frame's number is 1 to 999"),
+        ('["uframe"."\u00b2"]\nx_mm = 1', "a frame's number is 1 to 999"),
+        ("[uframe.1]\nx_mm = " + "[" * 300 + "]" * 300, "uframe.1.x_mm: [[[...]]] is not a length"),
+    ],
+)
+def test_frames_that_are_none_are_refused(tmp_path, text, words):
+    (tmp_path / "f.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_frames(str(tmp_path / "f.toml"))
+    assert words in str(caught.value), caught.value
+
+
+def test_a_backup_with_endless_numbers_is_refused(tmp_path):
+    entry = "".join(f"  {axis}: {'9' * 400}\n" for axis in "XYZWPR")
+    (tmp_path / "sysframe.va").write_text(f"[*SYSTEM*]$MNUFRAME  Storage: CMOS\n     [1,1] =\n{entry}")
+    with pytest.raises(InputError, match="a coordinate is beyond 100000"):
+        load_frames(str(tmp_path / "sysframe.va"))
+
+
+def test_a_pipe_is_not_written_over(pipe):
+    refused(run("schema", "path", "-o", pipe), 2, "it is no regular file")
+    assert pipe.is_fifo()
+
+
+def test_keys_and_names_without_end_are_refused_before_any_work(tmp_path):
+    deep = ".".join(["a"] * 3000) + "=1"
+    for option in (
+        ["check", "paths/line_y.toml", "--set", deep],
+        ["check", "paths/line_y.toml", "--set", f"robot.{deep}"],
+    ):
+        refused(run(*option), 2, "a: nested more than 20 deep")
+    varied = run("whatif", "paths/line_y.toml", "--vary", deep, "-o", tmp_path / "out")
+    refused(varied, 2, "nested more than 20 deep")
+    assert not (tmp_path / "out").exists()
+    refused(run("check", "paths/line_y.toml", "--robot", "a" * 300), 2, "no robot has such a name")

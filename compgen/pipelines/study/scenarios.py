@@ -177,6 +177,8 @@ def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Se
                 load_job(path, robot, [*base, f"{key}={value}"])
             except CompgenError as failure:
                 message = str(failure)
-                if "unknown key" in message or "there is no" in message or "no such file" in message:
+                if any(
+                    words in message for words in ("unknown key", "there is no", "no such file", "nested more than")
+                ):
                     hint = suggest(key, list(SHORT)) if "." not in key else ""
                     raise InputError(f"--vary {key}: {message}{hint}") from None
