@@ -5,6 +5,7 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from multiprocessing import resource_tracker
 from typing import Any
 
 from compgen.core import interrupts
@@ -59,6 +60,7 @@ def _chunks(todo: Sequence[Scenario]) -> Iterator[list[Scenario]]:
 
 def _on_cores(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[list[Row]], None], workers: int) -> None:
     context = multiprocessing.get_context("spawn")
+    resource_tracker.ensure_running()  # begun by the pool's first lock, it would leave that lock behind on Ctrl-C
     with ProcessPoolExecutor(min(workers, len(chunks)), context, initializer=_begin, initargs=(study,)) as pool:
         try:
             with interrupts.block_sigint_in_children():
