@@ -32,6 +32,7 @@ from compgen.pipelines.program_text import DATE, compose_program
 from compgen.pipelines.robot_file import load_cell
 from compgen.planning import toolpath
 from compgen.report import job_summary
+from compgen.robot import inverse_kinematics
 
 # by a robot whose hysteresis is of the study's size
 RASTER = (
@@ -132,6 +133,13 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     assert refinement.refine(*arm, plain, job.feed, job.chord)[0] is plain
     room = np.diff(planned.path.arc) / (job.feed * job.robot.controller.period)
     assert room.min() >= 0.9  # never below what the controller can follow
+
+    def solve(position, rotation):
+        flange = inverse_kinematics.flange_from_tool(position, rotation, job.tool_position, job.tool_rotation)
+        return inverse_kinematics.solve_flange(job.robot, *flange, job.posture)[0]
+
+    bend = refinement._error_bend(solve, job.sources, planned.model, planned.path, planned.theta)
+    assert ((bend <= refinement.CHORD_SHARE * job.chord) | (room < 2)).all()  # no segment is left that could be cut
 
 
 def test_a_path_cut_finer_is_the_same_path(job):
