@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.messages import print_error
-from compgen.cli.options import DEFAULT_ROBOT, FramesFile, Overrides, ProgramFile, Quiet, Robot, output_folder
+from compgen.cli.options import FramesFile, Overrides, ProgramFile, Quiet, output_folder
 from compgen.cli.ownership import PROVENANCE, check_correction_folder, check_restored
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
@@ -17,7 +17,9 @@ from compgen.core.findings import Level
 
 def correct(
     program: ProgramFile,
-    robot: Robot = DEFAULT_ROBOT,
+    robot: Annotated[
+        str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
+    ] = None,
     frames: FramesFile = None,
     before: Annotated[
         list[str] | None,
@@ -51,11 +53,13 @@ def correct(
     from compgen.core.units import UM
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.called_programs import programs_beside
+    from compgen.pipelines.correct.robot_choice import robot_of_program
     from compgen.pipelines.history_words import load_before
     from compgen.pipelines.robot_file import load_cell
     from compgen.report.correction_page import correction_html
     from compgen.report.correction_summary import correction_csv, correction_json
     from compgen.report.provenance import provenance_json
+    from compgen.verification.verdict import Verdict
 
     for name, value, largest in (("--insert", insert, 1e4), ("--max-um", max_um, 1e6)):
         if value is not None and not 0.1 <= value <= largest:
@@ -81,6 +85,9 @@ def correct(
         remark=mark == "remark",
         bound=None if max_um is None else max_um * UM,
     )
+    if robot is None:
+        with naming_program(program):
+            robot = robot_of_program(content)
     cell, frames_table, history = load_cell(robot, overrides or ()), read_frames(frames), load_before(before or ())
     provenance = source.stem + PROVENANCE
     with show_progress(quiet or as_json, CORRECT) as progress:
@@ -94,7 +101,8 @@ def correct(
             "positions.csv": correction_csv(correction),
             "report.html": correction_html(correction),
         }
-        if correction.inside or force:
+        written = correction.passed or force or correction.verdict is Verdict.NOT_LOADABLE  # which pages parts
+        if written:
             files[provenance] = provenance_json(correction)
             files[source.name] = correction.text
         programs = {name: files[name] for name in (provenance, source.name) if name in files}
@@ -104,10 +112,12 @@ def correct(
         sys.stdout.write(files["report.json"].decode())
     elif not quiet:
         show_correction(correction, folder, files)
-    if not correction.inside:
+    if not correction.passed:
         broken = next(f.message for f in correction.findings if f.level is Level.OUTSIDE)
-        ending = "written all the same (--force)" if force else f"{source.name} not written; --force writes it"
-        raise typer.Exit(print_error(f"outside bounds: {broken}; {ending}", 1))
+        ending = "written all the same" + (" (--force)" if force else "")
+        ending = ending if written else f"{source.name} not written; --force writes it"
+        outcome = "outside bounds" if correction.verdict is Verdict.OUTSIDE else correction.verdict
+        raise typer.Exit(print_error(f"{outcome}: {broken}; {ending}", 1))
 
 
 def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:

@@ -28,6 +28,7 @@ def show_correction(correction: Correction, folder: Path, files: Iterable[str]) 
         for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
             table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values()))
         console.print(table)
+    console.print(f"verdict: {summary['verdict']}")
     count = summary["positions"]
     console.print(
         f"{count['corrected']} positions corrected, {count['new']} new, {count['unchanged']} unchanged; "

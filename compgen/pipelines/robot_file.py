@@ -90,6 +90,11 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     return Arm(where, text, robot, nodes, known, facts.identified, unlikely_values(data, where))
 
 
+def known_robots() -> list[str]:
+    """Names of the robots that lie in the current folder's ``robots``, or are shipped."""
+    return sorted({p.stem for folder in (Path("robots"), shipped() / "robots") for p in folder.glob("*.toml")})
+
+
 def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
     """A robot with its warmth and its errors, by name or file.
 

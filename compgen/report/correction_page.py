@@ -22,9 +22,16 @@ from compgen.report.figure import (
     trace,
 )
 from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
+from compgen.verification.verdict import Verdict
 
 #: Parts of the error, as the summary and as the table name them.
 PARTS = {"total": "position [&micro;m]", "turn": "orientation [mdeg]"}
+VERDICTS = {
+    Verdict.INSIDE: "inside its bound",
+    Verdict.OUTSIDE: "outside",
+    Verdict.NOT_LOADABLE: "more than the controller can load",
+    Verdict.NO_BOUNDS: "nowhere worse; judged by no bound, for none is given (--max-um)",
+}
 MAX_STATEMENTS = 500  # unsafe ones on the page
 
 
@@ -38,15 +45,15 @@ def correction_html(result: Correction) -> bytes:
     )
     if data["before"]:
         before, after = data["before"]["total"]["max_um"], data["after"]["total"]["max_um"]
-        kind = data["verdict"]
+        kind = "inside" if result.passed else "outside"
         text = (
             f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
-            f"written text: <b>{kind}</b> its bounds."
+            f"written text: <b>{VERDICTS[result.verdict]}</b>."
         )
         table = error_table("", [(side, data[side]) for side in ("before", "after")], PARTS)
     else:
-        kind, table = "predicted", ""
-        text = "No position of this program can be corrected: it is unchanged."
+        kind, table = "outside", ""
+        text = "<b>Nothing corrected</b>: no position of this program can be, and it is unchanged."
     body = f"{lead}{verdict(kind, text)}{findings_list(result.findings)}{table}"
     if len(result.ride.station):
         rises = rise_figure(result.cell.heat.names, plan.stations.time, plan.stations.rise, "time from the start [s]")

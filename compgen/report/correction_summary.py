@@ -19,7 +19,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "name": result.name,
-        "verdict": "inside" if result.inside else "outside",
+        "verdict": result.verdict.value,
         "before": before,
         "after": after,
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if before and after["total"]["max_um"] else None,

@@ -22,6 +22,7 @@ from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.program_text import planned_program
 from compgen.pipelines.robot_file import load_cell
+from compgen.verification.verdict import Verdict
 
 
 @pytest.fixture(scope="module")
@@ -405,9 +406,11 @@ def test_the_twin_says_what_the_second_arm_says(hot):
 
 def test_a_bound_that_is_not_kept_is_outside(hot):
     data = program(["J P[1] 10% FINE"], [at(1, HOME, form="{:.1f}")])
-    assert corrected(data, hot, bound=1e-3).inside
+    assert corrected(data, hot, bound=1e-3).verdict is Verdict.INSIDE
+    assert corrected(data, hot).verdict is Verdict.NO_BOUNDS
     result = corrected(data, hot, bound=5e-6)
-    assert not result.inside
+    assert result.verdict is Verdict.OUTSIDE
+    assert not result.passed
     assert "--max-um" in next(f.message for f in result.findings if f.level is Level.OUTSIDE)
 
 

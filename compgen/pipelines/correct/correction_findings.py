@@ -10,6 +10,7 @@ from compgen.core.units import KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.poses import NONE
+from compgen.fanuc.analysis.robot_evidence import other_models, unattainable
 from compgen.fanuc.analysis.stations import chains
 from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
@@ -33,6 +34,7 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
     """
     return tuple(
         [
+            *_robot_findings(result),
             *_bound_findings(result),
             *_scope_findings(result),
             *_shared_findings(result),
@@ -47,10 +49,33 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
     )
 
 
+def _robot_findings(result: Correction) -> list[Finding]:
+    """What speaks against the program being this robot's."""
+    plan, robot = result.plan, result.cell.robot
+    findings = []
+    none = unattainable(plan.program, plan.poses, plan.drive, robot)
+    if none.positions:
+        count = f"{len(none.positions)} of {none.driven} positions that it drives to"
+        message = f"{robot.name} cannot take {count} ({_first_of([f'P[{n}]' for n in none.positions])})"
+        message += ": is it another robot's program? say which with --robot, or other frames with --frames"
+        level = Level.OUTSIDE if 2 * len(none.positions) >= none.driven else Level.WARNING
+        findings.append(Finding(level, "robot.unattainable", message))
+    others = other_models(plan.program, robot)
+    if others:
+        message = f"its remarks name {', '.join(others)[:60]}, it is corrected for {robot.name}"
+        findings.append(Finding(Level.WARNING, "robot.named", f"{message}: is that the robot that runs it?"))
+    groups = sorted(set(plan.program.positions.group[plan.program.positions.group > 1].tolist()))
+    if groups:
+        message = f"positions hold group {', '.join(map(str, groups))} as well: group 1 is taken for {robot.name}"
+        findings.append(Finding(Level.NOTE, "robot.groups", message))
+    return findings
+
+
 def _bound_findings(result: Correction) -> list[Finding]:
     judged = result.judged
     if not judged.any():
-        return [Finding(Level.WARNING, "correction.none", "no position of this program can be corrected")]
+        message = "no position of this program can be corrected: it is unchanged; cgen inspect says what keeps them"
+        return [Finding(Level.OUTSIDE, "correction.none", message)]
     findings = []
     before, after = result.error[0][judged], result.residual[0][judged]
     worse = np.flatnonzero(after > before + ROUNDING)
@@ -232,8 +257,8 @@ def _controller_findings(result: Correction) -> list[Finding]:
     size = program_size(result.plan.program)
     message = f"{size.lines} lines, {size.positions} positions, about {size.memory / KB:.0f} kB on the controller"
     if not size.within(controller_capacity(result.cell.robot)):
-        message = f"{message}: more than it holds in one file; cgen pages parts what was written"
-        findings.append(Finding(Level.WARNING, "controller.size", message))
+        message = f"{message}: more than it holds in one file, it cannot be loaded; cgen pages parts it"
+        findings.append(Finding(Level.OUTSIDE, "controller.size", message))
     elif result.added:
         findings.append(Finding(Level.NOTE, "controller.size", f"{result.added} positions are new: {message}"))
     return findings

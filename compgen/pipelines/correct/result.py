@@ -15,6 +15,7 @@ from compgen.pipelines.correct.proof import ProgramRide
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
+from compgen.verification.verdict import Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +66,16 @@ class Correction:
     findings: tuple[Finding, ...]
 
     @property
-    def inside(self) -> bool:
-        """Whether every bound is kept."""
-        return not any(f.level is Level.OUTSIDE for f in self.findings)
+    def verdict(self) -> Verdict:
+        """What the findings come to: nothing corrected, a broken bound, then what the controller cannot load."""
+        broken = {f.code for f in self.findings if f.level is Level.OUTSIDE}
+        if "correction.none" in broken:
+            return Verdict.NOT_CORRECTED
+        if broken:
+            return Verdict.NOT_LOADABLE if broken == {"controller.size"} else Verdict.OUTSIDE
+        return Verdict.NO_BOUNDS if self.options.bound is None else Verdict.INSIDE
+
+    @property
+    def passed(self) -> bool:
+        """Whether positions were corrected, none became worse, every bound is kept, and the controller can load it."""
+        return self.verdict in (Verdict.INSIDE, Verdict.NO_BOUNDS)
