@@ -249,3 +249,70 @@ def test_every_sample_is_inspected():
         found = inspection.inspect(fanuc.loads(Path(file).read_bytes()), robot, frames)
         json.dumps(found, allow_nan=False)
         assert found["positions"]["undefined"] == [], file
+
+
+REMOTE = ["J P[1] 10% FINE    ;", "L P[2] 100mm/sec FINE    ;", "L P[3] 100mm/sec FINE RTCP    ;"]
+
+
+def with_remote(axes="XYZWPR"):
+    """P[3] as the place of a part in the frame of a tool that stands still."""
+    head, third = program(REMOTE, {}, {"x": 1400.0}, {"ut": 4}).data.split(b"P[3]{")
+    for axis in axes:
+        third = third.replace(f"\t{axis} =".encode(), f"\tR{axis} =".encode())
+    return head + b"P[3]{" + third
+
+
+@pytest.mark.parametrize("axes", ["XYZWPR", "X", "R"])
+def test_positions_of_a_remote_tool_are_read_and_held(axes):
+    read = fanuc.loads(with_remote(axes))
+    assert fanuc.dumps(read) == with_remote(axes)
+    assert read.positions.remote.tolist() == [False, False, True]
+    assert not np.isfinite(read_poses(read, load_robot("m710ic50"), default_frames()).theta[2]).any()
+    unsafe = inspection.inspect(read, load_robot("m710ic50"), default_frames())["unsafe"]
+    assert [(u["text"][:4], u["reason"][:10]) for u in unsafe if "P[3]{" not in u["text"]][-1] == ("P[3]", "remote TCP")
+    assert not any("utool 4" in u["reason"] for u in unsafe)
+
+
+def test_many_positions_of_a_remote_tool_are_read_as_one_is():
+    place = with_remote().split(b"P[3]{")[1].split(b"/END")[0]
+    count = 1500
+    text = with_remote().replace(b"/END", b"".join(b"P[%d]{" % n + place for n in range(4, count)) + b"/END")
+    assert fanuc.loads(text).positions.remote.tolist() == [False] * 2 + [True] * (count - 3)
+
+
+def test_positions_that_statements_read_are_used():
+    found = inspected(["J P[1] 10% FINE    ;", "  PR[1:a]=PR[2:b]+\n    :  P[2] ;", "  PR[3]=P[3:x] ;"], {}, {}, {}, {})
+    assert found["positions"]["used"] == 3
+    assert found["positions"]["unused"] == [4]
+
+
+@pytest.mark.parametrize(
+    ("moves", "places", "text", "reason"),
+    [
+        (["L P[2] 5mm/sec FINE ;", "  PR[1]=P[2] ;"], [{"x": 1400.0}], "PR[1]=P[2]", "it uses a position as a value"),
+        (["  Weave Sine[1] ;", "L P[2] 5mm/sec FINE ;"], [{}], "L P[2] 5mm/sec FINE", "it runs between weaving"),
+        (["L P[2] 5mm/sec FINE ;"], [{"x": 9000.0}], "P[2]", "out of reach of"),
+    ],
+)
+def test_what_correct_would_hold_is_listed_with_its_reason(moves, places, text, reason):
+    unsafe = inspected(["J P[1] 10% FINE    ;", *moves], {}, *places)["unsafe"]
+    assert any(u["text"] == text and reason in u["reason"] for u in unsafe), unsafe
+
+
+def test_an_unknown_frame_is_told_once_and_not_as_a_missing_number():
+    unsafe = inspected(["J P[1] 10% FINE    ;", "L P[2] 5mm/sec FINE ;"], {"uf": 3}, {"uf": 3})["unsafe"]
+    assert [u["reason"] for u in unsafe] == ["uframe 3 is not known: give [uframe.3] in a table with --frames"]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda data: b"\xef\xbb\xbf" + data, "line 1: a byte order mark"),
+        (lambda data: data.decode().encode("utf-16"), "line 1: it is UTF-16"),
+        (lambda data: data.decode().encode("utf-16-be").join([b"\xfe\xff", b""]), "line 1: it is UTF-16"),
+        (lambda data: data + data, "line 1[0-9]: a second program begins after /END"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_said_as_it_is(spoil, words):
+    with pytest.raises(InputError, match=words):
+        fanuc.loads(spoil(program(["J P[1] 10% FINE    ;"], {}).data))

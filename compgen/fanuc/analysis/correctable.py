@@ -35,6 +35,8 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
     held = np.isin(line, list(named)) | (traversal.pose == NONE)
     pose = np.maximum(traversal.pose, 0)
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
+    if len(poses.row):
+        held |= ~np.isfinite(poses.theta[pose]).all(axis=1)
     unfit = {int(poses.row[k]): reason for k, reason in _unfit(program, poses, robot)}
     for i, reason in unfit.items():
         if int(p.line[i]) not in named:
@@ -68,6 +70,7 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, st
         over = np.maximum(robot.lower - poses.theta, poses.theta - robot.upper)
         wrist = np.abs(poses.theta[:, 4] - robot.pendant_zero[4])
         far, flat = poses.margin < 0, poses.margin < robot.elbow_margin
+    in_known_frame = (poses.tool != NONE) & (poses.base != NONE)
     worst, beyond = np.argmax(over, axis=1), np.asarray(known & (over > 1e-9).any(axis=1))
     turned, stretched = np.asarray(known & (wrist < robot.wrist_margin)), np.asarray(known & flat)
     reason_of: dict[int, str] = {}
@@ -85,7 +88,7 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, st
         ),
         (stretched, lambda k: f"the arm is {margin_mm[k]:.2f} mm from full stretch or fold"),
         (np.asarray(characters > LONGEST_NUMBER), lambda _: "it has a number of more digits than a controller writes"),
-        (np.asarray(~known), lambda _: "one of its six numbers is missing"),
+        (np.asarray(~known & (in_known_frame | poses.joint_form)), lambda _: "one of its six numbers is missing"),
         (poses.extended, lambda _: "an extended axis moves the base or the part: where it stands is not known here"),
     )
     for rows, why in reasons:

@@ -14,13 +14,13 @@ from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import NONE, Poses, read_poses
 from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, position_rows, read_traversal
-from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
+from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.fanuc.analysis.watermark import mark_of
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.frames import Frames
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.vocabulary import RATES, TIMES
+from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
 from compgen.robot.robot import Robot
 
 _HALF = 32  # bits: two numbers in one
@@ -47,9 +47,12 @@ def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
     pairs, pair_counts = _distinct((p.uframe[first] + 1 << _HALF) + p.utool[first] + 1)  # F is -1
     beyond = np.flatnonzero(poses.margin < 0)
     traversal = read_traversal(program, poses, robot)
-    mark = mark_of(program, poses, traversal, read_scope(program, poses, traversal, robot).free)
+    scope = read_scope(program, poses, traversal, robot)
+    mark = mark_of(program, poses, traversal, scope.free)
     number = p.number[poses.row]
-    unsafe = [*unsafe_statements(program), *_unknown_frames(program, frames), *_out_of_reach(program, poses, robot)]
+    unsafe = [*scope.unsafe, *_unknown_frames(program, frames)]
+    mentioned = [int(n) for _, text in other_statements(program) for n in POSITION.findall(text) if n]
+    read = np.isin(defined, used) | np.isin(defined, mentioned)
     return {
         "name": program.name,
         "subtype": program.subtype,
@@ -65,8 +68,8 @@ def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
         ],
         "positions": {
             "defined": len(defined),
-            "used": int(np.isin(defined, used).sum()),
-            "unused": defined[~np.isin(defined, used)].tolist(),
+            "used": int(read.sum()),
+            "unused": defined[~read].tolist(),
             "shared": used[uses > 1].tolist(),
             "undefined": used[~np.isin(used, defined)].tolist(),
             "joint_form": int(poses.joint_form.sum()),
@@ -140,7 +143,7 @@ def _travel(
 def _unknown_frames(program: LsProgram, frames: Frames) -> list[Unsafe]:
     """Frames and tools whose value is not known, told at their first position."""
     p = program.positions
-    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1)
+    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1) & ~p.remote
     findings = []
     for kind, numbers, known in (("uframe", p.uframe, frames.uframe), ("utool", p.utool, frames.utool)):
         rows = np.flatnonzero(cartesian & (numbers >= 0) & ~np.isin(numbers, list(known)))
@@ -149,17 +152,6 @@ def _unknown_frames(program: LsProgram, frames: Frames) -> list[Unsafe]:
             others = f" and {count - 1} more" if count > 1 else ""
             reason = f"{kind} {number} is not known: give [{kind}.{number}] in a table with --frames"
             findings.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]{others}", reason))
-    return findings
-
-
-def _out_of_reach(program: LsProgram, poses: Poses, robot: Robot) -> list[Unsafe]:
-    p = program.positions
-    findings = []
-    for k in np.flatnonzero(poses.margin < 0).tolist():
-        row, lack = poses.row[k], -poses.margin[k] / MM
-        findings.append(
-            Unsafe(int(p.line[row]), f"P[{p.number[row]}]", f"out of reach of {robot.name} by {lack:.1f} mm")
-        )
     return findings
 
 

@@ -78,7 +78,7 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
         rotation[taught] = flange[1] @ turn
         posture[taught] = posture_indices(robot, theta[taught])
 
-    given = np.isfinite(value[:, :6]).all(axis=1) & (tool != NONE) & (base != NONE) & ~joint_form
+    given = np.isfinite(value[:, :6]).all(axis=1) & (tool != NONE) & (base != NONE) & ~joint_form & ~p.remote[row]
     cartesian = np.flatnonzero(given)
     if len(cartesian):
         origin, axes = _stacked(base[cartesian], bases)
@@ -107,7 +107,7 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
 def require_frames(program: LsProgram, frames: Frames) -> None:
     """Raises InputError at the first Cartesian position whose frame or tool the table does not have; names the line."""
     p = program.positions
-    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1)
+    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1) & ~p.remote
     for kind, numbers, known in (("uframe", p.uframe, frames.uframe), ("utool", p.utool, frames.utool)):
         missing = cartesian & (numbers >= 0) & ~np.isin(numbers, list(known))
         if missing.any():

@@ -69,7 +69,8 @@ def _positions(program: LsProgram) -> list[Unsafe]:
     findings = []
     for rows, reason in (
         (untaught, "it is not taught (****)"),
-        (cartesian & open_frame, "UF : F or UT : F takes the frame that is active at run time"),
+        (p.remote, "remote TCP (RX to RR): the robot carries the part to a tool that stands still"),
+        (cartesian & open_frame & ~p.remote, "UF : F or UT : F takes the frame that is active at run time"),
     ):
         findings += [Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason) for i in np.flatnonzero(rows & (p.group <= 1))]
     for i in np.flatnonzero(cartesian & ~posture & (p.group <= 1)):

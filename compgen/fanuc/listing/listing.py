@@ -24,6 +24,7 @@ _TRANSLATED = re.compile(
     _BEGIN + rb"/?(?:EIGN\.|KOMMENTAR|PROPRIETAIRE|COMENTARIO|PROPIETARIO|ZEILEN)[ \t]*(?=[=\r\n])", re.IGNORECASE
 )
 _SECTION = re.compile(rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
+_SECOND = re.compile(rb"(?<=[\r\n])/PROG\b", re.IGNORECASE)
 _NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)", re.IGNORECASE)
 _ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
 
@@ -131,6 +132,10 @@ def _continuation(data: bytes, at: int, limit: int) -> str:
 
 def _sections(data: bytes) -> dict[str, tuple[int, int]]:
     """Bytes of /MN and /POS, after their tags."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise InputError("program: line 1: it is UTF-16 text; save it with one byte a character (ASCII, Latin-1)")
+    if data.startswith(b"\xef\xbb\xbf"):
+        raise InputError("program: line 1: a byte order mark (BOM) stands before /PROG; save it without one, as ASCII")
     start = data.lstrip()[:5]
     if start[:5].upper() != b"/PROG":
         if b"\0" in data[:4096]:
@@ -147,6 +152,9 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
     if not any(t[0] == "END" for t in after):
         raise InputError(f"program: line {line_of(data, len(data))}: /END is missing; the file is cut off")
     end = next(t for t in after if t[0] == "END")
+    if second := _SECOND.search(data, end[2]):
+        line = line_of(data, second.start())
+        raise InputError(f"program: line {line}: a second program begins after /END; give it its own file")
     pos = next((t for t in after if t[0] == "POS" and t[1] < end[1]), None)
     stop = pos[1] if pos else end[1]
     return {"MN": (tags_found[mn][2], stop), "POS": (pos[2], end[1]) if pos else (end[1], end[1])}

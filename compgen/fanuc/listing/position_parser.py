@@ -18,7 +18,7 @@ _BLOCK_FIELD = re.compile(
     rb"[\s,;]*(?:(?P<group>GP(\d{1,9})[ \t]*:)"
     rb"|(?P<frame>UF[ \t]*:[ \t]*(\d{1,9}|F)[ \t]*,[ \t]*UT[ \t]*:[ \t]*(\d{1,9}|F))"
     rb"|CONFIG[ \t]*:[ \t]*'(?P<config>[^'\r\n]*)'"
-    rb"|(?P<axis>[XYZWPR]|[JE]\d)[ \t]*=[ \t]*"
+    rb"|(?P<axis>R?[XYZWPR]|[JE]\d)[ \t]*=[ \t]*"
     rb"(?P<number>[-+]?(?:\d{1,15}(?!\d)(?:\.\d*)?|\.\d+)|\*+)[ \t]*(?P<unit>mm|deg)?"
     rb"|(?P<end>\}[ \t]*;?))",
     re.IGNORECASE,
@@ -37,6 +37,7 @@ class Group:
     config: str | None = None
     config_span: Span = (0, 0)
     axes: dict[int, tuple[float, Span]] = field(default_factory=dict)  # by column
+    remote: bool = False  # RX to RR: of the part in the frame of a tool that stands still, in the columns of X to R
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +92,8 @@ def parse_block(data: bytes, at: int, end: int) -> Block | None:
             group.config, group.config_span, begun = token["config"].decode("latin-1"), token.span("config"), True
         else:
             axis, text = token["axis"].decode().upper(), token["number"]
+            if len(axis) == 2 and axis[0] == "R":
+                axis, group.remote = axis[1], True
             if axis not in _COLUMN:
                 raise refusal(opened.start(1), f"P[{number}] has an axis {axis}; there are {', '.join(AXES)}")
             if _COLUMN[axis] in group.axes:

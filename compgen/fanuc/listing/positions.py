@@ -39,6 +39,7 @@ class Positions:
     value: Array  # (G, 18) mm or deg, NaN where there is none or ****
     span: IntArray  # (G, 18, 2) of each number, zero where there is none
     block: IntArray  # (G, 2) of the whole P[n]{...};
+    remote: BoolArray  # (G,) RX to RR instead of X to R: the part in the frame of a tool that stands still
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +176,7 @@ def _table(
         value=np.full((rows, len(AXES)), np.nan),
         span=np.zeros((rows, len(AXES), 2), dtype=np.int64),
         block=np.repeat(np.column_stack([place, stop])[order], many, axis=0),
+        remote=np.zeros(rows, dtype=bool),
     )
     names: list[str] = [""] * rows
     configs: list[str | None] = [None] * rows
@@ -198,7 +200,7 @@ def _fill_matched(
 ) -> None:
     """Rows of positions of one template."""
     for g, group in enumerate(template.block.groups):
-        table.group[first + g] = group.group
+        table.group[first + g], table.remote[first + g] = group.group, group.remote
     axes: dict[int, list[tuple[int, int]]] = {}
     for field, (what, g, column) in enumerate(template.what):
         rows = first + g
@@ -226,7 +228,7 @@ def _fill_parsed(table: Positions, names: list[str], configs: list[str | None], 
     for i, group in enumerate(block.groups, row):
         names[i], configs[i] = block.name, group.config
         table.group[i], (table.uframe[i], table.utool[i]) = group.group, group.frame
-        table.config_span[i] = group.config_span
+        table.config_span[i], table.remote[i] = group.config_span, group.remote
         for column, (value, span) in group.axes.items():
             table.value[i, column], table.span[i, column] = value, span
 
