@@ -357,7 +357,10 @@ def made_bases(folder: Path) -> list[tuple[int, tuple[str, ...], dict[str, str]]
     bases = base_cases(source.read_text(), head + rows)
     listing = next(files["t.ls"] for _, arguments, files in bases if arguments[0] == "pages")
     attempt(
-        Case(("correct", "t.ls", "--before", "moving 200mm/s 3h", "--force", "-o", "out"), {"t.ls": listing.encode()}),
+        Case(
+            ("correct", "t.ls", "--robot", "m710ic50", "--before", "moving 200mm/s 3h", "--force", "-o", "out"),
+            {"t.ls": listing.encode()},
+        ),
         folder,
     )
     written = {name: (folder / "out" / name).read_text() for name in ("t.compgen.json", "t.ls")}
