@@ -142,7 +142,7 @@ def no_room():
     [
         "generate paths/optic_spiral.toml -q -o {out} --set path.stepover_mm=100 --set robot.controller.max_lines=1000",
         "predict paths/line_x.toml -q -o {out}",
-        "correct {folder}/PART.LS -q -o {out}",
+        "correct {folder}/PART.LS --robot m710ic50 -q -o {out}",
         "pages {folder}/PART.LS -q -o {out} --set robot.controller.max_lines=60",
         "heat paths/line_x.toml -q -o {out}",
         "whatif paths/line_x.toml -q --vary process.feed_mm_s=20:200:50 --workers 1 -o {out}",
