@@ -45,16 +45,17 @@ def read_motion(prepared: PreparedProgram, length: Array, feed: float) -> Writte
     robot, program = prepared.twin.robot, prepared.program
     length = np.maximum(length, SAME_POSITION)
     duration = length / prepared.highest
-    qd = np.diff(prepared.theta, axis=0) / duration[:, None]
-    use = np.zeros((2, 6))
-    use[0] = np.abs(qd).max(axis=0, initial=0.0) / robot.speed
-    passed = np.flatnonzero(~program.fine[1:-1])  # line n and n + 1 meet at position n + 1 without a stop
-    hardest = 1
-    if len(passed):
-        qdd = np.abs(qd[passed + 1] - qd[passed]) / ((duration[passed + 1] + duration[passed]) / 2)[:, None]
-        share = qdd / robot.acceleration
-        use[1] = share.max(axis=0)
-        hardest = int(passed[int(np.argmax(share.max(axis=1)))]) + 2
+    between = (duration[1:] + duration[:-1]) / 2
+    between[program.fine[1:-1]] = np.inf  # a stop is no change from one line to the next
+    use, hardest = np.zeros((2, 6)), 1
+    for joint in range(6):
+        qd = np.diff(prepared.theta[:, joint]) / duration
+        qdd = np.abs(np.diff(qd)) / between
+        use[0, joint] = np.abs(qd).max(initial=0.0) / robot.speed[joint]
+        share = qdd.max(initial=0.0) / robot.acceleration[joint]
+        if share > use[1].max():
+            hardest = int(np.argmax(qdd)) + 2
+        use[1, joint] = share
     fast = program.speed >= feed * (1 - AT_FEED)
     ramps = ramps_length(robot, program, length, prepared.theta, fast)
     at_feed = max(0.0, float(length[fast].sum()) - ramps) / float(length.sum())
