@@ -110,10 +110,11 @@ class Corrected:
     def verdict(self) -> Verdict:
         """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
         broken = {f.code for f in self.findings if f.level is Level.OUTSIDE}
-        for verdict, code in ((Verdict.NOT_LOADABLE, "controller.size"), (Verdict.NO_BOUNDS, "bounds.none")):
-            if broken and broken <= {"controller.size", "bounds.none"} and code in broken:
-                return verdict
-        return Verdict.OUTSIDE if broken else Verdict.INSIDE
+        if not broken:
+            return Verdict.INSIDE
+        if broken <= {"controller.size", "bounds.none"}:
+            return Verdict.NOT_LOADABLE if "controller.size" in broken else Verdict.NO_BOUNDS
+        return Verdict.OUTSIDE
 
     @property
     def inside(self) -> bool:

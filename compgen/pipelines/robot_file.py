@@ -147,7 +147,7 @@ def cell_of(data: dict[str, Any], source: Path, overrides: Sequence[str]) -> Cel
 
 
 def find_robot(name: str, path_file: Path | None = None) -> Path:
-    """The file of a robot: as named, or from the project it is used in, else shipped; never one found by chance.
+    """The file of a robot: as named, or from the project it is used in, else shipped; never one by chance.
 
     The project of a path file is the folder that holds its folder (``p`` for ``p/paths/plate.toml``), links followed;
     without a path file it is the current folder.
@@ -166,21 +166,21 @@ def find_robot(name: str, path_file: Path | None = None) -> Path:
     current = Path("robots")
     project = current if path_file is None else path_file.resolve().parents[1] / "robots"
     folders = [project, shipped() / "robots"]
-    found = next((folder / f"{name}.toml" for folder in folders if (folder / f"{name}.toml").is_file()), None)
+    robot_file = next((folder / f"{name}.toml" for folder in folders if (folder / f"{name}.toml").is_file()), None)
     other = current / f"{name}.toml"
-    if found is None:
+    if robot_file is None:
         known = sorted({p.stem for folder in folders for p in folder.glob("*.toml")})
         where = f"{path_file}: " if path_file is not None else ""
         raise InputError(
             f"{where}robot '{name}' is unknown; known: {', '.join(known)}{suggest(name, known, listed=True)}"
             + (f"; or is {other} meant? name the file" if other.is_file() else "")
         )
-    if other.is_file() and not other.samefile(found) and other.read_bytes() != found.read_bytes():
+    if other.is_file() and not other.samefile(robot_file) and other.read_bytes() != robot_file.read_bytes():
         raise InputError(
-            f"{path_file or name}: robot '{name}' is both {_short(found)} and {other}, and they differ; "
+            f"{path_file or name}: robot '{name}' is both {_short(robot_file)} and {other}, and they differ; "
             "say which with --robot FILE"
         )
-    return _short(found)
+    return _short(robot_file)
 
 
 def _short(path: Path) -> Path:
