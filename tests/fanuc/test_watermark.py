@@ -311,12 +311,14 @@ def test_damaged_missing_or_foreign_provenance_is_refused(hot):
         restore_planned(good, result.text + b" ", "beside")
 
 
-def test_the_provenance_says_what_is_needed_to_do_it_again(hot):
+def test_the_provenance_says_what_is_needed_to_do_it_again(hot, monkeypatch):
     made = json.loads(provenance_json(corrected(many(), hot, split=True, insert=5e-6)))
     assert made["robot_sha256"] == hot.inputs_hash
     assert made["options"] == {"split": True, "insert_um": 5.0, "mark": "digits"}
     assert made["before"] == [{"state": "moving", "feed_mm_s": 200.0, "duration_h": 6.0}]
-    assert "/work" not in json.dumps(made)
+    monkeypatch.chdir(ROOT)
+    here = json.loads(provenance_json(corrected(many(), load_cell("m710ic50"))))
+    assert here["robot_file"]["path"] == "robots/m710ic50.toml", "from the project's own folder, not the machine's root"
 
 
 def test_joint_and_cartesian_positions_together_carry_one_mark(hot):
