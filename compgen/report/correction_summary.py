@@ -8,6 +8,7 @@ import numpy as np
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.report.provenance import SCHEMA, provenance
+from compgen.verification.deviation import percentile99, rms
 
 
 def correction_summary(result: Correction) -> dict[str, Any]:
@@ -71,14 +72,15 @@ def correction_csv(result: Correction) -> bytes:
 
 
 def _statistics(result: Correction, error: tuple[Any, Any]) -> dict[str, dict[str, float]]:
-    """Statistics over stations and places between them that were corrected; empty when there is none."""
+    """Statistics over the path that was corrected: stations and places between them; empty when there is none."""
     statistics = {}
+    length = result.length[result.judged]
     for name, values, unit, key in (("total", error[0], UM, "um"), ("turn", error[1], MDEG, "mdeg")):
         judged = values[result.judged] / unit
         if len(judged):
             statistics[name] = {
                 f"max_{key}": float(judged.max()),
-                f"p99_{key}": float(np.percentile(judged, 99)),
-                f"rms_{key}": float(np.sqrt(np.mean(judged**2))),
+                f"p99_{key}": percentile99(judged, length),
+                f"rms_{key}": rms(judged, length),
             }
     return statistics

@@ -26,6 +26,7 @@ from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.proof import pose_errors, ride_program
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
+from compgen.pipelines.correct.sample_lengths import sample_lengths
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
@@ -225,6 +226,7 @@ def _write_and_verify(
         residual=pose_errors(ride, *target),
         new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
         judged=judged,
+        length=sample_lengths(cell.robot, poses, drive, ride.station, ride.fraction, judged),
         mark=mark,
         findings=(),
     )

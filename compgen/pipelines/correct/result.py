@@ -62,6 +62,7 @@ class Correction:
     residual: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the written text
     new_beyond: IntArray  # stations to which the straight way leaves the reach in the written text only
     judged: BoolArray  # (M,) samples at or between corrected stations
+    length: Array  # (M,) [m] of path that each of them stands for, 0 for the others
     mark: Mark  # where the written text carries it
     findings: tuple[Finding, ...]
 
