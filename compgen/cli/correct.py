@@ -34,7 +34,9 @@ def correct(
     insert: Annotated[
         float | None, typer.Option("--insert", help="Put points into straight lines that stray by more [um].")
     ] = None,
-    max_um: Annotated[float | None, typer.Option("--max-um", help="Largest error allowed after correction.")] = None,
+    max_um: Annotated[
+        float | None, typer.Option("--max-um", help="Largest error allowed after correction [um]; exit 1 without one.")
+    ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False,
     again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False,
     mark: Annotated[
@@ -101,7 +103,7 @@ def correct(
             "positions.csv": correction_csv(correction),
             "report.html": correction_html(correction),
         }
-        written = correction.passed or force or correction.verdict is Verdict.NOT_LOADABLE  # which pages parts
+        written = correction.is_usable or force
         if written:
             files[provenance] = provenance_json(correction)
             files[source.name] = correction.text
@@ -112,9 +114,9 @@ def correct(
         sys.stdout.write(files["report.json"].decode())
     elif not quiet:
         show_correction(correction, folder, files)
-    if not correction.passed:
+    if not correction.inside:
         broken = next(f.message for f in correction.findings if f.level is Level.OUTSIDE)
-        ending = "written all the same" + (" (--force)" if force else "")
+        ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{source.name} not written; --force writes it"
         outcome = "outside bounds" if correction.verdict is Verdict.OUTSIDE else correction.verdict
         raise typer.Exit(print_error(f"{outcome}: {broken}; {ending}", 1))

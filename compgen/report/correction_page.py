@@ -45,7 +45,7 @@ def correction_html(result: Correction) -> bytes:
     )
     if data["before"]:
         before, after = data["before"]["total"]["max_um"], data["after"]["total"]["max_um"]
-        kind = "inside" if result.passed else "outside"
+        kind = "inside" if result.inside else "outside"
         text = (
             f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
             f"written text: <b>{VERDICTS[result.verdict]}</b>."

@@ -87,7 +87,7 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
                     yield "the planned program does not come back", data
             except Exception as exception:  # nothing may go wrong after a correction
                 yield f"after: {type(exception).__name__}: {exception}"[:160], data
-            counts["outside"] += not result.passed
+            counts["outside"] += not result.is_usable
         if time.process_time() - start > LONGEST_S:
             yield f"longer than {LONGEST_S:g} s", data
 

@@ -19,6 +19,7 @@ from shipped import ROOT
 ROBOT = ROOT / "robots" / "m710ic50.toml"
 BEFORE = ("--before", "moving 200mm/s 6h")
 ROBOT_OPTION = ("--robot", "m710ic50")
+BOUND = ("--max-um", "500")
 
 
 @pytest.fixture
@@ -42,8 +43,8 @@ def part(count=8, **how):
 
 
 def correct(folder, *more, name="PART.LS"):
-    robot = () if "--robot" in more else ROBOT_OPTION
-    return run("correct", folder / name, "-o", folder / "out", *robot, *more)
+    robot, bound = () if "--robot" in more else ROBOT_OPTION, () if "--max-um" in more else BOUND
+    return run("correct", folder / name, "-o", folder / "out", *robot, *bound, *more)
 
 
 def untouched(folder):
@@ -103,7 +104,7 @@ def test_the_whole_set_is_written_and_the_program_keeps_its_name(folder):
     assert missed_um(part(), text, 1, HOME) < ROUNDED_UM
     data = json.loads((folder / "out" / "report.json").read_text())
     assert data["positions"] == {"corrected": 8, "new": 0, "unchanged": 0}
-    assert data["verdict"] == "no bounds"
+    assert data["verdict"] == "inside"
     assert data["after"]["total"]["max_um"] < 1.1 < 30 < data["before"]["total"]["max_um"]
     rows = (folder / "out" / "positions.csv").read_text().splitlines()
     assert len(rows) == 9
@@ -161,7 +162,7 @@ def test_a_corrected_program_is_refused_in_its_place_and_elsewhere(folder):
         result = run("correct", program_file, "--robot", "m710ic50", "-o", folder / "second")
         refused(result, 2, program_file.name, "mark", "--restore", "--again")
         assert not (folder / "second").exists()
-    again = ("--again", "-q", "--robot", "m710ic50", "-o", folder / "second")
+    again = ("--again", "-q", "--robot", "m710ic50", *BOUND, "-o", folder / "second")
     assert run("correct", folder / "COPY.LS", *again).returncode == 0
 
 
@@ -197,7 +198,7 @@ def test_inspect_says_that_a_program_is_marked_and_what_says_so(folder):
         assert mark(folder / name) == "none"
         assert "corrected by compgen" not in run("inspect", folder / name).stdout
         out = folder / Path(name).stem
-        assert run("correct", folder / name, *ROBOT_OPTION, *BEFORE, "-q", *more, "-o", out).returncode == 0
+        assert run("correct", folder / name, *ROBOT_OPTION, *BEFORE, *BOUND, "-q", *more, "-o", out).returncode == 0
         assert mark(out / name) == here
         assert "corrected by compgen" in run("inspect", out / name).stdout
         shutil.copy(out / name, folder / "COPY.LS")
@@ -345,6 +346,7 @@ def test_killed_at_any_moment_nothing_is_half_written(folder):
         "-o",
         str(folder / "out"),
         *BEFORE,
+        *BOUND,
     ]
     start = time.monotonic()
     assert subprocess.run(command, cwd=ROOT, env=ENVIRONMENT, check=False).returncode == 0
@@ -408,9 +410,14 @@ def test_a_program_the_controller_cannot_load_is_not_inside(folder):
 
 
 def test_without_a_bound_nothing_is_inside_it(folder):
-    result = correct(folder)
-    assert result.returncode == 0
+    result = run("correct", folder / "PART.LS", "-o", folder / "out", *ROBOT_OPTION, *BEFORE)
+    refused(result, 1, "cgen: no bounds: ", " um after correction", "give --max-um", "written all the same")
     assert "verdict: no bounds" in result.stdout
+    assert report(folder)["verdict"] == "no bounds"
+    assert (folder / "out" / "PART.LS").read_bytes() != part()  # nowhere worse: there to be looked at
+    quiet = run("correct", folder / "PART.LS", "-o", folder / "out", *ROBOT_OPTION, *BEFORE, "-q", "--json")
+    assert (quiet.returncode, json.loads(quiet.stdout)["findings"][-1]["code"]) == (1, "bounds.none")
+    refused(run("correct", folder / "PART.LS", "-o", folder / "out", *ROBOT_OPTION, "-q", "--force"), 1, "no bounds")
     assert "inside its bound" not in (folder / "out" / "report.html").read_text()
     assert "--max-um" in (folder / "out" / "report.html").read_text()
     assert correct(folder, "-q", "--max-um", "5").returncode == 0
@@ -433,7 +440,7 @@ def test_a_program_that_names_its_robot_needs_no_option(text, folder):
     (folder / "REMARK.LS").write_bytes(named)
     (folder / "COMMENT.LS").write_bytes(commented if "50" in text[:16] else named)
     for name in ("REMARK.LS", "COMMENT.LS"):
-        assert run("correct", folder / name, "-q", "-o", folder / "out").returncode == 0
+        assert run("correct", folder / name, *BOUND, "-q", "-o", folder / "out").returncode == 0
         assert report(folder)["provenance"]["robot"] == "m710ic50"
 
 

@@ -410,7 +410,7 @@ def test_a_bound_that_is_not_kept_is_outside(hot):
     assert corrected(data, hot).verdict is Verdict.NO_BOUNDS
     result = corrected(data, hot, bound=5e-6)
     assert result.verdict is Verdict.OUTSIDE
-    assert not result.passed
+    assert not result.is_usable
     assert "--max-um" in next(f.message for f in result.findings if f.level is Level.OUTSIDE)
 
 

@@ -53,7 +53,7 @@ def judged_ways(result):
 def test_a_line_that_a_jump_skips_does_not_stop_the_correction(hot):
     listing = [*BEGIN, "JMP LBL[9]", "LBL[1]", *THROUGH, "LBL[9]", "L P[1] 100mm/sec FINE"]
     result = corrected(program(listing, [*ASIDE, *AHEAD]), hot)
-    assert result.passed
+    assert result.is_usable
     assert result.changed == 7
     assert not findings(result, "correction.reach")
     assert judged_ways(result) == {6, 7, 2, 4, 1}  # to P[1] along the jump from P[2], not from P[4]
@@ -69,7 +69,7 @@ def test_a_line_through_the_arm_itself_is_named_and_its_ends_are_judged_alone(op
     assert finding.level is Level.WARNING
     assert finding.message.startswith(f"line {line}: ")
     assert len(finding.message) <= 300
-    assert result.passed
+    assert result.is_usable
     assert 3 not in judged_ways(result)
     reached = result.plan.poses.number[result.plan.drive.pose[result.ride.station[result.judged]]]
     assert {1, 2, 3, 4, 5, 6, 7} <= set(reached.tolist())
@@ -77,7 +77,8 @@ def test_a_line_through_the_arm_itself_is_named_and_its_ends_are_judged_alone(op
 
 def test_the_command_writes_such_a_program(tmp_path):
     (tmp_path / "MIDWAY.LS").write_bytes(program([*BEGIN, *THROUGH], [*ASIDE, *AHEAD], name="MIDWAY"))
-    done = run("correct", "MIDWAY.LS", "--robot", str(ROOT / "robots" / "m710ic50.toml"), cwd=tmp_path)
+    robot = str(ROOT / "robots" / "m710ic50.toml")
+    done = run("correct", "MIDWAY.LS", "--robot", robot, "--max-um", "5", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "outputs" / "MIDWAY" / "MIDWAY.LS").exists()
 
@@ -99,7 +100,7 @@ def test_ways_are_judged_where_the_called_program_stands_still(between, judged, 
     (tmp_path / "quiet.ls").write_bytes(program(["DO[1]=ON"], [], name="QUIET"))
     (tmp_path / "GOES.LS").write_bytes(program(["J P[5] 50% FINE"], AHEAD, name="GOES"))
     done = run(
-        "correct", "MAIN.LS", "--before", "moving 200mm/s 5h", "--json", "--robot",
+        "correct", "MAIN.LS", "--before", "moving 200mm/s 5h", "--json", "--max-um", "5", "--robot",
         str(ROOT / "robots" / "m710ic50.toml"), cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -128,7 +129,7 @@ def test_an_arm_that_remembers_its_direction_forgets_it_where_the_order_is_not_s
     parts = [AHEAD[0], AHEAD[1], AHEAD[2]]
     whole = program(["J P[5] 50% FINE", "L P[6] 100mm/sec FINE", "OPEN_HAND", "L P[7] 100mm/sec FINE"], parts)
     result = corrected(whole, cell, MANY)
-    assert result.passed
+    assert result.is_usable
     motion = result.plan.stations.midway
     known = corrected(whole.replace(b"OPEN_HAND", b"DO[1]=ON "), cell, MANY)
     assert findings(result, "sources.order")

@@ -26,7 +26,7 @@ NAMED = 8  # lines or positions that a message names before it counts the rest
 
 
 def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, ...]:
-    """All findings on a correction, those that break a bound first.
+    """All findings on a correction, those that break a bound first; that none is given comes last.
 
     Args:
         result: The correction.
@@ -45,6 +45,7 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
             *_source_findings(result),
             *_timing_findings(result),
             *_controller_findings(result),
+            *_missing_bound(result),
         ]
     )
 
@@ -91,6 +92,14 @@ def _bound_findings(result: Correction) -> list[Finding]:
         message = f"line {line}: {after.max() / UM:.2f} um after correction, above the {bound / UM:g} um of --max-um"
         findings.append(Finding(Level.OUTSIDE, "bounds.max", message))
     return findings
+
+
+def _missing_bound(result: Correction) -> list[Finding]:
+    if result.options.bound is not None or not result.judged.any():
+        return []
+    after = result.residual[0][result.judged].max() / UM
+    message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
+    return [Finding(Level.OUTSIDE, "bounds.none", message)]
 
 
 def _source_findings(result: Correction) -> list[Finding]:

@@ -68,15 +68,22 @@ class Correction:
 
     @property
     def verdict(self) -> Verdict:
-        """What the findings come to: nothing corrected, a broken bound, then what the controller cannot load."""
+        """What the findings come to: nothing corrected, a broken bound, what the controller cannot load, no bound."""
         broken = {f.code for f in self.findings if f.level is Level.OUTSIDE}
+        if not broken:
+            return Verdict.INSIDE
         if "correction.none" in broken:
             return Verdict.NOT_CORRECTED
-        if broken:
-            return Verdict.NOT_LOADABLE if broken == {"controller.size"} else Verdict.OUTSIDE
-        return Verdict.NO_BOUNDS if self.options.bound is None else Verdict.INSIDE
+        if broken <= {"controller.size", "bounds.none"}:
+            return Verdict.NOT_LOADABLE if "controller.size" in broken else Verdict.NO_BOUNDS
+        return Verdict.OUTSIDE
 
     @property
-    def passed(self) -> bool:
-        """Whether positions were corrected, none became worse, every bound is kept, and the controller can load it."""
-        return self.verdict in (Verdict.INSIDE, Verdict.NO_BOUNDS)
+    def inside(self) -> bool:
+        """Whether positions were corrected, none became worse, the bound is kept, and the controller can load it."""
+        return self.verdict is Verdict.INSIDE
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether the program is written unasked: it is nowhere worse, and breaks no bound that is given."""
+        return self.verdict in (Verdict.INSIDE, Verdict.NO_BOUNDS, Verdict.NOT_LOADABLE)
