@@ -13,6 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from compgen.core.evaluation import kept_with
 from compgen.core.rotations import rotation_matrix_expr, rotation_vector_expr
 from compgen.error_model.model import ErrorModel
 from compgen.robot.inverse_kinematics import Posture, branch_expr
@@ -88,7 +89,7 @@ class CorrectionFunctions:
         return ca.Function("linearised", [*self._target, c, *self._state], outputs)
 
 
-@lru_cache(maxsize=16)
+@kept_with("model")
 def build_correction_functions(
     robot: Robot, model: ErrorModel, posture: Posture, tool_position: bytes, tool_rotation: bytes
 ) -> CorrectionFunctions:

@@ -105,6 +105,7 @@ def temporary_folder(folder: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         _temporary_folders.discard(folder)
+        _temporary_names.discard(folder.name)
 
 
 def remove_temporary_folders() -> None:

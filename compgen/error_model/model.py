@@ -25,7 +25,7 @@ from compgen.robot.kinematics import nominal_chain
 from compgen.robot.robot import Robot
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class ErrorModel:
     """CasADi functions to position (3) and rotation (9 column-major) of the TCP."""
 

@@ -10,14 +10,13 @@ A_k a typical rise times 1 + x.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.evaluation import evaluate
+from compgen.core.evaluation import evaluate, kept_with
 from compgen.error_model.source import Source, State
 from compgen.identification.measurements import Measurements
 from compgen.robot.kinematics import nominal_chain
@@ -43,7 +42,7 @@ class FreeParameter:
         return f"{self.source}.{self.key}[{','.join(str(i + 1) for i in self.index)}]"
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class ArmModel:
     """CasADi functions of (theta 6, rise K, direction 6, time since warm-up 1, p)."""
 
@@ -79,9 +78,9 @@ class ArmModel:
         return names, np.array([names.index(t.group) for t in self.parameters], dtype=int)
 
 
-@lru_cache(maxsize=8)
+@kept_with("model")
 def _jacobian_function(model: ArmModel, active: bytes) -> Any:
-    """Kept, as several fits of a model have the same active parameters."""
+    """Kept with the model, as several of its fits have the same active parameters."""
     inputs, position, rotation, jacobian = model.expressions
     columns = jacobian[:, np.flatnonzero(np.frombuffer(active, dtype=bool)).tolist()]
     return ca.Function("jacobian", inputs, ca.cse([position, rotation, columns[:3, :], columns[3:, :]]))

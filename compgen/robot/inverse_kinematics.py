@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.evaluation import evaluate
+from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
 from compgen.robot.robot import Robot
@@ -119,7 +119,7 @@ def solve_tool(
     return theta, margin[:, 0]
 
 
-@lru_cache(maxsize=32)
+@kept_with("robot")
 def _build_solve_flange(robot: Robot, posture: Posture) -> Any:
     """(flange position (3), rotation (9, row by row)) -> theta (6), margin."""
     position, rows = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
@@ -127,7 +127,7 @@ def _build_solve_flange(robot: Robot, posture: Posture) -> Any:
     return ca.Function("joints", [position, rows], [theta, margin])
 
 
-@lru_cache(maxsize=32)
+@kept_with("robot")
 def _build_solve_tool(robot: Robot, posture: Posture) -> Any:
     """(tool position (3), rotation (9, row by row); TCP in the flange (12)) -> theta (6), margin."""
     p, rows, tool = ca.SX.sym("p", 3), ca.SX.sym("r", 9), ca.SX.sym("tool", 12)

@@ -10,14 +10,13 @@ of parallel axes needs; both are none and zero in a nominal chain. What is exact
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.evaluation import evaluate
+from compgen.core.evaluation import evaluate, kept_with
 from compgen.robot.robot import Robot
 
 Frame = tuple[Any, Any]  # position (3, 1) [m] and rotation (3, 3), numbers or SX
@@ -105,7 +104,7 @@ def flange_pose(robot: Robot, theta: Array) -> tuple[Array, Array]:
     return position, rotation.reshape(-1, 3, 3)
 
 
-@lru_cache(maxsize=32)
+@kept_with("robot")
 def _build_flange_pose(robot: Robot) -> Any:
     """theta (6) -> flange position (3), rotation (9, row by row)."""
     theta = ca.SX.sym("theta", 6)

@@ -31,7 +31,7 @@ class Controller:
     turn_joints: tuple[int, int, int]  # which joints (from 1) the three digits of CONFIG count
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class Robot:
     """A six-axis arm with a spherical wrist, standard DH: T = prod Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
 

@@ -3,7 +3,8 @@
 Where there is a compiler and enough rows, the function runs as C (``codegen``, ``compiler``), several rows in the
 lanes of a vector register and shares of the rows on each core (``threads``). Else numpy runs its list of instructions
 over blocks of rows (``interpreter``). Either way there is no Python call and no ``DM`` a row, and a row's numbers do
-not depend on how many rows or workers there are.
+not depend on how many rows or workers there are. What a function becomes, a list of instructions or a loaded library,
+belongs to it and ends with it (``ownership``).
 """
 
 import ctypes
@@ -17,6 +18,7 @@ from compgen.core.arrays import Array
 from compgen.core.evaluation.codegen import c_source, identity
 from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
 from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instructions_of, run
+from compgen.core.evaluation.ownership import kept_with
 from compgen.core.evaluation.threads import map_blocks, map_rows, parallel_for, run_in_background, set_workers
 
 __all__ = [
@@ -27,6 +29,7 @@ __all__ = [
     "configure",
     "evaluate",
     "find_compiler",
+    "kept_with",
     "map_blocks",
     "map_rows",
     "parallel_for",
@@ -37,7 +40,6 @@ __all__ = [
 MIN_COMPILED_ROWS = 2048
 
 _compiler: Compiler | None = None
-_compiled: dict[int, Any] = {}
 
 
 def _ignore(note: str) -> None:
@@ -58,7 +60,6 @@ def configure(compiler: Compiler | None, workers: int = 1, notify: Callable[[str
     global _compiler, _notify
     _compiler, _notify = compiler, notify
     set_workers(workers)
-    _compiled.clear()
 
 
 def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ...]:
@@ -78,7 +79,7 @@ def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ..
     counts = [len(r) for r in rows]
     N = max(counts) if min(counts) else 0
     outputs = [np.zeros((N, function.numel_out(k))) for k in range(function.n_out())]
-    compiled = _compile(function) if N >= MIN_COMPILED_ROWS and not exact else None
+    compiled = _compiled(function) if N >= MIN_COMPILED_ROWS and not exact else None
     if compiled is None:
         instructions = instructions_of(function)
         parallel_for(N, lambda start, stop: run(instructions, rows, outputs, start, stop))
@@ -93,18 +94,20 @@ def _call(compiled: Any, arguments: tuple[Any, ...], buffers: Any, start: int, s
     compiled(start, stop, *arguments)
 
 
-def _compile(function: Any) -> Any:
-    """The compiled function, kept for the next call; None where there is no compiler or it fails."""
+def _compiled(function: Any) -> Any:
+    """The compiled function; None where there is no compiler or it fails."""
     if _compiler is None:
         _notify("no C compiler: numpy evaluates instead, with the same numbers and some times slower")
         return None
-    key = function.__hash__()
-    if key not in _compiled:
-        compiled = load_function(_compiler, identity(function), lambda: c_source(instructions_of(function)))
-        _compiled[key] = function, compiled  # the function is kept, so that its identity stays its own
-        if compiled is None:
-            _notify("the C compiler failed: numpy evaluates instead, with the same numbers and some times slower")
-    return _compiled[key][1]
+    return _compile(function, _compiler)
+
+
+@kept_with("function")
+def _compile(function: Any, compiler: Compiler) -> Any:
+    compiled = load_function(compiler, identity(function), lambda: c_source(instructions_of(function)))
+    if compiled is None:
+        _notify("the C compiler failed: numpy evaluates instead, with the same numbers and some times slower")
+    return compiled
 
 
 def _arguments(rows: tuple[Rows, ...], outputs: list[Array]) -> tuple[list[Any], tuple[Any, ...]]:

@@ -4,6 +4,7 @@ A library carries the hash of its own bytes at its end, is built under another n
 at the same time may build the same one twice, and none ever loads half of it.
 """
 
+import _ctypes
 import ctypes
 import hashlib
 import os
@@ -11,6 +12,7 @@ import shlex
 import shutil
 import stat
 import subprocess
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,13 +97,20 @@ def load_function(compiler: Compiler, identity: str, generate: Callable[[], str 
     _check_library(library)
     if not _is_intact(library) and ((source := generate()) is None or not _build(compiler, source, library)):
         return None
+    return _loaded_function(library)
+
+
+def _loaded_function(library: Path) -> Any:
+    """The function that a library exports; with the last reference to it the library is unloaded."""
     try:
-        function = getattr(ctypes.CDLL(str(library)), FUNCTION_NAME)
+        loaded = ctypes.CDLL(str(library))
+        function: Any = loaded[FUNCTION_NAME]  # as an attribute the library would keep it, and it the library
     except (OSError, AttributeError):
         return None
     pointer = ctypes.c_void_p
     function.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointer, pointer, pointer, pointer]
     function.restype = None
+    weakref.finalize(function, _ctypes.dlclose, loaded._handle).atexit = False  # a thread may be at work in it then
     return function
 
 

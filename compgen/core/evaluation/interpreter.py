@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.evaluation.ownership import kept_with
 
 BLOCK = 4096  # rows at a time: the work arrays stay in cache
 
@@ -28,38 +29,33 @@ Rows = Array | IndexedRows
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Instructions:
-    """What a function does, in order; the function is kept, so that its hash stays its own."""
+    """What a function does, in order."""
 
-    function: Any
     steps: tuple[tuple[int, Any, Any], ...]  # operation, inputs, target
     output_sizes: tuple[int, ...]  # entries of each output
+    work_size: int  # work variables
 
 
+@kept_with("function")
 def instructions_of(function: Any) -> Instructions:
-    """The instruction list as Python tuples, kept beside the function it belongs to."""
-    key = function.__hash__()
-    if key not in _CACHE:
-        steps: list[tuple[int, Any, Any]] = []
-        for k in range(function.n_instructions()):
-            operation = function.instruction_id(k)
-            inputs, target = function.instruction_input(k), function.instruction_output(k)
-            if operation == ca.OP_OUTPUT:
-                steps.append((operation, inputs[0], (target[0], target[1])))
-            elif operation == ca.OP_CONST:
-                steps.append((operation, function.instruction_constant(k), target[0]))
-            else:
-                steps.append((operation, tuple(inputs), target[0]))
-        output_sizes = tuple(function.numel_out(k) for k in range(function.n_out()))
-        _CACHE[key] = Instructions(function, tuple(steps), output_sizes)
-    return _CACHE[key]
-
-
-_CACHE: dict[int, Instructions] = {}
+    """The instruction list as Python tuples."""
+    steps: list[tuple[int, Any, Any]] = []
+    for k in range(function.n_instructions()):
+        operation = function.instruction_id(k)
+        inputs, target = function.instruction_input(k), function.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            steps.append((operation, inputs[0], (target[0], target[1])))
+        elif operation == ca.OP_CONST:
+            steps.append((operation, function.instruction_constant(k), target[0]))
+        else:
+            steps.append((operation, tuple(inputs), target[0]))
+    output_sizes = tuple(function.numel_out(k) for k in range(function.n_out()))
+    return Instructions(tuple(steps), output_sizes, function.sz_w())
 
 
 def run(instructions: Instructions, rows: Sequence[Rows], outputs: Sequence[Array], start: int, stop: int) -> None:
     """Fill rows start to stop of the outputs, (N, entries) each, from rows as ``evaluate`` takes them."""
-    work: list[Any] = [None] * instructions.function.sz_w()
+    work: list[Any] = [None] * instructions.work_size
     with np.errstate(all="ignore"):  # as the compiled function does: NaN and infinity pass through
         for first in range(start, stop, BLOCK):
             last = min(first + BLOCK, stop)

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from compgen.core.arrays import Array
-from compgen.core.evaluation import evaluate
+from compgen.core.evaluation import evaluate, kept_with
 from compgen.robot.inverse_kinematics import Posture, joints_expr
 from compgen.robot.robot import Robot
 
@@ -56,7 +56,7 @@ def _flange_rotation(robot: Robot) -> Array:
     return np.asarray(pin.utils.rotate("y", -np.pi / 2) @ pin.utils.rotate("x", float(robot.alpha[5])))
 
 
-@lru_cache(maxsize=16)
+@kept_with("robot")
 def build_segment_sample(robot: Robot, posture: Posture, tool_position: bytes, tool_rotation: bytes) -> Any:
     """One sample of a straight line, as the controller commands it and as the real arm executes it.
 
@@ -99,7 +99,7 @@ def build_rise_and_growth(nodes: int) -> Any:
     return ca.Function("rise_and_growth", [start, steady, tau, growth_per_kelvin, since], [rise, growth])
 
 
-@lru_cache(maxsize=16)
+@kept_with("robot")
 def build_grown_pose(robot: Robot, tool_position: bytes, tool_rotation: bytes) -> Any:
     """(theta (6), growths (6)) -> position (3), rotation (9, row by row) of the TCP."""
     theta, growth = ca.SX.sym("theta", 6), ca.SX.sym("growth", len(LENGTHS))
@@ -134,7 +134,7 @@ def build_placed_chain() -> Any:
     return ca.Function("placed_chain", [angles, *placements], [position, ca.vec(rotation.T)])
 
 
-@lru_cache(maxsize=16)
+@kept_with("robot")
 def build_load_torque(robot: Robot) -> Any:
     """Torque of loads about the joints of the nominal arm: of F at p about axis z_j through o_j, z_j . ((p - o_j) x F).
 
