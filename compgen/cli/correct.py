@@ -8,10 +8,10 @@ import typer
 
 from compgen.cli.messages import print_error
 from compgen.cli.options import FramesFile, Overrides, ProgramFile, Quiet, output_folder
-from compgen.cli.ownership import PROVENANCE, check_correction_folder, check_restored
+from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.findings import Level
 
 
@@ -50,24 +50,18 @@ def correct(
 ) -> None:
     """Correct an existing program in place: only the numbers of its positions change."""
     from compgen.cli.correction_table import show_correction
-    from compgen.cli.program_file import naming_program, read_frames, read_program
     from compgen.cli.progress_bar import CORRECT, show_progress
-    from compgen.core.units import UM
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.called_programs import programs_beside
+    from compgen.pipelines.correct.result import options_of
     from compgen.pipelines.correct.robot_choice import robot_of_program
     from compgen.pipelines.history_words import load_before
+    from compgen.pipelines.program_file import naming_program, read_frames, read_program, refuse_corrected
     from compgen.pipelines.robot_file import load_cell
-    from compgen.report.correction_page import correction_html
-    from compgen.report.correction_summary import correction_csv, correction_json
-    from compgen.report.provenance import provenance_json
+    from compgen.report.files import correction_files
     from compgen.verification.verdict import Verdict
 
-    for name, value, largest in (("--insert", insert, 1e4), ("--max-um", max_um, 1e6)):
-        if value is not None and not 0.1 <= value <= largest:
-            raise InputError(f"{name} {value:g}: must be 0.1 to {largest:g} um")
-    if mark not in ("digits", "remark"):
-        raise InputError(f"--mark {mark!r:.40}: must be digits or remark")
+    options = options_of(split, insert, strict, again, mark, max_um)
     source = Path(program)
     folder = output_folder(program, output)
     content = read_program(program)
@@ -78,15 +72,7 @@ def correct(
         return
     check_correction_folder(folder, content, source.name, source.stem + PROVENANCE)
     if not again:
-        _refuse_corrected(source, content)
-    options = pipeline.Options(
-        split=split,
-        insert=None if insert is None else insert * UM,
-        strict=strict,
-        again=again,
-        remark=mark == "remark",
-        bound=None if max_um is None else max_um * UM,
-    )
+        refuse_corrected(source, content)
     if robot is None:
         with naming_program(program):
             robot = robot_of_program(content)
@@ -98,15 +84,8 @@ def correct(
                 content, cell, frames_table, history, options, progress, programs_beside(source)
             )
         progress("report", 0.0)
-        files = {
-            "report.json": correction_json(correction),
-            "positions.csv": correction_csv(correction),
-            "report.html": correction_html(correction),
-        }
         written = correction.is_usable or force
-        if written:
-            files[provenance] = provenance_json(correction)
-            files[source.name] = correction.text
+        files = correction_files(correction, source.name, written)
         programs = {name: files[name] for name in (provenance, source.name) if name in files}
         reports = {name: files[name] for name in ("positions.csv", "report.html", "report.json")}
         publish(folder, programs, reports, {*reports, provenance, source.name})
@@ -138,15 +117,3 @@ def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
     publish(folder, {source.name: planned}, {}, {source.name})
     if not quiet:
         sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")
-
-
-def _refuse_corrected(source: Path, content: bytes) -> None:
-    """Raises InputError when a provenance file beside a program says that it is a corrected one."""
-    from compgen.cli.program_file import provenance_beside
-
-    provenance = provenance_beside(source, content)
-    if provenance is not None:
-        raise InputError(
-            f"{source}: it carries compgen's mark ({provenance.name} says so): it would be corrected twice; "
-            "start from the planned program, get it back with --restore, or say --again"
-        )

@@ -36,10 +36,10 @@ def identify(
     quiet: Quiet = False,
 ) -> None:
     """Fit the error sources of a robot to measurements, and judge the fit."""
-    from compgen.cli.identification_files import identified_robot_text, read_measurements, robot_files_of
     from compgen.cli.identification_table import show_identification
     from compgen.cli.progress_bar import show_progress
     from compgen.identification import identify as identification
+    from compgen.pipelines.identification_files import identified_robot_text, read_measurements, robot_files_of
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_page import identification_html
     from compgen.report.identification_summary import identification_json
@@ -88,11 +88,11 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Compare an identified robot with measurements it has not seen. Fits nothing but frames, and those when asked."""
-    from compgen.cli.identification_files import identified_frames
     from compgen.cli.identification_table import show_validation
     from compgen.identification import validation
     from compgen.identification.measurements import concatenate
     from compgen.identification.pose_files import read_poses
+    from compgen.pipelines.identification_files import identified_frames
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_summary import validation_summary
 

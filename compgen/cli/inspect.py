@@ -18,10 +18,10 @@ def inspect(
 ) -> None:
     """Say what a program is, and what makes correcting it unsafe. Changes nothing."""
     from compgen import fanuc
-    from compgen.cli.program_file import naming_program, provenance_beside, read_frames, read_program
     from compgen.cli.program_table import show_program
     from compgen.fanuc.analysis import inspection
     from compgen.fanuc.analysis.watermark import Mark
+    from compgen.pipelines.program_file import naming_program, provenance_beside, read_frames, read_program
     from compgen.pipelines.robot_file import load_robot
 
     frames_table = read_frames(frames)

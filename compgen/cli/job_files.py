@@ -9,19 +9,8 @@ from compgen.cli.ownership import check_job_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.findings import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
-from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
 from compgen.pipelines.program_text import program_name_of
-from compgen.report import job_html, job_json, waypoints_blocks
-
-
-def report_files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
-    """Name to content of the reports, whole or in parts."""
-    return {
-        "waypoints.csv": waypoints_blocks(planned, corrected),
-        "report.html": job_html(planned, corrected),
-        "report.json": job_json(planned, corrected),
-    }
 
 
 def check_folder(folder: Path, command: str, job: Job) -> None:

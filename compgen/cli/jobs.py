@@ -39,12 +39,13 @@ def generate(
     workers: Workers = None,
 ) -> None:
     """Write the corrected program and its proof."""
-    from compgen.cli.job_files import check_folder, publish_job, report_files
+    from compgen.cli.job_files import check_folder, publish_job
     from compgen.cli.job_table import show_job
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import GENERATE, show_progress
     from compgen.pipelines import generate as pipeline
     from compgen.pipelines.path_file import load_job
+    from compgen.report.files import job_reports
 
     use_machine(workers)
     folder = output_folder(path, output)
@@ -53,7 +54,7 @@ def generate(
         check_folder(folder, "generate", job)
         planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
         progress("report", 0.0)
-        reports = report_files(planned, corrected)
+        reports = job_reports(planned, corrected)
         programs = dict(corrected.delivery.files) if corrected.inside or force else {}
         publish_job(folder, programs, reports, job, progress)
     if not quiet:
@@ -76,12 +77,13 @@ def predict(
     workers: Workers = None,
 ) -> None:
     """Predict the error of the planned program, without correcting it."""
-    from compgen.cli.job_files import check_folder, publish_job, report_files
+    from compgen.cli.job_files import check_folder, publish_job
     from compgen.cli.job_table import show_job
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import PREDICT, show_progress
     from compgen.pipelines import generate as pipeline
     from compgen.pipelines.path_file import load_job
+    from compgen.report.files import job_reports
 
     use_machine(workers)
     folder = output_folder(path, output, "_predict")
@@ -90,7 +92,7 @@ def predict(
         check_folder(folder, "predict", job)
         planned = pipeline.predict(job, progress)
         progress("report", 0.0)
-        reports = report_files(planned, None)
+        reports = job_reports(planned, None)
         publish_job(folder, {}, reports, job, progress)
     if not quiet:
         show_job(planned, None, folder, reports)

@@ -14,7 +14,6 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 
 REPORT = "report.json"
-PROVENANCE = ".compgen.json"  # behind the program's name, beside a corrected program
 _PROGRAM_LINE = re.compile(rb"^/PROG[ \t]+([A-Za-z0-9_-]+)", re.MULTILINE)
 
 

@@ -27,12 +27,12 @@ def pages(
     """Part an existing program into pages that the controller holds, with a main program and a manifest."""
     from compgen import fanuc
     from compgen.cli.pages_text import pages_text, unparted_text
-    from compgen.cli.program_file import naming_program, read_program
     from compgen.fanuc.paging.capacity import program_size
     from compgen.fanuc.paging.join_check import check_join
     from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
     from compgen.fanuc.paging.split import split_program
     from compgen.fanuc.paging.stops import controller_capacity
+    from compgen.pipelines.program_file import naming_program, read_program
     from compgen.pipelines.robot_file import load_cell
 
     folder = output_folder(program, output)

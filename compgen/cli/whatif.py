@@ -47,8 +47,7 @@ def whatif(
     from compgen.cli.study_run import answer_questions, run_scenarios
     from compgen.core.units import UM
     from compgen.pipelines.study import build
-    from compgen.report.study_page import study_html
-    from compgen.report.study_tables import answer_csv, headline, study_csv, study_json
+    from compgen.report.files import study_files, study_sentences
 
     _check(questions or [], within_um, bool(vary or scenario_list))
     study = build(path, robot, overrides or (), vary or (), scenario_list, correct) if vary or scenario_list else None
@@ -58,18 +57,10 @@ def whatif(
     answers = answer_questions(path, robot, overrides or [], questions or [], within_um * UM, pass_paths or [], feeds)
     rows = run_scenarios(study, folder, workers, cluster, fresh, quiet) if study else []
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
-    files = {f"{answer.key}.csv": answer_csv(answer) for answer in answers}
-    sentences = [answer.sentence for answer in answers]
-    if study:
-        sentences.insert(0, headline(study, rows))
-        files |= {
-            "whatif.csv": study_csv(study, rows),
-            "whatif.json": study_json(study, rows, sentences),
-        }
-    files["whatif.html"] = study_html(f"What if: {Path(path).stem}", study, rows, answers)
+    files = study_files(f"What if: {Path(path).stem}", study, rows, answers)
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if not quiet:
-        sys.stdout.write("".join(f"{sentence}\n" for sentence in sentences))
+        sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
         for row in [row for row in rows if row["state"] == "failed"][:10]:
             sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")
         sys.stdout.write(f"wrote {', '.join(sorted([*journal, *files]))} to {folder}\n")

@@ -6,6 +6,7 @@ from errno import EFBIG, EINVAL, EISDIR
 from pathlib import Path
 
 MOST_BYTES = 2_000_000_000
+PROVENANCE = ".compgen.json"  # behind a program's name: what it was corrected from, beside a corrected program
 MOST_TABLE_BYTES = 16_000_000  # of a TOML file or another that people write by hand
 
 

@@ -4,7 +4,9 @@ from dataclasses import dataclass, field
 
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
+from compgen.core.units import UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
@@ -29,6 +31,29 @@ class Options:
     remark: bool = False  # carries the mark where the positions cannot
     bound: float | None = None  # [m] largest error allowed after correction
     settings: Settings = field(default_factory=Settings)
+
+
+def options_of(
+    split: bool, insert_um: float | None, strict: bool, again: bool, mark: str, max_um: float | None
+) -> Options:
+    """The options as they are typed, lengths in micrometres.
+
+    Raises:
+        InputError: A length out of its range, or a mark of another kind.
+    """
+    for name, value, largest in (("--insert", insert_um, 1e4), ("--max-um", max_um, 1e6)):
+        if value is not None and not 0.1 <= value <= largest:
+            raise InputError(f"{name} {value:g}: must be 0.1 to {largest:g} um")
+    if mark not in ("digits", "remark"):
+        raise InputError(f"--mark {mark!r:.40}: must be digits or remark")
+    return Options(
+        split=split,
+        insert=None if insert_um is None else insert_um * UM,
+        strict=strict,
+        again=again,
+        remark=mark == "remark",
+        bound=None if max_um is None else max_um * UM,
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,4 +1,4 @@
-"""How a command takes a program that exists, what lies beside it, and the frames that its positions are told in."""
+"""A program that exists: its file, what lies beside it, and the frames that its positions are told in."""
 
 import json
 from collections.abc import Iterator
@@ -6,9 +6,8 @@ from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 
-from compgen.cli.ownership import PROVENANCE
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import PROVENANCE, read_regular
 from compgen.fanuc.frames import Frames, default_frames, load_frames
 
 
@@ -46,3 +45,13 @@ def provenance_beside(source: Path, content: bytes) -> Path | None:
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
     return None
+
+
+def refuse_corrected(source: Path, content: bytes) -> None:
+    """Raises InputError when a provenance file beside a program says that it is a corrected one."""
+    provenance = provenance_beside(source, content)
+    if provenance is not None:
+        raise InputError(
+            f"{source}: it carries compgen's mark ({provenance.name} says so): it would be corrected twice; "
+            "start from the planned program, get it back with --restore, or say --again"
+        )

@@ -1,0 +1,61 @@
+"""The files of a run by their names, whole or in parts; who wants them on a disk writes them."""
+
+from collections.abc import Iterable
+from pathlib import PurePath
+
+from compgen.core.files import PROVENANCE
+from compgen.pipelines.correct import Correction
+from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.study import Answer, Row, Study
+from compgen.report.correction_page import correction_html
+from compgen.report.correction_summary import correction_csv, correction_json
+from compgen.report.job_page import job_html
+from compgen.report.job_summary import job_json
+from compgen.report.provenance import provenance_json
+from compgen.report.study_page import study_html
+from compgen.report.study_tables import answer_csv, headline, study_csv, study_json
+from compgen.report.waypoints_csv import waypoints_blocks
+
+
+def job_reports(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
+    """The reports of a planned program, or of a corrected one."""
+    return {
+        "waypoints.csv": waypoints_blocks(planned, corrected),
+        "report.html": job_html(planned, corrected),
+        "report.json": job_json(planned, corrected),
+    }
+
+
+def correction_files(correction: Correction, name: str, with_program: bool) -> dict[str, bytes]:
+    """The reports of a program that existed, and the program with its provenance.
+
+    Args:
+        correction: Of the program.
+        name: The program's file.
+        with_program: Whether it may be loaded.
+    """
+    files = {
+        "report.json": correction_json(correction),
+        "positions.csv": correction_csv(correction),
+        "report.html": correction_html(correction),
+    }
+    if with_program:
+        files[PurePath(name).stem + PROVENANCE] = provenance_json(correction)
+        files[name] = correction.text
+    return files
+
+
+def study_files(title: str, study: Study | None, rows: list[Row], answers: list[Answer]) -> dict[str, bytes]:
+    """The tables and the page of a study, and of the answers to its questions."""
+    files = {f"{answer.key}.csv": answer_csv(answer) for answer in answers}
+    if study is not None:
+        files |= {
+            "whatif.csv": study_csv(study, rows),
+            "whatif.json": study_json(study, rows, study_sentences(study, rows, answers)),
+        }
+    return files | {"whatif.html": study_html(title, study, rows, answers)}
+
+
+def study_sentences(study: Study | None, rows: list[Row], answers: list[Answer]) -> list[str]:
+    """What a study comes to: a headline, and a sentence for each question."""
+    return [*([headline(study, rows)] if study is not None else []), *(answer.sentence for answer in answers)]
