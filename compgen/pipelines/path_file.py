@@ -71,7 +71,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
     air = tables.ambient_of(path.ambient, str(source))
     read = None
     if path.log is not None:
-        read = tables.log_of(path.log, cell.sensors, path.ambient.reference_degC, str(source))
+        read = tables.log_of(path.log, cell.heat.names, cell.sensors, path.ambient.reference_degC, str(source))
         if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
     others = files_read(path, str(source))

@@ -122,6 +122,16 @@ def test_rises_count_from_the_reference(tmp_path, ambient, zero, reference):
     assert_allclose(job.start_rise()[:4], rise, atol=0.05)
 
 
+def test_sensors_are_named_by_part_or_by_node_and_the_air_may_miss(tmp_path):
+    rows = [f"{60 * n},26,28" for n in range(60)]
+    by_part = load_job(write(tmp_path, "time_s,part_3_degC,part_6_degC", rows)).start_rise()
+    by_node = load_job(write(tmp_path, "time_s,j2_degC,j3_degC", rows)).start_rise()
+    assert_allclose(by_part, by_node)
+    assert by_part[0] == pytest.approx(6, abs=0.02)
+    with pytest.raises(InputError, match="ambient_degC: missing"):
+        load_job(write(tmp_path, "time_s,j2_degC", ["0,20", "60,20"], reference="ambient"))
+
+
 def test_the_air_stays_as_the_log_left_it_unless_told(tmp_path):
     file = write(tmp_path, HEAD, rows_of((3.0,) * 4, ambient=23.0))
     assert load_job(file).air.at(np.array([0.0]))[0] == pytest.approx(3.0)
@@ -150,7 +160,8 @@ def test_the_log_is_an_input_like_any_other(tmp_path):
         (HEAD, ["0,20,20,20,20"], ("line 2", "5 cells")),
         (HEAD, [], ("no rows",)),
         (HEAD, ["0,20,20,20,20,20"], ("one row",)),
-        ("time_s,part_3_degC", ["0,20", "1,20"], ("ambient_degC", "missing")),
+        ("time_s,part_3_degC,j2_degC", ["0,20,20", "1,20,20"], ("part_3_degC and j2_degC", "keep one")),
+        ("time_s,elbow_degC", ["0,20", "1,20"], ("column elbow_degC", "unknown", "part_3_degC", "wrist_degC")),
         ("time_s,ambient_degC", ["0,20", "1,20"], ("no sensor", "part_3_degC")),
         ("time_s,ambient_degC,part_3_degC,part_3_degC", ["0,20,20,20", "1,20,20,20"], ("part_3_degC", "twice")),
     ],

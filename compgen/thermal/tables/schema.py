@@ -79,7 +79,7 @@ class LogTable(Table):
     """A thermocouple log; its end is the thermal state at the first [[before]]."""
 
     file: str
-    """CSV file beside the path file: time_s, ambient_degC, part_<n>_degC; empty cells are gaps."""
+    """CSV file beside the path file: time_s, ambient_degC, <node>_degC or part_<n>_degC; empty cells are gaps."""
     reference: Literal["ambient", "start"] | Celsius | None = None
     """What rises count from: a temperature in degC (default ambient.reference_degC), the air, or the cold start."""
     window_min: Annotated[FiniteFloat, Field(ge=1, le=1e4)] = 20.0

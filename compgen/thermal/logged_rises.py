@@ -1,0 +1,96 @@
+r"""Rises of all nodes at given times from a temperature log: measured where there is a sensor, else modelled.
+
+The log is explained by the heat that would have caused it (``log_fit``), which gives every node a course h(t). A node
+with a sensor is where its readings are, and follows the course across gaps and beyond its last reading,
+
+    rise(t) = h(t) + interpolation of (reading - h) between readings
+
+so that noise-free readings are kept as they are; a reading far from its neighbours is left out. A node without a sensor
+is a first-order state: its course h follows from the others' heat in the robot file's proportions, and is known to a
+factor and to its time constant,
+
+    rise(t) = (1 + y) (h(t) + x dh/dlog tau),    y ~ N(0, HEIGHT^2),  x ~ N(0, LAG^2)
+
+to first order in x. Source: the lag of a first-order state, tau dh/dt = A u - h.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from compgen.core.arrays import Array, BoolArray, own
+from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.node_model import NodeModel
+
+HEIGHT = 0.5  # of the rise of a node without a sensor: how far it is from the file's proportions
+LAG = 0.5  # of the logarithm of its time constant
+STEP = 0.1  # of that logarithm, for the difference quotient
+LOOSE = 3.0  # [K] from the median of five readings: a loose contact
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LoggedRises:
+    """Rises of K nodes at M times."""
+
+    rise: Array  # (M, K) [K]
+    lag: Array  # (M, K) [K] dh/dlog tau of nodes without a sensor, else 0
+    modelled: BoolArray  # (K,) nodes without a sensor
+    loose: int  # readings that were left out
+
+    def __post_init__(self) -> None:
+        own(self, rise=("M", "K"), lag=("M", "K"), modelled=("K",))
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviation of the modelled rises, (M, K) [K]; 0 where there is a sensor."""
+        return np.asarray(np.hypot(HEIGHT * self.rise, LAG * self.lag) * self.modelled)
+
+
+def rises_at(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array) -> LoggedRises:
+    """Rises of all nodes of a model at times of a log.
+
+    Args:
+        log: Readings of any of the nodes.
+        heat: The model; its start is not used.
+        time: (M,) [s] on the log's clock.
+
+    Raises:
+        InputError: Too few readings.
+    """
+    readings = {name: _without_loose_contacts(values) for name, values in log.readings.items()}
+    loose = sum(int(np.isnan(readings[n]).sum() - np.isnan(v).sum()) for n, v in log.readings.items())
+    log = replace(log, readings=readings)
+    modelled = np.array([name not in readings for name in heat.names])
+    course = _course(log, heat, time)
+    rise = course.copy()
+    at_readings = _course(log, heat, log.time)
+    for name, values in readings.items():
+        k = heat.names.index(name)
+        valid = ~np.isnan(values)
+        rise[:, k] += np.interp(time, log.time[valid], (values - at_readings[:, k])[valid])
+    lag = np.zeros_like(rise)
+    if isinstance(heat, NodeModel) and modelled.any():
+        slower, faster = (
+            _course(log, replace(heat, tau=heat.tau * np.exp(sign * STEP * modelled)), time) for sign in (1, -1)
+        )
+        lag = (slower - faster) / (2 * STEP) * modelled
+    return LoggedRises(rise, lag, modelled, loose)
+
+
+def _course(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array) -> Array:
+    """Rises of all nodes by the model that explains the log, (M, K) [K]."""
+    fitted = fit_log(log, heat)
+    return np.column_stack([np.interp(time, fitted.time, rise) for rise in fitted.rise.T])
+
+
+def _without_loose_contacts(values: Array) -> Array:
+    """Readings with those far from their neighbours left out, (M,)."""
+    valid = np.flatnonzero(~np.isnan(values))
+    if len(valid) < 5:
+        return values
+    kept = values.copy()
+    median = median_filter(values[valid], size=5, mode="nearest")
+    kept[valid[np.abs(values[valid] - median) > LOOSE]] = np.nan
+    return kept
