@@ -41,8 +41,13 @@ def show_validation(summary: dict[str, Any]) -> None:
     """Print the errors at each target, of the nominal and of the identified arm."""
     console = Console(width=None if sys.stdout.isatty() else 100)
     table = Table("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm")
-    for target, arms in (*summary["targets"].items(), ("overall", summary["overall"])):
+    rows = [*summary["targets"].items(), *summary["states"].items(), ("overall", summary["overall"])]
+    if summary["set_aside"]:
+        rows.append(("with rows set aside", summary["all_rows"]))
+    for target, arms in rows:
         for arm, errors in arms.items():
             statistics = (f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))
             table.add_row(target, arm, str(errors["count"]), *statistics)
     console.print(table)
+    for finding in summary["findings"]:
+        console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)

@@ -13,10 +13,15 @@ from compgen.cli.options import Quiet
 from compgen.cli.ownership import check_identified
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Level
+from compgen.core.findings import Level, first_of
+from compgen.core.units import UM
 
 RobotArgument = Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)]
 Poses = Annotated[list[str] | None, typer.Option("--poses", help="CSV of joints and measured places; repeatable.")]
+Temperatures = Annotated[str | None, typer.Option("--temperatures", help="CSV log of the air and any of the nodes.")]
+ReferenceOption = Annotated[
+    str, typer.Option("--reference", help="What rises in the log count from: start (cold), ambient, or degC.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
@@ -27,7 +32,8 @@ def identify(
     warm_up: Annotated[
         list[str] | None, typer.Option("--warm-up", help="CSV of poses measured while warming; repeatable.")
     ] = None,
-    temperatures: Annotated[str | None, typer.Option("--temperatures", help="CSV log of the nodes.")] = None,
+    temperatures: Temperatures = None,
+    reference: ReferenceOption = "start",
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/identify/<robot>.toml.")
     ] = None,
@@ -53,12 +59,14 @@ def identify(
     check_writable(target.absolute().parent)
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json")])
     check_identified(target)
-    measurements = read_measurements(arm, poses or [], lines or [], warm_up or [], temperatures, force)
+    measurements, of_log = read_measurements(
+        arm, poses or [], lines or [], warm_up or [], temperatures, force, reference
+    )
     with show_progress(quiet or as_json) as progress:
         identified = identification.identify(
             arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress
         )
-    identified = replace(identified, findings=(*identified.findings, *arm.unlikely))
+    identified = replace(identified, findings=(*identified.findings, *of_log, *arm.unlikely))
     files = [*(poses or []), *(lines or []), *(warm_up or []), *([temperatures] if temperatures else [])]
     is_written = not identified.refused or force
     # a robot file that stands stays with its own reports
@@ -82,27 +90,43 @@ def identify(
 def validate(
     robot: RobotArgument,
     poses: Poses = None,
+    hot: Annotated[
+        list[str] | None, typer.Option("--hot", help="CSV of poses of the warm arm, with --temperatures; repeatable.")
+    ] = None,
+    temperatures: Temperatures = None,
+    reference: ReferenceOption = "start",
     refit: Annotated[
         bool, typer.Option("--refit-frames", help="Fit where the instrument stands and the reflectors sit.")
     ] = False,
+    max_um: Annotated[
+        float | None, typer.Option("--max-um", help="Bound of the largest error; exit 1 beyond it.", min=0.0)
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Compare an identified robot with measurements it has not seen. Fits nothing but frames, and those when asked."""
     from compgen.cli.identification_table import show_validation
     from compgen.identification import validation
-    from compgen.identification.measurements import concatenate
-    from compgen.identification.pose_files import read_poses
-    from compgen.pipelines.identification_files import identified_frames
+    from compgen.pipelines.identification_files import identified_frames, read_measurements
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_summary import validation_summary
 
-    if not poses:
+    if not poses and not hot:
         raise InputError("--poses: missing; give at least one CSV of measured poses")
+    if hot and temperatures is None:
+        raise InputError("--hot: how warm the arm was must be known: give the log with --temperatures")
     arm = load_arm(robot)
-    measurements = concatenate([read_poses(file, arm.robot, len(arm.nodes), force=True) for file in poses])
+    measurements, of_log = read_measurements(
+        arm, poses or [], [], hot or [], temperatures, True, reference, frames_known=not refit
+    )
     frames = None if refit else identified_frames(arm, measurements)
-    summary = validation_summary(validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), frames))
+    bound = None if max_um is None else max_um * UM
+    result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), frames, bound)
+    result = replace(result, findings=(*result.findings, *of_log))
+    summary = validation_summary(result)
     if as_json:
         sys.stdout.write(json.dumps(summary, indent=2, allow_nan=False) + "\n")
     else:
         show_validation(summary)
+    outside = first_of(Level.OUTSIDE, result.findings)
+    if outside is not None:
+        raise typer.Exit(print_error(f"outside: {outside.message}", 1))

@@ -62,9 +62,11 @@ class Identification:
             ("instrument_mm", (frames.origin[i] / MM).tolist()),
             ("instrument_deg", (rotation_vector(frames.rotation[i]) / DEG).tolist()),
         )}  # fmt: skip
+        name = self.data.named_instrument(i)
         return {
             "model": self.selected.candidate.name,
             "noise_um": float(f"{self.selected.fit.noise / UM:.9g}"),
+            **({"instrument": name} if name else {}),
             **numbers,
             "reflector_mm": {
                 name: [float(f"{v:.9g}") for v in place / MM]
@@ -105,7 +107,7 @@ def identify(
     warm = bool((data.warm > 0).any())
     states = warm_up_states(known, nodes) if warm and not temperatures else ()
     sources = symbolic_sources(robot, known, moved, warm, temperatures)
-    model = build_model(robot, sources, nodes, states)
+    model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
     names, _ = model.groups()
     models = candidate_models(names)

@@ -26,12 +26,25 @@ class Measurements:
     reflectors: tuple[str, ...]
     instruments: tuple[str, ...]
     aligned: BoolArray  # (I,) the instrument's frame is World, but for small errors (axis tests)
+    modelled: tuple[int, ...] = ()  # nodes without a sensor, whose rise at warm poses a model says
+    lag: Array | None = None  # (M, K) [K] d rise / d log tau of those nodes; None: all zero
 
     def __post_init__(self) -> None:
         own(
             self, theta=("M", 6), rise=("M", "K"), direction=("M", 6), time=("M",), warm=("M",), pose=("N",),
             instrument=("N",), reflector=("N",), position=("N", 3), rotation=("N", 3, 3), sigma=("N",), aligned=("I",),
         )  # fmt: skip
+        if self.lag is not None:
+            own(self, lag=("M", "K"))
+
+    def file(self, row: int = 0) -> str:
+        """The file that a row is from."""
+        return self.label[row].rsplit(": line", 1)[0]
+
+    def named_instrument(self, i: int) -> str:
+        """The name that the files give an instrument; "" where it is known by its file alone."""
+        files = {self.file(n) for n in np.flatnonzero(self.instrument == i).tolist()}
+        return "" if self.instruments[i] in files else self.instruments[i]
 
     def subset(self, rows: BoolArray) -> "Measurements":
         """Measurements of some rows; all poses, reflectors and instruments stay."""
@@ -43,13 +56,18 @@ class Measurements:
 
 
 def concatenate(files: list[Measurements]) -> Measurements:
-    """Measurements of several files as one; reflectors are told apart by name, each file has its own instruments."""
+    """Measurements of several files as one; reflectors and instruments of one name are the same in all files."""
     names = list(dict.fromkeys(r for p in files for r in p.reflectors))
+    instruments = list(dict.fromkeys(i for p in files for i in p.instruments))
+    aligned = {name: flag for p in files for name, flag in zip(p.instruments, p.aligned.tolist())}
     poses = np.cumsum([0, *(len(p.theta) for p in files)])
-    frames = np.cumsum([0, *(len(p.instruments) for p in files)])
 
     def stack(name: str) -> Array:
         return np.concatenate([getattr(p, name) for p in files])
+
+    def renumbered(own_names: str, all_names: list[str], number: str) -> IntArray:
+        rows = [np.array([all_names.index(n) for n in getattr(p, own_names)])[getattr(p, number)] for p in files]
+        return np.concatenate(rows)
 
     return Measurements(
         theta=stack("theta"),
@@ -58,13 +76,15 @@ def concatenate(files: list[Measurements]) -> Measurements:
         time=stack("time"),
         warm=stack("warm"),
         pose=np.concatenate([p.pose + n for p, n in zip(files, poses.tolist())]),
-        instrument=np.concatenate([p.instrument + n for p, n in zip(files, frames.tolist())]),
-        reflector=np.concatenate([np.array([names.index(r) for r in p.reflectors])[p.reflector] for p in files]),
+        instrument=renumbered("instruments", instruments, "instrument"),
+        reflector=renumbered("reflectors", names, "reflector"),
         position=stack("position"),
         rotation=stack("rotation"),
         sigma=stack("sigma"),
         label=tuple(label for p in files for label in p.label),
         reflectors=tuple(names),
-        instruments=tuple(i for p in files for i in p.instruments),
-        aligned=np.concatenate([p.aligned for p in files]),
+        instruments=tuple(instruments),
+        aligned=np.array([aligned[name] for name in instruments]),
+        modelled=tuple(sorted({k for p in files for k in p.modelled})),
+        lag=np.concatenate([np.zeros_like(p.rise) if p.lag is None else p.lag for p in files]),
     )

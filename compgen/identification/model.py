@@ -5,7 +5,8 @@ r"""The arm with symbols for the parameters of its error sources: the pose of th
 A parameter p_k has a Gaussian prior N(0, sigma_k^2): how far from nominal such robots are before any measurement.
 Those of one kind form a group; their common scale may be learnt from the data (``fit``), never the sign or a single
 value. Without temperatures the rise of a node during a warm-up is a first-order state, A_k (1 - exp(-t / tau)),
-A_k a typical rise times 1 + x.
+A_k a typical rise times 1 + x. A node without a sensor in a log of others is known to a factor and to its lag
+(``thermal/logged_rises.py``).
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,6 +22,7 @@ from compgen.error_model.source import Source, State
 from compgen.identification.measurements import Measurements
 from compgen.robot.kinematics import nominal_chain
 from compgen.robot.robot import Robot
+from compgen.thermal.logged_rises import HEIGHT, LAG
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,7 @@ class FreeParameter:
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class ArmModel:
-    """CasADi functions of (theta 6, rise K, direction 6, time since warm-up 1, p)."""
+    """CasADi functions of (theta 6, rise K, its lag K, direction 6, time since warm-up 1, p)."""
 
     parameters: tuple[FreeParameter, ...]
     flange: Any  # -> P (3), R (9)
@@ -111,12 +113,32 @@ class WarmUpState:
 
 
 def build_model(
-    robot: Robot, sources: Sequence[SymbolicSource], nodes: int, states: Sequence[WarmUpState] = ()
+    robot: Robot,
+    sources: Sequence[SymbolicSource],
+    nodes: int,
+    states: Sequence[WarmUpState] = (),
+    modelled: Sequence[int] = (),
 ) -> ArmModel:
-    """Apply the sources to the nominal chain, and differentiate."""
-    theta, rise = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1))
+    """Apply the sources to the nominal chain, and differentiate.
+
+    Args:
+        robot: The nominal arm.
+        sources: What is applied, with symbols.
+        nodes: Of the heat model.
+        states: Nodes of unknown rise in a warm-up without temperatures.
+        modelled: Nodes without a sensor in a log, whose given rise is known to a factor and a lag.
+    """
+    theta, rise, lag = ca.SX.sym("theta", 6), ca.SX.sym("rise", max(nodes, 1)), ca.SX.sym("lag", max(nodes, 1))
     direction, warm = ca.SX.sym("direction", 6), ca.SX.sym("warm")
     warm_up_symbols, warm_up_parameters, rise_with_states = _warm_up_expr(states, rise, warm)
+    for k in modelled:
+        height, log_tau = ca.SX.sym(f"height_{k}"), ca.SX.sym(f"log_tau_{k}")
+        rise_with_states[k] = (1 + height) * (rise[k] + log_tau * lag[k])
+        warm_up_symbols += [height, log_tau]
+        warm_up_parameters += [
+            FreeParameter("warm_up", "height", (k,), "height_over_model", 1.0, HEIGHT, "warm_up.height"),
+            FreeParameter("warm_up", "lag", (k,), "log_tau_over_model", 1.0, LAG, "warm_up.lag"),
+        ]
     chain = nominal_chain(robot, theta)
     state = State(chain, rise_with_states, direction, ca.SX.zeros(3))
     for source in sources:
@@ -131,7 +153,7 @@ def build_model(
     columns = ca.reshape(rotation, 9, 1)
     pose = ca.vertcat(position, columns)
     jacobian = ca.densify(ca.jacobian(pose, p)) if p.numel() else ca.SX.zeros(12, 0)
-    inputs = [theta, rise, direction, warm, p]
+    inputs = [theta, rise, lag, direction, warm, p]
     return ArmModel(
         tuple(t for source in sources for t in source.parameters) + tuple(warm_up_parameters),
         ca.Function("flange", inputs, ca.cse([position, columns])),
@@ -160,7 +182,8 @@ def _warm_up_expr(states: Sequence[WarmUpState], rise: Any, warm: Any) -> tuple[
 
 def _model_inputs(data: Measurements, p: Array) -> tuple[Array, ...]:
     rise = data.rise if data.rise.shape[1] else np.zeros((len(data.theta), 1))
-    return data.theta, rise, data.direction, data.warm[:, None], p[None, :]
+    lag = data.lag if data.lag is not None and data.lag.shape[1] else np.zeros_like(rise)
+    return data.theta, rise, lag, data.direction, data.warm[:, None], p[None, :]
 
 
 def active_in_groups(model: ArmModel, groups: Sequence[str]) -> BoolArray:

@@ -21,19 +21,23 @@ LIMIT = 0.01 * DEG  # how far beyond its limit a joint may be printed
 TRAVEL = 1e-5  # rad: a joint that turned less than this keeps the direction it had
 
 
-def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Measurements:
+def read_poses(
+    source: str, robot: Robot, nodes: int, force: bool = False, timed: bool = False, frames_known: bool = False
+) -> Measurements:
     """One file of poses, all by one instrument.
 
     Columns: ``time_s`` or ``order`` (else the rows' own order), ``target`` (the reflector; else one), ``j1_deg`` to
     ``j6_deg`` as the pendant shows them, ``x_mm y_mm z_mm`` in the instrument's frame, and where measured
-    ``rx_deg ry_deg rz_deg`` (rotation vector) and ``sigma_um``. Rows with the same time, or the same joints one after
-    the other, are one pose.
+    ``rx_deg ry_deg rz_deg`` (rotation vector), ``sigma_um`` and ``instrument``: one name is one frame, in all files.
+    Rows with the same time, or the same joints one after the other, are one pose.
 
     Args:
         source: A CSV file.
         robot: Whose pendant convention and limits the joints follow.
         nodes: How many nodes its heat model has.
         force: Go on with a joint that never moves.
+        timed: Whether the poses' times are needed: then ``time_s`` must be there, and in seconds.
+        frames_known: Whether instrument and reflectors are known, so that a reflector may be measured once.
 
     Raises:
         InputError: Anything wrong, naming file, line and column.
@@ -41,7 +45,12 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     table = read_csv(source, (*JOINTS, *PLACE), KNOWN)
     pendant = np.column_stack([table.numbers(c) for c in JOINTS])
     position = np.column_stack([table.numbers(c, largest=FARTHEST) for c in PLACE])
-    _check_one_instrument(table)
+    instrument = _instrument(table)
+    if timed and not table.has("time_s"):
+        raise InputError(
+            f"{source}: column time_s: missing; temperatures follow the clock, and neither order nor rows are seconds; "
+            "give the seconds at which each pose was measured"
+        )
     names = table.words("target") if table.has("target") else ["tcp"] * len(pendant)
     reflectors = tuple(dict.fromkeys(names))
     reflector = np.array([reflectors.index(n) for n in names])
@@ -49,9 +58,12 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
     rows = np.argsort(time, kind="stable") if time is not None else np.arange(len(pendant))
     first, pose = _poses(table, pendant, time, rows)
     _check_duplicates(table, pendant, pose, reflector, names)
-    _check_measured_twice(table, reflectors, reflector)
+    if not frames_known:
+        _check_measured_twice(table, reflectors, reflector)
     theta = robot.to_theta(pendant[first] * DEG)
     _check_limits(table, robot, theta, pendant, first)
+    if timed and time is not None:
+        _check_seconds(table, robot, pendant, time, first)
     _check_moving(table, pendant, force)
     clock = time[first] if time is not None else np.arange(len(first), dtype=float)
     N = len(pendant)
@@ -69,7 +81,7 @@ def read_poses(source: str, robot: Robot, nodes: int, force: bool = False) -> Me
         sigma=_sigma(table, N),
         label=tuple(table.location(i) for i in range(N)),
         reflectors=reflectors,
-        instruments=(source,),
+        instruments=(instrument,),
         aligned=np.array([False]),
     )
 
@@ -96,9 +108,10 @@ def _time(table: CsvTable) -> Array | None:
     return None
 
 
-def _check_one_instrument(table: CsvTable) -> None:
+def _instrument(table: CsvTable) -> str:
+    """The instrument whose frame the places are in; a file that names none has one of its own."""
     if not table.has("instrument"):
-        return
+        return table.source
     names = table.words("instrument")
     other = next((i for i, n in enumerate(names) if n != names[0]), None)
     if other is not None:
@@ -107,6 +120,27 @@ def _check_one_instrument(table: CsvTable) -> None:
             f"{quote_cell(names[0], 'another')}: mixed instruments have frames of their own; give each its own file, "
             "with --poses once for each"
         )
+    if quote_cell(names[0], "") == "":
+        raise InputError(
+            f"{table.location(0, 'instrument')}: no plain name; give one of letters, figures, '_', '.', '+' and '-'"
+        )
+    return names[0]
+
+
+def _check_seconds(table: CsvTable, robot: Robot, pendant: Array, time: Array, first: IntArray) -> None:
+    """Raises InputError where half of the ways between poses are too long for the time there is."""
+    if len(first) < 3:
+        return
+    needed = (np.abs(np.diff(robot.to_theta(pendant[first] * DEG), axis=0)) / robot.speed).max(axis=1)
+    missing = np.flatnonzero(np.diff(time[first]) < needed)
+    if 2 * len(missing) <= len(needed):
+        return
+    m = int(missing[0])
+    row, gap = int(first[m + 1]), float(time[first[m + 1]] - time[first[m]])
+    raise InputError(
+        f"{table.location(row, 'time_s')}: {gap:g} s after the pose before, where the joints need {needed[m]:.2f} s at "
+        f"full speed, and so for {len(missing)} of {len(needed)} poses; are the times hours? multiply them by 3600"
+    )
 
 
 def _poses(table: CsvTable, pendant: Array, time: Array | None, rows: IntArray) -> tuple[IntArray, IntArray]:

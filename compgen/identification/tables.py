@@ -17,6 +17,8 @@ class IdentifiedTable(Table):
     """Standard deviation of one measured coordinate."""
     held_out_um: Annotated[list[Number], Field(max_length=3)] = []
     """Error at poses that the fit did not see: mean and its 95 % interval."""
+    instrument: str = ""
+    """Name of the instrument, where the measurements name it."""
     instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)]
     """Origin of World in the instrument's frame."""
     instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)]

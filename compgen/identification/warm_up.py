@@ -1,46 +1,213 @@
 """Rises of the arm at each pose: from a log of temperatures, or unknown from the start of a warm-up."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.csv_table import read_csv
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Level
+from compgen.core.units import MINUTE
 from compgen.identification.measurements import Measurements
+from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.logged_rises import rises_at
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.node_model import NodeModel
+from compgen.thermal.temperature_log import Reference, Temperatures, check_sensors, read_temperature_log
+
+FIRST = 1 * MINUTE  # of a log, whose median is the cold arm
+WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold
+LUKEWARM = 1.5  # [K] at which that is a finding
+SHORTEST = 10 * MINUTE  # of a warm-up: no arm warms in less
+LONGEST = 30 * 24 * 60 * MINUTE
+RISE = 3.0  # [K] that no arm warms within SHORTEST
+SWAPPED = 2.0  # times: rises in the opposite proportion to the file's
+AIR = 4.0  # [K] that the air of a cell hardly changes by within a log
+USED = 2.0  # [K] from which a proportion of rises says something
+CLOCKS = ((3600.0, "hours"), (60.0, "minutes"), (1e-3, "milliseconds"))
 
 
-def with_temperatures(data: Measurements, source: str, nodes: Sequence[str]) -> Measurements:
-    """Rises at the poses' times, interpolated in a log.
+def with_temperatures(
+    data: Measurements,
+    source: str,
+    heat: NodeModel | NetworkModel | None,
+    sensors: Mapping[str, str],
+    reference: Reference = "start",
+) -> tuple[Measurements, list[Finding]]:
+    """Rises of all nodes at the poses' times, from a log of any of them.
 
-    Columns: ``time_s`` on the clock of the poses and ``<node>_degC`` for each node of the robot file's heat model; the
-    first row is the cold arm.
+    Args:
+        data: Poses with times.
+        source: The log (``thermal/temperature_log.py``), on the clock of the poses.
+        heat: The robot file's heat model.
+        sensors: ``part_<n>`` to the name of a rise.
+        reference: What rises count from; "start": the log begins with the cold arm.
+
+    Returns:
+        The poses with their rises, and what the user must know of the log.
 
     Raises:
-        InputError: A column is missing, times do not rise, or poses lie outside the log.
+        InputError: A bad log, one of another clock or that begins warm, or poses outside it.
     """
-    if not nodes:
+    if heat is None:
         raise InputError(f"{source}: the robot file has no thermal table, so temperatures have no use; leave them out")
-    columns = [f"{n}_degC" for n in nodes]
-    table = read_csv(source, ("time_s", *columns), ("time_s", *columns))
-    time = table.numbers("time_s")
-    falling = np.flatnonzero(np.diff(time) <= 0)
-    if len(falling):
-        raise InputError(
-            f"{table.location(int(falling[0]) + 1, 'time_s')}: {time[falling[0] + 1]:g} does not rise; sort the rows"
-        )
-    outside = np.flatnonzero((data.time < time[0] - 1e-9) | (data.time > time[-1] + 1e-9))
-    if len(outside):
-        row = int(np.flatnonzero(data.pose == outside[0])[0])
-        raise InputError(
-            f"{data.label[row]}, column time_s: {data.time[outside[0]]:g} is outside the log {source} ({time[0]:g} to "
-            f"{time[-1]:g} s); both need one clock"
-        )
-    log = np.column_stack([table.numbers(c) for c in columns])
-    rise = np.column_stack([np.interp(data.time, time, log[:, k] - log[0, k]) for k in range(len(nodes))])
-    return replace(data, rise=rise, warm=np.maximum(rise.max(axis=1) > 0.5, 0.0) * (data.time - time[0]))
+    log = read_temperature_log(source, heat.names, sensors)
+    check_sensors(log, [f"{name}_degC" for name in (*heat.names, *sensors)])
+    _check_covered(data, log)
+    if reference == "start":
+        _check_cold(log)
+    rises = log.rises(reference, FIRST)
+    _check_clock(log, rises)
+    logged = rises_at(rises, heat, data.time, cold=reference == "start")
+    warm = np.maximum(logged.rise.max(axis=1) > 0.5, 0.0) * (data.time - log.time[0])
+    modelled = tuple(np.flatnonzero(logged.modelled).tolist())
+    findings = [*_lukewarm(log, reference), *_swapped(log, rises, heat), *_gaps(log, data.time)]
+    if logged.loose:
+        message = f"{source}: {logged.loose} readings far from their neighbours are left out"
+        findings.append(Finding(Level.NOTE, "log.loose", message))
+    if modelled:
+        names = ", ".join(heat.names[k] for k in modelled)
+        message = f"{source}: no sensor on {names}: their rises are modelled from the others, in the file's proportions"
+        findings.append(Finding(Level.NOTE, "log.modelled", message))
+    return replace(data, rise=logged.rise, lag=logged.lag, modelled=modelled, warm=warm), findings
 
 
 def as_warm_up(data: Measurements) -> Measurements:
-    """The poses as those of a warm-up that begins cold with the first of them."""
+    """The poses as those of a warm-up that begins cold with the first of them.
+
+    Raises:
+        InputError: Its times cannot be seconds.
+    """
+    name, span = data.label[0].split(": line")[0], float(np.ptp(data.time))
+    steps = np.diff(np.unique(data.time))
+    if len(steps) and (steps == 1).all():
+        raise InputError(
+            f"{name}: column time_s: rises by 1 from pose to pose, as row numbers do; give the seconds at which each "
+            "pose was measured"
+        )
+    if not SHORTEST <= span <= LONGEST:
+        raise InputError(
+            f"{name}: column time_s: {span:g} s from first to last pose, where an arm needs {SHORTEST:g} s or more to "
+            f"warm{_likely_clock(span)}"
+        )
     return replace(data, warm=data.time - data.time.min())
+
+
+def _likely_clock(span: float) -> str:
+    """The unit in which a span is one of a warm-up, as the end of a message."""
+    for factor, unit in CLOCKS:
+        if SHORTEST <= span * factor <= 2 * 24 * 60 * MINUTE:
+            return f"; are the times {unit}? multiply them by {factor:g}"
+    return "; give the times in seconds"
+
+
+def _check_covered(data: Measurements, log: Temperatures) -> None:
+    """Raises InputError where poses lie outside the log; says which unit would put them inside."""
+    low, high = float(log.time[0]), float(log.time[-1])
+    outside = np.flatnonzero((data.time < low - 1e-9) | (data.time > high + 1e-9))
+    if not len(outside):
+        return
+    row = int(np.flatnonzero(data.pose == outside[0])[0])
+    pose, first, last = float(data.time[outside[0]]), float(data.time.min()), float(data.time.max())
+    mend = "both need one clock"
+    for factor, unit in CLOCKS:
+        if low <= first * factor and last * factor <= high and last - first > 0.02 * (high - low) / factor:
+            mend = f"are the poses' times {unit}? multiply them by {factor:g}"
+        elif low * factor <= first and last <= high * factor and (last - first) * 50 > (high - low) * factor:
+            mend = f"are the log's times {unit}? multiply them by {factor:g}"
+    raise InputError(
+        f"{data.label[row]}, column time_s: {pose:g} is outside the log {log.table.source} ({low:g} to {high:g} s); "
+        f"{mend}"
+    )
+
+
+def _check_clock(log: Temperatures, rises: TemperatureLog) -> None:
+    """Raises InputError where the arm would warm faster than any arm does."""
+    span = float(np.ptp(log.time))
+    highest = max(float(np.nanmax(values) - np.nanmin(values)) for values in rises.readings.values())
+    if span < SHORTEST and highest > RISE:
+        raise InputError(
+            f"{log.table.source}: column time_s: a rise of {highest:.1f} K within {span:g} s: no arm warms so fast"
+            f"{_likely_clock(span)}"
+        )
+
+
+def _distance_from_cold(log: Temperatures) -> tuple[float, str]:
+    """How far the first readings are from those of a cold arm [K], and in words."""
+    early = log.time <= log.time[0] + FIRST
+    first = {n: float(np.nanmedian(v[early])) for n, v in log.readings.items() if np.isfinite(v[early]).any()}
+    if not first:
+        return 0.0, ""
+    highest, lowest = max(first, key=lambda n: first[n]), min(first, key=lambda n: first[n])
+    if log.ambient is not None:
+        air = float(log.ambient[0])
+        name = max(first, key=lambda n: abs(first[n] - air))
+        return abs(first[name] - air), f"{log.column[name]} = {first[name]:g}, the air {air:g}"
+    words = f"{log.column[highest]} = {first[highest]:g}, {log.column[lowest]} = {first[lowest]:g}"
+    return first[highest] - first[lowest], words
+
+
+def _check_cold(log: Temperatures) -> None:
+    distance, words = _distance_from_cold(log)
+    if distance > WARM:
+        raise InputError(
+            f"{log.table.source}: line {log.table.line[0]}: the log does not begin cold ({words}), and rises count "
+            "from there; begin with the cold arm, or say what they count from: --reference ambient, or degC"
+        )
+
+
+def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
+    distance, words = _distance_from_cold(log)
+    if reference != "start" or distance <= LUKEWARM:
+        return []
+    message = (
+        f"{log.table.source}: the log may not begin cold ({words}): rises count from its first minute; --reference "
+        "says what else they may count from"
+    )
+    return [Finding(Level.WARNING, "log.warm", message)]
+
+
+def _swapped(log: Temperatures, rises: TemperatureLog, heat: NodeModel | NetworkModel) -> list[Finding]:
+    """Pairs of sensors whose rises stand in the opposite proportion to the robot file's; air warmer than the arm."""
+    highest = {n: float(np.nanquantile(v, 0.95)) for n, v in rises.readings.items()}
+    expected = {n: float(heat.reference_rise[heat.names.index(n)]) for n in highest}
+    findings = []
+    for a in highest:
+        for b in highest:
+            opposite = expected[a] >= SWAPPED * expected[b] and highest[b] >= SWAPPED * max(highest[a], 0.0)
+            if opposite and highest[b] > USED:
+                message = (
+                    f"{log.table.source}: are {log.column[a]} and {log.column[b]} swapped? they rise by "
+                    f"{highest[a]:.1f} and {highest[b]:.1f} K, where the robot file expects {expected[a]:g} to "
+                    f"{expected[b]:g}"
+                )
+                findings.append(Finding(Level.WARNING, "log.swapped", message))
+    if log.ambient is None or (air := float(np.ptp(log.ambient))) <= AIR:
+        return findings
+    for a in highest:
+        if expected[a] >= max(expected.values()) / SWAPPED and air >= SWAPPED * highest[a]:
+            message = (
+                f"{log.table.source}: are {log.column[a]} and ambient_degC swapped? they change by {highest[a]:.1f} "
+                f"and {air:.1f} K"
+            )
+            findings.append(Finding(Level.WARNING, "log.swapped", message))
+    return findings
+
+
+def _gaps(log: Temperatures, time: Array) -> list[Finding]:
+    """Sensors without a reading for half an hour or more around poses."""
+    findings = []
+    for name, values in log.readings.items():
+        at = log.time[np.isfinite(values)]
+        after = np.searchsorted(at, time).clip(1, max(len(at) - 1, 1))
+        between = at[after] - at[after - 1] if len(at) > 1 else np.full(len(time), np.inf)
+        beyond = np.maximum(at[0] - time, time - at[-1])
+        lost = int(((between > 30 * MINUTE) & (beyond <= 0) | (beyond > 30 * MINUTE)).sum())
+        if lost:
+            message = (
+                f"{log.table.source}: {log.column[name]} has no reading for 30 min or more around {lost} poses; its "
+                "rise is modelled there"
+            )
+            findings.append(Finding(Level.NOTE, "log.gap", message))
+    return findings

@@ -11,6 +11,7 @@ import numpy as np
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
@@ -22,21 +23,52 @@ from compgen.identification.pose_files import read_poses
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema, schema_text
 from compgen.pipelines.robot_file import Arm, arm_of
+from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 
 def read_measurements(
-    arm: Arm, poses: Sequence[str], lines: Sequence[str], warm_up: Sequence[str], log: str | None, force: bool
-) -> Measurements:
-    """All measurements as one; a temperature log goes with the poses of a warm-up, or else with all poses."""
-    nodes = len(arm.nodes)
-    parts = [read_poses(file, arm.robot, nodes, force or len(poses) + len(warm_up) > 1) for file in poses]
-    warm = [read_poses(file, arm.robot, nodes, True) for file in warm_up]
+    arm: Arm,
+    poses: Sequence[str],
+    lines: Sequence[str],
+    warm_up: Sequence[str],
+    log: str | None,
+    force: bool,
+    reference: str = "start",
+    frames_known: bool = False,
+) -> tuple[Measurements, list[Finding]]:
+    """All measurements as one, and what the user must know of the log.
+
+    A temperature log goes with the poses of a warm-up, or else with all poses.
+    """
+    nodes, findings = len(arm.nodes), list[Finding]()
+    lenient = force or len(poses) + len(warm_up) > 1
+    cold = [read_poses(f, arm.robot, nodes, lenient, bool(log and not warm_up), frames_known) for f in poses]
+    warm = [read_poses(f, arm.robot, nodes, True, True, frames_known) for f in warm_up]
     if log is not None:
-        logged = [with_temperatures(part, log, arm.nodes) for part in warm or parts]
-        parts, warm = (parts, logged) if warm else (logged, [])
+        logged = []
+        for part in warm or cold:
+            part, of_part = with_temperatures(part, log, arm.heat, arm.sensors, _reference(reference))
+            logged.append(part)
+            findings += [finding for finding in of_part if finding not in findings]
+        cold, warm = (cold, logged) if warm else (logged, [])
     elif warm:
         warm = [as_warm_up(part) for part in warm]
-    return concatenate([*parts, *warm, *(read_lines(file, arm.robot, nodes) for file in lines)])
+    return concatenate([*cold, *warm, *(read_lines(file, arm.robot, nodes) for file in lines)]), findings
+
+
+def _reference(text: str) -> Reference:
+    """What rises count from, as an option says it."""
+    if text in ("start", "ambient"):
+        return "start" if text == "start" else "ambient"
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not COLDEST <= value <= HOTTEST:
+        raise InputError(
+            f"--reference {quote_cell(text, 'as given')}: must be start, ambient, or {COLDEST:g} to {HOTTEST:g} degC"
+        )
+    return value
 
 
 def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
@@ -46,11 +78,18 @@ def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
         raise InputError(
             f"{arm.source}: identified: missing, it says where instrument and reflectors are; --refit-frames fits them"
         )
+    named = [measurements.named_instrument(i) for i in range(len(measurements.instruments))]
+    other = next((name for name in named if name and identified.instrument and name != identified.instrument), None)
+    if other is not None:
+        raise InputError(
+            f"{measurements.file()}: instrument {quote_cell(other, 'of the file')}: {arm.source} knows where "
+            f"{quote_cell(identified.instrument, 'another')} stood; --refit-frames fits its frame"
+        )
     unknown = next((r for r in measurements.reflectors if r not in identified.reflector_mm), None)
     if unknown is not None:
         known = ", ".join(identified.reflector_mm)
         raise InputError(
-            f"{measurements.instruments[0]}: target {quote_cell(unknown, 'of a row')} is not in {arm.source} "
+            f"{measurements.file()}: target {quote_cell(unknown, 'of a row')} is not in {arm.source} "
             f"(known: {known}); --refit-frames fits its place"
         )
     count = len(measurements.instruments)

@@ -1,7 +1,7 @@
 """Robot files to cells: TOML with overrides, checked against ``schema``, turned into SI."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -58,6 +58,8 @@ class Arm:
     text: str
     robot: Robot
     nodes: tuple[str, ...]  # of the heat model; none without one
+    heat: NodeModel | NetworkModel | None
+    sensors: Mapping[str, str]  # part_<n> of a temperature log to the name of a rise
     known: tuple[UncertainSource, ...]
     identified: IdentifiedTable | None
     unlikely: tuple[Finding, ...]  # values that look like another unit's
@@ -81,13 +83,14 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     """
     facts = check(RobotFile, data, where)
     robot = _nominal(facts, where)
-    nodes: tuple[str, ...] = ()
+    heat: NodeModel | NetworkModel | None = None
     growth = np.zeros((6, 1)), np.zeros((6, 1))
     if facts.thermal is not None:
         heat, _, growth = _warmth(facts, robot, where)
-        nodes = heat.names
+    nodes = () if heat is None else heat.names
+    sensors = facts.thermal.sensors if facts.thermal else {}
     known = read_sources(facts.sources, ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot)), where)
-    return Arm(where, text, robot, nodes, known, facts.identified, unlikely_values(data, where))
+    return Arm(where, text, robot, nodes, heat, sensors, known, facts.identified, unlikely_values(data, where))
 
 
 def known_robots() -> list[str]:

@@ -6,10 +6,13 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__
-from compgen.core.arrays import IntArray
+from compgen.core.arrays import BoolArray
+from compgen.core.findings import Level
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identify import Identification
 from compgen.identification.validation import Validation, statistics
+
+WARM = 0.5  # [K] from which a pose counts as hot
 
 
 def identification_summary(identification: Identification) -> dict[str, Any]:
@@ -70,20 +73,31 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
 
 
 def validation_summary(validation: Validation) -> dict[str, Any]:
-    """Errors of each target and overall [mm]."""
+    """Errors of each target, of cold and warm poses and overall [mm], less the rows set aside; then with them."""
+    data, kept = validation.data, ~validation.outlier
 
-    def sides(rows: IntArray) -> dict[str, Any]:
+    def sides(rows: BoolArray) -> dict[str, Any]:
         distances = {"nominal": validation.nominal[rows], "identified": validation.identified[rows]}
         return {
             side: {k: (v if k == "count" else round(v / MM, 6)) for k, v in statistics(distance).items()}
             for side, distance in distances.items()
         }
 
-    data = validation.data
+    warm = data.rise.max(axis=1, initial=0.0)[data.pose] > WARM
+    states = {"cold": kept & ~warm, "hot": kept & warm} if warm.any() else {}
+    is_outside = any(f.level is Level.OUTSIDE for f in validation.findings)
     return {
         "unit": "mm",
-        "overall": sides(np.arange(len(validation.identified))),
-        "targets": {name: sides(np.flatnonzero(data.reflector == r)) for r, name in enumerate(data.reflectors)},
+        "verdict": "outside" if is_outside else "inside",
+        "overall": sides(kept),
+        "states": {name: sides(rows) for name, rows in states.items()},
+        "targets": {name: sides(kept & (data.reflector == r)) for r, name in enumerate(data.reflectors)},
+        "set_aside": [
+            {"row": data.label[n], "distance_um": _um(float(validation.identified[n]))}
+            for n in np.flatnonzero(validation.outlier).tolist()
+        ],
+        "all_rows": sides(np.ones(len(kept), dtype=bool)),
+        "findings": [f.record() for f in validation.findings],
     }
 
 

@@ -48,13 +48,14 @@ class LoggedRises:
         return np.asarray(np.hypot(HEIGHT * self.rise, LAG * self.lag) * self.modelled)
 
 
-def rises_at(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array) -> LoggedRises:
+def rises_at(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array, cold: bool) -> LoggedRises:
     """Rises of all nodes of a model at times of a log.
 
     Args:
         log: Readings of any of the nodes.
         heat: The model; its start is not used.
         time: (M,) [s] on the log's clock.
+        cold: Whether the log begins with the cold arm: then no node has a rise there.
 
     Raises:
         InputError: Too few readings.
@@ -70,6 +71,8 @@ def rises_at(log: TemperatureLog, heat: NodeModel | NetworkModel, time: Array) -
         k = heat.names.index(name)
         valid = ~np.isnan(values)
         rise[:, k] += np.interp(time, log.time[valid], (values - at_readings[:, k])[valid])
+    if cold:
+        rise -= modelled * at_readings[0]
     lag = np.zeros_like(rise)
     if isinstance(heat, NodeModel) and modelled.any():
         slower, faster = (

@@ -1,5 +1,7 @@
 """What measurements are refused, each with one line that names file, line or column, and the mend."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic import random_theta
@@ -11,8 +13,8 @@ from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import read_poses
-from compgen.identification.warm_up import with_temperatures
-from compgen.pipelines.robot_file import load_any_robot
+from compgen.identification.warm_up import as_warm_up, with_temperatures
+from compgen.pipelines.robot_file import load_any_robot, load_arm
 from compgen.robot.kinematics import flange_pose
 
 HEAD = "order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
@@ -175,12 +177,156 @@ def test_lines_of_an_arm_without_closed_form_need_joints(tmp_path):
         read_lines(str(file), load_any_robot("ur5"), 0)
 
 
-def test_temperatures_must_cover_the_poses(tmp_path, arm, rows):
-    data = read(tmp_path, arm, text(rows))
-    log = tmp_path / "log.csv"
-    log.write_text("time_s,j2_degC\n0,20\n5,25\n")
-    with pytest.raises(InputError, match="outside the log"):
-        with_temperatures(data, str(log), ("j2",))
-    log.write_text("time_s,j2_degC\n0,20\n22,31\n")
-    warm = with_temperatures(data, str(log), ("j2",))
-    assert np.allclose(warm.rise[:, 0], 0.5 * data.time)
+TIMED = HEAD.replace("order", "time_s")
+
+
+def timed(rows, step=600.0):
+    """Poses with a pose each ``step`` seconds."""
+    return [[f"{float(r[0]) * step:g}", *r[1:]] for r in rows]
+
+
+@pytest.fixture(scope="module")
+def thermal():
+    return load_arm("m710ic50")
+
+
+def log_file(tmp_path, header, rows):
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join([header, *(",".join(f"{v:g}" if v == v else "" for v in r) for r in rows)]) + "\n")
+    return str(file)
+
+
+def logged(tmp_path, arm, thermal, rows, header, log, step=600.0, reference="start"):
+    data = read(tmp_path, arm, text(timed(rows, step), TIMED), timed=True)
+    data = replace(data, rise=np.zeros((len(data.theta), len(thermal.nodes))))
+    return with_temperatures(data, log_file(tmp_path, header, log), thermal.heat, thermal.sensors, reference)
+
+
+FIVE = "time_s,ambient_degC,j2_degC,link1_degC,part_6_degC,wrist_degC"
+HOUR = 3600.0
+
+
+def warming_log(step=60.0, until=2 * HOUR, start=0.0):
+    """Ambient, j2, link1, j3, wrist in degC, which begin cold unless ``start`` is given in hours."""
+    t = np.arange(0, until + 1, step)
+    rise = (1 - np.exp(-(t[:, None] / HOUR + start) / 2.0)) * [0, 11, 4, 13, 3]
+    return np.column_stack([t, 20 + rise])
+
+
+def test_rises_are_those_of_the_log_and_a_node_without_a_sensor_is_modelled(tmp_path, arm, thermal, rows):
+    data, findings = logged(tmp_path, arm, thermal, rows, FIVE, warming_log())
+    expected = (1 - np.exp(-data.time[:, None] / HOUR / 2)) * [11, 4, 13, 3]
+    assert np.allclose(data.rise[:, :4], expected, atol=0.06)
+    assert data.modelled == (4,)
+    assert np.allclose(data.rise[:, 4], expected[:, 3] * 2.3 / 3, atol=0.1)  # the face follows the wrist
+    assert not data.lag[:, :4].any()
+    assert (data.lag[1:, 4] < 0).all()  # a slower node has risen less
+    assert [f.code for f in findings] == ["log.modelled"]
+    assert "face" in findings[0].message
+
+
+def test_a_log_of_one_sensor_with_gaps_and_a_loose_contact_is_enough(tmp_path, arm, thermal, rows):
+    log = warming_log()[:, [0, 4]]
+    log[20:30, 1] = np.nan
+    log[40, 1] += 35
+    data, findings = logged(tmp_path, arm, thermal, rows, "time_s,j3_degC", log)
+    assert np.allclose(data.rise[:, 2], 13 * (1 - np.exp(-data.time / HOUR / 2)), atol=0.15)
+    assert data.modelled == (0, 1, 3, 4)
+    assert {f.code for f in findings} == {"log.modelled", "log.loose"}
+
+
+def test_a_long_gap_is_modelled_and_named(tmp_path, arm, thermal, rows):
+    log = warming_log()
+    log[60:, 2] = np.nan
+    data, findings = logged(tmp_path, arm, thermal, rows, FIVE, log)
+    assert np.allclose(data.rise[:, 0], 11 * (1 - np.exp(-data.time / HOUR / 2)), atol=0.8)
+    gap = next(f for f in findings if f.code == "log.gap")
+    assert "j2_degC" in gap.message
+
+
+LATE = np.array([9000, 0, 0, 0, 0, 0])
+WARM_START = np.array([0, 0, 6, 2, 7, 1])
+WRONG_LOGS = {
+    "another clock": (
+        FIVE,
+        lambda log: log + LATE,
+        ("column time_s", "outside the log", "one clock"),
+    ),
+    "log in hours": (FIVE, lambda log: log / [HOUR, 1, 1, 1, 1, 1], ("log's times hours? multiply them by 3600",)),
+    "begins warm": (FIVE, lambda log: log + WARM_START, ("line 2", "does not begin cold", "--reference")),
+    "begins warm, without air": (
+        "time_s,j2_degC,link1_degC",
+        lambda log: (log + WARM_START)[:, [0, 2, 3]],
+        ("does not begin cold", "j2_degC = 26.0", "link1_degC = 22.0"),
+    ),
+    "unknown sensor": ("time_s,elbow_degC", lambda log: log[:, :2], ("column elbow_degC", "unknown", "wrist_degC")),
+    "one rise twice": ("time_s,j3_degC,part_6_degC", lambda log: log[:, :3], ("both show the rise of 'j3'",)),
+    "infinite": (FIVE, lambda log: log * [1, 1, np.inf, 1, 1, 1], ("line 2, column j2_degC", "not a finite number")),
+    "no sensor": ("time_s,ambient_degC", lambda log: log[:, :2], ("no sensor", "j2_degC")),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_LOGS)
+def test_wrong_logs_are_refused_in_one_line(tmp_path, arm, thermal, rows, name):
+    header, change, needles = WRONG_LOGS[name]
+    with pytest.raises(InputError) as caught:
+        logged(tmp_path, arm, thermal, rows, header, change(warming_log()))
+    message = str(caught.value)
+    assert "\n" not in message
+    assert "log.csv" in message
+    for needle in needles:
+        assert needle in message, message
+
+
+def test_a_log_that_begins_warm_counts_from_the_air_when_told(tmp_path, arm, thermal, rows):
+    log = warming_log(start=1.0)
+    data, _ = logged(tmp_path, arm, thermal, rows, FIVE, log, reference="ambient")
+    assert data.rise[0, 0] == pytest.approx(11 * (1 - np.exp(-0.5)), abs=0.05)
+    from_zero, _ = logged(tmp_path, arm, thermal, rows, FIVE, log, reference=20.0)
+    assert np.allclose(from_zero.rise[:, :4], data.rise[:, :4])
+
+
+def test_swapped_sensors_are_a_finding(tmp_path, arm, thermal, rows):
+    log = warming_log()
+    _, findings = logged(tmp_path, arm, thermal, rows, FIVE, log[:, [0, 1, 5, 3, 4, 2]])
+    swapped = [f.message for f in findings if f.code == "log.swapped"]
+    assert len(swapped) == 1
+    assert "j2_degC and wrist_degC swapped" in swapped[0]
+    _, findings = logged(tmp_path, arm, thermal, rows, FIVE, log[:, [0, 4, 2, 3, 1, 5]])
+    assert any("part_6_degC and ambient_degC swapped" in f.message for f in findings)
+
+
+@pytest.mark.parametrize(
+    ("header", "step", "words"),
+    [
+        (HEAD, None, ("column time_s: missing", "seconds")),
+        (TIMED, 1.0, ("column time_s", "row numbers")),
+        (TIMED, 0.05, ("column time_s", "joints need", "hours? multiply them by 3600")),
+        (TIMED, 10.0, ("column time_s", "110 s from first to last", "minutes? multiply them by 60")),
+        (TIMED, 1e7, ("column time_s", "milliseconds? multiply them by 0.001")),
+    ],
+)
+def test_times_of_a_warm_up_are_seconds(tmp_path, arm, rows, header, step, words):
+    with pytest.raises(InputError) as caught:
+        as_warm_up(read(tmp_path, arm, text(rows if step is None else timed(rows, step), header), timed=True))
+    assert all(w in str(caught.value) for w in ("poses.csv", *words)), caught.value
+
+
+@pytest.mark.parametrize("cell", ["inf", "-inf", "1e999", "nan", ""])
+def test_infinite_times_are_refused(tmp_path, arm, rows, cell):
+    wrong = timed(rows)
+    wrong[4][0] = cell
+    with pytest.raises(InputError, match="line 6, column time_s"):
+        read(tmp_path, arm, text(wrong, TIMED), timed=True)
+
+
+def test_one_name_of_an_instrument_is_one_frame_in_all_files(tmp_path, arm, rows):
+    named = [[*r, "tracker"] for r in rows]
+    one = read(tmp_path, arm, text(named[:12], HEAD + ",instrument"), "one.csv")
+    two = read(tmp_path, arm, text(named[12:], HEAD + ",instrument"), "two.csv")
+    other = read(tmp_path, arm, text(rows[12:]), "three.csv")
+    both = concatenate([one, two, other])
+    assert both.instruments == ("tracker", str(tmp_path / "three.csv"))
+    assert both.instrument.tolist() == [0] * 24 + [1] * 12
+    assert both.named_instrument(0) == "tracker"
+    assert both.named_instrument(1) == ""
