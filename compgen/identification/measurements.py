@@ -1,6 +1,6 @@
 """Measured positions of reflectors, and the joints at which they were measured, in SI."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -56,18 +56,13 @@ class Measurements:
 
 
 def concatenate(files: list[Measurements]) -> Measurements:
-    """Measurements of several files as one; reflectors and instruments of one name are the same in all files."""
+    """Measurements of several files as one; reflectors are told apart by name, each file has its own instruments."""
     names = list(dict.fromkeys(r for p in files for r in p.reflectors))
-    instruments = list(dict.fromkeys(i for p in files for i in p.instruments))
-    aligned = {name: flag for p in files for name, flag in zip(p.instruments, p.aligned.tolist())}
+    frames = np.cumsum([0, *(len(p.instruments) for p in files)])
     poses = np.cumsum([0, *(len(p.theta) for p in files)])
 
     def stack(name: str) -> Array:
         return np.concatenate([getattr(p, name) for p in files])
-
-    def renumbered(own_names: str, all_names: list[str], number: str) -> IntArray:
-        rows = [np.array([all_names.index(n) for n in getattr(p, own_names)])[getattr(p, number)] for p in files]
-        return np.concatenate(rows)
 
     return Measurements(
         theta=stack("theta"),
@@ -76,15 +71,23 @@ def concatenate(files: list[Measurements]) -> Measurements:
         time=stack("time"),
         warm=stack("warm"),
         pose=np.concatenate([p.pose + n for p, n in zip(files, poses.tolist())]),
-        instrument=renumbered("instruments", instruments, "instrument"),
-        reflector=renumbered("reflectors", names, "reflector"),
+        instrument=np.concatenate([p.instrument + n for p, n in zip(files, frames.tolist())]),
+        reflector=np.concatenate([np.array([names.index(r) for r in p.reflectors])[p.reflector] for p in files]),
         position=stack("position"),
         rotation=stack("rotation"),
         sigma=stack("sigma"),
         label=tuple(label for p in files for label in p.label),
         reflectors=tuple(names),
-        instruments=tuple(instruments),
-        aligned=np.array([aligned[name] for name in instruments]),
+        instruments=tuple(i for p in files for i in p.instruments),
+        aligned=np.concatenate([p.aligned for p in files]),
         modelled=tuple(sorted({k for p in files for k in p.modelled})),
         lag=np.concatenate([np.zeros_like(p.rise) if p.lag is None else p.lag for p in files]),
     )
+
+
+def with_one_frame_a_name(data: Measurements) -> Measurements:
+    """Measurements whose instruments of one name have one frame: it stood in one place for all its files."""
+    names = list(dict.fromkeys(data.instruments))
+    number = np.array([names.index(name) for name in data.instruments])
+    first = [data.instruments.index(name) for name in names]
+    return replace(data, instrument=number[data.instrument], instruments=tuple(names), aligned=data.aligned[first])

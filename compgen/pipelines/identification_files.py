@@ -18,7 +18,7 @@ from compgen.identification.axis_tests import read_lines
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import Identification
-from compgen.identification.measurements import Measurements, concatenate
+from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
 from compgen.identification.pose_files import read_poses
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema, schema_text
@@ -53,7 +53,8 @@ def read_measurements(
         cold, warm = (cold, logged) if warm else (logged, [])
     elif warm:
         warm = [as_warm_up(part) for part in warm]
-    return concatenate([*cold, *warm, *(read_lines(file, arm.robot, nodes) for file in lines)]), findings
+    measured = [*cold, *warm, *(read_lines(file, arm.robot, nodes) for file in lines)]
+    return with_one_frame_a_name(concatenate(measured)), findings
 
 
 def _reference(text: str) -> Reference:

@@ -9,7 +9,7 @@ from synthetic import random_theta
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.axis_tests import read_lines
-from compgen.identification.measurements import concatenate
+from compgen.identification.measurements import concatenate, with_one_frame_a_name
 from compgen.identification.model import build_model
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import read_poses
@@ -325,7 +325,7 @@ def test_one_name_of_an_instrument_is_one_frame_in_all_files(tmp_path, arm, rows
     one = read(tmp_path, arm, text(named[:12], HEAD + ",instrument"), "one.csv")
     two = read(tmp_path, arm, text(named[12:], HEAD + ",instrument"), "two.csv")
     other = read(tmp_path, arm, text(rows[12:]), "three.csv")
-    both = concatenate([one, two, other])
+    both = with_one_frame_a_name(concatenate([one, two, other]))
     assert both.instruments == ("tracker", str(tmp_path / "three.csv"))
     assert both.instrument.tolist() == [0] * 24 + [1] * 12
     assert both.named_instrument(0) == "tracker"
