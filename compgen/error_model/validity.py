@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, column_extremes
+from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes
 from compgen.core.findings import Finding, Level
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import DirectionState, reversal_widths, unknown_share
@@ -15,10 +15,12 @@ from compgen.robot.robot import Robot
 
 TOLERANCE = 1e-6  # m, rad
 NEGLIGIBLE = 1e-6  # m of unknown hysteresis at the tool
+SETTLED = 1e-7  # m of it that one joint or axis may leave
+LEAST_DEPTH = 3.0  # widths of motion, also where play moves the TCP by next to nothing and turns the tool alone
 
 
-def map_findings(sources: Sequence[Source], position: Array) -> list[Finding]:
-    """Where commanded TCPs (N, 3) [m] leave the box that the measured lines span."""
+def map_findings(sources: Sequence[Source], position: Array, number: IntArray | None = None) -> list[Finding]:
+    """Where TCPs (N, 3) [m] leave the box that the measured lines span; ``number`` (N,) says which they are, from 0."""
     lines = [s for s in sources if isinstance(s, AxisMap)]
     if not lines:
         return []
@@ -34,7 +36,8 @@ def map_findings(sources: Sequence[Source], position: Array) -> list[Finding]:
         for i in range(3)
         if worst[i] > TOLERANCE
     )
-    first = int(np.argmax(outside)) + 1
+    first = int(np.argmax(outside))
+    first = 1 + (first if number is None else int(number[first]))
     message = (
         f"{int(outside.sum())} of {len(position)} positions, first {first}, leave the measured map's hull in {ranges}; "
         "the map's value at its edge is taken there: measure lines that reach further, or move the path"
@@ -57,6 +60,26 @@ def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> l
     )
     message = f"the program leaves the joints that the errors were identified in: {ranges}; measure poses there"
     return [Finding(Level.WARNING, "sources.box", message)]
+
+
+def settling(sources: Sequence[Source], model: ErrorModel, theta: Array) -> tuple[Array, float]:
+    """How far joints and TCP must move at joints theta (6,) [rad] until where they came from no longer matters.
+
+    Of x, by which a joint's half-width moves the TCP, e^(-turn / width) stays: the turn is width ln(x / settled).
+
+    Returns:
+        The turn of each joint, (6,) [rad], and the TCP's travel [m]; zero where nothing depends on it.
+    """
+    widths = reversal_widths(sources)
+    if widths is None:
+        return np.zeros(6), 0.0
+    sides = np.vstack([np.zeros(9), np.eye(9)])
+    cold = np.zeros((10, model.actual.size1_in(1)))
+    place, _ = model.actual_pose(np.tile(theta, (10, 1)), cold, DirectionState(sides[:, :6], sides[:, 6:]))
+    halves = np.linalg.norm(place[1:] - place[0], axis=1)
+    depth = np.maximum(np.log(np.maximum(halves / SETTLED, 1.0)), LEAST_DEPTH)
+    turn, travel = (np.where(np.isfinite(w), w, 0.0) for w in (widths.joint, widths.travel))
+    return turn * depth[:6], float((travel * depth[6:]).max())
 
 
 def unknown_start_findings(

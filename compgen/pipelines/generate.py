@@ -30,6 +30,7 @@ from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning import retiming
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import Ambient, Duty, rises_during, states_at
 from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviation_from_path
@@ -160,8 +161,9 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         Finding(Level.WARNING, "thermal.box", text)
         for text in job.heat.extrapolations(job.before, job.feed, trajectory.time[-1], rise)
     ]
-    notes += map_findings(job.sources, path.position)
-    notes += joint_box_findings(job.robot, job.joint_box, theta)
+    on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
+    notes += map_findings(job.sources, path.position[on_part], on_part)
+    notes += joint_box_findings(job.robot, job.joint_box, theta[on_part])
     notes += unknown_start_findings(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
     notes += job.unlikely
     if not job.before:
@@ -207,6 +209,13 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         planned, solution = _thinned(planned, solution, job.thin)
         path = planned.path
         problem = problem.window(planned.rows)
+    if reversal_widths(job.sources) is not None:
+        progress("correction of the text's directions", 0.0)
+        problem = replace(problem, direction_state=_written_directions(problem, solution, job))
+        solution = optimise.optimise(problem, job.settings)
+        if solution.status is Status.FAILED:
+            raise ImpossibleError(job_findings.failed(solution))
+        limited = job_findings.limited(solution)
     position, rotation = problem.commanded(solution.correction)
     poses = (frozen(position), frozen(rotation))
     trajectory = retiming.retime(
@@ -242,6 +251,19 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         solution, trajectory, text, delivered, prepared.twin, job.before, job.air, prepared.first_samples(),
         deviation, written, window, ripple, tuple(verdict),
     )  # fmt: skip
+
+
+def _written_directions(problem: Problem, solution: Solution, job: Job) -> DirectionState:
+    """Where joints and TCP come from on the way that the text's rounded poses name.
+
+    A joint that the planned path leaves at rest steps to and fro by what the digits round, and forgets the side it came
+    from: that is known only once there is a correction to round.
+    """
+    position, rotation = fanuc.printed_poses(*problem.commanded(solution.correction), job.robot.controller.decimals)
+    joints, _ = inverse_kinematics.solve_tool(
+        job.robot, position, rotation, job.tool_position, job.tool_rotation, job.posture
+    )
+    return direction_states(reversal_widths(job.sources), joint_path.nearest_turns(joints, solution.theta), position)
 
 
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:

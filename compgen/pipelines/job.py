@@ -53,6 +53,7 @@ class Job:
     spacing: float  # [m] largest distance of two waypoints
     thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
     lift: float  # [m] approach and retract
+    lead_in: bool | None  # whether the approach turns every joint through its play; None: where the robot has play
     feed: float  # [m/s]
     stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
     spin: float  # [rad] the tool's x axis against base x

@@ -12,15 +12,24 @@ import numpy as np
 from compgen import fanuc
 from compgen.compensation import refinement, simplify
 from compgen.core.arrays import Array, IntArray
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Progress
+from compgen.core.units import DEG
+from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.error_model.validity import settling
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.pipelines.job import Job
 from compgen.planning import retiming, toolpath
+from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.robot import inverse_kinematics, joint_path
+from compgen.robot.kinematics import flange_pose
 from compgen.thermal import JointMotion
+
+FIRST_PIECES = 8  # of a pattern: they say to which side its joints turn first
+LEAST_TURN = 0.2 * DEG  # of each joint on a lead-in, also where the robot file knows of no play
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,14 +63,15 @@ def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -
         ImpossibleError: The robot cannot drive it.
     """
     progress("path", 0.0)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
     try:
         path = toolpath.plan_tool_path(
-            job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing
-        )
+            job.pattern, job.surface, job.boundary,
+            spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing, lead_in=_lead_in(job, model),
+        )  # fmt: skip
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc.writable_speed(feed)
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
     path, theta = refinement.refine(
         job.robot, job.posture, job.tool_position, job.tool_rotation, job.sources, model, path, feed, job.chord
     )
@@ -72,6 +82,38 @@ def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -
     progress("timing", 0.0)
     trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
+
+
+def _lead_in(job: Job, model: ErrorModel) -> LeadIn | None:
+    """The lead-in that a job asks for, or that its robot's play asks for; None where it comes down the tool axis."""
+    if job.lift == 0 or not (reversal_widths(job.sources) is not None if job.lead_in is None else job.lead_in):
+        return None
+    beginning = toolpath.plan_tool_path(
+        job.pattern.subset(np.arange(min(FIRST_PIECES, len(job.pattern.poly)))), job.surface, job.boundary,
+        spin=job.spin, chord=job.chord, lift=0.0, spacing=job.spacing,
+    )  # fmt: skip
+
+    def joints(position: Array, rotation: Array) -> Array:
+        flange = inverse_kinematics.flange_from_tool(position, rotation, job.tool_position, job.tool_rotation)
+        return joint_path.follow_branch(job.robot, *flange, job.posture)
+
+    def tcp(theta: Array) -> tuple[Array, Array]:
+        position, rotation = flange_pose(job.robot, theta)
+        return position + rotation @ job.tool_position, rotation @ job.tool_rotation
+
+    def can_drive(position: Array, rotation: Array) -> bool:
+        try:
+            joints(position, rotation)
+        except ImpossibleError:
+            return False
+        return True
+
+    if not can_drive(beginning.position, beginning.rotation):
+        return None  # what stops the robot is named by its waypoint where the whole path is followed
+    theta = joints(beginning.position, beginning.rotation)
+    least, travel = settling(job.sources, model, theta[0])
+    arm = Arm(tcp, can_drive, job.robot.lower, job.robot.upper)
+    return plan_lead_in(arm, theta, np.maximum(least, LEAST_TURN), travel, beginning.exact, job.lift)
 
 
 def plan_written_motion(job: Job, feed: float) -> MotionPlan:

@@ -85,6 +85,8 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         raise InputError(f"{source.stem!r}: a path file's name must be printable text; rename it")
     if not re.search("[A-Z0-9]", source.stem.upper()):
         raise InputError(f"{source}: its name gives the program's, which has only A to Z, 0 to 9, _; rename the file")
+    if path.process.lead_in and path.process.lift_mm == 0:
+        raise InputError(f"{source}: process.lead_in: it begins above the part, and lift_mm = 0; raise process.lift_mm")
     boundary = boundary_from_table(path.boundary, str(source))
     pattern, edge = pattern_from_table(path.path, boundary, str(source))
     job = Job(
@@ -103,6 +105,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         spacing=path.process.spacing_mm * MM,
         thin=None if path.process.thin_um is None else path.process.thin_um * UM,
         lift=path.process.lift_mm * MM,
+        lead_in=path.process.lead_in,
         feed=path.process.feed_mm_s * MM,
         stop_on_the_part=path.process.page_stops == "anywhere",
         spin=tool.spin_deg * DEG,

@@ -3,14 +3,15 @@ r"""Piecewise plane curves: every pattern is one.
 One formula covers straight sweeps, arcs, Archimedean spirals, smooth turns and moves along the tool axis, so that
 nothing downstream asks which it is. On each piece, t from 0 to 1:
 
-    p(t) = sum_k c_k t^k + (r0 + r1 t) (cos, sin)(f0 + f1 t)        h(t) = h0 + h1 t
+    p(t) = sum_k c_k t^k + (r0 + r1 t) (cos, sin)(f0 + f1 t)        h(t) = h0 + h1 t        g(t) = (1 - t) g0
 
-with p in the local plane of the surface and h the height above it along the normal. Pieces join end to end; where
+with p in the local plane of the surface, h the height above it along the normal, and g the Gibbs vector (the axis times
+tan of half the angle) by which a lead-in tilts the tool in its own axes. Pieces join end to end; where
 ``stop`` is false the next piece continues with the same direction and curvature, where it is true the robot stops.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import pi
 from typing import Any
@@ -33,13 +34,14 @@ class PiecewiseCurve:
     lift: Array  # (K, 2) [m] h0, h1
     stop: BoolArray  # (K,) the robot stops at the end of the piece
     working: BoolArray  # (K,) the tool may touch the part here
+    tilt: Array  # (K, 3) [-] g0
 
     def __post_init__(self) -> None:
-        own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), lift=("K", 2), stop=("K",), working=("K",))
+        own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), lift=("K", 2), stop=("K",), working=("K",), tilt=("K", 3))
 
     def coefficients(self) -> Array:
-        """A row for each piece, (K, 22), as ``curve_expr`` and ``height_expr`` take it."""
-        return np.hstack([self.poly.reshape(len(self.poly), -1), self.polar, self.lift])
+        """A row for each piece, (K, 25), as ``curve_expr``, ``height_expr`` and ``tilt_expr`` take it."""
+        return np.hstack([self.poly.reshape(len(self.poly), -1), self.polar, self.lift, self.tilt])
 
     def derivatives(self, piece: IntArray, t: Array) -> tuple[Array, Array, Array]:
         """p, dp/dt and d2p/dt2 at parameters t (M,) of pieces (M,), (M, 2) each [m]."""
@@ -69,7 +71,7 @@ class PiecewiseCurve:
 
 
 def curve_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
-    """p, dp/dt and d2p/dt2, (2, 1) each [m], of a piece's coefficients (22, 1) at a parameter."""
+    """p, dp/dt and d2p/dt2, (2, 1) each [m], of a piece's coefficients (25, 1) at a parameter."""
     c, (r0, r1, f0, f1) = ca.reshape(piece[:16], 2, DEGREE + 1), ca.vertsplit(piece[16:20])
     p, d1, d2 = c[:, DEGREE], ca.SX.zeros(2), ca.SX.zeros(2)
     for k in range(DEGREE - 1, -1, -1):
@@ -81,14 +83,19 @@ def curve_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
 
 
 def height_expr(piece: Any, t: Any) -> tuple[Any, Any]:
-    """h and dh/dt [m] of a piece's coefficients (22, 1) at a parameter."""
+    """h and dh/dt [m] of a piece's coefficients (25, 1) at a parameter."""
     return piece[20] + piece[21] * t, piece[21]
+
+
+def tilt_expr(piece: Any, t: Any) -> Any:
+    """The Gibbs vector g (3, 1) of a piece's coefficients (25, 1) at a parameter."""
+    return (1 - t) * piece[22:25]
 
 
 @lru_cache(maxsize=1)
 def _build_derivatives() -> Any:
-    """(piece (22), t) -> p (2), dp/dt (2), d2p/dt2 (2), h, dh/dt."""
-    piece, t = ca.SX.sym("piece", 22), ca.SX.sym("t")
+    """(piece (25), t) -> p (2), dp/dt (2), d2p/dt2 (2), h, dh/dt."""
+    piece, t = ca.SX.sym("piece", 25), ca.SX.sym("t")
     return ca.Function("curve", [piece, t], [*curve_expr(piece, t), *height_expr(piece, t)])
 
 
@@ -97,9 +104,16 @@ def join(*curves: PiecewiseCurve) -> PiecewiseCurve:
     return PiecewiseCurve(*(np.concatenate([getattr(c, f) for c in curves]) for f in PiecewiseCurve.__slots__))
 
 
-def line(start: Sequence[float], end: Sequence[float], *, stop: bool = False, working: bool = True) -> PiecewiseCurve:
+def line(
+    start: Sequence[float] | Array, end: Sequence[float], *, stop: bool = False, working: bool = True
+) -> PiecewiseCurve:
     """A straight line from start to end, (x, y) or (x, y, height) [m]."""
     return lines(np.array([start], dtype=float), np.array([end], dtype=float), np.array([stop]), np.array([working]))
+
+
+def tilted(curve: PiecewiseCurve, tilt: Array) -> PiecewiseCurve:
+    """A curve along each of whose pieces the tool turns back from a tilt, (3,) as a Gibbs vector in its own axes."""
+    return replace(curve, tilt=np.tile(tilt, (len(curve.poly), 1)))
 
 
 def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> PiecewiseCurve:
@@ -108,7 +122,7 @@ def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> Piec
     poly[:, 0], poly[:, 1] = start[:, :2], end[:, :2] - start[:, :2]
     if start.shape[1] == 3:
         lift[:, 0], lift[:, 1] = start[:, 2], end[:, 2] - start[:, 2]
-    return PiecewiseCurve(poly, np.zeros((len(start), 4)), lift, stop, working)
+    return PiecewiseCurve(poly, np.zeros((len(start), 4)), lift, stop, working, np.zeros((len(start), 3)))
 
 
 def spiral(
@@ -130,7 +144,8 @@ def spiral(
     polar = np.column_stack([r[:-1], np.diff(r), f[:-1], np.diff(f)])
     stops = np.zeros(quarters, dtype=bool)
     stops[-1] = stop
-    return PiecewiseCurve(poly, polar, np.zeros((quarters, 2)), stops, np.full(quarters, working))
+    upright = np.zeros((quarters, 3))
+    return PiecewiseCurve(poly, polar, np.zeros((quarters, 2)), stops, np.full(quarters, working), upright)
 
 
 def u_turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float], reach: float) -> PiecewiseCurve:
@@ -153,4 +168,4 @@ def u_turns(start: Array, end: Array, heading: Array, reach: float) -> Piecewise
     system = np.array([[1, 1, 1, 1], [4, 5, 6, 7], [12, 20, 30, 42], [24, 60, 120, 210]], dtype=float)
     c[:, 4:] = np.linalg.solve(system, np.stack([gap, slope, 0 * gap, 0 * gap], axis=1))
     never = np.zeros(K, dtype=bool)
-    return PiecewiseCurve(c, np.zeros((K, 4)), np.zeros((K, 2)), never, never)
+    return PiecewiseCurve(c, np.zeros((K, 4)), np.zeros((K, 2)), never, never, np.zeros((K, 3)))

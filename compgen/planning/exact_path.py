@@ -1,6 +1,6 @@
 """The exact path: a piecewise curve on a surface, and its points, lengths and chords by piece and parameter.
 
-Everything is a CasADi expression of a piece's coefficients (22), the surface's (15) and the parameter t, evaluated at
+Everything is a CasADi expression of a piece's coefficients (25), the surface's (15) and the parameter t, evaluated at
 many points at once.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.planning.boundaries import Boundary, inside_distance_expr
-from compgen.planning.curves import PiecewiseCurve, curve_expr, height_expr
+from compgen.planning.curves import PiecewiseCurve, curve_expr, height_expr, tilt_expr
 from compgen.planning.surfaces import Quadric, check_extent, curve_derivatives_expr, lift_expr
 
 MAX_SPACING = 10e-3  # m; the actual path between waypoints is curved by some 1e-4 / m: 1 nm at this spacing
@@ -35,7 +35,7 @@ class ExactPath:
     surface: Quadric
     boundary: Boundary
     spin: float  # [rad] the tool's x axis against base x, about base z
-    coefficients: Array = field(init=False)  # (K, 22) of the curve's pieces
+    coefficients: Array = field(init=False)  # (K, 25) of the curve's pieces
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficients", frozen(self.curve.coefficients()))
@@ -130,13 +130,13 @@ def parameter_expr(span: Any, slope: Any, u: Any) -> Any:
 
 
 class PathFunctions:
-    """CasADi functions of a piece (22) and a surface (15) with further inputs, each built when asked for.
+    """CasADi functions of a piece (25) and a surface (15) with further inputs, each built when asked for.
 
     A point's expression is a function of its own, called for every node: SX is put together in C++ then, not in Python.
     """
 
     def __init__(self) -> None:
-        piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
+        piece, surface, t = ca.SX.sym("piece", 25), ca.SX.sym("surface", 15), ca.SX.sym("t")
         curve, height = curve_expr(piece, t), height_expr(piece, t)
         self._inputs, self._t, self._pair = [piece, surface], t, ca.SX.sym("pair", 2)
         derivatives = curve_derivatives_expr(surface, curve, height)
@@ -167,7 +167,7 @@ class PathFunctions:
     def pose_and_travel(self) -> Any:
         """t, (cos, sin) of the spin -> position (3), rotation (9, row by row), travel (3)."""
         axis = ca.SX.sym("axis", 2)
-        position, rotation, _ = pose_expr(self.lift(self._t), axis)
+        position, rotation, _ = pose_expr(self.lift(self._t), axis, tilt_expr(self._inputs[0], self._t))
         travel = self.derivatives(self._t)[0]
         outputs = ca.cse([position, ca.vec(rotation.T), travel / ca.norm_2(travel)])
         return self._build("pose_and_travel", [self._t, axis], outputs)
@@ -234,25 +234,38 @@ def path_functions() -> PathFunctions:
     return PathFunctions()
 
 
-def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any) -> tuple[Any, Any, Any]:
-    """Tool position, rotation and extent of the outputs of ``lift_expr``; axis: (cos, sin) of the spin."""
+def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any, tilt: Any) -> tuple[Any, Any, Any]:
+    r"""Tool position, rotation and extent of the outputs of ``lift_expr``.
+
+    The tool stands on the surface, then turns by the Gibbs vector g in its own axes (Rodrigues):
+
+        R = (x, y, z) (I + 2 / (1 + |g|^2) ([g] + [g]^2)),    and without a tilt R = (x, y, z) to the last bit
+
+    Args:
+        lifted: Position, normal, local z and extent.
+        axis: (cos, sin) of the spin.
+        tilt: g, (3, 1).
+    """
     position, normal, _, extent = lifted
     z = -normal
     along_x = ca.vertcat(axis, 0)
     x = along_x - z * ca.dot(z, along_x)
     x = x / ca.norm_2(x)
-    return position, ca.horzcat(x, ca.cross(z, x), z), extent
+    cross = ca.skew(tilt)
+    turned = ca.SX.eye(3) + 2 / (1 + ca.dot(tilt, tilt)) * (cross + cross @ cross)
+    return position, ca.horzcat(x, ca.cross(z, x), z) @ turned, extent
 
 
 @lru_cache(maxsize=8)
 def build_pose(sides: int) -> Any:
-    """(piece (22), surface (15), t, (cos, sin) of the spin, boundary (3 sides + 1)) -> pose, extent, distance inside.
+    """(piece (25), surface (15), t, (cos, sin) of the spin, boundary (3 sides + 1)) -> pose, extent, distance inside.
 
     The pose is a position (3) and a rotation (9, row by row).
     """
-    piece, surface, t = ca.SX.sym("piece", 22), ca.SX.sym("surface", 15), ca.SX.sym("t")
+    piece, surface, t = ca.SX.sym("piece", 25), ca.SX.sym("surface", 15), ca.SX.sym("t")
     axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * sides + 1)
     xy = curve_expr(piece, t)[0]
-    position, rotation, extent = pose_expr(lift_expr(surface, xy, height_expr(piece, t)[0]), axis)
+    lifted = lift_expr(surface, xy, height_expr(piece, t)[0])
+    position, rotation, extent = pose_expr(lifted, axis, tilt_expr(piece, t))
     outputs = ca.cse([position, ca.vec(rotation.T), extent, inside_distance_expr(edge, xy)])
     return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

@@ -18,6 +18,8 @@ from compgen.core.arrays import Array, own
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import InputError
 
+LOCAL_ROUNDS = 8  # each leaves the share height / radius of curvature of the one before
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Quadric:
@@ -46,6 +48,20 @@ class Quadric:
         """Base position at a height above the surface, and the normal there, (M, 3) [m] and (M, 3)."""
         position, normal, _ = self._lift(xy, height)
         return position, normal
+
+    def local(self, point: Array) -> Array:
+        """x, y along the surface and the height above it of a point near it, (3,) in the base frame to (3,) [m].
+
+        Raises:
+            InputError: The surface does not extend to the point.
+        """
+        xy, height = point[:2] - self.origin[:2], 0.0
+        for _ in range(LOCAL_ROUNDS):
+            position, normal = self.lift(xy[None], np.array([height]))
+            gap = point - position[0]
+            height += float(gap @ normal[0])
+            xy = xy + (gap - (gap @ normal[0]) * normal[0])[:2]
+        return np.array([*xy, height])
 
     def curve_derivatives(self, xy: tuple[Array, Array, Array], height: tuple[Array, Array]) -> tuple[Array, Array]:
         """First and second derivative of the lifted point along a plane curve; see ``curve_derivatives_expr``.

@@ -128,6 +128,8 @@ class ProcessTable(Table):
     """Leaves waypoints out of the program while lines stay this near the path; default off."""
     lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
     """Length of approach and retract along the tool axis."""
+    lead_in: bool | None = None
+    """Approach on a line that turns every joint through its play; default on for a robot with play."""
     page_stops: Literal["off the part", "anywhere"] = "off the part"
     """Where the robot may stop when a long program is split into pages."""
 

@@ -15,6 +15,7 @@ from compgen.planning import curves
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath
+from compgen.planning.lead_in import LeadIn
 from compgen.planning.surfaces import Quadric
 
 MIN_SEGMENTS = 3  # a piece, so that its joint motion is a curve and not a chord
@@ -89,6 +90,7 @@ def plan_tool_path(
     chord: float,
     lift: float,
     spacing: float = MAX_SPACING,
+    lead_in: LeadIn | None = None,
 ) -> ToolPath:
     """Waypoints of a pattern on a surface, with an approach and a retract along the tool axis.
 
@@ -100,6 +102,7 @@ def plan_tool_path(
         chord: Largest distance between the path and the straight line between two waypoints [m].
         lift: Length of approach and retract [m]; 0 leaves them out.
         spacing: Largest distance of two waypoints [m].
+        lead_in: The approach, where it is not along the tool axis.
 
     Raises:
         InputError: The path has no length, needs too many waypoints, or leaves the surface.
@@ -112,7 +115,11 @@ def plan_tool_path(
     if lift > 0:
         (x0, y0), (x1, y1) = pattern.start(), pattern.end()
         top = float(pattern.height(np.array([len(pattern.poly) - 1]), np.array([1.0]))[0][0])
-        down = curves.line((x0, y0, lift), (x0, y0, 0.0), stop=True, working=False)
+        if lead_in is None:
+            down = curves.line((x0, y0, lift), (x0, y0, 0.0), stop=True, working=False)
+        else:
+            down = curves.line(lead_in.start, (x0, y0, 0.0), stop=True, working=False)
+            down = curves.tilted(down, lead_in.tilt)
         up = curves.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
         pattern = curves.join(down, pattern, up)
     exact = ExactPath(pattern, surface, boundary, spin)

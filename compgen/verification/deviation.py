@@ -116,10 +116,10 @@ def _compare(path: ToolPath, execution: Execution) -> tuple[Array, Array, Array]
 def _build_components() -> Any:
     """Of a point of the path and an actual pose: the error in base axes (3); feed, cross, normal, axis angle (4).
 
-    Inputs: piece (22), surface (15) and axis (2) as ``ExactPath`` has them; the segment's span (2) and slope (2), the
+    Inputs: piece (25), surface (15) and axis (2) as ``ExactPath`` has them; the segment's span (2) and slope (2), the
     fraction of it; its parameter there, where that is known; actual position (3), rotation (9, row by row).
     """
-    widths = {"piece": 22, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
+    widths = {"piece": 25, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
     inputs = [ca.SX.sym(name, size) for name, size in widths.items()]
     piece, surface, axis, span, slope, u, known, q, s = inputs
     t = ca.if_else(known > UNKNOWN, known, parameter_expr(span, slope, u))

@@ -14,7 +14,8 @@ ATOL_M = 1e-14
 def anything():
     """One piece with every coefficient at work."""
     rng, off = np.random.default_rng(7), np.array([False])
-    return PiecewiseCurve(rng.normal(size=(1, 8, 2)), rng.normal(size=(1, 4)), rng.normal(size=(1, 2)), off, off)
+    poly, polar, lift = rng.normal(size=(1, 8, 2)), rng.normal(size=(1, 4)), rng.normal(size=(1, 2))
+    return PiecewiseCurve(poly, polar, lift, off, off, np.zeros((1, 3)))
 
 
 KINDS = {
