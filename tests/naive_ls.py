@@ -38,23 +38,31 @@ class Move:
 def read(data: bytes) -> tuple[dict[int, Position], list[Move]]:
     """Positions by number, and motions in order."""
     parts = sections(lines_of(data.decode("latin-1")))
-    return positions(parts.get("POS", [])), motions(parts["MN"])
+    return positions(parts.get("POS", [])), motions(parts.get("MN", []))
 
 
 def lines_of(text: str) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
+HEAD, BODY = ("PROG", "ATTR", "APPL", "MN"), ("MN", "POS", "END")
+
+
 def sections(lines: list[str]) -> dict[str, list[str]]:
+    """Lines by section; a title out of order is a line as any other."""
     parts: dict[str, list[str]] = {}
     current: list[str] = []
+    expected = HEAD
     for line in lines:
-        for tag in ("PROG", "ATTR", "APPL", "MN", "POS", "END"):
+        for tag in expected:
             after = line[len(tag) + 1 : len(tag) + 2]
-            if line[: len(tag) + 1].upper() == "/" + tag and not (after.isalnum() or after == "_"):
+            if line[: len(tag) + 1].upper() == "/" + tag and not (
+                after.isascii() and (after.isalnum() or after == "_")
+            ):
                 current = parts.setdefault(tag, [])
                 if tag == "END":
                     return parts
+                expected = BODY if "MN" in parts else HEAD
                 break
         else:
             current.append(line)
@@ -83,11 +91,14 @@ def statements(lines: list[str]) -> list[str]:
     open_text: str | None = None
     for line in lines:
         number, colon, body = line.partition(":")
-        if not colon or not all(c in BLANKS or c in "0123456789" for c in number):
+        label = number.strip(BLANKS)
+        if not colon or not all(c in "0123456789" for c in label):
             continue
-        if number.strip(BLANKS) and open_text is not None:
+        if open_text is not None and label:
             texts.append(open_text)
             open_text = None
+        elif open_text is not None and open_text.strip(BLANKS + "/").upper() in ("", *"JLCAS"):
+            open_text = "a motion names its target on its first line"
         text, semicolon, _ = body.partition(";")
         open_text = text if open_text is None else open_text + " " + text
         if semicolon:
@@ -167,19 +178,21 @@ def termination_of(text: str) -> str:
 
 def positions(lines: list[str]) -> dict[int, Position]:
     by_number: dict[int, Position] = {}
-    position, group, inside = Position(""), Group(), False
+    position, group, inside = Position(""), None, False
     for line in lines:
         text = line
         while text := text.strip(" \t,;\f\v"):
             if not inside:
                 number, name, text = opening(text)
-                position, inside, group = Position(name), True, Group()
+                position, inside, group = Position(name), True, None
                 by_number[number] = position
             elif text[0] == "}":
                 inside, text = False, text[1:]
             elif text[:2].upper() == "GP":
                 number_text, _, text = text[2:].partition(":")
                 group = position.groups.setdefault(int(number_text), Group())
+            elif group is None:  # values that no group was named for
+                group = position.groups.setdefault(0, Group())
             elif text[:2].upper() == "UF":
                 value, text = after_mark(text[2:], ":")
                 group.uf = None if value.upper() == "F" else int(value)

@@ -5,7 +5,7 @@ from dataclasses import fields
 import naive_ls
 import numpy as np
 
-from compgen.fanuc.listing.listing import dumps, loads
+from compgen.fanuc.listing.listing import LsProgram, dumps, loads
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.listing.positions import AXES
 
@@ -64,3 +64,32 @@ def differences(one, other):
             if not same:
                 found.append(f"{table}{column}")
     return found
+
+
+def contradiction(data: bytes, read: LsProgram) -> str | None:
+    """What the second reader reads otherwise in a damaged program; None when it refuses the program.
+
+    A motion that has lost its speed is compared by its letter: where such a line's target ends nobody can say.
+    """
+    try:
+        points, moves = naive_ls.read(data)
+    except (ValueError, IndexError):
+        return None
+    if len(moves) != len(read.motions.letter):
+        return f"{len(read.motions.letter)} motions, and {len(moves)} by the second reader"
+    for first, move, disabled in zip(moves_of(read), moves, read.motions.disabled.tolist()):
+        second = (move.letter, move.targets, move.speed, move.termination)
+        if first[0] != second[0] or disabled != move.disabled or (first[2] and move.speed and first != second):
+            return f"a motion is {first}, and {second} by the second reader"
+    p = read.positions
+    if sorted(zip(p.number, p.group)) != sorted((n, g) for n, here in points.items() for g in here.groups):
+        return "other positions by the second reader"
+    for i, (number, group) in enumerate(zip(p.number, p.group)):
+        here = points[number].groups[group]
+        frames = tuple(NO_NUMBER if f is None else f for f in (here.uf, here.ut))
+        if (p.name[i], p.config[i], (p.uframe[i], p.utool[i])) != (points[number].name, here.config, frames):
+            return "another name, CONFIG or frame by the second reader"
+        values = {axis: here.axes.get(axis) for axis in AXES}
+        if any(not (np.isnan(v) if values[a] is None else v == values[a]) for a, v in zip(AXES, p.value[i])):
+            return "another number by the second reader"
+    return ""

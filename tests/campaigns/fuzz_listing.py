@@ -1,11 +1,12 @@
 """Damaged programs at the reader: it takes them whole or refuses them in one way, quickly and within its memory.
 
-python tests/campaigns/fuzz_listing.py --inputs 1000000 --seed 1     mutated bytes of samples and of printed programs
-python tests/campaigns/fuzz_listing.py --printed 10000               printed programs, judged by the second reader
-python tests/campaigns/fuzz_listing.py --atheris                     guided by coverage, until it is stopped
+python tests/campaigns/fuzz_listing.py --seeds 0:500        500 damaged programs a seed; again goes on
+python tests/campaigns/fuzz_listing.py --printed 10000      printed programs, judged by the second reader
+python tests/campaigns/fuzz_listing.py --atheris            guided by coverage, until it is stopped
+
+What is taken is written again byte by byte, and the second reader reads the same motions and positions in it.
 """
 
-import argparse
 import random
 import sys
 import time
@@ -13,14 +14,17 @@ import tracemalloc
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "campaigns")]
 
 import hypothesis  # noqa: E402
-from agreement import assert_readers_agree, differences  # noqa: E402
+import seed_journal  # noqa: E402
+from agreement import assert_readers_agree, contradiction, differences  # noqa: E402
 from printed import programs  # noqa: E402
+from shrinking import shrunk  # noqa: E402
 
 from compgen.core.exceptions import CompgenError  # noqa: E402
 from compgen.fanuc.analysis import inspection  # noqa: E402
@@ -36,10 +40,13 @@ BYTES_ALWAYS = 1_000_000
 MEMORY_EVERY = 50  # measuring memory is slow
 COLUMNS_EVERY = 25  # so is reading a short program by columns, and inspecting it
 PRINTED_SEEDS = 100
+A_SEED = 500  # programs
+SLOW_TO_JUDGE = 20_000  # bytes: the second reader is slow
 AT_ONCE = 250
 QUIET = {"deadline": None, "database": None, "suppress_health_check": list(hypothesis.HealthCheck)}
 
 
+@cache
 def seeds() -> list[bytes]:
     """Good programs to start from: the golden ones, real ones where there are any, printed ones."""
     golden = sorted((TESTS / "golden").glob("*.LS"))
@@ -122,18 +129,25 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
         start = time.process_time()
         try:
             program = loads(data)
+            took = time.process_time() - start
         except CompgenError as refused:
+            took = time.process_time() - start
             counts["refused"] += 1
             if "\n" in str(refused) or "\r" in str(refused):
                 yield "a refusal of several lines", data
         except Exception as exception:  # any other exception is what is looked for here
+            took = 0.0
             counts["broken"] += 1
             yield f"{type(exception).__name__}: {exception}"[:160], data
         else:
             counts["accepted"] += 1
             if dumps(program) != data:
                 yield "written bytes differ from those read", data
-        took = time.process_time() - start
+            if len(data) < SLOW_TO_JUDGE:
+                other = contradiction(data, program)
+                counts["second reader refuses" if other is None else "judged"] += 1
+                if other:
+                    yield other, data
         if measured:
             peak = tracemalloc.get_traced_memory()[1]
             tracemalloc.stop()
@@ -185,12 +199,61 @@ def guided() -> None:
     atheris.Fuzz()
 
 
+def kind_of(what: str) -> str:
+    """A fault without its numbers."""
+    return "".join(c for c in what if not c.isdigit())[:60]
+
+
+def smallest(data: bytes, kind: str) -> bytes:
+    """The fewest lines of a program that still show a fault that one reading shows."""
+
+    def fails(lines: list[bytes]) -> bool:
+        text = b"".join(lines)
+        try:
+            return kind_of(contradiction(text, loads(text)) or "") == kind
+        except CompgenError:
+            return False
+        except Exception as exception:
+            return kind_of(f"{type(exception).__name__}: {exception}"[:160]) == kind
+
+    return b"".join(shrunk(data.splitlines(keepends=True), fails))
+
+
+def tried(seed: int, keep: Path | None) -> dict:
+    """A row of the journal: the programs of one seed."""
+    counts: Counter[str] = Counter()
+    kinds: Counter[str] = Counter()
+    for what, data in faults(A_SEED, seed, counts):
+        kind = kind_of(what)
+        kinds[kind] += 1
+        if kinds[kind] == 1:
+            print(f"seed {seed}: {what} ({len(data)} bytes)", flush=True)
+            if keep:
+                keep.mkdir(parents=True, exist_ok=True)
+                (keep / f"{seed}_{len(kinds)}.LS").write_bytes(smallest(data, kind))
+    return {"seed": seed, "inputs": A_SEED, **counts, "faults": kinds}
+
+
+def table(rows: list[dict]) -> str:
+    """What the rows add up to."""
+    names = ("inputs", "accepted", "refused", "judged", "second reader refuses", "measured", "compared")
+    total = {name: sum(row.get(name, 0) for row in rows) for name in names}
+    faulty = Counter(kind for row in rows for kind, n in row["faults"].items() for _ in range(n))
+    slowest = max((row["slowest_us"] for row in rows), default=0) / 1e6
+    return "\n".join(
+        [
+            f"seeds {seed_journal.ranges_of(row['seed'] for row in rows)}: tried {total['inputs']}, accepted "
+            f"{total['accepted']}, refused {total['refused']}, failed {faulty.total()}; the second reader judged "
+            f"{total['judged']} and refused {total['second reader refuses']}, {total['measured']} measured for memory, "
+            f"{total['compared']} read both ways, slowest {slowest:.3f} s",
+            *(f"  {n} x {kind}" for kind, n in faulty.items()),
+        ]
+    )
+
+
 def main() -> int:
-    """Run, print each kind of fault once, and a closing line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--inputs", type=int, default=0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, help="folder for the first input of each kind of fault")
+    """Try the seeds that the journal has not, and print the table of all."""
+    parser = seed_journal.parser("fuzz_listing", __doc__, "0:10")
     parser.add_argument("--samples", type=Path, default=SAMPLES, help="folder with more programs to start from")
     parser.add_argument("--printed", type=int, default=0)
     parser.add_argument("--atheris", action="store_true")
@@ -199,26 +262,14 @@ def main() -> int:
     if given.atheris:
         guided()
     if given.printed:
-        print_programs(given.printed, given.seed)
-        print(f"{given.printed} printed programs, seed {given.seed}: both readers agree on every number", flush=True)
-        if not given.inputs:
-            return 0
-    inputs = given.inputs or 100_000
-    counts: Counter[str] = Counter()
-    kinds: Counter[str] = Counter()
-    for what, data in faults(inputs, given.seed, counts):
-        kinds[what] += 1
-        if kinds[what] == 1:
-            print(f"fault: {what} ({len(data)} bytes)", flush=True)
-            if given.keep:
-                given.keep.mkdir(parents=True, exist_ok=True)
-                (given.keep / f"{len(kinds):03d}.LS").write_bytes(data)
-    print(
-        f"{inputs} inputs, seed {given.seed}: {counts['accepted']} accepted, {counts['refused']} refused, "
-        f"{sum(kinds.values())} faults of {len(kinds)} kinds, {counts['measured']} measured for memory, "
-        f"{counts['compared']} read both ways, slowest {counts['slowest_us'] / 1e6:.3f} s"
-    )
-    return 1 if kinds else 0
+        print_programs(given.printed, given.seeds.start)
+        print(f"{given.printed} printed programs from seed {given.seeds.start}: both readers agree on every number")
+        return 0
+    for seed in () if given.table else given.journal.left(given.seeds, given.budget):
+        given.journal.add(tried(seed, given.keep))
+    rows = given.journal.rows(given.seeds)
+    print(table(rows))
+    return int(any(row["faults"] for row in rows))
 
 
 if __name__ == "__main__":
