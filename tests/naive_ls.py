@@ -222,7 +222,7 @@ def opening(text: str) -> tuple[int, str, str]:
     for i, c in enumerate(text):
         if c == "]" and text[i + 1 :].strip(BLANKS)[:1] == "{":
             number, _, name = text[2:i].partition(":")
-            name = name.strip(BLANKS)
+            name = name.strip()
             if name[:1] == '"' and name[-1:] == '"' and len(name) > 1:
                 name = name[1:-1]
             return int(number), name, text[i + 1 :].strip(BLANKS)[1:]

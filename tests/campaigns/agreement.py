@@ -69,7 +69,8 @@ def differences(one, other):
 def contradiction(data: bytes, read: LsProgram) -> str | None:
     """What the second reader reads otherwise in a damaged program; None when it refuses the program.
 
-    A motion that has lost its speed is compared by its letter: where such a line's target ends nobody can say.
+    A motion that has lost its speed is compared by its letter: where such a line's target ends nobody can say. A
+    termination that is cut by a line's end may be read as none: then its pieces are unknown words.
     """
     try:
         points, moves = naive_ls.read(data)
@@ -78,7 +79,7 @@ def contradiction(data: bytes, read: LsProgram) -> str | None:
     if len(moves) != len(read.motions.letter):
         return f"{len(read.motions.letter)} motions, and {len(moves)} by the second reader"
     for first, move, disabled in zip(moves_of(read), moves, read.motions.disabled.tolist()):
-        second = (move.letter, move.targets, move.speed, move.termination)
+        second = (move.letter, move.targets, move.speed, move.termination if first[3] else "")
         if first[0] != second[0] or disabled != move.disabled or (first[2] and move.speed and first != second):
             return f"a motion is {first}, and {second} by the second reader"
     p = read.positions

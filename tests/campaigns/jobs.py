@@ -3,19 +3,22 @@
 python tests/campaigns/jobs.py --seeds 0:200            draws, judges and adds to jobs.jsonl; again goes on
 python tests/campaigns/jobs.py --seeds 0:200 --table    only the table of what is in jobs.jsonl
 
-A seed draws a pattern, its place, surface, edge, tool, posture, history and error sources of the M-710iC/50. The judge
-reads the text with the second reader, finds the joints by CONFIG in closed form, warms and distorts its own DH chain as
-docs/sources.md says, and compares the tool with the planned path: at every position and half way to the next.
+A seed draws a pattern, its place, surface, edge, tool, posture, history and error sources of the M-710iC/50; four in
+ten stand at an edge: a stretched arm, a joint's limit, a stretched wrist, an elbow that is down. The judge reads the
+text with the second reader, finds the joints by CONFIG in closed form, warms and distorts its own DH chain as
+docs/sources.md says, and compares the tool with the planned path: at every position and half way to the next. One job
+in twenty goes through the command line in a process as well and must give the same bytes.
 """
 
-import argparse
-import json
 import math
 import random
+import subprocess
 import sys
+import tempfile
 import tomllib
 import traceback
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,8 +27,10 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 import naive_ls  # noqa: E402
 import numpy as np  # noqa: E402
-from naive_arm import NODES, ROBOT, THERMAL, frame, rises, warm_lengths  # noqa: E402
+import seed_journal  # noqa: E402
+from naive_arm import NODES, ROBOT, THERMAL, flange, frame, numbers, rises, warm_lengths  # noqa: E402
 from shipped import path_file, quiet  # noqa: E402
+from shrinking import shrunk  # noqa: E402
 
 import compgen.cli.blas_threads  # noqa: E402, F401  before numpy
 from compgen.core.exceptions import CompgenError  # noqa: E402
@@ -33,11 +38,14 @@ from compgen.pipelines import generate  # noqa: E402
 from compgen.pipelines.path_file import load_job  # noqa: E402
 from compgen.verification.deviation import statistics  # noqa: E402
 
-JOURNAL = ROOT / "tests" / "campaigns" / "jobs.jsonl"
 MDEG = math.radians(1e-3)
+ARCSEC = math.radians(1 / 3600)
 FOREARM, BEND = math.hypot(1016, 170), math.atan2(170, 1016)
 APART_UM = 0.3  # judge and report, at their largest deviation: they sample different moments
 APART = 0.02  # share of it
+IN_A_PROCESS = 20  # every so many seeds
+LIMITS = ("j1_deg", "j2_deg", "j2_plus_j3_deg", "j4_deg", "j5_deg", "j6_deg")
+EDGES = ("reach", "limit", "wrist", "elbow")
 
 
 # A job -----------------------------------------------------------------------------------------------------------
@@ -46,8 +54,9 @@ APART = 0.02  # share of it
 def drawn(seed: int) -> list[str]:
     """Overrides of the shipped circle."""
     rng = random.Random(seed)
+    edge = edge_of(seed)
     number = rng.uniform
-    size = number(60, 500)
+    size = math.exp(number(math.log(5), math.log(150))) if edge else number(60, 500)
     keys = {
         "path.x_mm": round(number(700, 1700), 3),
         "path.y_mm": round(number(-700, 700), 3),
@@ -65,6 +74,8 @@ def drawn(seed: int) -> list[str]:
         f'turn="{rng.choice(["square", "smooth"])}"',
         "iso9283": f'pattern="iso9283", size_mm={size}',
     }[pattern]
+    standing = at_edge(rng, edge) if edge else {}
+    keys |= {k: standing.pop(k) for k in list(standing) if k in keys}
     where = ", ".join(f"{k.split('.')[1]}={keys.pop(k)}" for k in ("path.x_mm", "path.y_mm", "path.z_mm"))
     out = [f"path={{{shape}, {where}}}", *(f"{k}={v}" for k, v in keys.items())]
     if pattern in ("spiral", "raster") and rng.random() < 0.4:
@@ -72,17 +83,18 @@ def drawn(seed: int) -> list[str]:
             f"radius_of_curvature_m={number(2, 40)}, conic_constant={number(-1.5, 0.5)}, off_axis_m={number(0, 1)}"
         )
         out.append(f'surface={{kind="conic", {numbers}}}')
-    if rng.random() < 0.7:
+    out += [f"{k}={v}" for k, v in standing.items()]
+    if not edge and rng.random() < 0.7:
         tool = [number(-60, 60), number(-60, 60), number(20, 300)]
         tool += [number(-20, 20), number(-20, 20), number(-180, 180)] if rng.random() < 0.5 else [0, 0, 0]
         out += [f"tool.{k}={v:.3f}" for k, v in zip(("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"), tool)]
-    if rng.random() < 0.4:
+    if not edge and rng.random() < 0.4:
         out.append(f"tool.spin_deg={number(-180, 180):.2f}")
-    if rng.random() < 0.3:
+    if not edge and rng.random() < 0.3:
         out.append(f'posture.wrist="{rng.choice(["flip", "no flip"])}"')
-    if rng.random() < 0.1:
+    if not edge and rng.random() < 0.1:
         out.append('posture.elbow="down"')
-    if rng.random() < 0.05:
+    if not edge and rng.random() < 0.05:
         out.append('posture.arm="back"')
     steps = [
         {"state": rng.choice(["moving", "idle", "off"]), "duration_h": round(number(0.1, 6), 2)}
@@ -96,6 +108,46 @@ def drawn(seed: int) -> list[str]:
     out.append(f"before=[{', '.join(words)}]")
     out.append(f"robot.thermal.cte_um_m_K={number(9, 13):.3f}")
     return out + [f"robot.sources.{name}={text}" for name, text in drawn_sources(rng).items() if rng.random() < 0.4]
+
+
+def edge_of(seed: int) -> str:
+    """Which edge a seed's job stands at, or none."""
+    rng = random.Random(f"edge {seed}")
+    return rng.choice(EDGES) if rng.random() < 0.4 else ""
+
+
+def at_edge(rng: random.Random, edge: str) -> dict[str, object]:
+    """Place, tool and posture with which a vertical tool brings the arm near an edge, at drawn pendant angles [deg]."""
+    number = rng.uniform
+    q = [number(-150, 150), number(-40, 80), number(-50, 50), number(-150, 150), number(15, 100), number(-150, 150)]
+    q[4] *= rng.choice((-1, 1))
+    stretched = 90 - math.degrees(BEND)  # J2 + J3 of a straight arm
+    match edge:
+        case "reach":
+            q[2] = stretched - q[1] - rng.choice((-1, 1)) * number(1, 20)
+        case "elbow":
+            q[1] = number(-60, 60)
+            q[2] = number(stretched, 275) - q[1]
+        case "wrist":
+            q[4] = rng.choice((-1, 1)) * number(0.8, 5)
+        case "limit":
+            k = rng.randrange(6)
+            low, high = ROBOT["limits"][LIMITS[k]]
+            value = rng.choice((low + number(-0.2, 4), high - number(-0.2, 4)))
+            q[k] = value - q[1] if k == 2 else value
+    _, j2, j3, _, j5, _ = (math.radians(v) for v in q)
+    pose = flange(q)
+    tip = frame(number(-60, 60), number(-60, 60), number(20, 300), 0, 0, 0)
+    place = (pose @ tip)[:3, 3]
+    tip[:3, :3] = pose[:3, :3].T @ frame(0, 0, 0, 180, 0, 0)[:3, :3]
+    keys: dict[str, object] = dict(zip(("path.x_mm", "path.y_mm", "path.z_mm"), np.round(place, 3).tolist()))
+    names = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+    keys |= {f"tool.{k}": v for k, v in zip(names, np.round(numbers(tip), 3).tolist())}
+    out = 150 + 870 * math.sin(j2) + 1016 * math.cos(j3) - 170 * math.sin(j3)
+    keys["posture.arm"] = '"front"' if out > 0 else '"back"'
+    keys["posture.elbow"] = '"up"' if math.degrees(j2 + j3) < stretched else '"down"'
+    keys["posture.wrist"] = '"flip"' if j5 > 0 else '"no flip"'
+    return keys
 
 
 def drawn_sources(rng: random.Random) -> dict[str, str]:
@@ -122,10 +174,28 @@ def drawn_sources(rng: random.Random) -> dict[str, str]:
         "tool_frame": f"{{position_um={vector(100, 3)}, rotation_mdeg={vector(20, 3)}}}",
         "thermal_shift": '{of=["tool", "fixture x", "fixture z"], node=["face", "j2", "wrist"], '
         f"rate_um_K={vector(2, 3)}}}",
+        "thermal_bend": '{link=["column", "a1", "a2", "d4", "a3"], '
+        f'plane=["{rng.choice("xy")}", "side", "arm", "{rng.choice(["arm", "side"])}", "twist"], '
+        'node=["face", "j2", "j3", "wrist", "j2"], '
+        f"rate_arcsec_K={vector(1, 5)}, column_mm={rng.choice([0, 565])}}}",
+        "map": f"[{', '.join(drawn_map(rng, axis) for axis in rng.sample('xyz', rng.randint(1, 3)))}]",
         "loads": "{link_kg=[120, 70, 80, 25, 15, 5], link_centre_mm=[[75, 0, -150], [20, 10, 400], [100, 0, 120], "
         "[300, 0, 0], [60, 0, 0], [20, 0, 0]], payload_kg=34, payload_centre_mm=[10, 0, 150], "
         f"force_N={vector(50, 3)}}}",
     }
+
+
+def drawn_map(rng: random.Random, axis: str) -> str:
+    """A line of stations that holds most of what the pattern reaches, with smooth errors."""
+    count = rng.randint(2, 9)
+    station = np.linspace(-900, 900, count) + (900 if axis == "x" else 0)
+    waves = [[rng.gauss(0, 80), rng.uniform(0, 4), rng.gauss(0, 25)] for _ in range(3)]
+    forward = [[round(a * math.sin(s / 900 + p), 3) for a, p, _ in waves] for s in station]
+    reverse = [[round(v + h, 3) for v, (_, _, h) in zip(row, waves)] for row in forward]
+    return (
+        f'{{axis="{axis}", at_mm=[900, 0, 0], station_mm={station.round(3).tolist()}, forward_um={forward}, '
+        f"reverse_um={reverse}, width_mm={rng.uniform(5, 40):.2f}}}"
+    )
 
 
 # The judge -------------------------------------------------------------------------------------------------------
@@ -204,18 +274,78 @@ def within(angle: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.where(angle > high + 1e-9, angle - 2 * np.pi, np.where(angle < low - 1e-9, angle + 2 * np.pi, angle))
 
 
+Behind = dict[int, list[np.ndarray]]
 D, A, ALPHA = (np.array(ROBOT["dh"][k], dtype=float) for k in ("d_mm", "a_mm", "alpha_deg"))
 MATRIX = np.array(ROBOT["pendant"]["matrix"], dtype=float)
 OFFSET = np.radians(np.array(ROBOT["pendant"]["offset_deg"], dtype=float))
 
 
-def chain(theta: np.ndarray, d: np.ndarray, a: np.ndarray, alpha: np.ndarray, beta: np.ndarray) -> list[np.ndarray]:
-    """Frames (N, 4, 4) before each joint, and the flange."""
+def chain(
+    theta: np.ndarray, d: np.ndarray, a: np.ndarray, alpha: np.ndarray, beta: np.ndarray, behind: Behind | None = None
+) -> list[np.ndarray]:
+    """Frames (N, 4, 4) before each joint, and the flange; what stands behind each frame is put there."""
     poses = [np.tile(np.eye(4), (len(theta), 1, 1))]
     for i in range(6):
+        for displacement in (behind or {}).get(i, []):
+            poses[-1] = poses[-1] @ displacement
         link = turned("z", theta[:, i]) @ shifted(a[:, i], 0, d[:, i]) @ turned("x", alpha[i]) @ turned("y", beta[i])
         poses.append(poses[-1] @ link)
     return poses
+
+
+def bends(table: dict, rise: dict) -> Behind:
+    """Displacements of a bend behind the frames where its link ends, in their axes; a forearm's where it begins."""
+    out: Behind = {}
+    for link, plane, node, rate in zip(*(table[k] for k in ("link", "plane", "node", "rate_arcsec_K"))):
+        phi = rate * ARCSEC * np.atleast_1d(rise[node])
+        row = {"column": 0, "a1": 1, "a2": 2, "a3": 3, "d4": 3}[link]
+        vector = {"column": (0, 0, table.get("column_mm", 0)), "d4": (0, 0, D[3])}.get(link, (A[max(row, 1) - 1], 0, 0))
+        vector = np.array(vector, dtype=float)
+        if plane in ("x", "y"):
+            axis = np.eye(3)["xy".index(plane)]
+        elif plane == "twist":
+            axis = np.array([0, 0, 1.0]) if link == "column" else vector / np.linalg.norm(vector)
+        else:  # joint 2 turns as J2 does; joint 3 lies along it, either way round
+            axis = np.array([0, 0, 1.0]) if link == "a1" else turned("x", -math.radians(ALPHA[row - 1]))[0, :3, 2]
+            if row == 3:
+                axis = axis * np.sign(math.cos(math.radians(ALPHA[1])))
+            axis = np.cross(vector / np.linalg.norm(vector), axis) if plane == "side" else axis
+        aside = np.zeros(3) if plane == "twist" else np.cross(axis, vector) / 2 * (-1 if link == "d4" else 1)
+        out.setdefault(row, []).append(np.array([along(*(p * aside)) @ by_vector(p * axis) for p in phi]))
+    return out
+
+
+def off_by_maps(tables: list[dict], nominal: np.ndarray) -> np.ndarray:
+    """What measured lines add (N, 3) [mm] where the controller believes the tool to be (N, 3) [mm]."""
+    step = np.diff(nominal, axis=0)
+    length = np.linalg.norm(step, axis=1)
+    off = np.zeros_like(nominal)
+    for table in tables:
+        k = "xyz".index(table["axis"])
+        travel = [0.0]
+        for way, whole in zip(step[:, k], length):
+            keep = math.exp(-whole / table.get("width_mm", 10.0))
+            travel.append(keep * travel[-1] + ((1 - keep) * way / whole if whole else 0))
+        station = np.array(table["station_mm"])
+        at = np.clip(nominal[:, k], station[0], station[-1])
+        for axis in range(3):
+            f, r = (natural_spline(station, np.array(table[key])[:, axis], at) for key in ("forward_um", "reverse_um"))
+            off[:, axis] += ((f + r) / 2 + np.array(travel) * (f - r) / 2) / 1000
+    return off
+
+
+def natural_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """A cubic spline without curvature at its ends, by its second derivatives m at the stations."""
+    h, n = np.diff(x), len(x)
+    K, b = np.eye(n), np.zeros(n)
+    for i in range(1, n - 1):
+        K[i, i - 1 : i + 2] = h[i - 1] / 6, (h[i - 1] + h[i]) / 3, h[i] / 6
+        b[i] = (y[i + 1] - y[i]) / h[i] - (y[i] - y[i - 1]) / h[i - 1]
+    m = np.linalg.solve(K, b)
+    i = np.clip(np.searchsorted(x, at) - 1, 0, n - 2)
+    right, left = at - x[i], x[i + 1] - at
+    cubic = (m[i] * left**3 + m[i + 1] * right**3) / (6 * h[i])
+    return cubic + (y[i] / h[i] - m[i] * h[i] / 6) * left + (y[i + 1] / h[i] - m[i + 1] * h[i] / 6) * right
 
 
 def torques(theta: np.ndarray, loads: dict, tool: np.ndarray) -> np.ndarray:
@@ -254,7 +384,7 @@ def sides(theta: np.ndarray, width: np.ndarray) -> np.ndarray:
 
 
 def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: np.ndarray) -> np.ndarray:
-    """Where the real tool is, (N, 4, 4) [mm]: docs/sources.md, without bends and measured maps."""
+    """Where the real tool is, (N, 4, 4) [mm]: docs/sources.md."""
     N = len(theta)
     growth, offsets = sources.get("thermal_growth", {}), sources.get("link_offsets", {})
     lengths = warm_lengths(rise, cte)
@@ -281,8 +411,9 @@ def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: n
     if lash := sources.get("hysteresis"):
         half = MDEG * np.array(lash["backlash_mdeg"]) + 1e-6 * np.array(lash["windup_urad_Nm"]) * np.hypot(load, 1)
         real = real - sides(theta, MDEG * np.array(lash["width_mdeg"])) * half
-    base, behind = sources.get("base_frame", {}), sources.get("tool_frame", {})
-    poses = displaced(base) @ chain(real, d, a, alpha, beta)[-1] @ displaced(behind)
+    base, end = sources.get("base_frame", {}), sources.get("tool_frame", {})
+    bent = bends(sources["thermal_bend"], rise) if "thermal_bend" in sources else None
+    poses = displaced(base) @ chain(real, d, a, alpha, beta, bent)[-1] @ displaced(end)
     shift = sources.get("thermal_shift", {"of": [], "node": [], "rate_um_K": []})
     moved = np.zeros((N, 3))
     for of, node, rate in zip(shift["of"], shift["node"], shift["rate_um_K"]):
@@ -293,6 +424,9 @@ def tool_poses(theta: np.ndarray, rise: dict, cte: float, sources: dict, tool: n
             moved[:, "xyz".index(of[-1])] -= way
     poses = poses @ tool
     poses[:, :3, 3] += moved
+    if "map" in sources:
+        cold = np.tile(D, (N, 1)), np.tile(A, (N, 1)), np.radians(ALPHA), np.zeros(6)
+        poses[:, :3, 3] += off_by_maps(sources["map"], (chain(theta, *cold)[-1] @ tool)[:, :3, 3])
     return poses
 
 
@@ -379,15 +513,17 @@ def tables_of(overrides: list[str]) -> dict:
     return tomllib.loads("\n".join(overrides))
 
 
-def judged(overrides: list[str]) -> tuple[str, str]:
-    """``inside``, ``outside``, ``refused`` or ``wrong``, and why."""
+def judged(overrides: list[str], written: Callable[[bytes], None] = lambda text: None) -> tuple[str, str]:
+    """``inside``, ``outside``, ``refused`` or ``wrong``, and why; what was written is handed on."""
     try:
         job = load_job(path_file("circle_1300"), overrides=overrides)
         planned, corrected = generate.generate(job, quiet)
     except CompgenError as exception:
-        return "refused", f"{type(exception).__name__}: {exception}"
+        kind = "wrong" if exception.exit_code == 2 else "refused"  # whatever is drawn is well said
+        return kind, f"{type(exception).__name__}: {exception}"
     except Exception:
         return "wrong", traceback.format_exc()
+    written(corrected.text)
     path = planned.path
     tables = tables_of(overrides)
     driven = drive(corrected.text, tables)
@@ -403,10 +539,9 @@ def judged(overrides: list[str]) -> tuple[str, str]:
     if corrected.inside and largest > 1e6 * job.bounds.max + APART_UM:
         return "wrong", f"inside and yet beyond its bounds: {numbers}"
     limits = ROBOT["limits"]
-    names = ("j1_deg", "j2_deg", "j2_plus_j3_deg", "j4_deg", "j5_deg", "j6_deg")
     angle = np.degrees(driven.joints)
     angle[:, 2] += angle[:, 1]
-    for k, name in enumerate(names):
+    for k, name in enumerate(LIMITS):
         if angle[:, k].min() < limits[name][0] - 1e-3 or angle[:, k].max() > limits[name][1] + 1e-3:
             return "wrong", f"{name} beyond its limits: {angle[:, k].min():.3f} to {angle[:, k].max():.3f}"
     if driven.speed.max() > 1000 * planned.feed * 1.01:
@@ -441,55 +576,78 @@ def from_pattern(table: dict, point: np.ndarray) -> np.ndarray | None:
     return None
 
 
-def shrunk(overrides: list[str], reason: str) -> list[str]:
+def smallest(overrides: list[str], reason: str) -> list[str]:
     """Fewest of the overrides that are wrong for a reason that begins alike."""
-    kind = reason.split(":")[0]
-    for one in list(overrides[::-1]):
-        fewer = [o for o in overrides if o != one]
-        if not one.startswith(("path=", "before=", "robot.thermal")):
-            result, why = judged(fewer)
-            if result == "wrong" and why.split(":")[0] == kind:
-                overrides = fewer
-    return overrides
+    kept = [o for o in overrides if o.startswith(("path=", "before=", "robot.thermal"))]
+
+    def fails(others: list[str]) -> bool:
+        result, why = judged(kept + others)
+        return result == "wrong" and why.split(":")[0] == reason.split(":")[0]
+
+    return kept + shrunk([o for o in overrides if o not in kept], fails)
+
+
+def in_a_process(overrides: list[str]) -> tuple[int, str, bytes | None]:
+    """Exit code, the error stream and the program of the same job through the command line."""
+    with tempfile.TemporaryDirectory() as folder:
+        settings = [word for o in overrides for word in ("--set", o)]
+        command = [
+            sys.executable,
+            "-m",
+            "compgen",
+            "generate",
+            str(path_file("circle_1300")),
+            "-q",
+            "--force",
+            *settings,
+        ]
+        run = subprocess.run([*command, "-o", f"{folder}/out"], cwd=ROOT, capture_output=True, text=True, check=False)
+        programs = sorted(Path(folder).glob("out/*.LS"))
+        return run.returncode, run.stderr, programs[0].read_bytes() if programs else None
 
 
 # Telling ---------------------------------------------------------------------------------------------------------
 
 
-def campaign(seeds: range) -> None:
-    done = {row["seed"] for row in journal()}
-    for seed in (s for s in seeds if s not in done):
-        overrides = drawn(seed)
-        result, reason = judged(overrides)
-        if result == "wrong":
-            overrides = shrunk(overrides, reason)
-        row = {"seed": seed, "result": result, "reason": reason, "overrides": overrides if result == "wrong" else []}
-        with JOURNAL.open("a") as file:
-            file.write(json.dumps(row) + "\n")
-        print(seed, result, reason, *row["overrides"], flush=True)
+def tried(seed: int) -> dict:
+    """A row of the journal."""
+    overrides = drawn(seed)
+    text: list[bytes] = []
+    result, reason = judged(overrides, text.append)
+    row = {"seed": seed, "edge": edge_of(seed), "result": result, "reason": reason, "process": seed % IN_A_PROCESS == 0}
+    if result == "wrong":
+        return row | {"overrides": smallest(overrides, reason)}
+    if row["process"]:
+        code, said, program = in_a_process(overrides)
+        if code not in {"inside": (0,), "outside": (1,), "refused": (2, 3)}[result] or [program] != (text or [None]):
+            same = "same" if [program] == text else "other"
+            return row | {"result": "wrong", "reason": f"in a process: exit {code}, {same} bytes: {said[:300]}"}
+    return row
 
 
-def journal() -> list[dict]:
-    return [json.loads(line) for line in JOURNAL.read_text().splitlines()] if JOURNAL.exists() else []
+def table(rows: list[dict]) -> str:
+    """Counts by edge, and whatever is wrong."""
+    kinds = ("inside", "outside", "refused", "wrong")
+    lines = [f"seeds {seed_journal.ranges_of(row['seed'] for row in rows)}, "
+             f"{sum(row['process'] for row in rows)} of them in a process too"]  # fmt: skip
+    for edge in ("", *EDGES, None):
+        counts = Counter(row["result"] for row in rows if edge is None or row["edge"] == edge)
+        name = {"": "no edge", None: "all"}.get(edge, edge)
+        lines.append(f"{name:<8} tried {counts.total():5}, " + ", ".join(f"{k} {counts[k]}" for k in kinds))
+    return "\n".join([*lines, *(f"  {r['seed']}: {r['reason']}" for r in rows if r["result"] == "wrong")])
 
 
-def table(seeds: range) -> str:
-    rows = [row for row in journal() if row["seed"] in seeds]
-    counts = Counter(row["result"] for row in rows)
-    head = f"tried {len(rows)}, " + ", ".join(f"{k} {counts[k]}" for k in ("inside", "outside", "refused", "wrong"))
-    return "\n".join([head, *(f"  {r['seed']}: {r['reason']}" for r in rows if r["result"] == "wrong")])
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", default="0:10", help="first:end")
-    parser.add_argument("--table", action="store_true", help="only tell what was tried")
-    arguments = parser.parse_args()
-    first, end = (int(part) for part in arguments.seeds.split(":"))
-    if not arguments.table:
-        campaign(range(first, end))
-    print(table(range(first, end)))
+def main() -> int:
+    """Try the seeds that the journal has not, and print the table of all."""
+    given = seed_journal.parser("jobs", __doc__, "0:10").parse_args()
+    for seed in () if given.table else given.journal.left(given.seeds, given.budget):
+        row = tried(seed)
+        given.journal.add(row)
+        print(seed, row["edge"], row["result"], row["reason"], *row.get("overrides", []), flush=True)
+    rows = given.journal.rows(given.seeds)
+    print(table(rows))
+    return int(any(row["result"] == "wrong" for row in rows))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -4,8 +4,10 @@ import jobs
 import numpy as np
 import pytest
 from naive_arm import config, flange
+from scipy.interpolate import CubicSpline
 from shipped import path_file, quiet
 
+from compgen.error_model.sources import ORDER
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 
@@ -21,6 +23,19 @@ WARM_CIRCLE = [
 def test_no_random_job_is_worse_than_told(seed):
     result, reason = jobs.judged(jobs.drawn(seed))
     assert result != "wrong", reason
+
+
+def test_the_drawn_jobs_stand_at_every_edge_and_have_every_source():
+    seeds = range(200)
+    assert {jobs.edge_of(seed) for seed in seeds} == {"", *jobs.EDGES}
+    text = "\n".join(line for seed in seeds for line in jobs.drawn(seed))
+    for name in (*(source.NAME for source in ORDER), "loads"):
+        assert f"robot.sources.{name}=" in text
+
+
+def test_the_judges_spline_is_the_natural_one():
+    x, y, at = np.array([0.0, 1, 3, 4]), np.array([1.0, -2, 0, 5]), np.linspace(0, 4, 50)
+    np.testing.assert_allclose(jobs.natural_spline(x, y, at), CubicSpline(x, y, bc_type="natural")(at), atol=1e-12)
 
 
 def test_the_judges_arm_is_the_arm_link_by_link():
@@ -51,5 +66,11 @@ def test_the_judge_bites():
     assert largest() < 2.5  # um
     assert largest("robot.sources.joint_zeros={offset_mdeg=[0, 2, 0, 0, 0, 0]}") > 20
     assert largest("robot.sources.base_frame={position_um=[0, 0, 10]}") > 8
+    bend = '{link=["a2"], plane=["side"], node=["j2"], rate_arcsec_K=[2]}'
+    assert largest(f"robot.sources.thermal_bend={bend}") > 10
+    line = '{axis="x", at_mm=[1200, 0, 0], station_mm=[0, 2000], forward_um=%s, reverse_um=%s}'
+    level, straight = [[0, 0, 20], [0, 0, 20]], [[0, 0, 0], [0, 0, 0]]
+    assert largest(f"robot.sources.map=[{line % (level, level)}]") > 15
+    assert 5 < largest(f"robot.sources.map=[{line % (level, straight)}]") < 22
     cold = jobs.tables_of([WARM_CIRCLE[0], "before=[]", WARM_CIRCLE[2]])
     assert jobs.largest_um(jobs.drive(corrected.text, cold), cold, target, contact) > 50
