@@ -87,7 +87,7 @@ def correct(
         written = correction.is_usable or force
         files = correction_files(correction, source.name, written)
         programs = {name: files[name] for name in (provenance, source.name) if name in files}
-        reports = {name: files[name] for name in ("positions.csv", "report.html", "report.json")}
+        reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
         publish(folder, programs, reports, {*reports, provenance, source.name})
     if as_json:
         sys.stdout.write(files["report.json"].decode())

@@ -3,6 +3,7 @@
 import sys
 
 from compgen.cli.options import JobRobot, OutputFolder, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.ownership import HEAT, check_heat_folder
 from compgen.cli.publish import publish
 
 
@@ -16,12 +17,18 @@ def heat(
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run."""
     from compgen.pipelines.path_file import load_job
     from compgen.pipelines.study import timeline
-    from compgen.report.heat_page import heat_csv, heat_html, heat_sentences, runs_csv
+    from compgen.report.heat_page import heat_csv, heat_html, heat_json, heat_sentences, runs_csv
 
     folder = output_folder(path, output, "_heat")
     job = load_job(path, robot, overrides or ())
+    check_heat_folder(folder, job.name)
     day = timeline(job)
-    files = {"heat.csv": heat_csv(job, day), "runs.csv": runs_csv(job, day), "heat.html": heat_html(job, day)}
+    files = {
+        HEAT: heat_json(job, day),
+        "heat.csv": heat_csv(job, day),
+        "heat.html": heat_html(job, day),
+        "runs.csv": runs_csv(job, day),
+    }
     publish(folder, {}, files, set(files))
     if not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in heat_sentences(job, day)))

@@ -72,7 +72,7 @@ def identify(
     # a robot file that stands stays with its own reports
     stem = target.stem if is_written or not target.exists() else f"{target.stem}_refused"
     page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
-    reports = {page.name: identification_html(identified), report.name: identification_json(identified)}
+    reports = {report.name: identification_json(identified), page.name: identification_html(identified)}
     robot_files = robot_files_of(target, identified_robot_text(arm, identified, files)) if is_written else {}
     publish(target.parent, robot_files, reports, {*robot_files, *reports})
     if as_json:

@@ -20,6 +20,7 @@ from compgen.cli.options import (
     checked_date,
     output_folder,
 )
+from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
@@ -123,6 +124,7 @@ def check(
             if not junit or Path(junit).is_dir():
                 raise InputError(f"--junit '{junit}': not a file's name; give one")
             check_writable(Path(junit).absolute().parent)
+            check_own_file(Path(junit), b"<testsuite", "check")
         planned, corrected = pipeline.generate(job, progress)
     summary = job_summary(planned, corrected)
     if junit is not None:

@@ -1,19 +1,22 @@
 """Whose files are in an output folder: a command replaces what it has written itself, and nothing else.
 
-A folder's ``report.json`` tells which command wrote it and about what. A program that has lost its report, in a run
-that was killed, tells by its own header or by the provenance beside it.
+A folder's record (``report.json``, ``heat.json``, ``whatif.json``) tells which command wrote it and about what. It is
+written first and removed last, so that a killed run leaves none of the files that it vouches for without it. A program
+that has lost its report in such a run tells by its own header or by the provenance beside it.
 """
 
 import json
 import os
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import MOST_TABLE_BYTES, read_regular
 
 REPORT = "report.json"
+HEAT = "heat.json"
 _PROGRAM_LINE = re.compile(rb"^/PROG[ \t]+([A-Za-z0-9_-]+)", re.MULTILINE)
 
 
@@ -26,9 +29,10 @@ def check_job_folder(folder: Path, command: str, name: str, program: str) -> Non
         name: The job's.
         program: The file of its program.
     """
-    _check_report(folder, command, name)
-    if os.path.lexists(folder / program) and not (command == "generate" and _is_generated(folder / program)):
-        raise _refusal(folder, f"{program} in it is not what cgen {command} wrote; move it away, or")
+    is_own = command == "generate" and _contains(folder / program, b'= "compgen ')
+    _check_report(folder, command, name, () if is_own else (program, "report.html", "waypoints.csv"))
+    if not is_own:
+        _check_foreign(folder, command, [program])
 
 
 def check_correction_folder(folder: Path, content: bytes, program: str, provenance: str) -> None:
@@ -42,9 +46,26 @@ def check_correction_folder(folder: Path, content: bytes, program: str, provenan
     """
     match = _PROGRAM_LINE.search(content, 0, 4000)
     name = match[1].decode("ascii") if match else Path(program).stem
-    _check_report(folder, "correct", name)
-    if os.path.lexists(folder / program) and not os.path.lexists(folder / provenance):
-        raise _refusal(folder, f"{program} in it is not what cgen correct wrote; move it away, or")
+    _check_report(folder, "correct", name, ("report.html", "positions.csv"))
+    if not os.path.lexists(folder / provenance):
+        _check_foreign(folder, "correct", [program])
+
+
+def check_heat_folder(folder: Path, name: str) -> None:
+    """Raises InputError when a folder has files that ``heat`` of a path would replace wrongly.
+
+    Args:
+        folder: Where results go.
+        name: The job's.
+    """
+    if not os.path.lexists(folder / HEAT):
+        _check_foreign(folder, "heat", ["heat.csv", "heat.html", "runs.csv"])
+        return
+    record = read_record(folder / HEAT)
+    if "rise_K" not in record:
+        _check_foreign(folder, "heat", [HEAT])
+    if record.get("name") != name:
+        raise _refusal(folder, f"it holds what cgen heat wrote about {str(record.get('name'))[:40]!a};")
 
 
 def check_restored(folder: Path, program: str, planned: bytes) -> None:
@@ -58,54 +79,80 @@ def check_pages_folder(folder: Path, files: set[str], own_names: set[str]) -> No
     """Raises InputError when a folder has files that ``pages`` would replace and has not written."""
     if os.path.lexists(folder / REPORT):
         raise _refusal(folder, f"it holds the {REPORT} of another command;")
-    foreign = next((name for name in sorted(files - own_names) if os.path.lexists(folder / name)), None)
-    if foreign:
-        raise _refusal(folder, f"{foreign} in it is not what cgen pages wrote; move it away, or")
+    _check_foreign(folder, "pages", sorted(files - own_names))
 
 
-def check_planned_poses(folder: Path, name: str) -> None:
-    """Raises InputError when somebody has filled measurements into the poses that would be planned anew."""
+def check_planned_poses(folder: Path, program: str) -> None:
+    """Raises InputError when poses that are planned anew would replace another robot's, or measurements.
+
+    Args:
+        folder: Where results go.
+        program: The file that drives to the poses.
+    """
+    if not _contains(folder / program, b'= "poses to measure"'):
+        _check_foreign(folder, "plan-poses", [program, "poses.csv", "expected.csv"])
     try:
-        lines = read_regular(folder / name).splitlines()[1:]
+        lines = read_regular(folder / "poses.csv").splitlines()[1:]
     except FileNotFoundError:
         return
     except OSError:
         lines = [b"?"]
     if not all(line.endswith(b",,,") for line in lines):
-        raise _refusal(folder, f"{name} in it has measurements; move it away, or")
+        raise _refusal(folder, "poses.csv in it has measurements; move it away, or")
 
 
 def check_identified(target: Path) -> None:
-    """Raises InputError when a robot file, or the report beside it, is there that ``identify`` has not written."""
-    mend = "move it away, or give another file with -o"
-    try:
-        if os.path.lexists(target) and b"\n[identified]" not in read_regular(target):
-            raise InputError(f"{target}: it is there and not what cgen identify wrote; {mend}")
-        report = target.with_suffix(".json")
-        if os.path.lexists(report) and "held_out_um" not in json.loads(read_regular(report)):
-            raise InputError(f"{report}: it is there and not what cgen identify wrote; {mend}")
-    except (OSError, ValueError, TypeError, RecursionError):
-        raise InputError(f"{target}: it or its .json is there and cannot be read; {mend}") from None
+    """Raises InputError when a robot file, or a report beside it, is there that ``identify`` has not written."""
+    foreign = target if os.path.lexists(target) and not _contains(target, b"\n[identified]", MOST_TABLE_BYTES) else None
+    for stem in (target.stem, f"{target.stem}_refused"):
+        report, page = target.with_name(f"{stem}.json"), target.with_name(f"{stem}.html")
+        if "held_out_um" not in read_record(report):
+            foreign = foreign or next((file for file in (report, page) if os.path.lexists(file)), None)
+    if foreign:
+        raise InputError(
+            f"{foreign}: it is there and not what cgen identify wrote; move it away, or give another file with -o"
+        )
 
 
-def _check_report(folder: Path, command: str, name: str) -> None:
+def check_own_file(file: Path, marker: bytes, command: str) -> None:
+    """Raises InputError when a file that shall be written is there, and is neither empty nor of the command's kind."""
+    is_empty = file.is_file() and not file.stat().st_size
+    if os.path.lexists(file) and not is_empty and not _contains(file, marker):
+        raise InputError(f"{file}: it is there and not what cgen {command} wrote; move it away, or give another file")
+
+
+def _check_report(folder: Path, command: str, name: str, others: Iterable[str]) -> None:
+    """Raises InputError for the report of another command or job, or for ``others`` that no report vouches for."""
     if not os.path.lexists(folder / REPORT):
+        _check_foreign(folder, command, others)
         return
     author = _author(folder / REPORT)
     if author is None:
-        raise _refusal(folder, f"{REPORT} in it is not what cgen {command} wrote; move it away, or")
-    if author != (command, name):
+        _check_foreign(folder, command, [REPORT])
+    elif author != (command, name):
         raise _refusal(folder, f"it holds what cgen {author[0]} wrote about {author[1][:40]};")
+
+
+def _check_foreign(folder: Path, command: str, names: Iterable[str]) -> None:
+    """Raises InputError for the first of some files that is there: nothing says that a command wrote it."""
+    foreign = next((name for name in names if os.path.lexists(folder / name)), None)
+    if foreign:
+        raise _refusal(folder, f"{foreign} in it is not what cgen {command} wrote; move it away, or")
+
+
+def read_record(file: Path) -> dict[str, Any]:
+    """A JSON object; an empty one where the file holds none."""
+    try:
+        record = json.loads(read_regular(file))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return record if isinstance(record, dict) else {}
 
 
 def _author(report: Path) -> tuple[str, str] | None:
     """The command that wrote a report, and what about; None where no command of these did."""
-    try:
-        record: Any = json.loads(read_regular(report))
-        name = record["name"]
-        keys = set(record)
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    record = read_record(report)
+    name, keys = record.get("name"), set(record)
     if not isinstance(name, str) or not name.isprintable():
         return None
     if {"unsafe", "positions"} <= keys:
@@ -115,10 +162,10 @@ def _author(report: Path) -> tuple[str, str] | None:
     return None
 
 
-def _is_generated(program: Path) -> bool:
-    """Whether a program's header says that ``generate`` made it."""
+def _contains(file: Path, marker: bytes, first: int = 400) -> bool:
+    """Whether a file's first bytes hold what only a command writes."""
     try:
-        return b'= "compgen ' in read_regular(program)[:400]
+        return marker in read_regular(file)[:first]
     except OSError:
         return False
 

@@ -51,7 +51,8 @@ def plan_poses(
 
     arm = load_arm(robot)
     folder = output_folder(f"{arm.robot.name}_poses", output)
-    check_planned_poses(folder, "poses.csv")
+    program = program_name(f"{arm.robot.name}_poses", arm.robot.controller.name_length)
+    check_planned_poses(folder, f"{program}.LS")
     reach = float(np.abs(arm.robot.a).sum() + np.abs(arm.robot.d).sum()) / MM
     box_mm = _numbers("--box", box, 6) if box is not None else [-reach] * 3 + [reach] * 3
     low, high = np.array(box_mm[:3]), np.array(box_mm[3:])
@@ -76,11 +77,10 @@ def plan_poses(
     with show_progress(quiet) as progress:
         plan = pose_planning.plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
     pendant = np.round(arm.robot.to_pendant(plan.theta) / DEG, 3)
-    name = program_name(f"{arm.robot.name}_poses", arm.robot.controller.name_length)
     files = {
+        f"{program}.LS": measuring_program(program, "poses to measure", checked_date(date), pendant, wait),
         "poses.csv": poses_csv(pendant, len(reflectors_mm)),
         "expected.csv": expected_csv(model.parameters, plan),
-        f"{name}.LS": measuring_program(name, "poses to measure", checked_date(date), pendant, wait),
     }
     publish(folder, {}, files, set(files))
     if not quiet:

@@ -62,7 +62,8 @@ def publish(
         folder: Made when absent.
         programs: Name to content, whole or in parts, of what the run is for: programs, a robot file. The last of
             several is the one that needs the others.
-        reports: Name to content of what describes them.
+        reports: Name to content of what describes them, first the record that tells whose files these are: it is
+            written before the others and removed after them.
         own_names: Names that belong to this run; those not in the files vanish, everything else in the folder stays.
 
     Raises:
@@ -165,7 +166,7 @@ def _rename_to_new(stage: Path, target: Path) -> None:
 
 def _replace_files(stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str]) -> None:
     """Rename the files in: old reports go, programs take the place of the old ones, new reports follow."""
-    gone = sorted(own_names - {*programs} | {*reports})
+    gone = [*sorted(own_names - {*programs, *reports}), *reversed(reports)]
     if programs and any(name.endswith(".LS") for name in [*programs[:-1], *gone]):
         (target / programs[-1]).unlink(missing_ok=True)  # a main program never stands beside others' pages
     for name in gone:

@@ -1,7 +1,6 @@
 """The command that varies anything, and answers what people ask of a path's warmth."""
 
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -52,12 +51,12 @@ def whatif(
     _check(questions or [], within_um, bool(vary or scenario_list))
     study = build(path, robot, overrides or (), vary or (), scenario_list, correct) if vary or scenario_list else None
     folder = output_folder(path, output, "_whatif")
-    if not fresh:
-        folder = study_folder(folder, study.identity if study else None, set(questions or []), output is not None)
+    identity = study.identity if study else None
+    folder = study_folder(folder, path, identity, set(questions or []), output is not None, fresh)
     answers = answer_questions(path, robot, overrides or [], questions or [], within_um * UM, pass_paths or [], feeds)
     rows = run_scenarios(study, folder, workers, cluster, fresh, quiet) if study else []
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
-    files = study_files(f"What if: {Path(path).stem}", study, rows, answers)
+    files = study_files(path, overrides or (), study, rows, answers)
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))

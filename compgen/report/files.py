@@ -1,6 +1,9 @@
-"""The files of a run by their names, whole or in parts; who wants them on a disk writes them."""
+"""The files of a run by their names, whole or in parts; who wants them on a disk writes them.
 
-from collections.abc import Iterable
+The first is the record that tells whose the others are.
+"""
+
+from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
 from compgen.core.files import PROVENANCE
@@ -20,9 +23,9 @@ from compgen.report.waypoints_csv import waypoints_blocks
 def job_reports(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
     """The reports of a planned program, or of a corrected one."""
     return {
-        "waypoints.csv": waypoints_blocks(planned, corrected),
-        "report.html": job_html(planned, corrected),
         "report.json": job_json(planned, corrected),
+        "report.html": job_html(planned, corrected),
+        "waypoints.csv": waypoints_blocks(planned, corrected),
     }
 
 
@@ -45,15 +48,17 @@ def correction_files(correction: Correction, name: str, with_program: bool) -> d
     return files
 
 
-def study_files(title: str, study: Study | None, rows: list[Row], answers: list[Answer]) -> dict[str, bytes]:
-    """The tables and the page of a study, and of the answers to its questions."""
-    files = {f"{answer.key}.csv": answer_csv(answer) for answer in answers}
-    if study is not None:
-        files |= {
-            "whatif.csv": study_csv(study, rows),
-            "whatif.json": study_json(study, rows, study_sentences(study, rows, answers)),
-        }
-    return files | {"whatif.html": study_html(title, study, rows, answers)}
+def study_files(
+    path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], answers: list[Answer]
+) -> dict[str, bytes]:
+    """The tables and the page of a study of a path file, and of the answers to its questions."""
+    sentences = study_sentences(study, rows, answers)
+    return {
+        "whatif.json": study_json(path, overrides, study, rows, sentences),
+        **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
+        **{f"{answer.key}.csv": answer_csv(answer) for answer in answers},
+        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers),
+    }
 
 
 def study_sentences(study: Study | None, rows: list[Row], answers: list[Answer]) -> list[str]:

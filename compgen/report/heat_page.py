@@ -1,7 +1,10 @@
-"""The temperatures of a job's day, and the error of each run: as a page, CSV tables and sentences."""
+"""The temperatures of a job's day, and the error of each run: as a page, CSV tables, JSON and sentences."""
+
+import json
 
 import numpy as np
 
+from compgen import __version__
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Timeline
@@ -22,6 +25,35 @@ def runs_csv(job: Job, day: Timeline) -> bytes:
     rows = np.column_stack([day.run, day.error / UM, day.residual / UM, day.run_rise])
     lines = [",".join([str(n), *(f"{v:.6g}" for v in row)]) for n, row in enumerate(rows, 1)]
     return "\n".join([head, *lines, ""]).encode()
+
+
+def heat_json(job: Job, day: Timeline) -> bytes:
+    """The day in numbers, and whose it is; docs/heat.md has the keys."""
+    names = job.heat.names
+    data = {
+        "schema": 1,
+        "name": job.name,
+        "title": job.title,
+        "start_s": day.start,
+        "duration_s": float(day.time[-1]),
+        "rise_K": {
+            "start": dict(zip(names, day.run_rise[0].tolist())),
+            "end": dict(zip(names, day.rise[-1].tolist())),
+        },
+        "runs": {
+            "count": len(day.run),
+            "error_max_um": float(day.error.max() / UM),
+            "residual_max_um": float(day.residual.max() / UM),
+        },
+        "provenance": {
+            "compgen": __version__,
+            "inputs_sha256": job.inputs_hash,
+            "robot": job.robot.name,
+            "robot_file": {"path": job.robot_file, "sha256": job.robot_file_hash},
+            "overrides": list(job.overrides),
+        },
+    }
+    return (json.dumps(data, indent=2, allow_nan=False) + "\n").encode()
 
 
 def heat_sentences(job: Job, day: Timeline) -> list[str]:

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -44,14 +45,16 @@ def column_names(study: Study, rows: list[Row]) -> list[str]:
     return [*names, "reason"]
 
 
-def study_json(study: Study, rows: list[Row], sentences: list[str]) -> bytes:
-    """Study, answers and scenarios as JSON."""
+def study_json(
+    path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], sentences: list[str]
+) -> bytes:
+    """Study, answers and scenarios as JSON; without a study, where only questions are asked, no scenarios."""
     data = {
         "schema": 1,
-        "path": study.path,
-        "study_sha256": study.identity,
-        "keys": list(study.keys),
-        "overrides": list(study.base),
+        "path": path,
+        "study_sha256": study.identity if study else None,
+        "keys": list(study.keys) if study else [],
+        "overrides": list(overrides),
         "answers": sentences,
         "scenarios": rows,
     }

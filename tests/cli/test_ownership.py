@@ -1,0 +1,133 @@
+"""A command replaces what it has written itself about the same thing, and nothing else."""
+
+import json
+import shutil
+
+import pytest
+from command_line import refused, run
+from shipped import ROOT
+
+from compgen.cli import publish
+
+LINE_Y, LINE_X = (ROOT / "paths" / f"{name}.toml" for name in ("line_y", "line_x"))
+ASK = ("--ask", "contributions", "-q")
+
+
+def content(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+@pytest.fixture(scope="module")
+def heated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("heat") / "o"
+    assert run("heat", LINE_Y, "-q", "-o", folder).returncode == 0
+    return folder
+
+
+def test_heat_keeps_another_paths_day(heated):
+    before = content(heated)
+    assert set(before) == {"heat.json", "heat.csv", "runs.csv", "heat.html"}
+    refused(run("heat", LINE_X, "-q", "-o", heated), 2, "cgen heat wrote about 'line_y'", "-o")
+    assert content(heated) == before
+    assert run("heat", LINE_Y, "-q", "-o", heated, "--set", "before.0.duration_h=1").returncode == 0  # its own
+    assert content(heated).keys() == before.keys()
+    assert content(heated)["heat.json"] != before["heat.json"]
+
+
+@pytest.mark.parametrize("name", ["heat.csv", "runs.csv", "heat.html", "heat.json"])
+def test_heat_keeps_what_it_has_not_written(name, tmp_path):
+    (tmp_path / name).write_text("{}")
+    refused(run("heat", LINE_Y, "-q", "-o", tmp_path), 2, f"{name} in it is not what cgen heat wrote", "-o")
+    assert content(tmp_path) == {name: b"{}"}
+
+
+def test_heat_says_the_day_in_numbers(heated):
+    day = json.loads((heated / "heat.json").read_text())
+    assert (day["schema"], day["name"], day["runs"]["count"]) == (1, "line_y", 1)
+    assert set(day["rise_K"]["start"]) == set(day["rise_K"]["end"])
+    assert day["runs"]["residual_max_um"] == 0 < day["runs"]["error_max_um"]
+    assert len(day["provenance"]["robot_file"]["sha256"]) == 64
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("generate", "report.html"),
+        ("generate", "waypoints.csv"),
+        ("predict", "waypoints.csv"),
+        ("predict", "LINE_Y.LS"),
+    ],
+)
+def test_a_job_keeps_what_no_report_vouches_for(command, name, tmp_path):
+    (tmp_path / name).write_text("of somebody else")
+    refused(run(command, LINE_Y, "-q", "-o", tmp_path), 2, f"{name} in it is not what cgen {command} wrote", "-o")
+    assert content(tmp_path) == {name: b"of somebody else"}
+
+
+def test_questions_keep_another_paths_answers(tmp_path):
+    out = tmp_path / "o"
+    assert run("whatif", LINE_Y, *ASK, "-o", out).returncode == 0
+    before = content(out)
+    assert set(before) == {"whatif.json", "whatif.html", "contributions.csv"}
+    refused(run("whatif", LINE_X, *ASK, "-o", out), 2, "another study", "-o")
+    assert content(out) == before
+    assert run("whatif", LINE_Y, *ASK, "-o", out).returncode == 0  # its own
+
+
+@pytest.mark.parametrize("more", [(), ("--fresh",)])
+def test_a_study_keeps_what_no_study_has_written(more, tmp_path):
+    (tmp_path / "contributions.csv").write_text("of somebody else")
+    refused(run("whatif", LINE_Y, *ASK, "-o", tmp_path, *more), 2, str(tmp_path), "-o")
+    assert content(tmp_path) == {"contributions.csv": b"of somebody else"}
+
+
+@pytest.mark.parametrize("name", ["expected.csv", "M710IC50_POSES.LS"])
+def test_planned_poses_keep_what_they_have_not_written(name, tmp_path):
+    (tmp_path / name).write_text("of somebody else")
+    refused(run("plan-poses", "m710ic50", "-n", "12", "-q", "-o", tmp_path), 2, f"{name} in it is not what")
+    assert content(tmp_path) == {name: b"of somebody else"}
+
+
+def test_planned_poses_keep_another_robots(tmp_path):
+    assert run("plan-poses", "m710ic50", "-n", "12", "-q", "-o", tmp_path).returncode == 0
+    before = content(tmp_path)
+    assert set(before) == {"M710IC50_POSES.LS", "poses.csv", "expected.csv"}
+    refused(run("plan-poses", "ur5", "-n", "12", "-q", "-o", tmp_path), 2, "poses.csv in it is not what", "-o")
+    assert content(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind"),
+    [(("schema", "path", "-o"), "schema"), (("check", "paths/line_y.toml", "-q", "--junit"), "check")],
+)
+def test_a_single_file_replaces_only_its_kind(arguments, kind, tmp_path):
+    file = tmp_path / "plate.toml"
+    shutil.copy(LINE_Y, file)
+    refused(run(*arguments, file), 2, "plate.toml", f"not what cgen {kind} wrote")
+    assert file.read_bytes() == LINE_Y.read_bytes()
+    file.write_bytes(b"")  # as mktemp leaves it
+    for _ in range(2):
+        assert run(*arguments, file).returncode == 0
+    assert len(file.read_bytes()) > 100
+
+
+def test_the_record_is_there_whenever_another_report_is(tmp_path, monkeypatch):
+    """A killed run leaves no report of which nothing tells whose it is."""
+    reports = {"report.json": b"1", "page.html": b"1", "a.csv": b"1"}
+    publish.publish(tmp_path, {}, reports, {*reports})
+    (tmp_path / "notes.txt").write_text("of somebody else")
+    states = []
+
+    def watched(of):
+        def step(self, *arguments, **how):
+            done = of(self, *arguments, **how)
+            states.append({p.name for p in tmp_path.iterdir()} & {*reports})
+            return done
+
+        return step
+
+    for name in ("replace", "unlink"):
+        monkeypatch.setattr(publish.Path, name, watched(getattr(publish.Path, name)))
+    publish.publish(tmp_path, {}, {name: b"2" for name in reports}, {*reports})
+    assert set() in states
+    assert all("report.json" in state for state in states if state)
