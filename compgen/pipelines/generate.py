@@ -1,6 +1,5 @@
 """The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.optimise import Solution, Status
 from compgen.compensation.problem import Problem
 from compgen.core.arrays import Array, IntArray, frozen
-from compgen.core.evaluation import run_in_background
+from compgen.core.evaluation import Background, run_in_background
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.units import UM
@@ -54,7 +53,7 @@ class Planned:
     motion: DirectionState  # where joints and TCP come from, at each waypoint
     trajectory: Trajectory
     rise: Array  # (N, K) [K]
-    twin_result: Callable[[], tuple[Deviation, WrittenMotion]]  # waits for the twin that drives the uncorrected text
+    twin_result: Background[tuple[Deviation, WrittenMotion]]  # of the twin that drives the uncorrected text
     findings: tuple[Finding, ...]
     rows: IntArray  # which of the waypoints that were planned these are
 
@@ -64,11 +63,11 @@ class Planned:
         Raises:
             TwinError: The twin cannot drive it.
         """
-        return self.twin_result()[0]
+        return self.twin_result.result()[0]
 
     def written(self) -> WrittenMotion:
         """Of the uncorrected text; waits as well."""
-        return self.twin_result()[1]
+        return self.twin_result.result()[1]
 
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""

@@ -19,10 +19,19 @@ from compgen.core.evaluation.codegen import c_source, identity
 from compgen.core.evaluation.compiler import Compiler, find_compiler, load_function
 from compgen.core.evaluation.interpreter import BLOCK, IndexedRows, Rows, instructions_of, run
 from compgen.core.evaluation.ownership import kept_with
-from compgen.core.evaluation.threads import map_blocks, map_rows, parallel_for, run_in_background, set_workers
+from compgen.core.evaluation.threads import (
+    Background,
+    map_blocks,
+    map_rows,
+    parallel_for,
+    run_in_background,
+    set_workers,
+    stop_background,
+)
 
 __all__ = [
     "BLOCK",
+    "Background",
     "Compiler",
     "IndexedRows",
     "Rows",
@@ -34,6 +43,7 @@ __all__ = [
     "map_rows",
     "parallel_for",
     "run_in_background",
+    "stop_background",
 ]
 
 #: below so many rows compiling is not worth the wait; which way a row goes depends on the inputs only

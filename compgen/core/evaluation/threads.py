@@ -7,7 +7,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -39,12 +39,19 @@ def _enter_pool() -> None:
     _this_thread.in_pool = True
 
 
+def _raise_if_cancelled() -> None:
+    cancelled = getattr(_this_thread, "cancelled", None)
+    if cancelled is not None and cancelled.is_set():
+        raise Cancelled
+
+
 def parallel_for(count: int, body: Callable[[int, int], None]) -> None:
     """Call ``body(start, stop)`` over all rows of a count, in whole blocks, a share of them on each worker."""
     blocks = -(-count // BLOCK)
     workers = min(_available_workers(), max(1, blocks // MIN_BLOCKS_PER_WORKER))
     if workers <= 1:
         for start in range(0, count, MAX_ROWS_PER_CALL):
+            _raise_if_cancelled()
             body(start, min(count, start + MAX_ROWS_PER_CALL))
         return
     ranges = RANGES_PER_WORKER * workers
@@ -58,7 +65,9 @@ def map_blocks(count: int, function: Callable[[int, int], T], rows: int = 2 * BL
     starts = range(0, count, rows)
     workers = _available_workers()
     if workers == 1 or len(starts) < 2:
-        yield from (function(start, min(count, start + rows)) for start in starts)
+        for start in starts:
+            _raise_if_cancelled()
+            yield function(start, min(count, start + rows))
         return
     with ThreadPoolExecutor(workers, initializer=_enter_pool) as pool:
         pending: deque[Future[T]] = deque()
@@ -95,27 +104,76 @@ def map_rows(function: Callable[..., Array], *rows: Array) -> Array:
     return out
 
 
-def run_in_background(task: Callable[[], T], rows: int) -> Callable[[], T]:
+class Background(Generic[T]):
+    """A task on a thread of its own, or done already; it pickles as what it returns."""
+
+    def __init__(self) -> None:
+        """Nothing runs yet."""
+        self._future: Future[T] = Future()
+        self._thread: threading.Thread | None = None
+        self._cancelled = threading.Event()
+
+    def result(self) -> T:
+        """What the task returns, as often as wanted: waits for its end, and raises what it raised."""
+        if self._thread is not None:
+            self._thread.join()
+        return self._future.result()
+
+    def run(self, task: Callable[[], T]) -> None:
+        """Run the task on this thread."""
+        before = vars(_this_thread).copy()
+        _enter_pool()
+        _this_thread.cancelled = self._cancelled
+        try:
+            self._future.set_result(task())
+        except (Exception, Cancelled) as exception:  # raised again where the result is asked for
+            self._future.set_exception(exception)
+        finally:
+            vars(_this_thread).clear()
+            vars(_this_thread).update(before)
+
+    def start(self, task: Callable[[], T]) -> None:
+        """Run the task on a thread of its own: a daemon, an interrupted command does not wait for it."""
+        self._thread = threading.Thread(target=self.run, args=(task,), name="background", daemon=True)
+        for thread in [thread for thread in _running if not thread.is_alive()]:
+            del _running[thread]
+        _running[self._thread] = self._cancelled
+        self._thread.start()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _done, (self.result(),)
+
+
+class Cancelled(BaseException):
+    """Nobody wants the result of a task any more. Not an Exception, which the task may handle."""
+
+
+_running: dict[threading.Thread, threading.Event] = {}  # those that have ended among them
+
+
+def _done(result: T) -> Background[T]:
+    task: Background[T] = Background()
+    task.run(lambda: result)
+    return task
+
+
+def run_in_background(task: Callable[[], T], rows: int) -> Background[T]:
     """Start a task of so many rows on a thread of its own; at once and here where it is small or there is one worker.
 
     Returns:
-        Call it for the result, as often as wanted: it waits, and raises what the task raised.
+        Ask it for the result.
     """
-    future: Future[T] = Future()
-
-    def run() -> None:
-        _enter_pool()
-        try:
-            future.set_result(task())
-        except Exception as exception:  # raised again where the result is asked for
-            future.set_exception(exception)
-
+    background: Background[T] = Background()
     if _available_workers() == 1 or rows < MIN_BACKGROUND_ROWS:
-        in_pool = getattr(_this_thread, "in_pool", False)
-        try:
-            run()
-        finally:
-            _this_thread.in_pool = in_pool
-    else:  # a daemon: an interrupted command does not wait for it
-        threading.Thread(target=run, name="background", daemon=True).start()
-    return future.result
+        background.run(task)
+    else:
+        background.start(task)
+    return background
+
+
+def stop_background() -> None:
+    """End all tasks in the background, at the next block of rows of each, and wait for that."""
+    for cancelled in _running.values():
+        cancelled.set()
+    while _running:
+        _running.popitem()[0].join()
