@@ -9,7 +9,7 @@ from rich.table import Table
 from compgen.identification.identify import Identification
 from compgen.report.identification_summary import identification_summary
 
-MOST_PARAMETERS = 20  # that are printed, the best known first
+MOST_PARAMETERS = 20  # that are printed, those that move the tool most first
 
 
 def show_identification(identified: Identification) -> None:
@@ -27,9 +27,9 @@ def show_identification(identified: Identification) -> None:
     console.print(table)
     coverage = ", ".join(f"{joint} {100 * c['share']:.0f} %" for joint, c in summary["coverage"].items())
     console.print(f"condition {summary['condition']}; coverage of the joints: {coverage}")
-    known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["told"])
+    known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["moves_um"])
     for p in known[:MOST_PARAMETERS]:
-        console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}")
+        console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}, moves the tool by {p['moves_um']:.0f} um")
     if len(known) > MOST_PARAMETERS:
         console.print(f"and {len(known) - MOST_PARAMETERS} more, see the report")
     for finding in summary["findings"]:
@@ -43,7 +43,7 @@ def show_validation(summary: dict[str, Any]) -> None:
     table = Table("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm")
     rows = [*summary["targets"].items(), *summary["states"].items(), ("overall", summary["overall"])]
     if summary["set_aside"]:
-        rows.append(("with rows set aside", summary["all_rows"]))
+        rows.append(("all rows", summary["all_rows"]))
     for target, arms in rows:
         for arm, errors in arms.items():
             statistics = (f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))

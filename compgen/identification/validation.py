@@ -85,16 +85,21 @@ def validate(
     check_plausible(robot, nominal if frames is None else identified, data, frames)
     if frames is None:
         check_row_count(data)
-        frames, distances, outlier = _with_fitted_frames(nominal, identified, data)
+        nothing = np.zeros(0, dtype=bool)
+        robust = fit(identified, data, nothing)
+        frames = robust.frames
+        residual = _residual(identified, data, frames)
+        rows = data.subset(~robust.outlier) if robust.outlier.mean() <= MOST else data
+        own_frames = fit(nominal, rows, nothing, robust=False).frames
+        uncorrected = _residual(nominal, data, own_frames)
     else:
-        distances = [_distances(model, data, frames) for model in (nominal, identified)]
-        scale = float(np.median(distances[1])) / MEDIAN
-        outlier = (distances[1] / scale) ** 2 > outlier_threshold(len(data.pose)) if scale > 0 else distances[1] > 0
+        uncorrected, residual = (_residual(model, data, frames) for model in (nominal, identified))
+    distances = [np.linalg.norm(r, axis=1) for r in (uncorrected, residual)]
+    outlier = far_rows(data, residual)
     findings = []
-    if len(outlier) < FEWEST or outlier.mean() > MOST:
-        if outlier.any() and len(outlier) >= FEWEST:
-            message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
-            findings.append(Finding(Level.WARNING, "outliers", message))
+    if outlier.mean() > MOST:
+        message = f"{int(outlier.sum())} of {len(outlier)} rows lie far from the others: too many to set aside"
+        findings.append(Finding(Level.WARNING, "outliers", message))
         outlier = np.zeros_like(outlier)
     findings += _named(data, distances[1], outlier)
     kept = np.where(outlier, 0.0, distances[1])
@@ -105,26 +110,31 @@ def validate(
     return Validation(data, frames, distances[0], distances[1], outlier, tuple(findings))
 
 
-def _with_fitted_frames(
-    nominal: ArmModel, identified: ArmModel, data: Measurements
-) -> tuple[InstrumentFrames, list[Array], BoolArray]:
-    """Frames that fit best without the rows set aside, distances by both arms, and those rows."""
-    nothing = np.zeros(0, dtype=bool)
-    robust = fit(identified, data, nothing)
-    if len(data.pose) < FEWEST or robust.outlier.mean() > MOST:
-        identified_fit, nominal_fit = (fit(model, data, nothing, robust=False) for model in (identified, nominal))
-        return identified_fit.frames, [_distances(nominal, data, nominal_fit.frames),
-                                       _distances(identified, data, identified_fit.frames)], robust.outlier  # fmt: skip
-    kept = data.subset(~robust.outlier)
-    nominal_fit = fit(nominal, kept, nothing, robust=False)
-    distances = [_distances(nominal, data, nominal_fit.frames), _distances(identified, data, robust.frames)]
-    return robust.frames, distances, robust.outlier
+def far_rows(data: Measurements, residual: Array) -> BoolArray:
+    """Rows too far off to be noise, beside most rows and beside the others of their own pose, (N,).
+
+    What the model leaves is shared by the reflectors of a pose, what an instrument misreads is not. The scale is that
+    of the median; noise alone reaches the threshold with a chance of 1 % anywhere in the data.
+    """
+    distance = np.linalg.norm(residual, axis=1)
+    scale = float(np.median(distance)) / MEDIAN
+    if len(distance) < FEWEST or scale == 0:
+        return np.zeros(len(distance), dtype=bool)
+    threshold = scale * np.sqrt(outlier_threshold(len(distance)))
+    far: BoolArray = np.asarray(distance > threshold)
+    for n in np.flatnonzero(far).tolist():
+        others = np.flatnonzero(data.pose == data.pose[n])
+        others = others[others != n]
+        if len(others) >= 2:
+            shared = np.median(residual[others], axis=0)
+            far[n] = np.linalg.norm(residual[n] - shared) > threshold
+    return far
 
 
-def _distances(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> Array:
-    """Distance of each row from where the arm is predicted, (N,) [m]."""
+def _residual(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> Array:
+    """Each row's measured place less where the arm is predicted, (N, 3) [m]."""
     position, rotation = model.pose(data, np.zeros(0))
-    return np.asarray(np.linalg.norm(data.position - frames.predict(data, position, rotation), axis=1))
+    return np.asarray(data.position - frames.predict(data, position, rotation))
 
 
 def _named(data: Measurements, distance: Array, outlier: BoolArray) -> list[Finding]:

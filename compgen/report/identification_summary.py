@@ -10,6 +10,7 @@ from compgen.core.arrays import BoolArray
 from compgen.core.findings import Level
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identify import Identification
+from compgen.identification.parameter_moves import largest_moves
 from compgen.identification.validation import Validation, statistics
 
 WARM = 0.5  # [K] from which a pose counts as hot
@@ -18,6 +19,7 @@ WARM = 0.5  # [K] from which a pose counts as hot
 def identification_summary(identification: Identification) -> dict[str, Any]:
     """Everything an identification found, in plain types; units as the keys name them."""
     best, data = identification.selected, identification.data
+    moves = dict(zip(np.flatnonzero(best.fit.active).tolist(), largest_moves(identification.model, best.fit).tolist()))
     terms = identification.model.parameters
     low, high = best.cross_validation.interval()
     span = np.ptp(data.theta, axis=0) / DEG
@@ -57,6 +59,7 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
                 "name": t.name,
                 "value": _nine_digits(best.fit.p[k] / t.unit),
                 "sigma": _nine_digits(best.fit.sigma[k] / t.unit),
+                "moves_um": _um(moves[k]),
                 "told": round(float(best.fit.gamma[k]), 4),
                 "held_by_prior": k in identification.identifiability.held_by_prior,
             }
