@@ -17,11 +17,11 @@ from compgen.cli.options import (
     PathFile,
     Quiet,
     Workers,
-    checked_date,
     output_folder,
 )
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_writable, write_file
+from compgen.core.dates import checked_date
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 

@@ -6,13 +6,22 @@ from pathlib import Path
 
 from compgen.cli.messages import print_note_once
 from compgen.core import evaluation
+from compgen.core.evaluation import Compiler
 from compgen.core.exceptions import InputError
 
 
 def use_machine(workers: int | None) -> None:
-    """Compile what is evaluated over many rows where there is a compiler, and share rows out over the cores.
+    """Compile what is evaluated over many rows where there is a compiler, and share rows out over the cores."""
+    evaluation.configure(*find_machine(workers), print_note_once)
+
+
+def find_machine(workers: int | None) -> tuple[Compiler | None, int]:
+    """The compiler, or None where there is none, and how many threads: all cores unless said otherwise.
 
     Compiled functions are kept in ``$XDG_CACHE_HOME/compgen`` (``~/.cache/compgen``); ``$CC`` names another compiler.
+
+    Raises:
+        InputError: A variable of the environment is no folder or no command, or others can write into the folder.
     """
     count = workers if workers is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
@@ -23,5 +32,4 @@ def use_machine(workers: int | None) -> None:
         shlex.split(command or "")
     except ValueError as failure:
         raise InputError(f"CC: '{command}' is no command: {failure}; mend the variable, or unset it") from None
-    compiler = evaluation.find_compiler(Path(cache) / "compgen", command)
-    evaluation.configure(compiler, count, print_note_once)
+    return evaluation.find_compiler(Path(cache) / "compgen", command), count

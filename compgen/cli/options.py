@@ -1,7 +1,5 @@
 """Arguments and options that several commands share, and the checks of their values."""
 
-import re
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -38,14 +36,3 @@ def output_folder(path: str, output: str | None, suffix: str = "") -> Path:
     folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}{suffix}"
     publish.check_writable(folder.absolute())
     return folder
-
-
-def checked_date(date: str) -> str:
-    """A date as a program's header has it."""
-    try:
-        if not re.fullmatch(r"\d\d-\d\d-\d\d", date):
-            raise ValueError
-        datetime.strptime(f"20{date}", "%Y-%m-%d")
-    except ValueError:
-        raise InputError(f"--date {date}: not a date YY-MM-DD, as in 26-01-31") from None
-    return date

@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.options import DEFAULT_DATE, Date, Quiet, checked_date, output_folder
+from compgen.cli.options import DEFAULT_DATE, Date, Quiet, output_folder
 from compgen.cli.ownership import check_planned_poses
 from compgen.cli.publish import publish
+from compgen.core.dates import checked_date
 from compgen.core.exceptions import InputError
 
 

@@ -1,4 +1,4 @@
-"""The scenarios and the questions of a study: computed, kept on disk as they come, shown on a bar."""
+"""The scenarios of a study: computed, kept on disk as they come, shown on a bar."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,60 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from compgen.cli import study_journal
 from compgen.core import interrupts
-from compgen.core.exceptions import InputError
-from compgen.core.units import MM
-from compgen.pipelines.job import Job
-from compgen.pipelines.path_file import load_job
-from compgen.pipelines.study import Answer, Row, Study, ask, run
-from compgen.pipelines.study.questions import passes
-
-
-def answer_questions(
-    path: str,
-    robot: str | None,
-    overrides: list[str],
-    questions: list[str],
-    limit: float,
-    pass_paths: list[str],
-    feeds: str | None,
-) -> list[Answer]:
-    """The answer to each question, asked once.
-
-    Args:
-        path: The path file in question.
-        robot: Robot name or file; None for what the path file says.
-        overrides: ``key=value`` for the path in question.
-        questions: Their names.
-        limit: The X of the questions [m].
-        pass_paths: Path files of the passes; the path in question when empty.
-        feeds: Feeds for the passes, as typed [mm/s].
-    """
-    answers = []
-    for question in dict.fromkeys(questions):
-        if question == "passes":
-            answers.append(_answer_passes(path, robot, overrides, limit, pass_paths or [path], feeds))
-        else:
-            answers.append(ask(question, load_job(path, robot, overrides), limit))
-    return answers
-
-
-def _answer_passes(
-    path: str, robot: str | None, overrides: list[str], limit: float, pass_paths: list[str], feeds: str | None
-) -> Answer:
-    def overrides_of(file: str) -> list[str]:
-        return overrides if file == path else []
-
-    def at_feed(job: Job, feed: float) -> Job:
-        file = files[job.source]
-        return load_job(file, robot, [*overrides_of(file), f"process.feed_mm_s={feed / MM!r}"])
-
-    jobs = [load_job(file, robot, overrides_of(file)) for file in pass_paths]
-    files = {job.source: file for job, file in zip(jobs, pass_paths)}
-    try:
-        speeds = [float(feed) * MM for feed in feeds.split(",")] if feeds else []
-    except ValueError:
-        raise InputError(f"--feeds {feeds}: not numbers; give mm/s as in 20,100,200") from None
-    return passes(jobs, speeds or [jobs[0].feed * share for share in (0.25, 0.5, 1)], at_feed, limit)
+from compgen.pipelines.study import Row, Study, run
 
 
 def run_scenarios(study: Study, folder: Path, workers: int, cluster: str | None, fresh: bool, quiet: bool) -> list[Row]:

@@ -10,7 +10,6 @@ from compgen.cli.messages import print_error
 from compgen.cli.options import JobRobot, OutputFolder, Overrides, PathFile, Quiet, output_folder
 from compgen.cli.publish import publish
 from compgen.cli.study_folder import QUESTIONS, own_files, study_folder
-from compgen.core.exceptions import InputError
 
 
 def whatif(
@@ -43,12 +42,13 @@ def whatif(
     quiet: Quiet = False,
 ) -> None:
     """Vary any key, predict (and correct) every scenario, answer questions. Finished scenarios are kept."""
-    from compgen.cli.study_run import answer_questions, run_scenarios
+    from compgen.cli.study_run import run_scenarios
     from compgen.core.units import UM
     from compgen.pipelines.study import build
+    from compgen.pipelines.study.answers import answer_questions, check_study
     from compgen.report.files import study_files, study_sentences
 
-    _check(questions or [], within_um, bool(vary or scenario_list))
+    check_study(questions or [], within_um, bool(vary or scenario_list))
     study = build(path, robot, overrides or (), vary or (), scenario_list, correct) if vary or scenario_list else None
     folder = output_folder(path, output, "_whatif")
     identity = study.identity if study else None
@@ -65,13 +65,3 @@ def whatif(
         sys.stdout.write(f"wrote {', '.join(sorted([*journal, *files]))} to {folder}\n")
     if rows and all(row["state"] == "failed" for row in rows):
         raise typer.Exit(print_error(f"every scenario failed: {rows[0]['reason']}", 1))
-
-
-def _check(questions: list[str], within_um: float, varied: bool) -> None:
-    for question in questions:
-        if question not in QUESTIONS:
-            raise InputError(f"--ask {question}: unknown; known: {', '.join(QUESTIONS)}")
-    if not 0 < within_um < 1e6:
-        raise InputError(f"--within-um {within_um:g}: must be above 0; give micrometres")
-    if not (questions or varied):
-        raise InputError("nothing to study; give --vary KEY=V1,V2, --list FILE.csv or --ask QUESTION")

@@ -1,6 +1,7 @@
 """TOML files to checked tables: defaults, overrides, and one line for whatever is wrong."""
 
 import difflib
+import json
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -80,6 +81,17 @@ def override(data: dict[str, Any], assignment: str, option: str) -> None:
             table[last] = value
     except (IndexError, ValueError, TypeError, AttributeError):
         raise InputError(f"--set {_short(option)}: there is no '{_short(key.strip())}' in the file to set") from None
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML in one line: booleans, numbers, text, lists and tables of them."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(toml_value(v) for v in value) + "]"
+    return json.dumps(value) if isinstance(value, str) else repr(value)
 
 
 def _entry(rows: list[Any], step: str) -> Any:

@@ -8,7 +8,9 @@ belongs to it and ends with it (``ownership``).
 """
 
 import ctypes
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -27,6 +29,7 @@ from compgen.core.evaluation.threads import (
     run_in_background,
     set_workers,
     stop_background,
+    worker_count,
 )
 
 __all__ = [
@@ -36,6 +39,7 @@ __all__ = [
     "IndexedRows",
     "Rows",
     "configure",
+    "configured",
     "evaluate",
     "find_compiler",
     "kept_with",
@@ -50,6 +54,7 @@ __all__ = [
 MIN_COMPILED_ROWS = 2048
 
 _compiler: Compiler | None = None
+_configuring = threading.RLock()
 
 
 def _ignore(note: str) -> None:
@@ -70,6 +75,19 @@ def configure(compiler: Compiler | None, workers: int = 1, notify: Callable[[str
     global _compiler, _notify
     _compiler, _notify = compiler, notify
     set_workers(workers)
+
+
+@contextmanager
+def configured(compiler: Compiler | None, workers: int, notify: Callable[[str], None] = _ignore) -> Iterator[None]:
+    """``configure`` for a while, by one thread at a time; what runs in the background when it is left ends there."""
+    with _configuring:
+        before = _compiler, worker_count(), _notify
+        configure(compiler, workers, notify)
+        try:
+            yield
+        finally:
+            stop_background()
+            configure(*before)
 
 
 def evaluate(function: Any, *rows: Rows, exact: bool = False) -> tuple[Array, ...]:

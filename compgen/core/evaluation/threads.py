@@ -31,6 +31,11 @@ def set_workers(count: int) -> None:
     _worker_count = max(1, count)
 
 
+def worker_count() -> int:
+    """How many threads share work."""
+    return _worker_count
+
+
 def _available_workers() -> int:
     return 1 if getattr(_this_thread, "in_pool", False) else _worker_count
 

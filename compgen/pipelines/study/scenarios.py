@@ -14,7 +14,7 @@ from compgen import __version__
 from compgen.core.csv_table import read_csv
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.files import read_regular
-from compgen.core.toml import suggest
+from compgen.core.toml import suggest, toml_value
 from compgen.pipelines.path_file import load_job
 
 MOST = 100_000
@@ -136,18 +136,7 @@ def _values(text: str) -> list[str]:
         table: list[Any] = tomllib.loads(f"x = [{text}]")["x"]
     except (ValueError, RecursionError):
         return [json.dumps(word.strip()) for word in text.split(",") if word.strip()]
-    return [_toml(value) for value in table]
-
-
-def _toml(value: Any) -> str:
-    """A value as TOML in one line."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(k)} = {_toml(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(_toml(v) for v in value) + "]"
-    return json.dumps(value) if isinstance(value, str) else repr(value)
+    return [toml_value(value) for value in table]
 
 
 def _listed(file: str) -> tuple[list[str], list[list[str]]]:

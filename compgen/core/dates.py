@@ -1,0 +1,18 @@
+"""The date that a program's header has: an argument, never the clock's."""
+
+import re
+from calendar import monthrange
+
+from compgen.core.exceptions import InputError
+
+
+def checked_date(date: str) -> str:
+    """A date YY-MM-DD.
+
+    Raises:
+        InputError: It is none.
+    """
+    match = re.fullmatch(r"([0-9]{2})-(0[1-9]|1[0-2])-([0-9]{2})", date)
+    if match is None or not 1 <= int(match[3]) <= monthrange(2000 + int(match[1]), int(match[2]))[1]:
+        raise InputError(f"--date {date}: not a date YY-MM-DD, as in 26-01-31")
+    return date
