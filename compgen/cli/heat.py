@@ -32,4 +32,5 @@ def heat(
     publish(folder, {}, files, set(files))
     if not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in heat_sentences(job, day)))
+        sys.stdout.write("".join(f"{finding.level.value}: {finding.message}\n" for finding in job.unlikely))
         sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")

@@ -43,6 +43,7 @@ def plan_poses(
     from compgen.cli.pose_plan_files import expected_csv, poses_csv, show_pose_plan
     from compgen.cli.progress_bar import show_progress
     from compgen.core.units import DEG, MM, UM
+    from compgen.core.unlikely import unlikely_lengths
     from compgen.fanuc import program_name
     from compgen.fanuc.measuring_program import measuring_program
     from compgen.identification import pose_planning
@@ -68,6 +69,9 @@ def plan_poses(
             raise InputError(f"{name} {value:g}: must be {smallest:g} to {largest:g}")
     reflectors_mm = np.array([_numbers("--reflector", r, 3) for r in reflectors or ["60 0 100"]])
     stand = None if instrument is None else np.array(_numbers("--instrument", instrument, 3)) * MM
+    lengths = [("--reflector", r, _numbers("--reflector", r, 3)) for r in reflectors or []]
+    lengths += [("--instrument", instrument, _numbers("--instrument", instrument, 3))] if instrument else []
+    lengths += [("--box", box, box_mm)] if box else []
     site = pose_planning.Site(np.array([low, high]) * MM, reflectors_mm * MM, stand, view * DEG, noise * UM, share)
     parts = [
         p
@@ -85,7 +89,8 @@ def plan_poses(
     }
     publish(folder, {}, files, set(files))
     if not quiet:
-        show_pose_plan(model.parameters, plan, folder, sorted(files))
+        unlikely = [*arm.unlikely, *(f for given in lengths for f in unlikely_lengths(*given))]
+        show_pose_plan(model.parameters, plan, folder, sorted(files), unlikely)
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from compgen.core.arrays import Array
 from compgen.core.csv_table import text_cell
+from compgen.core.findings import Finding
 from compgen.identification.model import FreeParameter
 from compgen.identification.pose_planning import PosePlan
 
@@ -26,17 +27,22 @@ def expected_csv(terms: Sequence[FreeParameter], plan: PosePlan) -> bytes:
     """Each parameter's uncertainty before and after the measurement."""
     lines = ["parameter,prior_sigma,expected_sigma"]
     for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
-        name = text_cell(f'"{term.name}"' if "," in term.name else term.name)
+        name = text_cell(term.name)
+        name = f'"{name}"' if "," in name else name
         lines.append(f"{name},{prior / term.unit:.6g},{sigma / term.unit:.6g}")
     return ("\n".join(lines) + "\n").encode()
 
 
-def show_pose_plan(terms: Sequence[FreeParameter], plan: PosePlan, folder: Path, files: list[str]) -> None:
-    """Print how well each parameter will be known, and the files."""
+def show_pose_plan(
+    terms: Sequence[FreeParameter], plan: PosePlan, folder: Path, files: list[str], findings: Sequence[Finding]
+) -> None:
+    """Print how well each parameter will be known, findings, and the files."""
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
     table = Table("parameter", "sigma before", "expected after", "known")
     for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
         known = 100 * (1 - (sigma / prior) ** 2)
         table.add_row(term.name, f"{prior / term.unit:.4g}", f"{sigma / term.unit:.4g}", f"{known:.0f} %")
     console.print(table)
+    for finding in findings:
+        console.print(f"{finding.level.value}: {finding.message}")
     console.print(f"{len(plan.theta)} poses; wrote {', '.join(files)} to {folder}")

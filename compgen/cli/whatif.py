@@ -45,7 +45,7 @@ def whatif(
     from compgen.cli.study_run import run_scenarios
     from compgen.core.units import UM
     from compgen.pipelines.study import build
-    from compgen.pipelines.study.answers import answer_questions, check_study
+    from compgen.pipelines.study.answers import answer_questions, base_findings, check_study
     from compgen.report.files import study_files, study_sentences
 
     check_study(questions or [], within_um, bool(vary or scenario_list))
@@ -60,6 +60,8 @@ def whatif(
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
+        for finding in base_findings(path, robot, overrides or []):
+            sys.stdout.write(f"{finding.level.value}: {finding.message}\n")
         for row in [row for row in rows if row["state"] == "failed"][:10]:
             sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")
         sys.stdout.write(f"wrote {', '.join(sorted([*journal, *files]))} to {folder}\n")

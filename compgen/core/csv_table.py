@@ -91,7 +91,7 @@ def quote_cell(cell: str, otherwise: str = "the cell") -> str:
 
 def text_cell(text: str) -> str:
     """A text for a cell of a file that is written: a spreadsheet shall not take it for a formula."""
-    if not text.startswith(("=", "+", "-", "@", "\t", "\r")) or _NUMBER.fullmatch(text):
+    if not text.startswith(("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")) or _NUMBER.fullmatch(text):
         return text
     return f"'{text}"
 

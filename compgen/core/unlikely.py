@@ -2,16 +2,18 @@
 
 A rule holds keys whose values cannot sensibly be so small, and why:
 
-- tools, arms and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres;
+- tools, arms, frames and patterns are centimetres to metres: one all of whose lengths are below 3 mm is in metres;
+- a pattern lies around no place within 100 mm of the J1 axis: a coordinate below 3 mm there is in metres;
+- a tool lifts by millimetres: 0.02 is metres;
 - materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;
 - tools travel at 1 mm/s or more: 0.2 is m/s; robots turn at 12 deg/s or more at their fastest: 3 is rad/s;
 - an angle of a tool, a frame or an arm that is a multiple of pi/4 to three digits is in radians.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import pi
+from math import hypot, pi
 from typing import Any
 
 from compgen.core.findings import Finding, Level
@@ -27,15 +29,19 @@ class _Rule:
     expected: str
 
 
+_SHORT = 3  # mm: of no arm, tool, frame or pattern
 _RULES = (
-    _Rule(r"(tool\.[xyz]|dh\.[ad]|identified\.reflector)_mm(\.\w+)?", True, 3, 1e3, "metres", "mm"),
-    _Rule(r"path\.(length|diameter|size)_mm|boundary\.\w+_mm", False, 3, 1e3, "metres", "mm"),
+    _Rule(r"(tool|u(frame|tool)\.\d+)\.[xyz]_mm", True, _SHORT, 1e3, "metres", "mm"),
+    _Rule(r"(dh\.[ad]|identified\.(reflector|instrument))_mm(\.\w+)?", True, _SHORT, 1e3, "metres", "mm"),
+    _Rule(r"process\.lift_mm", False, 0.1, 1e3, "metres", "mm"),
+    _Rule(r"path\.(length|diameter|size)_mm|boundary\.\w+_mm", False, _SHORT, 1e3, "metres", "mm"),
     _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 1e-3, 1e6, "1/K", "um/m/K"),
     _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 0.1, 1e3, "mm/m/K", "um/m/K"),
     _Rule(r"(process|before|cycle|after)\.feed_mm_s", False, 1, 1e3, "m/s", "mm/s"),
     _Rule(r"limits\.speed_deg_s", True, 12, 180 / pi, "rad/s", "deg/s"),
 )
-_ANGLES = r"tool\.([wpr]|spin)_deg|dh\.alpha_deg|pendant\.offset_deg"
+_ANGLES = r"(tool|u(frame|tool)\.\d+)\.([wpr]|spin)_deg|dh\.alpha_deg|pendant\.offset_deg"
+_AT_AXIS = 100  # mm from the J1 axis: no pattern has its centre there
 _RIGHT = 2e-3  # rad: how near to a multiple of pi/4 three digits come
 
 
@@ -52,11 +58,25 @@ def unlikely_values(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
             key, value = max(group, key=lambda pair: abs(pair[1]))
             if 0 < abs(value) < rule.least:
                 findings.setdefault(key, _finding(file, key, value, rule.factor, rule.unit, rule.expected))
+    centre = {key: value for key, _, value in values if key in ("path.x_mm", "path.y_mm")}
+    small = {key: value for key, value in centre.items() if 0 < abs(value) < _SHORT}
+    if small and hypot(*centre.values()) < _AT_AXIS:
+        key = max(small, key=lambda key: abs(small[key]))
+        findings.setdefault(key, _finding(file, key, small[key], 1e3, "metres", "mm"))
     for key, plain, value in values:
         multiple = round(value / (pi / 4))
         if re.fullmatch(_ANGLES, plain) and 1 <= abs(multiple) <= 8 and abs(value - multiple * pi / 4) < _RIGHT:
             findings.setdefault(key, _finding(file, key, value, 180 / pi, "radians", "deg"))
     return tuple(findings.values())
+
+
+def unlikely_lengths(option: str, text: str, lengths: Sequence[float]) -> tuple[Finding, ...]:
+    """A warning where the lengths of an option [mm] were probably given in metres."""
+    if not 0 < max(map(abs, lengths)) < _SHORT:
+        return ()
+    meant = " ".join(f"{1e3 * length:.4g}" for length in lengths)
+    message = f"{option} '{text}': did you mean '{meant}'? it looks like metres, it is in mm"
+    return (Finding(Level.WARNING, "units.unlikely", message),)
 
 
 def _finding(file: str, key: str, value: float, factor: float, unit: str, expected: str) -> Finding:

@@ -19,9 +19,11 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.findings import Finding
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import brief_value
 from compgen.core.units import DEG, MM
+from compgen.core.unlikely import unlikely_values
 
 Pose = tuple[Array, Array]  # position (3,) [m], rotation (3, 3)
 _KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
@@ -36,6 +38,7 @@ class Frames:
 
     uframe: dict[int, Pose]
     utool: dict[int, Pose]
+    unlikely: tuple[Finding, ...] = ()  # values that look like another unit's
 
 
 def default_frames() -> Frames:
@@ -57,7 +60,7 @@ def load_frames(path: str) -> Frames:
         raise InputError(f"{path}: cannot be read: {reason}; give a frames table (.toml or SYSFRAME.VA)") from None
     base = default_frames()
     loaded = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
-    return Frames({**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool})
+    return Frames({**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool}, loaded.unlikely)
 
 
 def _from_toml(text: str, path: str) -> Frames:
@@ -70,12 +73,11 @@ def _from_toml(text: str, path: str) -> Frames:
             raise InputError(f"{path}: {key}: unknown key; give [uframe.N] and [utool.N]")
         if not isinstance(data[key], dict):
             raise InputError(f"{path}: {key}: must be a table; give [{key}.N]")
-    return Frames(
-        *(
-            {_index(n, kind, path): _pose(t, f"{kind}.{n}", path) for n, t in data.get(kind, {}).items()}
-            for kind in ("uframe", "utool")
-        )
+    uframe, utool = (
+        {_index(n, kind, path): _pose(t, f"{kind}.{n}", path) for n, t in data.get(kind, {}).items()}
+        for kind in ("uframe", "utool")
     )
+    return Frames(uframe, utool, unlikely_values(data, path))
 
 
 def _index(text: str, kind: str, path: str) -> int:

@@ -143,7 +143,8 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
 
 def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
-    plan = plan_motion(job, job.feed, progress, pages)
+    with job_findings.asking_units(job):
+        plan = plan_motion(job, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.position)
     rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)

@@ -1,10 +1,14 @@
 """What the user must know of a run beside its bounds: limits that bind, speeds below feed, clocks that differ."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 from compgen import fanuc
 from compgen.compensation.optimise import Solution, Status
 from compgen.core.arrays import row_norms, step_lengths
+from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MM, UM
 from compgen.fanuc import Program
@@ -15,6 +19,17 @@ from compgen.verification.written_motion import WrittenMotion
 
 CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
 FEED_ERROR = 0.01  # of a written speed, above which it is a finding
+
+
+@contextmanager
+def asking_units(job: Job) -> Iterator[None]:
+    """What the robot cannot do may be due to a value in another unit: its question follows the message."""
+    try:
+        yield
+    except ImpossibleError as failure:
+        if job.unlikely:
+            failure.args = (f"{failure}; {job.unlikely[0].message}",)
+        raise
 
 
 def limited(solution: Solution) -> list[Finding]:

@@ -36,6 +36,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
         "title": job.title,
         "start_s": day.start,
         "duration_s": float(day.time[-1]),
+        "findings": [finding.record() for finding in job.unlikely],
         "rise_K": {
             "start": dict(zip(names, day.run_rise[0].tolist())),
             "end": dict(zip(names, day.rise[-1].tolist())),

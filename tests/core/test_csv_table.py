@@ -148,7 +148,7 @@ def test_numbers_that_no_unit_makes_plausible_are_refused(tmp_path, number):
     assert "is beyond 5; mend it" in refusal(table.numbers, "x", largest=5)
 
 
-@pytest.mark.parametrize("text", ["=cmd|' /C calc'!A0", "@SUM(A1)", "+cmd", "-2+3", "\t=1", "\r=1", "-"])
+@pytest.mark.parametrize("text", ["=cmd|' /C calc'!A0", "@SUM(A1)", "+cmd", "-2+3", "\t=1", "\r=1", "-", "\n=1", "＝1"])
 def test_a_text_is_no_formula(text):
     assert text_cell(text) == f"'{text}"
 

@@ -3,12 +3,14 @@
 import tomllib
 
 import pytest
-from command_line import run
+from command_line import refused, run
+from ls_text import at, program
 from shipped import ROOT
 
 from compgen.core.findings import Level
 from compgen.core.toml import override
-from compgen.core.unlikely import unlikely_values
+from compgen.core.unlikely import unlikely_lengths, unlikely_values
+from compgen.fanuc.frames import load_frames
 
 ROBOT = (ROOT / "robots/m710ic50.toml").read_text()
 PATH = (ROOT / "paths/line_y.toml").read_text()
@@ -22,6 +24,8 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
         (PATH, "tool.w_deg=3.1416", "did you mean 180? it looks like radians, the key is in deg"),
         (PATH, "tool.spin_deg=-1.571", "did you mean -90"),
         (PATH, "path.length_mm=1.3", "did you mean 1300?"),
+        (PATH, "path.x_mm=1.35", "path.x_mm = 1.35: did you mean 1350? it looks like metres, the key is in mm"),
+        (PATH, "process.lift_mm=0.02", "did you mean 20?"),
         (PATH, "process.feed_mm_s=0.2", "did you mean 200? it looks like m/s, the key is in mm/s"),
         (PATH, "before.0.feed_mm_s=0.2", "before.0.feed_mm_s = 0.2: did you mean 200?"),
         (ROBOT, "thermal.cte_um_m_K=12e-6", "did you mean 12? it looks like 1/K, the key is in um/m/K"),
@@ -44,12 +48,76 @@ def test_what_looks_like_another_unit_is_asked_about(text, assignment, meant):
 @pytest.mark.parametrize(
     "assignment",
     ["tool={x_mm=0.12,z_mm=250}", "tool={z_mm=0}", "tool={w_deg=3}", "tool={p_deg=0.02}", "process.feed_mm_s=1",
-     "path.stepover_mm=0.5", "path.x_mm=0"],
+     "path.stepover_mm=0.5", "path.x_mm=0", "path={x_mm=2,y_mm=1200,z_mm=1}", "process.lift_mm=0"],
 )  # fmt: skip
 def test_small_values_that_are_meant_are_not(assignment):
     data = tomllib.loads(PATH)
     override(data, assignment, assignment)
     assert unlikely_values(data, "a.toml") == ()
+
+
+FRAMES = """\
+[uframe.1]
+x_mm = 1.2
+y_mm = 0
+z_mm = -0.3
+w_deg = 0
+p_deg = 0
+r_deg = 1.5708
+[utool.1]
+x_mm = 0
+y_mm = 0
+z_mm = 250
+w_deg = 0
+p_deg = 0
+r_deg = 90
+"""
+
+
+def test_frames_in_metres_and_radians_are_asked_about(tmp_path):
+    source = tmp_path / "frames.toml"
+    source.write_text(FRAMES)
+    length, angle = (finding.message for finding in load_frames(str(source)).unlikely)
+    assert "uframe.1.x_mm = 1.2: did you mean 1200?" in length
+    assert "uframe.1.r_deg = 1.5708: did you mean 90?" in angle
+    source.write_text(FRAMES.replace("x_mm = 1.2", "x_mm = 1200").replace("1.5708", "90"))
+    assert load_frames(str(source)).unlikely == ()
+
+
+def test_a_correction_reports_it(tmp_path):
+    (tmp_path / "f.toml").write_text(FRAMES.replace("1.5708", "90"))
+    (tmp_path / "T.LS").write_bytes(program(["J P[1] 10% FINE"], [at(1, (10, 20, -15, 30, -60, 45))]))
+    frames = ("--frames", tmp_path / "f.toml")
+    told = run("correct", tmp_path / "T.LS", "--robot", "m710ic50", *frames, "-o", tmp_path / "o")
+    assert "uframe.1.x_mm = 1.2: did you mean 1200?" in " ".join(told.stdout.split())
+    assert "units.unlikely" in (tmp_path / "o" / "report.json").read_text()
+
+
+@pytest.mark.parametrize(
+    "option", [("--reflector", "0.06 0 0.1"), ("--instrument", "2.5 0 1"), ("--box", "0.5 -1 -1 1.5 1 1")]
+)
+def test_lengths_of_options_in_metres_are_asked_about(option, tmp_path):
+    lengths = [float(v) for v in option[1].split()]
+    (finding,) = unlikely_lengths(*option, lengths)
+    assert finding.message.startswith(f"{option[0]} '{option[1]}': did you mean '{1e3 * lengths[0]:g} ")
+    assert unlikely_lengths(*option, [1e3 * v for v in lengths]) == ()
+
+
+def test_poses_to_measure_report_it(tmp_path):
+    told = run("plan-poses", "m710ic50", "-n", "12", "--reflector", "0.06 0 0.1", "-o", tmp_path)
+    assert "--reflector '0.06 0 0.1': did you mean '60 0 100'?" in " ".join(told.stdout.split())
+
+
+def test_what_the_robot_cannot_do_is_explained_by_it(tmp_path):
+    result = run("predict", "paths/line_y.toml", "--set", "path.x_mm=1.35", "-q", "-o", tmp_path / "o")
+    refused(result, 3, "waypoint", "path.x_mm = 1.35: did you mean 1350?")
+
+
+def test_the_day_and_a_study_report_it(tmp_path):
+    for command in (("heat",), ("whatif", "--ask", "contributions")):
+        told = run(*command, "paths/line_y.toml", "--set", "tool.z_mm=0.25", "-o", tmp_path / command[0])
+        assert "warning: " in told.stdout
+        assert "tool.z_mm = 0.25: did you mean 250?" in told.stdout
 
 
 def test_nothing_that_is_shipped_is_asked_about():

@@ -65,6 +65,7 @@ def correct(
         TwinError: The proof cannot be made.
     """
     progress("reading", 0.0)
+    cell = replace(cell, unlikely=(*cell.unlikely, *frames.unlikely))
     planned = program = loads(data)
     still = motionless_programs(program, find_program)
     plan = _plan_correction(program, cell, frames, before, options, still, progress)

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.findings import Finding
 from compgen.core.units import MM
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
@@ -20,6 +21,14 @@ def check_study(questions: Sequence[str], within_um: float, varied: bool) -> Non
         raise InputError(f"--within-um {within_um:g}: must be above 0; give micrometres")
     if not (questions or varied):
         raise InputError("nothing to study; give --vary KEY=V1,V2, --list FILE.csv or --ask QUESTION")
+
+
+def base_findings(path: str, robot: str | None, overrides: Sequence[str]) -> tuple[Finding, ...]:
+    """What looks like another unit's in the files that all scenarios share; none where only scenarios can be read."""
+    try:
+        return load_job(path, robot, overrides).unlikely
+    except CompgenError:
+        return ()
 
 
 def answer_questions(
