@@ -62,6 +62,17 @@ def joint_box_findings(robot: Robot, joint_box: Array | None, theta: Array) -> l
     return [Finding(Level.WARNING, "sources.box", message)]
 
 
+def joint_halves(model: ErrorModel, theta: Array) -> Array:
+    """How far each joint's half-width moves the TCP at joints theta (N, 6) [rad], (N, 6) [m]."""
+    N = len(theta)
+    rows = np.repeat(np.arange(N), 7)
+    sides = np.tile(np.vstack([np.zeros(6), np.eye(6)]), (N, 1))
+    cold = np.zeros((len(rows), model.actual.size1_in(1)))
+    place, _ = model.actual_pose(theta[rows], cold, DirectionState(sides, np.zeros((len(rows), 3))))
+    place = place.reshape(N, 7, 3)
+    return np.asarray(np.linalg.norm(place[:, 1:] - place[:, :1], axis=2))
+
+
 def settling(sources: Sequence[Source], model: ErrorModel, theta: Array) -> tuple[Array, float]:
     """How far joints and TCP must move at joints theta (6,) [rad] until where they came from no longer matters.
 

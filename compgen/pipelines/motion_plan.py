@@ -17,10 +17,11 @@ from compgen.core.findings import Progress
 from compgen.core.units import DEG
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
-from compgen.error_model.validity import settling
+from compgen.error_model.validity import joint_halves, settling
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.pipelines.job import Job
 from compgen.planning import retiming, toolpath
+from compgen.planning.exact_path import MAX_SPACING
 from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
@@ -29,6 +30,7 @@ from compgen.robot.kinematics import flange_pose
 from compgen.thermal import JointMotion
 
 FIRST_PIECES = 8  # of a pattern: they say to which side its joints turn first
+COARSE = 1e-3  # [m] chord of the path on which reversals are looked for
 LEAST_TURN = 0.2 * DEG  # of each joint on a lead-in, also where the robot file knows of no play
 
 
@@ -84,9 +86,56 @@ def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
 
 
+def leads_in(job: Job) -> bool:
+    """Whether the program runs play through before the tool touches: as the job says, else where the robot has play."""
+    return reversal_widths(job.sources) is not None if job.lead_in is None else job.lead_in
+
+
+def run_in_length(job: Job) -> float:
+    r"""How long before the part each sweep must begin for its joints' reversals to be over on the part [m].
+
+    By its half-width joint i moves the TCP by b_i; where it reverses, that blends over w_i / \|theta_i'\| of way. Of
+    the joints that reverse off the part and ask the correction for more than a quarter of its rate, 2 b_i / the blend,
+
+        L = 2 sum_i b_i / rate + 3 max_i w_i / \|theta_i'\|
+
+    Zero for a robot without play, or where the arm cannot drive the path.
+    """
+    widths = reversal_widths(job.sources)
+    motion = coarse_motion(job) if widths is not None else None
+    if widths is None or motion is None:
+        return 0.0
+    path, theta = motion
+    slope = np.diff(theta, axis=0) / np.diff(path.arc)[:, None]
+    on, S = path.contact, len(slope)
+    leaves, enters = (np.flatnonzero(edge) for edge in (on[:-1] & ~on[1:], ~on[:-1] & on[1:]))
+    enters = enters[enters > leaves[0]] + 1 if len(leaves) else enters[:0]
+    if not len(enters):
+        return 0.0
+    leaves = leaves[np.searchsorted(leaves, enters) - 1]
+    before, after = slope[np.maximum(leaves - 1, 0)], slope[np.minimum(enters, S - 1)]
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    half = joint_halves(model, theta[enters])
+    steep = (before * after < 0) & (2 * half * np.abs(after) > job.settings.rate / 4 * widths.joint)
+    blend = np.where(steep, widths.joint / np.maximum(np.abs(after), 1e-12), 0.0)
+    return float((2 * np.where(steep, half, 0.0).sum(axis=1) / job.settings.rate + 3 * blend.max(axis=1)).max())
+
+
+def coarse_motion(job: Job) -> tuple[ToolPath, Array] | None:
+    """The pattern with as few waypoints as show its joints, and these, (N, 6) [rad]; None where the arm cannot."""
+    path = toolpath.plan_tool_path(
+        job.pattern, job.surface, job.boundary, spin=job.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING
+    )
+    flange = inverse_kinematics.flange_from_tool(path.position, path.rotation, job.tool_position, job.tool_rotation)
+    try:
+        return path, joint_path.follow_branch(job.robot, *flange, job.posture)
+    except ImpossibleError:
+        return None
+
+
 def _lead_in(job: Job, model: ErrorModel) -> LeadIn | None:
     """The lead-in that a job asks for, or that its robot's play asks for; None where it comes down the tool axis."""
-    if job.lift == 0 or not (reversal_widths(job.sources) is not None if job.lead_in is None else job.lead_in):
+    if job.lift == 0 or not leads_in(job):
         return None
     beginning = toolpath.plan_tool_path(
         job.pattern.subset(np.arange(min(FIRST_PIECES, len(job.pattern.poly)))), job.surface, job.boundary,

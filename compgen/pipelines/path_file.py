@@ -12,16 +12,25 @@ import numpy as np
 from compgen import __version__
 from compgen.compensation.tables import settings_of
 from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Level
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, override, read_toml, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
 from compgen.pipelines.day_plan import plan
 from compgen.pipelines.job import Job
-from compgen.pipelines.motion_plan import plan_written_motion
+from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
 from compgen.pipelines.schema import PathFile
-from compgen.planning.tables import boundary_from_table, pattern_from_table, surface_from_table
+from compgen.planning.boundaries import Boundary
+from compgen.planning.tables import (
+    MAX_LEAD,
+    AnyPattern,
+    RasterTable,
+    boundary_from_table,
+    pattern_from_table,
+    surface_from_table,
+)
 from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, Duty, tables
 from compgen.thermal.drive_losses import mean_losses
@@ -29,6 +38,7 @@ from compgen.thermal.log_fit import fit_log
 from compgen.thermal.network import NetworkModel
 from compgen.verification.tables import bounds_of
 
+RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
 HISTORY = ("before", "cycle", "after", "shift", "ambient", "log")
 
 
@@ -128,6 +138,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         robot_file_hash=cell.robot_file_hash,
         unlikely=(*unlikely_values(path_data, str(source)), *cell.unlikely),
     )
+    job = _with_run_in(job, path.path, boundary)
     parts = [
         tables.steps_of(rows, name, str(source), job.feed)
         for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
@@ -143,6 +154,24 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
     if isinstance(job.heat, NetworkModel):
         loss, _ = mean_losses(job.robot, job.heat.drives, plan_written_motion(job, job.feed).joint_motion)
     return replace(job, heat=fit_log(read, job.heat, loss).heat)
+
+
+def _with_run_in(job: Job, table: AnyPattern, boundary: Boundary | None) -> Job:
+    """The job with its sweeps begun so early that play is run through off the part."""
+    if not (isinstance(table, RasterTable) and leads_in(job)):
+        return job
+    wanted = min(run_in_length(job) / MM, MAX_LEAD)
+    for lead in np.ceil(np.arange(wanted, table.lead_mm, -RUN_IN_STEP)):  # as far as the arm reaches
+        pattern, _ = pattern_from_table(table.model_copy(update={"lead_mm": lead}), boundary, job.source)
+        longer = replace(job, pattern=pattern)
+        if coarse_motion(longer) is None:
+            continue
+        message = (
+            f"sweeps run {lead:.0f} mm past the edge, not {table.lead_mm:g} (path.lead_mm), to run play through there"
+        )
+        finding = Finding(Level.NOTE, "path.lead_in", f"{message}; process.lead_in = false keeps them short")
+        return replace(longer, unlikely=(*job.unlikely, finding))
+    return job
 
 
 def find_program(name: str, path_file: str) -> str:

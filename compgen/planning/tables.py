@@ -14,6 +14,7 @@ from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 
 MAX_SWEEPS = 1e4
+MAX_LEAD = 50.0  # mm
 
 
 class PatternTable(Table):
@@ -69,8 +70,8 @@ class RasterTable(PatternTable):
     """Distance between neighbouring sweeps."""
     diameter_mm: Length | None = None
     """Diameter of the circle that clips the sweeps; without it a boundary must be given."""
-    lead_mm: Annotated[FiniteFloat, Field(ge=0, le=50)] = 5.0
-    """How far each sweep runs past the edge."""
+    lead_mm: Annotated[FiniteFloat, Field(ge=0, le=MAX_LEAD)] = 5.0
+    """How far each sweep runs past the edge; farther where process.lead_in has play to run through."""
     turn: Literal["square", "smooth"] = "square"
     """Way to the next sweep: square stops at both corners, smooth runs on."""
 

@@ -31,6 +31,10 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "verdict": (Verdict.PREDICTED if corrected is None else corrected.verdict).value,
         "before": before,
         "after": after,
+        "on_part": {
+            "before": statistics(planned.deviation(), on_part=True),
+            "after": statistics(corrected.deviation, on_part=True) if corrected else None,
+        },
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
         "bounds": {
             key: value

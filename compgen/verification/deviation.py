@@ -49,6 +49,7 @@ class Deviation:
     error: Array  # (M, 3) [m] base axes
     normal: Array  # (M,) [m] along the tool axis, away from the surface
     extents: dict[str, Extent]  # of COMPONENTS
+    on_part: dict[str, Extent]  # of COMPONENTS where the tool touches; the same for a path that never does
 
     def __post_init__(self) -> None:
         own(self, arc=("M",), time=("M",), error=("M", 3), normal=("M",))
@@ -68,17 +69,25 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
     """
     arc, time, error = np.empty(samples), np.empty(samples), np.empty((samples, 3))
     feed, cross, normal, angle = (np.empty(samples) for _ in range(4))
+    touching = np.empty(samples, dtype=bool)
+    on_part = path.contact[:-1] | path.contact[1:]  # of segments
     begin = 0
     for execution in executions:
         rows = slice(begin, begin + len(execution.time))
         begin, time[rows] = rows.stop, execution.time
+        touching[rows] = on_part[execution.segment]
         arc[rows], error[rows], components = _compare(path, execution)
         feed[rows], cross[rows], normal[rows], angle[rows] = components.T
     weight = _sample_lengths(arc)
     extents = {"total": _extent(row_norms(error), weight, arc)}
     for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle)):
         extents[name] = _extent(np.abs(values), weight, arc)
-    return Deviation(frozen(arc), frozen(time), frozen(error), frozen(normal), extents)
+    touched = extents
+    if touching.any() and not touching.all():
+        sizes = {"total": row_norms(error), "feed": feed, "cross": cross, "normal": normal, "axis_angle": angle}
+        part = weight[touching], arc[touching]
+        touched = {name: _extent(np.abs(values[touching]), *part) for name, values in sizes.items()}
+    return Deviation(frozen(arc), frozen(time), frozen(error), frozen(normal), extents, touched)
 
 
 def _sample_lengths(arc: Array) -> Array:
@@ -165,10 +174,10 @@ def rms(values: Array, weight: Array) -> float:
     return float(np.sqrt(np.sum(square) / np.sum(weight)))
 
 
-def statistics(deviation: Deviation) -> dict[str, dict[str, float]]:
+def statistics(deviation: Deviation, on_part: bool = False) -> dict[str, dict[str, float]]:
     """Largest, 99th percentile and rms of each component: total, feed, cross, normal [um], axis angle [mdeg]."""
     table = {}
-    for name, extent in deviation.extents.items():
+    for name, extent in (deviation.on_part if on_part else deviation.extents).items():
         factor, unit = (MDEG, "mdeg") if name == "axis_angle" else (UM, "um")
         table[name] = {f"{key}_{unit}": getattr(extent, key) / factor for key in ("max", "p99", "rms")}
     return table

@@ -7,7 +7,7 @@ from compgen.verification.verdict import Bounds
 
 
 class BoundsTable(Table):
-    """Largest residual of the written program; the bounds that are given are verified."""
+    """Largest residual of the written program on the part; the bounds that are given are verified."""
 
     max_um: Positive | None = None
     """Largest distance from the target."""

@@ -5,7 +5,7 @@ from enum import StrEnum
 
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MDEG, UM
-from compgen.verification.deviation import COMPONENTS, Deviation
+from compgen.verification.deviation import COMPONENTS, Deviation, Extent
 
 
 class Verdict(StrEnum):
@@ -33,9 +33,33 @@ class Bounds:
 
 
 def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
-    """One finding for each bound that is broken, naming where it is worst; one where there is no bound at all."""
-    total, feed, cross, normal, angle = (deviation.extents[name] for name in COMPONENTS)
-    checks = [
+    """One finding for each bound that is broken on the part, naming where it is worst; one where there is none at all.
+
+    Where the tool is off the part (leads, turns, approach and retract) an error beyond a bound is a note.
+    """
+    findings: list[Finding] = []
+    for level, extents in ((Level.OUTSIDE, deviation.on_part), (Level.NOTE, deviation.extents)):
+        for key, extent, value, bound in _checks(extents, bounds):
+            code = f"bounds.{key}" if level is Level.OUTSIDE else "bounds.off_part"
+            if bound is None or value <= bound or {f.code for f in findings} & {code, f"bounds.{key}"}:
+                continue
+            unit = key.split("_")[1]
+            factor = MDEG if unit == "mdeg" else UM
+            message = f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}"
+            message += f"; worst {extent.where:.3f} m along the path"
+            if level is Level.NOTE:
+                message += ", off the part, where no bound is judged"
+            findings.append(Finding(level, code, message))
+    if bounds == Bounds():
+        message = "[bounds] of the path file gives none: nothing says whether this is good enough; give bounds.max_um"
+        findings.append(Finding(Level.OUTSIDE, "bounds.none", message))
+    return findings
+
+
+def _checks(extents: dict[str, Extent], bounds: Bounds) -> list[tuple[str, Extent, float, float | None]]:
+    """Key, extent, value and bound of each promise."""
+    total, feed, cross, normal, angle = (extents[name] for name in COMPONENTS)
+    return [
         ("max_um", total, total.max, bounds.max),
         ("p99_um", total, total.p99, bounds.p99),
         ("rms_um", total, total.rms, bounds.rms),
@@ -44,15 +68,3 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
         ("normal_um", normal, normal.max, bounds.normal),
         ("axis_mdeg", angle, angle.max, bounds.axis),
     ]
-    findings = []
-    if all(bound is None for *_, bound in checks):
-        message = "[bounds] of the path file gives none: nothing says whether this is good enough; give bounds.max_um"
-        findings.append(Finding(Level.OUTSIDE, "bounds.none", message))
-    for key, extent, value, bound in checks:
-        if bound is not None and not value <= bound:
-            unit = key.split("_")[1]
-            factor = MDEG if unit == "mdeg" else UM
-            message = f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}"
-            message += f"; worst {extent.where:.3f} m along the path"
-            findings.append(Finding(Level.OUTSIDE, f"bounds.{key}", message))
-    return findings

@@ -104,3 +104,24 @@ def test_a_joint_at_rest_forgets_its_side_by_the_digits_of_the_text(robot):
 def test_a_lead_in_needs_a_lift(robot):
     with pytest.raises(InputError, match="lift_mm"):
         load_job(path_file("circle_1300"), robot, (PLAY, "process.lead_in=true", "process.lift_mm=0"))
+
+
+def test_sweeps_begin_so_early_that_their_reversals_are_over_on_the_part(robot):
+    short = (PLAY, "robot.sources.hysteresis.width_mdeg=[200, 200, 200, 200, 200, 200]")
+    small = ("path.diameter_mm=300", "path.stepover_mm=60")
+    plain = load_job(path_file("raster_1300"), robot, (*short, *small, "process.lead_in=false"))
+    job = load_job(path_file("raster_1300"), robot, (*short, *small))
+    assert any(f.code == "path.lead_in" and "not 5 (path.lead_mm)" in f.message for f in job.unlikely)
+    left = []
+    for each in (plain, job):
+        planned, corrected = generate.generate(each, quiet)
+        left.append(np.linalg.norm(corrected.solution.residual[planned.path.contact, :3], axis=1).max())
+        statuses = corrected.solution.status
+    assert left[0] > 2 * UM
+    assert left[1] < 0.3 * UM
+    assert corrected.inside, statuses
+
+
+def test_a_lead_stays_as_short_as_the_reach_asks(robot):
+    job = load_job(path_file("raster_1300"), robot, (PLAY, "path.stepover_mm=100"))
+    plan_motion(job, job.feed, quiet)  # 35 mm more would be out of reach

@@ -1,9 +1,12 @@
 """An execution against the true path, by formulas taken sample by sample and by values sorted whole."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from compgen.core.findings import Level
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
 from compgen.planning import curves, surfaces, toolpath
@@ -119,9 +122,23 @@ def test_each_broken_bound_is_named_with_its_worst_place(path):
     assert [f.code.split(".")[1] for f in broken] == [
         "max_um", "p99_um", "rms_um", "feed_um", "cross_um", "normal_um", "axis_mdeg"
     ]  # fmt: skip
-    table = statistics(deviation)
+    table = statistics(deviation, on_part=True)
     for finding, value in zip(broken, table["total"].values()):
         assert f"{value:.3f} um" in finding.message
     where = deviation.arc[np.argmax(np.abs(deviation.normal))]
     assert f"worst {where:.3f} m" in broken[5].message
     assert f"{table['axis_angle']['max_mdeg']:.3f} mdeg" in broken[6].message
+
+
+def test_what_breaks_a_bound_off_the_part_alone_is_a_note(path):
+    execution = executed(path, 3000)[0]
+    off = ~(path.contact[:-1] | path.contact[1:])[execution.segment]
+    assert 0 < off.sum() < len(off)
+    jump = np.where(off[:, None], [0.0, 0.0, 5e-3], 0.0)
+    apart = deviation_from_path(path, [replace(execution, position=execution.position + jump)], len(execution.time))
+    bounds = Bounds(max=1.01 * apart.on_part["total"].max, normal=1e-6)
+    codes = {f.code: f for f in judge(apart, bounds)}
+    assert codes["bounds.off_part"].level is Level.NOTE
+    assert "bounds.max_um" not in codes
+    assert codes["bounds.normal_um"].level is Level.OUTSIDE
+    assert [f.code for f in judge(apart, Bounds())] == ["bounds.none"]
