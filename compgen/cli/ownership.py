@@ -116,8 +116,7 @@ def check_identified(target: Path) -> None:
 
 def check_own_file(file: Path, marker: bytes, command: str) -> None:
     """Raises InputError when a file that shall be written is there, and is neither empty nor of the command's kind."""
-    is_empty = file.is_file() and not file.stat().st_size
-    if os.path.lexists(file) and not is_empty and not _contains(file, marker):
+    if file.is_file() and file.stat().st_size and not _contains(file, marker):
         raise InputError(f"{file}: it is there and not what cgen {command} wrote; move it away, or give another file")
 
 

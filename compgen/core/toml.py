@@ -5,6 +5,7 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from reprlib import Repr
 from typing import Any, TypeVar, get_args
@@ -40,15 +41,32 @@ def shipped() -> Path:
     return inside if inside.is_dir() else package.parent
 
 
+@dataclass(frozen=True, slots=True)
+class TomlText:
+    """A file as it was read, once: its tables and the bytes that say them."""
+
+    tables: dict[str, Any]
+    content: bytes
+
+
 def read_toml(source: Path, folder: str) -> dict[str, Any]:
     """A file's tables; ``folder`` names where its kind is shipped.
 
     Raises:
         InputError: It is not there, not readable or not TOML.
     """
+    return read_toml_text(source, folder).tables
+
+
+def read_toml_text(source: Path, folder: str) -> TomlText:
+    """A file's tables, and the bytes that they are from.
+
+    Raises:
+        InputError: It is not there, not readable or not TOML.
+    """
     try:
-        text = read_regular(source, MOST_TABLE_BYTES).decode("utf-8")
-        return tomllib.loads(text)
+        content = read_regular(source, MOST_TABLE_BYTES)
+        return TomlText(tomllib.loads(content.decode("utf-8")), content)
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
         raise InputError(f"{source}: no such file; 'cgen init' lays down {', '.join(known)}") from None

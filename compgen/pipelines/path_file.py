@@ -14,7 +14,7 @@ from compgen.compensation.tables import settings_of
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
 from compgen.core.rotations import from_wpr
-from compgen.core.toml import check, override, read_toml, shipped
+from compgen.core.toml import check, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
 from compgen.pipelines.day_plan import plan
@@ -74,10 +74,10 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         path_data = {k: v for k, v in path_data.items() if k not in HISTORY}
     path = check(PathFile, path_data, str(source))
     robot_source = find_robot(robot or path.robot, source)
-    robot_data = read_toml(robot_source, "robots")
+    robot_text = read_toml_text(robot_source, "robots")
     for item in for_robot:
-        override(robot_data, item.removeprefix("robot."), item)
-    cell = cell_of(robot_data, robot_source, for_robot)
+        override(robot_text.tables, item.removeprefix("robot."), item)
+    cell = cell_of(robot_text, robot_source, for_robot)
     air = tables.ambient_of(path.ambient, str(source))
     read = None
     if path.log is not None:
@@ -85,7 +85,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
     others = files_read(path, str(source))
-    inputs = json.dumps([__version__, source.stem, path_data, robot_data, *others], sort_keys=True, default=str)
+    inputs = json.dumps([__version__, source.stem, path_data, robot_text.tables, *others], sort_keys=True, default=str)
     tool = path.tool
     angles = (np.array([a * DEG]) for a in (tool.w_deg, tool.p_deg, tool.r_deg))
     offset = any((tool.x_mm, tool.y_mm, tool.z_mm, tool.w_deg, tool.p_deg, tool.r_deg))

@@ -13,7 +13,7 @@ from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.toml import check, override, read_toml, shipped, suggest
+from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.unlikely import unlikely_values
 from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import read_joint_box, read_sources
@@ -72,7 +72,8 @@ def load_arm(name: str) -> Arm:
         InputError: Unknown, or anything wrong in its file.
     """
     source = find_robot(name)
-    return arm_of(read_toml(source, "robots"), source.read_text(encoding="utf-8"), str(source))
+    text = read_toml_text(source, "robots")
+    return arm_of(text.tables, text.content.decode("utf-8").replace("\r\n", "\n"), str(source))
 
 
 def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
@@ -112,19 +113,19 @@ def load_cell(name: str, overrides: Sequence[str] = ()) -> Cell:
         raise InputError("--robot: an empty name; give a robot's name or file")
     refuse_unprintable(overrides)
     source = find_robot(name)
-    data = read_toml(source, "robots")
+    text = read_toml_text(source, "robots")
     for item in overrides:
-        override(data, item.removeprefix("robot."), item)
-    return cell_of(data, source, overrides)
+        override(text.tables, item.removeprefix("robot."), item)
+    return cell_of(text, source, overrides)
 
 
-def cell_of(data: dict[str, Any], source: Path, overrides: Sequence[str]) -> Cell:
+def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     """The cell that a robot file's tables, with overrides in them, describe.
 
     Raises:
         InputError: Anything wrong, naming file and key.
     """
-    where = str(source)
+    where, data = str(source), text.tables
     facts = check(RobotFile, data, where)
     _refuse_double(facts, where)
     robot = _nominal(facts, where)
@@ -144,7 +145,7 @@ def cell_of(data: dict[str, Any], source: Path, overrides: Sequence[str]) -> Cel
         overrides=tuple(overrides),
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         robot_file=str(source),
-        robot_file_hash=sha256(source.read_bytes()).hexdigest(),
+        robot_file_hash=sha256(text.content).hexdigest(),
         unlikely=unlikely_values(data, where),
     )
 

@@ -9,9 +9,11 @@ import pytest
 from command_line import refused, run
 from shipped import ROOT
 
+from compgen.core import toml
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import find_robot, load_cell
+from compgen.pipelines.robot_file import find_robot, load_arm, load_cell
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 PATH = (ROOT / "paths" / "line_y.toml").read_text()
@@ -101,3 +103,26 @@ def test_a_program_that_warms_the_robot_is_one_of_the_project(tmp_path):
     overrides = ['before=[{state="moving",program="warm",repeat=1}]']
     with chdir(other), pytest.raises(InputError, match="program 'warm' is unknown"):
         load_job(str(own / "paths" / "line_y.toml"), None, overrides)
+
+
+def test_the_hash_is_of_the_bytes_that_were_read(tmp_path, monkeypatch):
+    """Also when the file is replaced just after, as a sync or an editor does."""
+    own = project(tmp_path / "p", 22.5)
+    path, robot = own / "paths" / "line_y.toml", own / "robots" / "m710ic50.toml"
+    known = sha256(robot.read_bytes()).hexdigest()
+    first = robot.read_text()
+
+    def read_and_replace(source, most):
+        content = read_regular(source, most)
+        if Path(source) == robot:
+            robot.write_text(ROBOT)
+        return content
+
+    monkeypatch.setattr(toml, "read_regular", read_and_replace)
+    with chdir(own):
+        assert load_job(str(path)).robot_file_hash == known
+    robot.write_text(first)
+    cell = load_cell(str(robot))
+    assert (cell.robot_file_hash, growth(cell)) == (known, pytest.approx(22.5e-6))
+    robot.write_text(first)
+    assert load_arm(str(robot)).text == first
