@@ -32,6 +32,11 @@ VERDICTS = {
     Verdict.NOT_LOADABLE: "more than the controller can load",
     Verdict.NO_BOUNDS: "nowhere worse; judged by no bound, for none is given (--max-um)",
 }
+FIGURES = {
+    "time": "Error over time",
+    "space": "The program, coloured by its error before",
+    "heat": "Temperature while the program runs",
+}
 MAX_STATEMENTS = 500  # unsafe ones on the page
 
 
@@ -55,11 +60,8 @@ def correction_html(result: Correction) -> bytes:
         kind, table = "outside", ""
         text = "<b>Nothing corrected</b>: no position of this program can be, and it is unchanged."
     body = f"{lead}{verdict(kind, text)}{findings_list(result.findings)}{table}"
-    if len(result.ride.station):
-        rises = rise_figure(result.cell.heat.names, plan.stations.time, plan.stations.rise, "time from the start [s]")
-        body += figure_section("Error over time", _error_over_time(result), "time")
-        body += figure_section("The program, coloured by its error before", _program_in_space(result), "space")
-        body += figure_section("Temperature while the program runs", rises, "heat")
+    figures = correction_figures(result) if len(result.ride.station) else {}
+    body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
     if plan.scope.unsafe:
         body += _unsafe_statements(plan.scope.unsafe)
     made = data["provenance"]
@@ -70,6 +72,16 @@ def correction_html(result: Correction) -> bytes:
         "jumps and calls are not followed.</footer>"
     )
     return page(f"{data['name']}: correction", body)
+
+
+def correction_figures(result: Correction) -> dict[str, Figure]:
+    """Figures by the keys of ``FIGURES``."""
+    stations = result.plan.stations
+    return {
+        "time": _error_over_time(result),
+        "space": _program_in_space(result),
+        "heat": rise_figure(result.cell.heat.names, stations.time, stations.rise, "time from the start [s]"),
+    }
 
 
 def _unsafe_statements(unsafe: Sequence[Unsafe]) -> str:

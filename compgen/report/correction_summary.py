@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.arrays import Array, IntArray
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.report.provenance import SCHEMA, provenance
@@ -47,28 +48,36 @@ def correction_json(result: Correction) -> bytes:
     return (json.dumps(correction_summary(result), indent=2, allow_nan=False) + "\n").encode()
 
 
-def correction_csv(result: Correction) -> bytes:
-    """One row for each station: its position, its time, and its error before and after."""
+def correction_columns(result: Correction) -> dict[str, Array | IntArray]:
+    """A row for each station, (S,): its position, its time, its error before and after, and the rises there."""
     plan = result.plan
-    head = "station,line,position,time_s,x_mm,y_mm,z_mm,before_um,after_um,corrected,"
-    head += ",".join(f"rise_{name}_K" for name in result.cell.heat.names)
     rows = np.flatnonzero(result.ride.fraction == 1)
     station = result.ride.station[rows]
     pose = plan.drive.pose[station]
-    line = plan.program.motions.line[plan.drive.motion[station]]
+    position, rise = plan.poses.position[pose] / MM, plan.stations.rise[station]
+    return {
+        "station": station + 1,
+        "line": plan.program.motions.line[plan.drive.motion[station]],
+        "position": plan.poses.number[pose],
+        "time_s": plan.stations.time[station],
+        **{f"{name}_mm": position[:, k] for k, name in enumerate("xyz")},
+        "before_um": result.error[0][rows] / UM,
+        "after_um": result.residual[0][rows] / UM,
+        "corrected": result.judged[rows].astype(np.int64),
+        **{f"rise_{name}_K": rise[:, k] for k, name in enumerate(result.cell.heat.names)},
+    }
+
+
+def correction_csv(result: Correction) -> bytes:
+    """The columns as a file, lengths and rises rounded."""
+    decimals = {"s": 4, "mm": 4, "um": 3, "K": 5}
+    table = correction_columns(result)
     columns = [
-        station + 1,
-        line,
-        plan.poses.number[pose],
-        np.round(plan.stations.time[station], 4) + 0.0,
-        *(np.round(plan.poses.position[pose].T / MM, 4) + 0.0),
-        np.round(result.error[0][rows] / UM, 3) + 0.0,
-        np.round(result.residual[0][rows] / UM, 3) + 0.0,
-        result.judged[rows].astype(int),
-        *(np.round(plan.stations.rise[station].T, 5) + 0.0),
+        np.round(values, decimals[name.rpartition("_")[2]]) + 0.0 if values.dtype.kind == "f" else values
+        for name, values in table.items()
     ]
     body = "".join(",".join(map(str, row)) + "\n" for row in zip(*(c.tolist() for c in columns)))
-    return f"{head}\n{body}".encode("ascii")
+    return f"{','.join(table)}\n{body}".encode("ascii")
 
 
 def _statistics(result: Correction, error: tuple[Any, Any]) -> dict[str, dict[str, float]]:

@@ -11,6 +11,12 @@ from compgen.report.figure import COOL, GREY, LINES, RED_TO_BLUE, WARM, Figure, 
 from compgen.report.identification_summary import identification_summary
 from compgen.report.page import figure_section, findings_list, page, section, verdict
 
+FIGURES = {
+    "space": "Residual vectors in space, 100 times larger",
+    "time": "Residual over time, before and after",
+    "joints": "Residual over each joint, after",
+    "correlation": "Correlation of the parameters that the data knows best",
+}
 MAX_PARAMETERS = 60  # that a figure of correlations can show
 
 
@@ -27,15 +33,20 @@ def identification_html(identification: Identification) -> bytes:
         f"{held_out['high']:.1f}) where the nominal arm has <b>{nominal['mean']:.1f} &micro;m</b>: {data['verdict']}."
     )
     lead += verdict("outside" if identification.refused else "inside", sentence)
-    figures = [
-        ("Residual vectors in space, 100 times larger", _residuals_in_space(identification), "space"),
-        ("Residual over time, before and after", _residuals_over_time(identification), "time"),
-        ("Residual over each joint, after", _residuals_over_joints(identification), "joints"),
-        ("Correlation of the parameters that the data knows best", _correlation_map(identification), "correlation"),
-    ]
+    figures = identification_figures(identification)
     body = lead + findings_list(identification.findings) + _ladder(data)
-    body += "".join(figure_section(*titled) for titled in figures)
+    body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
     return page(f"Identification of {identification.robot.name}", body + _parameters(data))
+
+
+def identification_figures(identification: Identification) -> dict[str, Figure]:
+    """Figures by the keys of ``FIGURES``."""
+    return {
+        "space": _residuals_in_space(identification),
+        "time": _residuals_over_time(identification),
+        "joints": _residuals_over_joints(identification),
+        "correlation": _correlation_map(identification),
+    }
 
 
 def _ladder(data: dict[str, Any]) -> str:

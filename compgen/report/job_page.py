@@ -40,6 +40,13 @@ PARTS = {
     "axis_angle": "tool axis [mdeg]",
 }
 
+FIGURES = {
+    "time": "Error over time",
+    "space": "The path, coloured by error",
+    "heat": "Temperature while the program runs",
+    "joints": "Use of the joints",
+}
+
 VERDICTS = {
     "inside": "inside its bounds",
     "outside": "outside its bounds",
@@ -51,15 +58,8 @@ VERDICTS = {
 def job_html(planned: Planned, corrected: Corrected | None) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
     data = job_summary(planned, corrected)
-    curves = [_error_curves(planned.deviation())] + ([_error_curves(corrected.deviation)] if corrected else [])
-    rises = (planned.job.heat.names, planned.trajectory.time, planned.rise)
-    figures = [
-        ("Error over time", _error_over_time(curves, planned.job.bounds.max), "time"),
-        ("The path, coloured by error", _path_in_space(curves, planned.path), "space"),
-        ("Temperature while the program runs", rise_figure(*rises, "time from leaving P[1] [s]"), "heat"),
-        ("Use of the joints", _joint_use(data), "joints"),
-    ]
-    body = "".join(figure_section(*titled) for titled in figures)
+    figures = job_figures(planned, corrected, data)
+    body = "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
     lead = (
         f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
         f"{data['path']['waypoints']} waypoints, {data['path']['length_m']:.2f} m, "
@@ -67,6 +67,18 @@ def job_html(planned: Planned, corrected: Corrected | None) -> bytes:
     )
     findings = findings_list(corrected.findings if corrected else planned.findings)
     return page(data["title"] or data["name"], f"{lead}{_verdict(data)}{findings}{_table(data)}{body}{_footer(data)}")
+
+
+def job_figures(planned: Planned, corrected: Corrected | None, summary: dict[str, Any]) -> dict[str, Figure]:
+    """Figures by the keys of ``FIGURES``."""
+    curves = [_error_curves(planned.deviation())] + ([_error_curves(corrected.deviation)] if corrected else [])
+    rises = (planned.job.heat.names, planned.trajectory.time, planned.rise)
+    return {
+        "time": _error_over_time(curves, planned.job.bounds.max),
+        "space": _path_in_space(curves, planned.path),
+        "heat": rise_figure(*rises, "time from leaving P[1] [s]"),
+        "joints": _joint_use(summary),
+    }
 
 
 def _verdict(data: dict[str, Any]) -> str:

@@ -26,17 +26,18 @@ def study_html(title: str, study: Study | None, rows: list[Row], answers: list[A
     if study is not None and study.scenarios:
         body = verdict("predicted", escape(headline(study, rows))) + body
         body += "".join(
-            figure_section(f"Error against {escape(key)}", _error_against(study, rows, key), f"vary{n}")
+            figure_section(f"Error against {escape(key)}", error_against(study, rows, key), f"vary{n}")
             for n, key in enumerate(study.keys)
         )
     for answer in answers:
-        body += figure_section(TITLES[answer.key], _answer_figure(answer), answer.key)
+        body += figure_section(TITLES[answer.key], answer_figure(answer), answer.key)
     if study is not None and study.scenarios:
         body += _table(study, rows)
     return page(title, body)
 
 
-def _error_against(study: Study, rows: list[Row], key: str) -> Figure:
+def error_against(study: Study, rows: list[Row], key: str) -> Figure:
+    """The largest error over the values of one key, a curve for each combination of the others."""
     traces = []
     done = [r for r in rows if r["state"] == "done"]
     numbers = [_number(r[key]) for r in done]
@@ -66,7 +67,8 @@ def _number(value: Any) -> float | None:
         return None
 
 
-def _answer_figure(answer: Answer) -> Figure:
+def answer_figure(answer: Answer) -> Figure:
+    """The curve, or the bars, behind an answer."""
     if answer.key == "contributions":
         bars = (("of the largest error", WARM), ("its own largest", GREY))
         traces = [

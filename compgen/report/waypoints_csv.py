@@ -13,6 +13,37 @@ from compgen.pipelines.generate import Corrected, Planned
 _ONE_DIGIT = [b",%d" % digit for digit in range(10)]
 
 
+def column_names(planned: Planned) -> list[str]:
+    """Of the table of waypoints, in their order."""
+    names = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
+    return [*names, *(f"rise_{n}_K" for n in planned.job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
+
+
+def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str, Array | IntArray]:
+    """The table of waypoints with all digits, (N,) each; NaN where there is no correction."""
+    path, job = planned.path, planned.job
+    time, theta = _time_and_joints(planned, corrected)
+    N = len(time)
+    tables = [
+        np.arange(1, N + 1)[:, None],
+        time[:, None],
+        path.position / MM,
+        planned.error()[:, :3] / UM,
+        at_waypoints(corrected, slice(None)) / UM if corrected else np.full((N, 3), np.nan),
+        planned.rise,
+        path.contact[:, None].astype(np.int64),
+        job.robot.to_pendant(theta) / DEG,
+    ]
+    return dict(zip(column_names(planned), (column for table in tables for column in table.T)))
+
+
+def _time_and_joints(planned: Planned, corrected: Corrected | None) -> tuple[Array, Array]:
+    """By the clock of the written text, (N,) [s], and as commanded, (N, 6) [rad]."""
+    if corrected is None:
+        return planned.written().time, planned.theta
+    return corrected.written.time, corrected.solution.theta
+
+
 def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[bytes]:
     """Target, error before and after, rises, contact and commanded pendant angles.
 
@@ -20,10 +51,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
     correction the ``after`` columns are empty and the joints are the planned ones.
     """
     path, job = planned.path, planned.job
-    time = (corrected.written if corrected else planned.written()).time
-    theta = corrected.solution.theta if corrected else planned.theta
-    head = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
-    head += [*(f"rise_{n}_K" for n in job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
+    time, theta = _time_and_joints(planned, corrected)
 
     def block(first: int, last: int) -> bytes:
         rows = slice(first, last)
@@ -38,7 +66,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
         ]
         return bytes(_lines(first + 1, last + 1, tables))
 
-    yield ",".join(head).encode("ascii")
+    yield ",".join(column_names(planned)).encode("ascii")
     yield from map_blocks(len(path.arc), block, BLOCK)
     yield b"\n"
 
