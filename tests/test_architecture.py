@@ -37,7 +37,7 @@ ONLY = {
         "verification",
         "identification",
     ),
-    "ruckig": ("planning/ruckig_check.py",),
+    "ruckig": ("planning/retiming/state_to_state.py",),
     "pinocchio": ("verification/twin", "thermal/drive_losses.py"),
     "plotly": ("report",),
     "distributed": ("pipelines/study/workers.py",),

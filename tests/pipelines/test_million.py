@@ -9,14 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from ruckig import InputParameter, Ruckig, Trajectory
 from shipped import ROOT, path_file, quiet
 
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
 from compgen.core.units import MM, UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
-from compgen.planning import curves, exact_path, retiming, speed_profile, surfaces, toolpath
+from compgen.planning import curves, exact_path, retiming, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
 from compgen.report import job_json, waypoints_blocks, waypoints_csv
 from compgen.robot import joint_path
@@ -99,31 +98,6 @@ def test_a_hundred_thousand_sharp_corners_are_timed_together():
     assert_allclose(motion.phases.at(motion.time[stop])[1], 0, atol=1e-9)
     one = retiming.retime(ROBOT, arc[:5], theta[:5], stop[:5], 0.02)
     assert_allclose(np.diff(motion.time[stop]), one.time[-1], rtol=1e-6)
-
-
-def test_ramps_take_the_time_that_ruckig_takes():
-    rng = np.random.default_rng(4)
-    B = 3000
-    v, a, j = rng.uniform(0.02, 1.5, B), 10 ** rng.uniform(-1, 1.5, B), 10 ** rng.uniform(0, 3, B)
-    length = 10 ** rng.uniform(-3, -0.5, B)
-    v0 = v * rng.choice([0.0, 0.3, 1.0], B)
-    top = np.minimum(v, speed_profile.reachable_speed(v0, length, a, j))
-    v1 = np.where(rng.random(B) < 0.5, top * rng.uniform(0, 1, B), top)
-    back = np.minimum(v, speed_profile.reachable_speed(v1, length, a, j))
-    v0 = np.minimum(v0, back)
-    v1 = np.minimum(v1, speed_profile.reachable_speed(v0, length, a, j))
-    keep = speed_profile.reachable_speed(v1, length, a, j) >= v0
-    blocks = speed_profile.Blocks(*(x[keep] for x in (np.zeros(B), length, v0, v1, v, a, j)))
-    solver, request, answer = Ruckig(1), InputParameter(1), Trajectory(1)
-    for n in range(0, keep.sum(), 3):
-        one = speed_profile.Blocks(*(getattr(blocks, f)[n : n + 1] for f in speed_profile.Blocks.__slots__))
-        total = speed_profile.constant_jerk_phases(one)[0].sum()
-        request.current_position, request.target_position = [0.0], [float(one.length[0])]
-        request.current_velocity, request.target_velocity = [float(one.v0[0])], [float(one.v1[0])]
-        request.max_velocity, request.max_acceleration = [float(one.v[0])], [float(one.a[0])]
-        request.max_jerk = [float(one.j[0])]
-        solver.calculate(request, answer)
-        assert total == pytest.approx(answer.duration, rel=1e-6, abs=1e-9)
 
 
 def test_the_cubic_from_length_to_parameter_is_newtons():

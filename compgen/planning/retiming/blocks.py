@@ -1,0 +1,166 @@
+r"""The path cut into blocks, and what each allows along the arc: speed, acceleration and jerk.
+
+With q(s) the joint motion, q' = dq/ds,
+
+    qd = q' sd        qdd = q'' sd^2 + q' sdd        qddd = q''' sd^3 + 3 q'' sd sdd + q' sddd
+
+A block gets a speed V (the feed, or less where the joints or the controller's interpolation period demand it), and from
+what V leaves of each joint's limits an acceleration A and a jerk J.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.exceptions import ImpossibleError
+from compgen.planning import joint_curve
+from compgen.planning.joint_curve import JointCurve
+from compgen.planning.retiming.edge_speeds import BlockLimits, edge_speeds
+from compgen.robot.robot import Robot
+
+BLOCK_LENGTH = 20e-3  # m
+MARGIN = 0.98  # of each limit, for what the samples between waypoints do not see
+CRUISE_ACCELERATION = 0.8  # share of a joint's acceleration that constant speed may use
+CRUISE_JERK = 0.6
+CHANGE_JERK = 0.5  # share of the remaining jerk for 3 q'' sd sdd; the rest is for q' sddd
+SPEED_STEP = 1e-3  # m/s, a reduced speed is a whole number of mm/s where it can be
+MIN_SPEED = 0.05e-3  # m/s, about the slowest speed that a program can say
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Partition:
+    """The way cut into B blocks, none across a stop."""
+
+    begin: Array  # (B,) [m]
+    end: Array  # (B,) [m]
+    run: IntArray  # (B,) which way between two stops
+    first: IntArray  # (R,) first block of each
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Blocks:
+    """B blocks with zero acceleration at their edges: where, how long, the speeds there, and the limits inside."""
+
+    start: Array  # (B,) [m]
+    length: Array  # (B,) [m]
+    v0: Array  # (B,) [m/s] at the start
+    v1: Array  # (B,) [m/s] at the end
+    v: Array  # (B,) [m/s] at most
+    a: Array  # (B,) [m/s2] at most
+    j: Array  # (B,) [m/s3] at most
+
+    def at(self, rows: IntArray) -> "Blocks":
+        """Some of the blocks."""
+        return Blocks(*(getattr(self, name)[rows] for name in Blocks.__slots__))
+
+
+def cut_blocks(arc: Array, stop: BoolArray) -> Partition:
+    """Blocks of about ``BLOCK_LENGTH`` between the stops (N,) of waypoints at rising arc lengths (N,) [m]."""
+    ends = np.flatnonzero(stop)
+    begin, end = arc[ends[:-1]], arc[ends[1:]]
+    count = np.maximum(1, ((end - begin) / BLOCK_LENGTH).astype(np.int64))
+    run = np.repeat(np.arange(len(count)), count)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    k = np.arange(len(run)) - first[run]
+    step = ((end - begin) / count)[run]
+    right = np.where(k + 1 == count[run], end[run], begin[run] + (k + 1) * step)
+    return Partition(begin[run] + k * step, right, run, first)
+
+
+def limit_blocks(
+    robot: Robot, joints: JointCurve, partition: Partition, followable: Array, feed: float, arc: Array
+) -> Blocks:
+    """Speed, acceleration and jerk along the arc that each block allows, and its speeds at both ends.
+
+    Args:
+        robot: For the limits.
+        joints: The curve.
+        partition: The blocks.
+        followable: Speed that the controller's interpolation period allows in each segment, (N - 1,) [m/s].
+        feed: Wanted speed [m/s].
+        arc: Of the waypoints, (N,) [m].
+
+    Raises:
+        ImpossibleError: A joint cannot follow the path at any speed that a program can say.
+    """
+    most = _limit_ratios(robot, joints, partition) / MARGIN + 1e-30
+    with np.errstate(divide="ignore"):
+        drivable = np.minimum(
+            np.minimum(1 / most[:, 0], np.sqrt(CRUISE_ACCELERATION / most[:, 1])), np.cbrt(CRUISE_JERK / most[:, 2])
+        )
+        if drivable.min() < MIN_SPEED:
+            _raise_too_slow(robot, joints, partition, int(np.argmin(drivable)), arc)
+        V = np.minimum(np.minimum(_smallest_in_blocks(arc, followable, partition), feed), drivable)
+        V = np.where((feed > V) & (V > SPEED_STEP), np.floor(V / SPEED_STEP + 1e-9) * SPEED_STEP, V)
+        left_a = 1 - most[:, 1] * V**2
+        left_j = 1 - most[:, 2] * V**3
+        A = np.minimum(left_a / most[:, 3], CHANGE_JERK * left_j / (3 * most[:, 5] * V))
+        J = (1 - CHANGE_JERK) * left_j / most[:, 4]
+    # a joint that does not move limits nothing: cap by values no robot reaches
+    A, J = np.minimum(A, 50.0), np.minimum(J, 2000.0)
+    length = partition.end - partition.begin
+    speed = edge_speeds(BlockLimits(length, V, A, J), partition.first)
+    return Blocks(partition.begin, length, speed[:-1], speed[1:], V, A, J)
+
+
+def _limit_ratios(robot: Robot, joints: JointCurve, partition: Partition) -> Array:
+    """Largest ``JointCurve.limit_ratios`` in each block, (B, 6): at knots, between them, and at the block's edges."""
+    knots = joints.last - joints.first
+    R, B = len(knots), len(partition.begin)
+    within = np.repeat(joints.arc[:-1], 2)  # knots, and the middles between them
+    within[1::2] = (joints.arc[:-1] + joints.arc[1:]) / 2
+    run = np.repeat(np.arange(R), 2 * knots)
+    # every edge is where a block begins or a run ends
+    ratios = joints.limit_ratios(
+        robot,
+        np.concatenate([within, partition.begin, joints.arc[joints.last]]),
+        np.concatenate([np.arange(len(within)) // 2, joints.interval(partition.begin, partition.run), joints.last - 1]),
+        np.concatenate([run, partition.run, np.arange(R)]),
+    )
+    inner, begin, end = np.split(ratios, [len(within), len(within) + B])
+    last = np.append(partition.first[1:], B) - 1
+    following = np.roll(begin, -1, axis=0)
+    following[last] = end
+    most = np.maximum(begin, following)
+    owner = np.clip(joint_curve.last_before(partition.begin, within), partition.first[run], last[run])
+    starts = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
+    most[owner[starts]] = np.maximum(most[owner[starts]], np.maximum.reduceat(inner, starts, axis=0))
+    return most
+
+
+def _raise_too_slow(robot: Robot, joints: JointCurve, partition: Partition, block: int, arc: Array) -> None:
+    """Raises ImpossibleError naming the waypoint and the joint that is slowest in a block."""
+    inside = joints.arc[(joints.arc >= partition.begin[block]) & (joints.arc <= partition.end[block])]
+    s = np.unique(np.concatenate([np.linspace(partition.begin[block], partition.end[block], 50), inside]))
+    run = np.full(len(s), partition.run[block])
+    interval = joints.interval(s, run)
+    # at unit speed a joint's shares of its three limits: the slowest is where its own root is largest
+    worst = joints.utilisation(robot, s, interval, run, np.tile([1.0, 0.0, 0.0], (len(s), 1))).reshape(-1, 3, 6)
+    roots = np.maximum.reduce([worst[:, 0], np.sqrt(worst[:, 1]), np.cbrt(worst[:, 2])])
+    row, joint = np.unravel_index(int(np.argmax(roots)), roots.shape)
+    n = int(np.searchsorted(arc, s[row])) + 1
+    raise ImpossibleError(
+        f"waypoint {n}: joint {robot.joint_names[int(joint)]} cannot follow the path even at {MIN_SPEED / 1e-3:g} mm/s"
+        "; make the path larger, its curves wider or its waypoints fewer (process.chord_um)"
+    )
+
+
+def _smallest_in_blocks(arc: Array, values: Array, partition: Partition) -> Array:
+    """Smallest value of the segments that reach into each block, (B,)."""
+    first = np.clip(np.searchsorted(arc, partition.begin, side="right") - 1, 0, len(values) - 1)
+    inner = np.minimum.reduceat(values, first)
+    last = np.clip(np.searchsorted(arc, partition.end, side="left") - 1, 0, len(values) - 1)
+    return np.asarray(np.minimum(inner, values[last]))
+
+
+def stop_ramps(blocks: Blocks, partition: Partition) -> BoolArray:
+    """Blocks in which the robot leaves or nears a stop, (B,): to the first that holds its speed, from the last."""
+    B = len(blocks.v)
+    number = np.arange(B)
+    last = np.append(partition.first[1:], B) - 1
+    holds = (blocks.v1 <= blocks.v0) | (blocks.v1 >= blocks.v * (1 - 1e-9))
+    brakes = (blocks.v0 <= blocks.v1) | (blocks.v0 >= blocks.v * (1 - 1e-9))
+    until = np.minimum(np.minimum.reduceat(np.where(holds, number, B), partition.first), last)
+    since = np.maximum(np.maximum.reduceat(np.where(brakes, number, -1), partition.first), partition.first)
+    return np.asarray((number <= until[partition.run]) | (number >= since[partition.run]))

@@ -1,0 +1,106 @@
+r"""Timing of a path: its joints become a curve over the arc length, blocks, speeds at their edges, and motion in time.
+
+One degree of freedom, the arc length s. The way between two stops is cut into blocks with limits of their own
+(``blocks``); speeds at the block edges are found by one pass forwards and one back (``edge_speeds``); ruckig then
+drives each block from state to state (``state_to_state``).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, frozen, own
+from compgen.core.exceptions import ImpossibleError
+from compgen.planning import joint_curve
+from compgen.planning.retiming.blocks import Blocks, Partition, cut_blocks, limit_blocks, stop_ramps
+from compgen.planning.retiming.phases import Phases
+from compgen.planning.retiming.state_to_state import drive_blocks
+from compgen.planning.retiming.utilisation import largest_shares
+from compgen.robot.robot import Robot
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Trajectory:
+    """Joint motion along a path, with the speeds its program must name."""
+
+    time: Array  # (N,) [s] at each waypoint, 0 at the first
+    speed: Array  # (N - 1,) [m/s] programmed for each segment
+    driven_speed: Array  # (N - 1,) [m/s] mean of each segment, its run's stops shared out: what warms the robot
+    phases: Phases
+    utilisation: Array  # (3, 6) largest share of each joint's speed, acceleration and jerk limit
+    at_feed: float  # share of the path length driven at feed
+
+    def __post_init__(self) -> None:
+        own(self, time=("N",), speed=("S",), driven_speed=("S",), utilisation=(3, 6))
+
+
+def driven_speed(time: Array, length: Array, speed: Array, stop: BoolArray) -> Array:
+    """Programmed speeds slowed so that each run between two stops takes its time, (N - 1,) [m/s].
+
+    Heat depends on how fast the robot really goes; near a stop that is far from the programmed speed.
+    """
+    ends = np.flatnonzero(stop)
+    programmed_time = np.add.reduceat(length / speed, ends[:-1])
+    return np.asarray(speed * np.repeat(programmed_time / np.diff(time[ends]), np.diff(ends)))
+
+
+def retime(
+    robot: Robot,
+    arc: Array,
+    theta: Array,
+    stop: BoolArray,
+    feed: float,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Trajectory:
+    """Fastest constant-feed motion within the joint limits, stopping only where the path demands.
+
+    Args:
+        robot: Limits on speed, acceleration and jerk of theta; the interpolation period.
+        arc: Arc length at the waypoints, (N,) [m], rising.
+        theta: Joint angles there, (N, 6) [rad], smooth between stops.
+        stop: Where the robot stops, (N,); true at both ends.
+        feed: Wanted speed along the path [m/s].
+        progress: Called with the share done.
+
+    Returns:
+        The motion. Segments shorter than feed x period run at length / period.
+
+    Raises:
+        ImpossibleError: No motion exists within the limits (a limit of zero, or a path of coincident waypoints).
+    """
+    length = np.diff(arc)
+    if not np.all(length > 0):
+        n = int(np.argmin(length)) + 1
+        raise ImpossibleError(f"waypoints {n} and {n + 1} coincide; thin the path")
+    if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
+        raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
+    followable = np.minimum(feed, length / robot.controller.period)
+    joints = joint_curve.fit_joint_curve(arc, theta, stop)
+    partition = cut_blocks(arc, stop)
+    progress(0.1)
+    blocks = limit_blocks(robot, joints, partition, followable, feed, arc)
+    progress(0.5)
+    phases = drive_blocks(blocks, lambda share: progress(0.5 + 0.2 * share))
+    passed = phases.locate(arc)
+    utilisation = largest_shares(robot, joints, phases, partition.run[phases.block], passed.at(joints.rows))
+    time = phases.time(passed)
+    time[0], time[-1] = 0.0, phases.end
+    speed = _programmed_speeds(arc, time, blocks, partition)
+    cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= feed * (1 - 1e-9))
+    at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
+    progress(1.0)
+    driven = driven_speed(time, length, speed, stop)
+    return Trajectory(frozen(time), frozen(speed), frozen(driven), phases, utilisation, at_feed)
+
+
+def _programmed_speeds(arc: Array, time: Array, blocks: Blocks, partition: Partition) -> Array:
+    """The speed that each segment's line names, (N - 1,) [m/s].
+
+    Away from the stops' ramps it is the driven one, so that the program takes the planned time.
+    """
+    block = np.maximum(joint_curve.last_before(partition.begin, (arc[:-1] + arc[1:]) / 2), 0)
+    speed = blocks.v[block]
+    mean = np.minimum(speed, np.diff(arc) / np.diff(time))
+    mean = np.where(mean > speed * (1 - 1e-3), speed, mean)
+    return np.where(stop_ramps(blocks, partition)[block], speed, mean)
