@@ -125,7 +125,7 @@ def _call(compiled: Any, arguments: tuple[Any, ...], buffers: Any, start: int, s
 def _compiled(function: Any) -> Any:
     """The compiled function; None where there is no compiler or it fails."""
     if _compiler is None:
-        _notify("no C compiler: numpy evaluates instead, with the same numbers and some times slower")
+        _notify("no C compiler: numpy evaluates instead, some times slower, the same to nine digits")
         return None
     return _compile(function, _compiler)
 
@@ -134,7 +134,7 @@ def _compiled(function: Any) -> Any:
 def _compile(function: Any, compiler: Compiler) -> Any:
     compiled = load_function(compiler, identity(function), lambda: c_source(instructions_of(function)))
     if compiled is None:
-        _notify("the C compiler failed: numpy evaluates instead, with the same numbers and some times slower")
+        _notify("the C compiler failed: numpy evaluates instead, some times slower, the same to nine digits")
     return compiled
 
 
