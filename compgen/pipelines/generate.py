@@ -23,7 +23,8 @@ from compgen.pipelines import delivery, job_findings
 from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import kept_waypoints, plan_motion
-from compgen.pipelines.program_text import DATE, compose_program, planned_program
+from compgen.pipelines.part_frame import frame_findings
+from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
 from compgen.pipelines.start_window import Course, windows
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning import retiming
@@ -165,7 +166,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += map_findings(job.sources, path.position[on_part], on_part)
     notes += joint_box_findings(job.robot, job.joint_box, theta[on_part])
     notes += unknown_start_findings(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
-    notes += job.unlikely
+    notes += [*frame_findings(job.frame, job.robot_file_hash), *job.unlikely]
     if not job.before:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
@@ -259,7 +260,7 @@ def _written_directions(problem: Problem, solution: Solution, job: Job) -> Direc
     A joint that the planned path leaves at rest steps to and fro by what the digits round, and forgets the side it came
     from: that is known only once there is a correction to round.
     """
-    position, rotation = fanuc.printed_poses(*problem.commanded(solution.correction), job.robot.controller.decimals)
+    position, rotation = printed_in_world(job, *problem.commanded(solution.correction))
     joints, _ = inverse_kinematics.solve_tool(
         job.robot, position, rotation, job.tool_position, job.tool_rotation, job.posture
     )

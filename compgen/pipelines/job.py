@@ -8,8 +8,10 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, own
 from compgen.core.findings import Finding
+from compgen.core.frame import Frame
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
+from compgen.pipelines.part_frame import PartFrame
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.surfaces import Quadric
@@ -80,9 +82,15 @@ class Job:
     robot_file: str  # that was read
     robot_file_hash: str  # sha256 of its bytes
     unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
+    frame: PartFrame | None = None  # that the path is given in; None: World
 
     def __post_init__(self) -> None:
         own(self, tool_position=(3,), tool_rotation=(3, 3))
+
+    @property
+    def place(self) -> Frame | None:
+        """Where the part stands; None: its frame is World."""
+        return None if self.frame is None else self.frame.place
 
     @property
     def clock(self) -> float:

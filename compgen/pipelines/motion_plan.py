@@ -70,6 +70,7 @@ def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -
         path = toolpath.plan_tool_path(
             job.pattern, job.surface, job.boundary,
             spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing, lead_in=_lead_in(job, model),
+            frame=job.place,
         )  # fmt: skip
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
@@ -139,7 +140,7 @@ def _lead_in(job: Job, model: ErrorModel) -> LeadIn | None:
         return None
     beginning = toolpath.plan_tool_path(
         job.pattern.subset(np.arange(min(FIRST_PIECES, len(job.pattern.poly)))), job.surface, job.boundary,
-        spin=job.spin, chord=job.chord, lift=0.0, spacing=job.spacing,
+        spin=job.spin, chord=job.chord, lift=0.0, spacing=job.spacing, frame=job.place,
     )  # fmt: skip
 
     def joints(position: Array, rotation: Array) -> Array:

@@ -20,6 +20,7 @@ from compgen.core.unlikely import unlikely_values
 from compgen.pipelines.day_plan import plan
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
+from compgen.pipelines.part_frame import frame_of
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
 from compgen.pipelines.schema import PathFile
 from compgen.planning.boundaries import Boundary
@@ -84,6 +85,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         read = tables.log_of(path.log, cell.heat.names, cell.sensors, path.ambient.reference_degC, str(source))
         if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
+    frame = frame_of(path.frame, cell.robot.controller.decimals, str(source))
     others = files_read(path, str(source))
     inputs = json.dumps([__version__, source.stem, path_data, robot_text.tables, *others], sort_keys=True, default=str)
     tool = path.tool
@@ -136,6 +138,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         robot_file=cell.robot_file,
         robot_file_hash=cell.robot_file_hash,
+        frame=frame,
         unlikely=(*unlikely_values(path_data, str(source)), *cell.unlikely),
     )
     job = _with_run_in(job, path.path, boundary)
@@ -190,7 +193,8 @@ def find_program(name: str, path_file: str) -> str:
 
 def files_read(path: PathFile, where: str) -> list[str]:
     """Hashes of the other files that a path file reads: they are inputs as well."""
-    names = [n for n in (path.ambient.file, path.log.file if path.log else None) if n]
+    frame = path.frame.file if path.frame else None
+    names = [n for n in (path.ambient.file, path.log.file if path.log else None, frame) if n]
     sources = [Path(where).parent / n for n in names]
     rows = (*path.before, *path.cycle, *path.after)
     sources += [Path(find_program(row.program, where)) for row in rows if row.program]

@@ -28,11 +28,11 @@ def compose_program(
     date: str,
     start_window: float | None,
 ) -> tuple[Program, tuple[Array, Array]]:
-    """The program that names poses, and these poses rounded to its digits.
+    """The program that names poses in the job's user frame, and these poses there rounded to its digits.
 
     Args:
         job: For names, tool, posture, controller and the warmth that the remarks tell.
-        poses: To be named, (N, 3) [m] and (N, 3, 3).
+        poses: To be named, in World, (N, 3) [m] and (N, 3, 3).
         theta: Joints there, (N, 6) [rad]; whole turns are taken from them.
         trajectory: For the speeds.
         path: For the stops.
@@ -40,10 +40,11 @@ def compose_program(
         start_window: How long after its warmth the program may start [s]; None for a program that is not corrected.
     """
     decimals = job.robot.controller.decimals
-    position, rotation = poses
+    position, rotation = poses if job.frame is None else job.frame.register.from_world(*poses)
     printed = fanuc.printed_poses(position, rotation, decimals)
     # the digits of CONFIG belong to the pose as printed
-    joints, _ = inverse_kinematics.solve_tool(job.robot, *printed, job.tool_position, job.tool_rotation, job.posture)
+    in_world = printed if job.frame is None else job.frame.register.to_world(*printed)
+    joints, _ = inverse_kinematics.solve_tool(job.robot, *in_world, job.tool_position, job.tool_rotation, job.posture)
     remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
     remarks.append(f"robot file {job.robot_file_hash[:16]}")
     if start_window is None:
@@ -58,10 +59,10 @@ def compose_program(
         comment=f"compgen {job.inputs_hash[:8]}",
         date=date,
         remarks=tuple(remarks),
-        uframe=0,
+        uframe=0 if job.frame is None else job.frame.number,
         utool=job.tool_number,
-        position=position,
-        rotation=rotation,
+        position=frozen(position),
+        rotation=frozen(rotation),
         posture=job.posture,
         turns=frozen(turn_digits(job.robot, joint_path.nearest_turns(joints, theta))),
         speed=frozen(fanuc.written_feeds(trajectory.speed, step_lengths(position))),
@@ -69,6 +70,15 @@ def compose_program(
         decimals=decimals,
     )
     return program, printed
+
+
+def printed_in_world(job: Job, position: Array, rotation: Array) -> tuple[Array, Array]:
+    """Where the controller has poses of World, (N, 3) [m] and (N, 3, 3), that the text says in its digits."""
+    if job.frame is None:
+        return fanuc.printed_poses(position, rotation, job.robot.controller.decimals)
+    register = job.frame.register
+    printed = fanuc.printed_poses(*register.from_world(position, rotation), job.robot.controller.decimals)
+    return register.to_world(*printed)
 
 
 def program_name_of(job: Job) -> str:

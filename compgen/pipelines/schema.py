@@ -9,6 +9,7 @@ from compgen.core.quantities import Positive
 from compgen.core.toml import Table
 from compgen.error_model.schema import SourcesTable
 from compgen.identification.tables import IdentifiedTable
+from compgen.planning.frame_schema import FrameTable
 from compgen.planning.tables import AnyPattern, BoundaryTable, ProcessTable, SurfaceTable
 from compgen.robot.tables import (
     ControllerTable,
@@ -40,6 +41,7 @@ class PathFile(Table):
     """The pattern and where it stands; the key pattern decides which other keys there are."""
     surface: SurfaceTable = SurfaceTable()
     boundary: BoundaryTable | None = None
+    frame: FrameTable | None = None
     tool: ToolTable = ToolTable()
     process: ProcessTable
     posture: PostureTable = PostureTable()

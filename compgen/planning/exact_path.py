@@ -14,6 +14,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import IndexedRows, evaluate
+from compgen.core.frame import Frame
 from compgen.planning.boundaries import Boundary, inside_distance_expr
 from compgen.planning.curves import PiecewiseCurve, curve_expr, height_expr, tilt_expr
 from compgen.planning.surfaces import Quadric, check_extent, curve_derivatives_expr, lift_expr
@@ -34,7 +35,8 @@ class ExactPath:
     curve: PiecewiseCurve
     surface: Quadric
     boundary: Boundary
-    spin: float  # [rad] the tool's x axis against base x, about base z
+    spin: float  # [rad] the tool's x axis against the frame's x, about its z
+    frame: Frame | None = None  # that the surface stands in; None: World
     coefficients: Array = field(init=False)  # (K, 25) of the curve's pieces
 
     def __post_init__(self) -> None:
@@ -60,7 +62,7 @@ class ExactPath:
             build_pose(edge.shape[1] // 3), piece, t[:, None], self.spin_vector(), edge
         )
         check_extent(extent)
-        return position, rotation.reshape(-1, 3, 3), inside[:, 0] >= 0
+        return *self.in_world(position, rotation.reshape(-1, 3, 3)), inside[:, 0] >= 0
 
     def length(self, piece: IntArray, start: Array, end: Array) -> Array:
         """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
@@ -105,7 +107,20 @@ class ExactPath:
         position, rotation, travel = self._evaluate(
             path_functions().pose_and_travel, piece, t[:, None], self.spin_vector()
         )
-        return position, rotation.reshape(-1, 3, 3), travel
+        turned = travel if self.frame is None else travel @ self.frame.rotation.T
+        return *self.in_world(position, rotation.reshape(-1, 3, 3)), turned
+
+    def in_world(self, position: Array, rotation: Array) -> tuple[Array, Array]:
+        """Poses given in the frame, (M, 3) [m] and (M, 3, 3), in World."""
+        return (position, rotation) if self.frame is None else self.frame.to_world(position, rotation)
+
+    def in_frame(self, position: Array, rotation: Array) -> tuple[Array, Array]:
+        """Poses given in World, (M, 3) [m] and (M, 3, 3), in the frame."""
+        return (position, rotation) if self.frame is None else self.frame.from_world(position, rotation)
+
+    def local(self, point: Array) -> Array:
+        """x, y along the surface and the height above it of a point near it, (3,) in World to (3,) [m]."""
+        return self.surface.local(self.in_frame(point[None], np.eye(3)[None])[0][0])
 
     def parameter_by_newton(self, piece: IntArray, span: Array, length: Array, fraction: Array) -> Array:
         """The parameter at a fraction of the arc length of a span, by Newton's method, (M,)."""

@@ -81,8 +81,8 @@ def plan_lead_in(arm: Arm, theta: Array, least: Array, travel: float, exact: Exa
         start = _start(arm, theta[0], place[0], rate, tried, (least, travel, lift), exact)
         if start is None:
             continue
-        line = curves.tilted(curves.line(start.start, (*exact.surface.local(place[0])[:2], 0.0)), start.tilt)
-        there = ExactPath(line, exact.surface, exact.boundary, exact.spin)
+        line = curves.tilted(curves.line(start.start, (*exact.local(place[0])[:2], 0.0)), start.tilt)
+        there = ExactPath(line, exact.surface, exact.boundary, exact.spin, exact.frame)
         position, rotation, _ = there.pose(np.zeros(len(SAMPLES), dtype=np.int64), SAMPLES)
         if arm.can_drive(position, rotation):
             return start
@@ -115,14 +115,14 @@ def _start(
         if np.any(before < arm.lower) or np.any(before > arm.upper):
             return None
         position, rotation = arm.tcp(before[None])
-        local = exact.surface.local(position[0])
+        local = exact.local(position[0])
         short = max(lift - local[2], travel - float(np.linalg.norm(position[0] - place)))
         if short < NEAR:
             break
         height += short
     else:
         return None
-    there = ExactPath(curves.line(local, (*local[:2], 0.0)), exact.surface, exact.boundary, exact.spin)
+    there = ExactPath(curves.line(local, (*local[:2], 0.0)), exact.surface, exact.boundary, exact.spin, exact.frame)
     _, standing, _ = there.pose(np.zeros(1, dtype=np.int64), np.zeros(1))
     turn = rotation_vector(standing[0].T @ rotation[0])
     angle = float(np.linalg.norm(turn))

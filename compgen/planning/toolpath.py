@@ -11,6 +11,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.core.exceptions import InputError
+from compgen.core.frame import Frame
 from compgen.planning import curves
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
@@ -91,6 +92,7 @@ def plan_tool_path(
     lift: float,
     spacing: float = MAX_SPACING,
     lead_in: LeadIn | None = None,
+    frame: Frame | None = None,
 ) -> ToolPath:
     """Waypoints of a pattern on a surface, with an approach and a retract along the tool axis.
 
@@ -103,13 +105,14 @@ def plan_tool_path(
         lift: Length of approach and retract [m]; 0 leaves them out.
         spacing: Largest distance of two waypoints [m].
         lead_in: The approach, where it is not along the tool axis.
+        frame: That the surface stands in; None: World.
 
     Raises:
         InputError: The path has no length, needs too many waypoints, or leaves the surface.
     """
     pieces = np.arange(len(pattern.poly))
     zeros = np.zeros(len(pieces))
-    bare = ExactPath(pattern, surface, boundary, spin)
+    bare = ExactPath(pattern, surface, boundary, spin, frame)
     if bare.length(pieces, zeros, zeros + 1).sum() < MIN_LENGTH:
         raise InputError("path: it has zero length; give it a size")
     if lift > 0:
@@ -122,7 +125,7 @@ def plan_tool_path(
             down = curves.tilted(down, lead_in.tilt)
         up = curves.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
         pattern = curves.join(down, pattern, up)
-    exact = ExactPath(pattern, surface, boundary, spin)
+    exact = ExactPath(pattern, surface, boundary, spin, frame)
     share, parameter, wanted = _segment_density(exact, chord, spacing)
     keep = wanted > 1e-6
     if wanted.sum() > MAX_WAYPOINTS:

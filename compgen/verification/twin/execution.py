@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, column_extremes, norm, own
+from compgen.core.arrays import Array, IntArray, column_extremes, frozen, norm, own
 from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
 from compgen.core.rotations import relative_rotation
 from compgen.fanuc.configuration import apply_turns, has_posture
@@ -62,7 +62,7 @@ class PreparedProgram:
     """A program of N positions, S segments between them, with the joints, times and rises that its execution needs."""
 
     twin: Twin
-    program: Program
+    program: Program  # in World
     time: Array  # (N,) [s]
     rise: Array  # (N, K) [K] without what the air does from the first duty on
     driven: Array  # (S,) [m/s] mean
@@ -177,13 +177,16 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
 
     Args:
         twin: The real arm.
-        program: As read back from its text.
+        program: As read back from its text, in the twin's user frame.
         duties: What the cell did before.
         air: Over time, from the first duty on; default still.
 
     Raises:
         TwinError: The text cannot be followed: out of reach, or another posture.
     """
+    if twin.uframe is not None:
+        position, rotation = twin.uframe.to_world(program.position, program.rotation)
+        program = replace(program, position=frozen(position), rotation=frozen(rotation))
     length = norm(np.diff(program.position, axis=0))
     theta = _joints_at_positions(twin, program)
     time, driven, highest = time_program(twin.robot, program, length, theta)

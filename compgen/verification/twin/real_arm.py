@@ -11,6 +11,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.evaluation import evaluate
+from compgen.core.frame import Frame
 from compgen.robot.robot import Robot
 from compgen.thermal import Profile, ThermalModel
 from compgen.verification.twin.direction_history import DirectionHistory
@@ -33,6 +34,7 @@ class Twin:
     tool_position: Array  # (3,) [m]
     tool_rotation: Array  # (3, 3)
     faults: Faults | None = None  # beside growth; None is a perfect arm that only grows
+    uframe: Frame | None = None  # the controller's register that programs are read in; None: World
 
     def actual_pose(
         self, theta: Array, rise: Array, progress: Callable[[float], None], tool: Placement | None = None

@@ -1,0 +1,106 @@
+"""The frame that a part stands in: from a path file's table or a frame's own file, and what its teaching means."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from compgen import fanuc
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Level
+from compgen.core.frame import Frame
+from compgen.core.rotations import from_wpr
+from compgen.core.toml import check, read_toml
+from compgen.core.units import DEG, MM
+from compgen.fanuc.frames import load_frames
+from compgen.planning.frame_schema import FrameFile, FrameTable, TaughtTable
+
+WARM = 1.0  # [K] from which a frame is taught hot
+FIGURES = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PartFrame:
+    """Where the part stands, and the user frame that the program is written in."""
+
+    number: int
+    place: Frame  # of the part, as taught
+    register: Frame  # what the controller holds: the place to the digits of its screen
+    taught: TaughtTable | None
+
+
+def frame_of(table: FrameTable | None, decimals: int, where: str) -> PartFrame | None:
+    """The frame of a path file's table; None where it has none.
+
+    Args:
+        table: Numbers, or a file beside the path file.
+        decimals: Of the controller's numbers.
+        where: The path file.
+
+    Raises:
+        InputError: Numbers beside a file, a file that is none, or a frame that the file does not have.
+    """
+    if table is None:
+        return None
+    if table.file is None:
+        return _rounded(table.number or 1, _place(table), table.taught, decimals)
+    doubled = next((key for key in (*FIGURES, "taught") if key in table.model_fields_set), None)
+    if doubled is not None:
+        raise InputError(f"{where}: frame.{doubled}: the frame's file says it; remove it, or frame.file")
+    source = Path(where).parent / table.file
+    if table.file.lower().endswith(".va"):
+        number, frames = table.number or 1, load_frames(str(source)).uframe
+        if number not in frames:
+            known = ", ".join(str(n) for n in sorted(frames) if n)
+            raise InputError(f"{source}: frame {number} is not set in it (set: {known}); mend frame.number")
+        return _rounded(number, Frame(*frames[number]), None, decimals)
+    of_file = check(FrameFile, read_toml(source, "paths"), str(source)).frame
+    if of_file.file is not None:
+        raise InputError(f"{source}: frame.file: a frame's file names no other; give the numbers")
+    number = of_file.number or 1
+    if table.number is not None and of_file.number is not None and table.number != number:
+        raise InputError(f"{where}: frame.number: {table.number}, and {source} is of frame {number}; remove one")
+    return _rounded(table.number or number, _place(of_file), of_file.taught, decimals)
+
+
+def _place(table: FrameTable) -> Frame:
+    angles = (np.array([a * DEG]) for a in (table.w_deg, table.p_deg, table.r_deg))
+    return Frame(np.array([table.x_mm, table.y_mm, table.z_mm]) * MM, from_wpr(*angles)[0])
+
+
+def _rounded(number: int, place: Frame, taught: TaughtTable | None, decimals: int) -> PartFrame:
+    position, rotation = fanuc.printed_poses(place.position[None], place.rotation[None], decimals)
+    return PartFrame(number, place, Frame(position[0], rotation[0]), taught)
+
+
+def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Finding]:
+    """What a user must know of how the frame was taught."""
+    if frame is None:
+        return ()
+    taught = frame.taught
+    if taught is None:
+        message = (
+            "[frame] does not say how it was taught: touched on the pendant with a warm arm it holds the heat, which "
+            "would be corrected twice; teach it with cgen teach-frame, or say frame.taught"
+        )
+        return (Finding(Level.NOTE, "frame.taught", message),)
+    hottest = max(taught.rise_K.values(), default=0.0)
+    if taught.through == "pendant":
+        if hottest > WARM:
+            message = (
+                f"the frame was taught on the pendant by an arm {hottest:.1f} K warm, without a model: the heat is in "
+                "it and would be corrected twice; teach it with cgen teach-frame"
+            )
+            return (Finding(Level.WARNING, "frame.hot", message),)
+        message = "the frame was taught on the pendant: what the arm errs by at the touched places is in it"
+        return (Finding(Level.NOTE, "frame.pendant", message),)
+    findings = []
+    if taught.robot_file and not taught.robot_file.endswith(robot_file_hash[:16]):
+        message = f"the frame was taught through {taught.robot_file}, another robot file than this; teach it anew"
+        findings.append(Finding(Level.WARNING, "frame.model", message))
+    if any(taught.sigma_um):
+        k2 = ", ".join(f"{2 * s:.0f}" for s in taught.sigma_um)
+        message = f"the part's place is known to {k2} um (k = 2, World x, y, z); it is in no bound"
+        findings.append(Finding(Level.NOTE, "frame.uncertainty", message))
+    return tuple(findings)
