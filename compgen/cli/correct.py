@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.messages import print_error
-from compgen.cli.options import FramesFile, Overrides, ProgramFile, Quiet, output_folder
+from compgen.cli.options import FramesFile, Overrides, ProgramFile, Quiet, RegistersFile, output_folder
 from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
@@ -21,6 +21,7 @@ def correct(
         str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
     ] = None,
     frames: FramesFile = None,
+    registers: RegistersFile = None,
     before: Annotated[
         list[str] | None,
         typer.Option("--before", help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml; repeatable."),
@@ -52,11 +53,17 @@ def correct(
     from compgen.cli.correction_table import show_correction
     from compgen.cli.progress_bar import CORRECT, show_progress
     from compgen.pipelines import correct as pipeline
-    from compgen.pipelines.correct.called_programs import programs_beside
     from compgen.pipelines.correct.result import options_of
-    from compgen.pipelines.correct.robot_choice import robot_of_program
     from compgen.pipelines.history_words import load_before
-    from compgen.pipelines.program_file import naming_program, read_frames, read_program, refuse_corrected
+    from compgen.pipelines.program_file import (
+        naming_program,
+        read_frames,
+        read_program,
+        read_registers,
+        refuse_corrected,
+    )
+    from compgen.pipelines.programs_beside import programs_beside
+    from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_cell
     from compgen.report.files import correction_files
     from compgen.verification.verdict import Verdict
@@ -77,11 +84,11 @@ def correct(
         with naming_program(program):
             robot = robot_of_program(content)
     cell, frames_table, history = load_cell(robot, overrides or ()), read_frames(frames), load_before(before or ())
-    provenance = source.stem + PROVENANCE
+    provenance, register_table = source.stem + PROVENANCE, read_registers(registers)
     with show_progress(quiet or as_json, CORRECT) as progress:
         with naming_program(program):
             correction = pipeline.correct(
-                content, cell, frames_table, history, options, progress, programs_beside(source)
+                content, cell, frames_table, history, options, progress, programs_beside(source), register_table
             )
         progress("report", 0.0)
         written = correction.is_usable or force

@@ -7,13 +7,19 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.options import DEFAULT_ROBOT, FramesFile, ProgramFile, Robot
+from compgen.cli.options import FramesFile, ProgramFile, RegistersFile
 
 
 def inspect(
     program: ProgramFile,
-    robot: Robot = DEFAULT_ROBOT,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            "--robot", help="Robot name or file, for reach and limits; default: the one that the program names."
+        ),
+    ] = None,
     frames: FramesFile = None,
+    registers: RegistersFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Say what a program is, and what makes correcting it unsafe. Changes nothing."""
@@ -21,14 +27,24 @@ def inspect(
     from compgen.cli.program_table import show_program
     from compgen.fanuc.analysis import inspection
     from compgen.fanuc.analysis.watermark import Mark
-    from compgen.pipelines.program_file import naming_program, provenance_beside, read_frames, read_program
+    from compgen.pipelines.program_file import (
+        naming_program,
+        provenance_beside,
+        read_frames,
+        read_program,
+        read_registers,
+    )
+    from compgen.pipelines.programs_beside import programs_beside
+    from compgen.pipelines.robot_choice import robot_named
     from compgen.pipelines.robot_file import load_robot
 
-    frames_table = read_frames(frames)
-    arm = load_robot(robot)
+    frames_table, register_table = read_frames(frames), read_registers(registers)
     content = read_program(program)
     with naming_program(program):
-        report = inspection.inspect(fanuc.loads(content), arm, frames_table)
+        whole = fanuc.loads(content)
+        name = robot if robot is not None else robot_named(content)
+        arm = load_robot(name) if name is not None else None
+        report = inspection.inspect(whole, arm, frames_table, register_table, programs_beside(Path(program)))
     if report["mark"] == Mark.NONE and provenance_beside(Path(program), content):
         report["mark"] = Mark.RECORD.value
     if as_json:

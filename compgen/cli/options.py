@@ -27,6 +27,9 @@ ProgramFile = Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", sho
 Robot = Annotated[str, typer.Option("--robot", help="Robot name or file.")]
 DEFAULT_ROBOT = "m710ic50"
 FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
+RegistersFile = Annotated[
+    str | None, typer.Option("--registers", help="Position registers PR[n] at the start (.toml) or POSREG.VA.")
+]
 
 
 def output_folder(path: str, output: str | None, suffix: str = "") -> Path:

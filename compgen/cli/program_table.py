@@ -38,6 +38,8 @@ def show_program(report: dict[str, Any]) -> None:
     for joint, margin in report["limits"].items():
         unit = "mm" if "room_mm" in margin else "deg"
         console.print(f"{joint}: {margin['room_' + unit]:.2f} {unit} from its limit at P[{margin['position']}]")
+    if report["robot"] is None:
+        console.print("reach and joint limits: not looked at, the program names no robot; say which with --robot")
     if report["out_of_reach"]:
         console.print(f"out of reach of {report['robot']}: {', '.join(f'P[{n}]' for n in report['out_of_reach'][:20])}")
     console.print(f"{len(report['unsafe'])} statements make compensation unsafe" + (":" if report["unsafe"] else ""))

@@ -6,27 +6,24 @@ r"""User frames and tools, which a program only numbers: from a TOML table or fr
     r_deg = 0                                 X:  1200.000   Y:     0.000   Z:     0.000
     [utool.1]                                 W:     0.000   P:     0.000   R:     0.000
 
-Frame 0 is World, tool 0 the flange: both are known without a table. An uninitialised entry is not known.
+Frame 0 is World, tool 0 the flange: both are known without a table. An uninitialised entry is not known. A TOML table
+also says what extended axes carry (``extended_axes``).
 """
 
 import re
 import tomllib
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.findings import Finding
-from compgen.core.rotations import from_wpr
-from compgen.core.toml import brief_value
-from compgen.core.units import DEG, MM
 from compgen.core.unlikely import unlikely_values
+from compgen.fanuc.extended_axes import ExtendedAxis, extended_axes
+from compgen.fanuc.pose_table import Pose, pose_of, pose_values
 
-Pose = tuple[Array, Array]  # position (3,) [m], rotation (3, 3)
-_KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
 _ENTRY = re.compile(r"\[1,\s*([0-9]{1,3})\]\s*=([^\[]*)")
 _COORDINATE = re.compile(r"\b([XYZWPR]):\s*([-+]?\d*\.?\d+)")
@@ -39,6 +36,7 @@ class Frames:
     uframe: dict[int, Pose]
     utool: dict[int, Pose]
     unlikely: tuple[Finding, ...] = ()  # values that look like another unit's
+    extended: Mapping[str, ExtendedAxis] = field(default_factory=dict)  # by name, E1 to E3
 
 
 def default_frames() -> Frames:
@@ -60,7 +58,8 @@ def load_frames(path: str) -> Frames:
         raise InputError(f"{path}: cannot be read: {reason}; give a frames table (.toml or SYSFRAME.VA)") from None
     base = default_frames()
     loaded = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
-    return Frames({**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool}, loaded.unlikely)
+    frames = {**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool}
+    return Frames(*frames, loaded.unlikely, loaded.extended)
 
 
 def _from_toml(text: str, path: str) -> Frames:
@@ -69,15 +68,16 @@ def _from_toml(text: str, path: str) -> Frames:
     except (ValueError, RecursionError) as failure:
         raise InputError(f"{path}: not TOML: {failure}") from None
     for key in data:
-        if key not in ("uframe", "utool"):
-            raise InputError(f"{path}: {key}: unknown key; give [uframe.N] and [utool.N]")
+        if key not in ("uframe", "utool", "extended"):
+            raise InputError(f"{path}: {key:.40}: unknown key; give [uframe.N], [utool.N] and [extended.E1]")
         if not isinstance(data[key], dict):
-            raise InputError(f"{path}: {key}: must be a table; give [{key}.N]")
+            raise InputError(f"{path}: {key}: must be a table; give [{key}.{'E1' if key == 'extended' else 'N'}]")
     uframe, utool = (
-        {_index(n, kind, path): _pose(t, f"{kind}.{n}", path) for n, t in data.get(kind, {}).items()}
+        {_index(n, kind, path): pose_of(pose_values(t, f"{kind}.{n}", path)) for n, t in data.get(kind, {}).items()}
         for kind in ("uframe", "utool")
     )
-    return Frames(uframe, utool, unlikely_values(data, path))
+    extended = extended_axes(data.get("extended", {}), path)
+    return Frames(uframe, utool, unlikely_values(data, path), extended)
 
 
 def _index(text: str, kind: str, path: str) -> int:
@@ -85,21 +85,6 @@ def _index(text: str, kind: str, path: str) -> int:
         zero = "World" if kind == "uframe" else "the flange"
         raise InputError(f"{path}: {kind}.{text}: a frame's number is 1 to 999; 0 is {zero}")
     return int(text)
-
-
-def _pose(table: Any, key: str, path: str) -> Pose:
-    if not isinstance(table, dict):
-        raise InputError(f"{path}: {key}: must be a table with {', '.join(_KEYS)}")
-    if unknown := sorted(set(table) - set(_KEYS)):
-        raise InputError(f"{path}: {key}.{unknown[0]}: unknown key; known: {', '.join(_KEYS)}")
-    values = []
-    for name in _KEYS:
-        value = table.get(name)
-        if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) < 1e5:
-            reason = "missing; add it" if value is None else f"{brief_value(value)} is not a length or angle"
-            raise InputError(f"{path}: {key}.{name}: {reason}")
-        values.append(float(value))
-    return _transform(values)
 
 
 def _from_backup(text: str, path: str) -> Frames:
@@ -113,12 +98,7 @@ def _from_backup(text: str, path: str) -> Frames:
                     f"{path}: $MNU{kind}[1,{number}]: a coordinate is beyond 100000; export the backup anew"
                 )
             if set(values) == set("XYZWPR"):
-                tables[kind][int(number)] = _transform([values[a] for a in "XYZWPR"])
+                tables[kind][int(number)] = pose_of([values[a] for a in "XYZWPR"])
     if not records:
         raise InputError(f"{path}: no $MNUFRAME or $MNUTOOL in it; give SYSFRAME.VA of a backup")
     return Frames(tables["FRAME"], tables["TOOL"])
-
-
-def _transform(values: list[float]) -> Pose:
-    w, p, r = (np.array([v * DEG]) for v in values[3:])
-    return np.array(values[:3]) * MM, from_wpr(w, p, r)[0]

@@ -93,6 +93,7 @@ MOTION_OPTIONS = (
     MotionOption("WELD START", arguments=_SCHEDULE, on_insertion=OnInsertion.KEEP),
     MotionOption("WELD END", arguments=_SCHEDULE, on_insertion=OnInsertion.KEEP),
 )
+OFFSETS = ("OFFSET", "TOOL_OFFSET")  # a position register's value is added
 _BLANK = "\0"  # what stands in brackets, where only the brackets matter
 #: An option with its arguments, a termination that stands behind it, or a word that is none of them.
 _OPTION_OR_WORD = _ignoring_case(
@@ -135,6 +136,16 @@ def unsafe_options(options: str) -> list[str]:
 def ends_elsewhere(options: str) -> bool:
     """Whether after a motion with these options the robot may be elsewhere than at the motion's position."""
     return bool(TARGET_MODIFIER.search(options)) or any(option is None for option, _ in _split_options(options))
+
+
+def without_offsets(options: str) -> str:
+    """Options without Offset and Tool_Offset: what is left where the places that they lead to are known."""
+    return " ".join(text for option, text in _split_options(options) if option is None or option.word not in OFFSETS)
+
+
+def offsets_of(options: str) -> list[tuple[str, str]]:
+    """The offsets among options: which, and its text with the register, in the order they stand."""
+    return [(option.word, text) for option, text in _split_options(options) if option and option.word in OFFSETS]
 
 
 def options_on_parts(options: str) -> str | None:

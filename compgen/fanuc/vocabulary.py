@@ -130,6 +130,38 @@ def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
     return not (_STILL.match(text) or _ASSIGNMENT.match(text) or CALL.search(text))
 
 
+#: What writes position registers, user frames or tools, or runs what may.
+_WRITES = _words(
+    r"(?<![A-Z_$])(?:PR|UFRAME|UTOOL)\s*\[[^=<>]*=|\$MNU|\bSearch\s+(?:Start|End)\b|P-SPS|\bMONITOR\b|\bRUN\b|^\s*\$"
+)
+
+
+def may_write_registers(text: str, settled: Collection[str] = (), *, options: bool = False) -> bool:
+    """Whether a statement may write a position register, a user frame or a tool.
+
+    Args:
+        text: The statement, or the options of a motion.
+        settled: Programs, in capitals, of which it is known that they do not.
+        options: The text is that of options.
+    """
+    names = [name.upper() for name in CALL.findall(text)]
+    if any(name not in settled for name in names) or _WRITES.search(text):
+        return True
+    return not (options or names) and may_move_arm(text)
+
+
+def conditional_action(text: str) -> str | None:
+    """What a statement does on a condition: IF ...,PR[1]=PR[2]; None for one that does what it says."""
+    if not _CONDITIONAL.match(text):
+        return None
+    depth, at = 0, len(text)
+    for i, character in enumerate(text):
+        depth += (character in "[(") - (character in "])")
+        if character == "," and depth == 0:
+            at = i + 1
+    return text[at:].strip()
+
+
 @dataclass(frozen=True, slots=True)
 class Bracket:
     """What begins a part of a program, and what ends it."""
@@ -226,9 +258,16 @@ UNSAFE_HEADERS = {
 }
 
 
-def unsafe_words(text: str) -> list[str]:
-    """Why a statement that is no motion makes a correction unsafe; empty when it does not."""
+def unsafe_words(text: str, *, frames: bool = True) -> list[str]:
+    """Why a statement that is no motion makes a correction unsafe; empty when it does not.
+
+    Args:
+        text: The statement.
+        frames: A frame or tool that it writes is one of them.
+    """
     reasons = [statement.reason for statement in UNSAFE_STATEMENTS if statement.pattern.search(text)]
+    if not frames:
+        return reasons
     return reasons + [_FRAME_REASON[kind] for kind in dict.fromkeys(m[1] for m in FRAME_WRITTEN.finditer(text))]
 
 

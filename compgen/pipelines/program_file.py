@@ -1,4 +1,4 @@
-"""A program that exists: its file, what lies beside it, and the frames that its positions are told in."""
+"""A program that exists: its file, what lies beside it, and the frames and registers that its positions are told in."""
 
 import json
 from collections.abc import Iterator
@@ -9,6 +9,7 @@ from pathlib import Path
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.fanuc.frames import Frames, default_frames, load_frames
+from compgen.fanuc.registers import Register, load_registers
 
 
 def read_program(program: str) -> bytes:
@@ -32,6 +33,11 @@ def naming_program(program: str) -> Iterator[None]:
 def read_frames(path: str | None) -> Frames:
     """What UF and UT numbers mean."""
     return load_frames(path) if path is not None else default_frames()
+
+
+def read_registers(path: str | None) -> dict[int, Register]:
+    """Position registers when a program starts, by number."""
+    return load_registers(path) if path is not None else {}
 
 
 def provenance_beside(source: Path, content: bytes) -> Path | None:

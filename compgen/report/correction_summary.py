@@ -54,7 +54,7 @@ def correction_columns(result: Correction) -> dict[str, Array | IntArray]:
     rows = np.flatnonzero(result.ride.fraction == 1)
     station = result.ride.station[rows]
     pose = plan.drive.pose[station]
-    position, rise = plan.poses.position[pose] / MM, plan.stations.rise[station]
+    position, rise = plan.poses.in_cell(pose) / MM, plan.stations.rise[station]
     return {
         "station": station + 1,
         "line": plan.program.motions.line[plan.drive.motion[station]],

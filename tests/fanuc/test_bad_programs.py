@@ -142,7 +142,7 @@ def test_on_the_command_line(tmp_path):
         refused(run("inspect", file), 2, "BAD.LS", *words)
     data, line, words = TOLD["out of reach"]
     file.write_bytes(data)
-    shown = run("inspect", file)
+    shown = run("inspect", file, "--robot", "m710ic50")
     assert shown.returncode == 0
     assert f"line {line}: P[2]: it is" in shown.stdout
     assert "out of reach" in shown.stdout

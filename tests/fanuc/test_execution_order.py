@@ -7,7 +7,8 @@ import pytest
 from ls_text import joint_form, program
 
 from compgen.fanuc import loads
-from compgen.fanuc.analysis.execution_order import NO_ORIGIN, motionless_programs, station_origins
+from compgen.fanuc.analysis.called_programs import called_programs
+from compgen.fanuc.analysis.execution_order import NO_ORIGIN, station_origins
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import may_move_arm
 
@@ -107,7 +108,7 @@ def test_a_called_program_is_followed_as_far_as_to_know_that_it_stands_still():
         "BROKEN": b"no program",
     }
     caller = loads(program([f"CALL {name}" for name in [*sorted(texts), "ABSENT"]], []))
-    assert motionless_programs(caller, texts.get) == {"QUIET", "DEEPER"}
+    assert called_programs(caller, texts.get).motionless == {"QUIET", "DEEPER"}
 
 
 def test_many_jumps_to_many_labels_take_no_square_of_time():

@@ -231,12 +231,29 @@ def test_inspect_on_the_command_line(tmp_path):
     shown = run("inspect", demo)
     assert shown.returncode == 0
     assert "line 7" in shown.stdout
-    data = json.loads(run("inspect", demo, "--json").stdout)
+    data = json.loads(run("inspect", demo, "--json", "--robot", "m710ic50").stdout)
     assert data["out_of_reach"] == [2]
     assert data["unsafe"][0]["line"] == 7
+    assert data["robot"] == "m710ic50"
     (tmp_path / "x.LS").write_bytes(b"\0\1\2")
     refused(run("inspect", tmp_path / "x.LS"), 2, "x.LS", "binary")
     refused(run("inspect", tmp_path / "none.LS"), 2, "none.LS", "cannot be read")
+
+
+def test_without_a_robot_inspect_says_nothing_of_an_arm_and_the_rest_as_with_one(tmp_path):
+    demo = tmp_path / "DEMO.LS"
+    moves = ["J P[1] 10% FINE    ;", "L P[2] 5mm/sec FINE INC    ;"]
+    demo.write_bytes(program(moves, {"x": 1500.0}, {"x": 2500.0}).data)
+    without = json.loads(run("inspect", demo, "--json").stdout)
+    arm = json.loads(run("inspect", demo, "--json", "--robot", "m710ic50").stdout)
+    assert (without["robot"], without["limits"], without["out_of_reach"]) == (None, {}, [])
+    assert arm["out_of_reach"] == [2]
+    assert [u for u in arm["unsafe"] if "out of reach" not in u["reason"]] == without["unsafe"]
+    for key in ("motions", "positions", "frames", "postures", "path_length_mm", "duration_s", "mark"):
+        assert without[key] == arm[key]
+    assert "names no robot" in run("inspect", demo).stdout
+    demo.write_bytes(demo.read_bytes().replace(b"/MN\n", b"/MN\n   9:  !for M-710iC/50 ;\n"))
+    assert json.loads(run("inspect", demo, "--json").stdout)["robot"] == "m710ic50"
 
 
 def test_every_sample_is_inspected():
@@ -249,6 +266,7 @@ def test_every_sample_is_inspected():
         found = inspection.inspect(fanuc.loads(Path(file).read_bytes()), robot, frames)
         json.dumps(found, allow_nan=False)
         assert found["positions"]["undefined"] == [], file
+        json.dumps(inspection.inspect(fanuc.loads(Path(file).read_bytes()), None, frames), allow_nan=False)
 
 
 REMOTE = ["J P[1] 10% FINE    ;", "L P[2] 100mm/sec FINE    ;", "L P[3] 100mm/sec FINE RTCP    ;"]

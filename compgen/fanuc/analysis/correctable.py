@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.core.units import DEG, MM
-from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.analysis.poses import J1, NONE, Poses
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
@@ -15,7 +15,11 @@ from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
 from compgen.robot.robot import Robot
 
+_CARRIED = "an extended axis moves on the way there, or may: the arm or the part is moved with it"
 LONGEST_NUMBER = 17  # characters: 15 digits, which a float keeps, sign and point
+
+
+Test = tuple[BoolArray, Callable[[int], str]]  # which rows of poses fail, and why
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,25 +30,38 @@ class Scope:
     unsafe: tuple[Unsafe, ...]  # every statement or position that is passed through, or casts doubt on others
 
 
-def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Robot) -> Scope:
-    """Free stations, and the list of all that is passed through untouched."""
+def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Robot | None) -> Scope:
+    """Free stations, and the list of all that is passed through untouched.
+
+    Args:
+        program: Any program.
+        poses: Those of its positions.
+        traversal: Its stations.
+        robot: Whose reach and limits hold positions; without one these are not looked at, and nothing is free.
+    """
     p, m = program.positions, program.motions
-    unsafe = list(unsafe_statements(program))
+    unsafe = list(unsafe_statements(program, poses.placements))
     named = {u.line for u in unsafe}
     line = m.line[traversal.motion]
     held = np.isin(line, list(named)) | (traversal.pose == NONE)
+    told = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
+    unsafe += [
+        Unsafe(int(line[s]), _text(program, int(traversal.motion[s])), _CARRIED)
+        for s in np.flatnonzero(traversal.carried & ~held & ~told).tolist()
+    ]
+    held |= traversal.carried
     pose = np.maximum(traversal.pose, 0)
     row = poses.row[pose] if len(poses.row) else np.zeros(len(pose), dtype=np.int64)
-    if len(poses.row):
+    if len(poses.row) and robot is not None:
         held |= ~np.isfinite(poses.theta[pose]).all(axis=1)
-    unfit = {int(poses.row[k]): reason for k, reason in _unfit(program, poses, robot)}
-    for i, reason in unfit.items():
+    for k, reason in _unfit(program, poses, robot):
+        i = int(poses.row[k])
         if int(p.line[i]) not in named:
             unsafe.append(Unsafe(int(p.line[i]), f"P[{p.number[i]}]", reason))
     named_rows = np.flatnonzero(np.isin(p.line, [u.line for u in unsafe]))
     held |= np.isin(row, named_rows)
     for number, text in other_statements(program) if len(poses.row) else []:
-        named_here = _around(text, program, row)
+        named_here = _around(text, program, row, number in poses.placements.settled)
         short = " ".join(text.rstrip("; ").split())[:60]
         if (named_here & ~held).any() and number not in named:
             unsafe.append(Unsafe(number, short, "it uses a position as a value, which is left as it is"))
@@ -58,23 +75,30 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
             for k in np.flatnonzero(inside & ~held).tolist()
         ]
         held |= inside
-    return Scope(~held, tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
+    return Scope(~held & (robot is not None), tuple(sorted(set(unsafe), key=lambda u: (u.line, u.reason))))
 
 
-def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, str]]:
+def _unfit(program: LsProgram, poses: Poses, robot: Robot | None) -> list[tuple[int, str]]:
     """Positions that are known but cannot be corrected, and why."""
+    reason_of = {k: poses.stands.reason[poses.stands.which[k]] for k in np.flatnonzero(poses.extended).tolist()}
+    tests = [*_arm_tests(poses, robot), *_number_tests(program, poses)] if robot else _number_tests(program, poses)
+    for rows, why in tests:
+        for k in np.flatnonzero(rows).tolist():
+            reason_of.setdefault(k, why(k))
+    return sorted(reason_of.items())
+
+
+def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
+    """Positions that the arm cannot take, or takes badly."""
     margin_mm = poses.margin / MM
-    characters = np.diff(program.positions.span[poses.row], axis=2).max(axis=(1, 2), initial=0)
     known = np.isfinite(poses.theta).all(axis=1)
     with np.errstate(invalid="ignore"):
         over = np.maximum(robot.lower - poses.theta, poses.theta - robot.upper)
         wrist = np.abs(poses.theta[:, 4] - robot.pendant_zero[4])
         far, flat = poses.margin < 0, poses.margin < robot.elbow_margin
-    in_known_frame = (poses.tool != NONE) & (poses.base != NONE)
     worst, beyond = np.argmax(over, axis=1), np.asarray(known & (over > 1e-9).any(axis=1))
     turned, stretched = np.asarray(known & (wrist < robot.wrist_margin)), np.asarray(known & flat)
-    reason_of: dict[int, str] = {}
-    reasons: tuple[tuple[BoolArray, Callable[[int], str]], ...] = (
+    return [
         (far, lambda k: f"it is {-margin_mm[k]:.1f} mm out of reach of {robot.name} in the posture it names"),
         (
             beyond,
@@ -87,24 +111,30 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot) -> list[tuple[int, st
             lambda k: f"J5 is {wrist[k] / DEG:.3f} deg from zero: J4 and J6 may swing round for a small correction",
         ),
         (stretched, lambda k: f"the arm is {margin_mm[k]:.2f} mm from full stretch or fold"),
+    ]
+
+
+def _number_tests(program: LsProgram, poses: Poses) -> list[Test]:
+    """Positions whose numbers cannot be taken or written."""
+    p, row = program.positions, poses.row
+    characters = np.diff(p.span[row], axis=2).max(axis=(1, 2), initial=0)
+    value = np.where(poses.joint_form[:, None], p.value[row, J1 : J1 + 6], p.value[row, :6])
+    complete = np.isfinite(value).all(axis=1)
+    in_known_frame = (poses.tool != NONE) & (poses.base != NONE)
+    return [
         (np.asarray(characters > LONGEST_NUMBER), lambda _: "it has a number of more digits than a controller writes"),
-        (np.asarray(~known & (in_known_frame | poses.joint_form)), lambda _: "one of its six numbers is missing"),
-        (poses.extended, lambda _: "an extended axis moves the base or the part: where it stands is not known here"),
-    )
-    for rows, why in reasons:
-        for k in np.flatnonzero(rows).tolist():
-            reason_of.setdefault(k, why(k))
-    return sorted(reason_of.items())
+        (np.asarray(~complete & (in_known_frame | poses.joint_form)), lambda _: "one of its six numbers is missing"),
+    ]
 
 
-def _around(text: str, program: LsProgram, row: IntArray) -> BoolArray:
-    """Stations that a statement holds: it names their position, or writes their frame or tool."""
+def _around(text: str, program: LsProgram, row: IntArray, settled: bool) -> BoolArray:
+    """Stations that a statement holds: it names their position, or writes their frame or tool and that is not known."""
     p = program.positions
     held = np.zeros(len(row), dtype=bool)
     for number in POSITION.findall(text):
         held |= p.number[row] == int(number or NO_NUMBER)
     held |= any(INDIRECT_POSITION.findall(text))
-    if written := FRAME_WRITTEN.search(text):
+    if (written := FRAME_WRITTEN.search(text)) and not settled:
         column = p.uframe if written[1] == "FRAME" else p.utool
         index = written[2].partition(":")[0].strip()
         held |= (column[row] == int(index)) if index.isdigit() else np.ones(len(row), dtype=bool)

@@ -5,21 +5,25 @@ their frames known.
 """
 
 from collections import Counter
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.units import DEG, MM
+from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.poses import NONE, Poses, read_poses
-from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, position_rows, read_traversal
+from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.traversal import arc_lengths, parse_speeds, pose_rows, read_traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.fanuc.analysis.watermark import mark_of
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.registers import Register
 from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
 from compgen.robot.robot import Robot
 
@@ -27,37 +31,46 @@ _HALF = 32  # bits: two numbers in one
 LONGEST_S = 1e9  # a time above is a slip of the pen, not a duration
 
 
-def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
+def inspect(
+    program: LsProgram,
+    robot: Robot | None,
+    frames: Frames,
+    registers: Mapping[int, Register] | None = None,
+    find_program: Callable[[str], bytes | None] = lambda name: None,
+) -> dict[str, Any]:
     """Everything ``cgen inspect`` says, in plain types.
 
     Args:
         program: Any program.
-        robot: For limits and singularities.
+        robot: For limits, reach and singularities; without one nothing is said of them.
         frames: What UFRAME and UTOOL numbers mean.
+        registers: Position registers when the program starts, by number.
+        find_program: The listing of a program that this one calls, by its name in capitals; None where there is none.
     """
+    around = Surroundings(frames, registers or {}, called_programs(program, find_program))
     m, p = program.motions, program.positions
     active = np.flatnonzero(~m.disabled)
     via, goal = _targets(program, active)
     targets = np.concatenate([via, goal])
     used, uses = _distinct(targets[targets >= 0])
     defined, _ = _distinct(p.number)
-    poses = read_poses(program, robot, frames)
+    poses = around.poses(program, robot)
     length, duration, untimed = _travel(program, poses, active, via, goal)
     first = p.group <= 1
     pairs, pair_counts = _distinct((p.uframe[first] + 1 << _HALF) + p.utool[first] + 1)  # F is -1
     beyond = np.flatnonzero(poses.margin < 0)
-    traversal = read_traversal(program, poses, robot)
+    traversal = read_traversal(program, poses, robot, around.called.motionless)
     scope = read_scope(program, poses, traversal, robot)
     mark = mark_of(program, poses, traversal, scope.free)
     number = p.number[poses.row]
-    unsafe = [*scope.unsafe, *_unknown_frames(program, frames)]
+    unsafe = [*scope.unsafe, *_unknown_frames(program, poses)]
     mentioned = [int(n) for _, text in other_statements(program) for n in POSITION.findall(text) if n]
     read = np.isin(defined, used) | np.isin(defined, mentioned)
     return {
         "name": program.name,
         "subtype": program.subtype,
         "comment": dict(program.attributes).get("COMMENT", "").strip('"'),
-        "robot": robot.name,
+        "robot": robot.name if robot else None,
         "mark": mark.value,
         "bytes": len(program.data),
         "motions": dict(Counter(map(m.letter.__getitem__, active.tolist()))),
@@ -78,7 +91,7 @@ def inspect(program: LsProgram, robot: Robot, frames: Frames) -> dict[str, Any]:
         "duration_s": duration,
         "motions_without_time": untimed,
         "postures": _postures(program, first),
-        "limits": _limits(poses, number, robot),
+        "limits": _limits(poses, number, robot) if robot else {},
         "out_of_reach": number[beyond].tolist(),
         "unsafe": [
             {"line": u.line, "text": u.text, "reason": u.reason}
@@ -122,8 +135,7 @@ def _travel(
         return 0.0, 0.0, 0
     stands = np.vstack([poses.position, np.full((1, 3), np.nan)])  # the last row: not known
     stands[:-1][poses.joint_form & (poses.tool == NONE)] = np.nan
-    number = program.positions.number[poses.row]
-    end, via_point = stands[position_rows(goal, number)], stands[position_rows(via, number)]
+    end, via_point = stands[pose_rows(poses, goal, active)], stands[pose_rows(poses, via, active)]
     start = np.vstack([stands[-1:], end[:-1]])
     letter = np.array(m.letter, dtype="U1")[active]
     step = np.linalg.norm(end - start, axis=1)
@@ -140,13 +152,13 @@ def _travel(
     return float(np.nansum(step)), float(duration[timed].sum()), int((~timed).sum())
 
 
-def _unknown_frames(program: LsProgram, frames: Frames) -> list[Unsafe]:
+def _unknown_frames(program: LsProgram, poses: Poses) -> list[Unsafe]:
     """Frames and tools whose value is not known, told at their first position."""
     p = program.positions
-    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1) & ~p.remote
+    cartesian = (p.span[poses.row, :6, 1] > 0).any(axis=1) & ~p.remote[poses.row]
     findings = []
-    for kind, numbers, known in (("uframe", p.uframe, frames.uframe), ("utool", p.utool, frames.utool)):
-        rows = np.flatnonzero(cartesian & (numbers >= 0) & ~np.isin(numbers, list(known)))
+    for kind, numbers, known in (("uframe", p.uframe, poses.base), ("utool", p.utool, poses.tool)):
+        rows = np.unique(poses.row[cartesian & (numbers[poses.row] >= 0) & (known == NONE)])
         for number, first, count in zip(*np.unique(numbers[rows], return_index=True, return_counts=True)):
             i = rows[first]
             others = f" and {count - 1} more" if count > 1 else ""

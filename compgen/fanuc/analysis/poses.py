@@ -1,29 +1,39 @@
-"""What the positions of any program mean: pose in World, joints, posture. Group 1 only.
+"""What the positions of any program mean: pose, joints, posture. Group 1 only.
 
     T_world_tcp = T_uframe T_position         T_world_flange = T_world_tcp T_utool^-1
 
 A Cartesian position takes its joints from its CONFIG, a joint-form position its pose from its joints. What cannot be
-known (not taught, frame not known, CONFIG without a posture, out of reach) is NaN.
+known (not taught, frame not known, CONFIG without a posture, out of reach) is NaN. A position that motions place in
+several ways (``placements``: an offset, a frame written at run time) has a row for each of them.
+
+World is the arm's own. Where an extended axis carries the arm (``stands``), it is elsewhere in the cell, and user
+frames are told in it: T_uframe = T_stand^-1 T_cell_uframe.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.rotations import from_wpr
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG
+from compgen.fanuc.analysis.placements import Placements
+from compgen.fanuc.analysis.placing import placed_poses
+from compgen.fanuc.analysis.stands import Stands, read_stands
 from compgen.fanuc.configuration import apply_turns, parse_config, posture_indices
-from compgen.fanuc.frames import Frames, Pose
+from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
+from compgen.fanuc.pose_table import Pose, compose, inverse, pose_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_from_tool, solve_flange
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 NONE = -1
-J1, E1 = AXES.index("J1"), AXES.index("E1")
+J1 = AXES.index("J1")
+STILL: Pose = (np.zeros(3), np.eye(3))
+AS_LISTED = Placements()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,44 +43,69 @@ class Poses:
     row: IntArray  # (K,) in the program's table of positions
     number: IntArray  # (K,) n of P[n]
     line: IntArray  # (K,)
-    position: Array  # (K, 3) [m] TCP in World
+    position: Array  # (K, 3) [m] TCP in the arm's World
     rotation: Array  # (K, 3, 3)
     theta: Array  # (K, 6) [rad]
     margin: Array  # (K,) [m] inside reach; NaN in joint form
     posture: IntArray  # (K,) in ``ALL_POSTURES``, NONE when not known
     joint_form: BoolArray  # (K,)
-    extended: BoolArray  # (K,) has E1, E2 or E3
     tool: IntArray  # (K,) in ``tools``
     tools: tuple[Pose, ...]
     base: IntArray  # (K,) in ``bases``
-    bases: tuple[Pose, ...]
+    bases: tuple[Pose, ...]  # user frames in the arm's World
+    placement: IntArray  # (K,) in ``placements.table``
+    placements: Placements
+    placed: Mapping[tuple[int, int], int]  # row of a position's number and a placement that is not plain
+    first: IntArray  # (K,) first row of the same position: it stands for the others where numbers are written
+    stands: Stands  # where the arm stands
+
+    @property
+    def extended(self) -> BoolArray:
+        """Positions of which extended axes leave unknown where the arm stands, (K,)."""
+        return np.asarray(self.stands.which != NONE)
+
+    def in_cell(self, rows: IntArray) -> Array:
+        """TCP in the cell's World, (n, 3) [m]: the arm's own unless an extended axis carries it."""
+        stand = np.maximum(self.stands.stand[rows], 0)
+        origin, axes = _stacked(stand, self.stands.poses)
+        return np.asarray(origin + np.einsum("nij,nj->ni", axes, self.position[rows]))
+
+    def base_of(self, rows: IntArray) -> tuple[Array, Array]:
+        """User frames of rows in the arm's World, (n, 3) [m] and (n, 3, 3)."""
+        return _stacked(self.base[rows], self.bases)
 
     def tool_of(self, tool: int) -> Pose:
         """The TCP in the flange; the flange itself for a joint-form position whose tool is not known."""
         return self.tools[tool] if tool != NONE else (np.zeros(3), np.eye(3))
 
 
-def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
+def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placements: Placements = AS_LISTED) -> Poses:
     """Poses and joints of all positions, as far as they can be known.
 
     Args:
         program: Any program.
-        robot: Whose joints; its controller says which joints CONFIG's digits count.
+        robot: Whose joints; its controller says which joints CONFIG's digits count. Without one no joint is known, and
+            no place of a position in joint form.
         frames: What UF and UT numbers mean; a number that is not in it leaves the position unknown.
+        placements: How motions place positions.
     """
     p = program.positions
-    row = np.flatnonzero(p.group <= 1)
+    row, placement, placed = _rows(program, placements)
     K = len(row)
     value = p.value[row]
     joint_form = p.span[row, J1, 1] > 0
     joints = value[:, J1 : J1 + 6] * DEG
+    stands = read_stands(program, row, frames)
     tool, tools = _numbered(p.utool[row], frames.utool)
     base, bases = _numbered(p.uframe[row], frames.uframe)
+    tool, tools = _overridden(tool, tools, p.utool[row], placement, [dict(t.utool) for t in placements.table])
+    base, bases = _overridden(base, bases, p.uframe[row], placement, [dict(t.uframe) for t in placements.table])
+    base, bases = _in_arm(base, bases, stands)
     position, rotation = np.full((K, 3), np.nan), np.full((K, 3, 3), np.nan)
     theta, margin, posture = np.full((K, 6), np.nan), np.full(K, np.nan), np.full(K, NONE)
 
     taught = np.flatnonzero(joint_form & np.isfinite(joints).all(axis=1))
-    if len(taught):
+    if len(taught) and robot is not None:
         theta[taught] = robot.to_theta(joints[taught])
         flange = flange_pose(robot, theta[taught])
         tcp, turn = _stacked(tool[taught], tools)
@@ -81,15 +116,18 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
     given = np.isfinite(value[:, :6]).all(axis=1) & (tool != NONE) & (base != NONE) & ~joint_form & ~p.remote[row]
     cartesian = np.flatnonzero(given)
     if len(cartesian):
-        origin, axes = _stacked(base[cartesian], bases)
-        position[cartesian] = origin + np.einsum("nij,nj->ni", axes, value[cartesian, :3] * MM)
-        rotation[cartesian] = axes @ from_wpr(*(value[cartesian, 3:6] * DEG).T)
+        shift = placements.table, placement[cartesian]
+        position[cartesian], rotation[cartesian] = placed_poses(
+            value[cartesian, :6], _stacked(base[cartesian], bases), *shift
+        )
         configs, which = _configs([p.config[i] or "" for i in row[cartesian]])
         for k, (named, turns) in enumerate(configs):
             rows = cartesian[which == k]
             if named is None:
                 continue
             posture[rows] = ALL_POSTURES.index(named)
+            if robot is None:
+                continue
             for t in np.unique(tool[rows]):
                 some = rows[tool[rows] == t]
                 flange = flange_from_tool(position[some], rotation[some], *tools[t])
@@ -97,24 +135,71 @@ def read_poses(program: LsProgram, robot: Robot, frames: Frames) -> Poses:
                 turned = apply_turns(robot, solved, np.tile(turns, (len(some), 1)))
                 theta[some] = np.where(reach[:, None] >= 0, turned, np.nan)
                 margin[some] = reach
-    extended = np.asarray((p.span[row, E1:, 1] > 0).any(axis=1))
+    _, begins, same = np.unique(row, return_index=True, return_inverse=True)
     return Poses(
-        row, p.number[row], p.line[row], position, rotation, theta, margin, posture, joint_form, extended,
-        tool, tools, base, bases,
+        row, p.number[row], p.line[row], position, rotation, theta, margin, posture, joint_form,
+        tool, tools, base, bases, placement, placements, placed, begins[same.ravel()], stands,
     )  # fmt: skip
 
 
-def require_frames(program: LsProgram, frames: Frames) -> None:
-    """Raises InputError at the first Cartesian position whose frame or tool the table does not have; names the line."""
-    p = program.positions
-    cartesian = (p.group <= 1) & (p.span[:, :6, 1] > 0).any(axis=1) & ~p.remote
-    for kind, numbers, known in (("uframe", p.uframe, frames.uframe), ("utool", p.utool, frames.utool)):
-        missing = cartesian & (numbers >= 0) & ~np.isin(numbers, list(known))
-        if missing.any():
-            i = int(np.flatnonzero(missing)[0])
+def _rows(program: LsProgram, placements: Placements) -> tuple[IntArray, IntArray, dict[tuple[int, int], int]]:
+    """Rows of the program's table: one for each way in which motions place a position, a plain one where none does."""
+    p, m = program.positions, program.motions
+    row = np.flatnonzero(p.group <= 1)
+    plain = np.zeros(len(row), dtype=np.int64)
+    if not placements.of_motion:
+        return row, plain, {}
+    row_of = dict(zip(p.number[row].tolist(), row.tolist()))
+    ways: dict[int, set[int]] = {}
+    for i in np.flatnonzero(~m.disabled).tolist():
+        for n in m.position[i]:
+            if n in row_of:
+                ways.setdefault(n, set()).add(placements.of_motion.get(i, 0))
+    pairs = [(row_of[n], t, n) for n in p.number[row].tolist() for t in sorted(ways.get(n, {0}))]
+    placed = {(n, t): k for k, (_, t, n) in enumerate(pairs) if t}
+    return np.array([r for r, _, _ in pairs]), np.array([t for _, t, _ in pairs]), placed
+
+
+def _overridden(
+    which: IntArray,
+    table: tuple[Pose, ...],
+    number: IntArray,
+    placement: IntArray,
+    written: list[dict[int, tuple[float, ...]]],
+) -> tuple[IntArray, tuple[Pose, ...]]:
+    """Frames, or tools, with those that placements have written at run time."""
+    more: dict[tuple[float, ...], int] = {}
+    which = which.copy()
+    for t, values_of in enumerate(written):
+        for n, values in values_of.items():
+            which[(placement == t) & (number == n)] = more.setdefault(values, len(table) + len(more))
+    return which, (*table, *map(pose_of, more))
+
+
+def _in_arm(which: IntArray, table: tuple[Pose, ...], stands: Stands) -> tuple[IntArray, tuple[Pose, ...]]:
+    """User frames in the arm's World, wherever it stands; where that is not known, as if no axis carried it."""
+    if len(stands.poses) == 1:
+        return which, table
+    pairs, at = np.unique(np.column_stack([which, np.maximum(stands.stand, 0)]), axis=0, return_inverse=True)
+    frames = [
+        compose(inverse(stands.poses[stand]), table[frame]) if frame != NONE else STILL
+        for frame, stand in pairs.tolist()
+    ]
+    return np.where(which != NONE, at.ravel(), NONE), tuple(frames)
+
+
+def require_frames(program: LsProgram, poses: Poses) -> None:
+    """Raises InputError at the first Cartesian position whose frame or tool is not known; names the line."""
+    p, row = program.positions, poses.row
+    cartesian = (p.span[row, :6, 1] > 0).any(axis=1) & ~p.remote[row]
+    for kind, numbers, known in (("uframe", p.uframe[row], poses.base), ("utool", p.utool[row], poses.tool)):
+        missing = np.flatnonzero(cartesian & (numbers >= 0) & (known == NONE))
+        if len(missing):
+            k = int(missing[0])
+            number = numbers[k]
             raise InputError(
-                f"program {program.name}: line {p.line[i]}: P[{p.number[i]}] is in {kind} {numbers[i]}, whose value is "
-                f"not known; give [{kind}.{numbers[i]}] in a table with --frames, or SYSFRAME.VA of a backup"
+                f"program {program.name}: line {poses.line[k]}: P[{poses.number[k]}] is in {kind} {number}, whose "
+                f"value is not known; give [{kind}.{number}] in a table with --frames, or SYSFRAME.VA of a backup"
             )
 
 

@@ -47,7 +47,7 @@ def other_models(program: LsProgram, robot: Robot) -> list[str]:
 
 def unattainable(program: LsProgram, poses: Poses, traversal: Traversal, robot: Robot) -> Unattainable:
     """Positions out of reach or beyond a joint limit, where the motion drives to the position itself."""
-    held = {u.line for u in unsafe_statements(program)}
+    held = {u.line for u in unsafe_statements(program, poses.placements)}
     plain = (traversal.pose >= 0) & ~np.isin(program.motions.line[traversal.motion], list(held))
     rows = np.unique(traversal.pose[plain])
     rows = rows[~poses.extended[rows] & ~np.isin(poses.line[rows], list(held))]

@@ -16,6 +16,7 @@ from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.execution_order import station_origins
 from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.extended_axes import SAME_VALUE
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import CONSTANT_SPEED, FLOW, PERCENT, RATES, TIMES, TURN_RATE, WAIT
@@ -41,18 +42,19 @@ class Traversal:
     untimed: tuple[int, ...]  # lines of motions whose speed or way is not told
     flow: tuple[int, ...]  # lines of statements that may change the order
     origin: IntArray  # (S,) station from which the robot surely comes, NONE when it or its place is not known
+    carried: BoolArray  # (S,) an extended axis may move on the way there
     beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
 
 
 def read_traversal(
-    program: LsProgram, poses: Poses, robot: Robot, motionless: Collection[str] = frozenset()
+    program: LsProgram, poses: Poses, robot: Robot | None, motionless: Collection[str] = frozenset()
 ) -> Traversal:
     """Stations and times of a program.
 
     Args:
         program: Any program.
         poses: Of its positions.
-        robot: Whose speeds and ramps.
+        robot: Whose speeds and ramps; without one no time is known that hangs on joints.
         motionless: Programs, in capitals, of which it is known that they do not move the arm.
     """
     m = program.motions
@@ -60,7 +62,7 @@ def read_traversal(
     motion = np.array([i for i in active for _ in m.position[i]], dtype=np.int64)
     number = np.array([n for i in active for n in m.position[i]], dtype=np.int64)
     last = np.append(motion[1:] != motion[:-1], True) if len(motion) else np.zeros(0, dtype=bool)
-    pose = position_rows(number, program.positions.number[poses.row])
+    pose = pose_rows(poses, number, motion)
     letter = np.array(m.letter, dtype="U1")[motion]
     termination = np.array([t.upper().replace(" ", "") for t in m.termination], dtype="U8")[motion]
     stop = last & ((termination == "FINE") | (termination == "CNT0") | (termination == ""))
@@ -79,20 +81,23 @@ def read_traversal(
     with np.errstate(invalid="ignore", divide="ignore"):
         speed = np.where(np.isfinite(rate), value * rate, ASSUMED["L"])
         share = np.where(percent, value / 100, ASSUMED["J"])
-        fastest = (turn / robot.speed).max(axis=1)
+        top_speed, acceleration, jerk = (robot.speed, robot.acceleration, robot.jerk) if robot else 3 * (np.ones(6),)
+        fastest = (turn / top_speed).max(axis=1)
         by_joint = fastest / share
         along = np.fmax(length / speed, fastest)
         turning = np.fmax(_angles(poses, pose) / (value * DEG), fastest)
         duration = np.where(letter == "J", by_joint, np.where(unit == TURN_RATE, turning, along))
         joint_speed = turn / np.where(duration > 0, duration, np.nan)[:, None]  # rad/s of each joint on this way
-        ramp = (joint_speed / (RAMP * robot.acceleration)).max(axis=1) + (robot.acceleration / robot.jerk).max()
+        ramp = (joint_speed / (RAMP * acceleration)).max(axis=1) + (acceleration / jerk).max()
     begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
     duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
     duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
     untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
     untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known
     pause, flow = _others(program, m.line[motion])
-    origin = station_origins(program, motion, motionless)
+    origin = station_origins(program, motion, motionless, poses.placements.shifted)
+    origin = np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin
+    carried = _carried(poses, pose, origin)
     return Traversal(
         motion=motion,
         pose=pose,
@@ -105,9 +110,39 @@ def read_traversal(
         pause=pause,
         untimed=tuple(dict.fromkeys(m.line[motion[untimed]].tolist())),
         flow=flow,
-        origin=np.where(known[origin] & (origin != NONE), origin, NONE) if len(origin) else origin,
+        origin=np.where(carried, NONE, origin),
+        carried=carried,
         beyond=np.zeros(len(motion)),
     )
+
+
+def _carried(poses: Poses, pose: IntArray, origin: IntArray) -> BoolArray:
+    """Stations on the way to which an extended axis may move, (S,): where that is not sure, if it moves at all."""
+    axes = poses.stands.axes
+    driven = axes[pose[pose != NONE]]
+    if not np.isfinite(driven).any():
+        return np.zeros(len(pose), dtype=bool)
+    at = np.where((pose != NONE)[:, None], axes[pose], np.nan)
+    lowest, highest = np.fmin.reduce(driven, axis=0), np.fmax.reduce(driven, axis=0)
+    somewhere = (highest - lowest > SAME_VALUE).any()
+    step = np.abs(at - at[origin])
+    moved = (step > SAME_VALUE).any(axis=1) | (np.isnan(at) != np.isnan(at[origin])).any(axis=1)
+    return np.asarray(np.where(origin != NONE, moved, somewhere) & np.isfinite(at).any(axis=1))
+
+
+def pose_rows(poses: Poses, number: IntArray, motion: IntArray) -> IntArray:
+    """Row of ``Poses`` for each position that a motion drives to, as the motion places it; NONE where it is not there.
+
+    Args:
+        poses: Of a program.
+        number: n of P[n], (S,).
+        motion: In the program's table of motions, (S,).
+    """
+    rows = position_rows(number, poses.number)
+    placement = poses.placements.of_motion
+    for s in np.flatnonzero(np.isin(motion, list(placement))).tolist() if placement else []:
+        rows[s] = poses.placed.get((int(number[s]), placement[int(motion[s])]), NONE)
+    return rows
 
 
 def position_rows(number: IntArray, defined: IntArray) -> IntArray:

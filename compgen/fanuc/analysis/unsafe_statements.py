@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from compgen.fanuc.analysis.placements import Placements
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
-from compgen.fanuc.motion_options import unsafe_options
+from compgen.fanuc.motion_options import offsets_of, unsafe_options, without_offsets
 from compgen.fanuc.vocabulary import OFFSET_CONDITIONS, UNSAFE_HEADERS, unsafe_words
+
+AS_LISTED = Placements()
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,21 +28,29 @@ class Unsafe:
     reason: str
 
 
-def unsafe_statements(program: LsProgram) -> tuple[Unsafe, ...]:
-    """Statements, positions and headers that make a correction unsafe, in order of line."""
-    findings = [*_motions(program), *_positions(program), *_others(program), *_headers(program)]
+def unsafe_statements(program: LsProgram, placements: Placements = AS_LISTED) -> tuple[Unsafe, ...]:
+    """Statements, positions and headers that make a correction unsafe, in order of line.
+
+    Args:
+        program: Any program.
+        placements: How motions place positions: what is known of offsets and of frames that are written.
+    """
+    motions = _motions(program, placements)
+    findings = [*motions, *_positions(program), *_others(program, placements), *_headers(program)]
     return tuple(sorted(set(findings), key=lambda u: (u.line, u.reason)))
 
 
-def _motions(program: LsProgram) -> list[Unsafe]:
+def _motions(program: LsProgram, placements: Placements) -> list[Unsafe]:
     m = program.motions
     defined = set(program.positions.number.tolist())
     why = {options: unsafe_options(options) for options in set(m.options)}
+    beside = {o: unsafe_options(without_offsets(o)) for o in why if o and offsets_of(o)}  # reasons but for offsets
     doubtful = [
         i
         for i, (numbers, options, speed, off) in enumerate(zip(m.position, m.options, m.speed, m.disabled.tolist()))
         if not (off or (numbers and speed and not why[options] and defined.issuperset(numbers)))
     ]
+    doubtful = sorted({*doubtful, *placements.unknown})
     findings = []
     for i in doubtful:
         reasons = []
@@ -50,7 +61,11 @@ def _motions(program: LsProgram) -> list[Unsafe]:
                 reasons.append(f"{target} is used but not defined")
         if not m.target[i]:
             reasons.append("its target is not understood")
-        reasons += why[m.options[i]]
+        reasons += beside.get(m.options[i], why[m.options[i]])
+        if i in placements.unknown:
+            reasons.append(placements.unknown[i])
+        elif m.options[i] in beside and i not in placements.shifted:
+            reasons = [*reasons, *(r for r in why[m.options[i]] if r not in reasons)]
         if not m.speed[i]:
             reasons.append("its speed is not understood")
         text = " ".join(program.text(m.span[i]).split())
@@ -79,14 +94,19 @@ def _positions(program: LsProgram) -> list[Unsafe]:
     return findings
 
 
-def _others(program: LsProgram) -> list[Unsafe]:
+def _others(program: LsProgram, placements: Placements) -> list[Unsafe]:
     """Statements that are neither motion nor remark."""
     m = program.motions
-    active_options = {options for options, disabled in zip(m.options, m.disabled.tolist()) if not disabled}
+    active_options = {
+        options
+        for i, (options, disabled) in enumerate(zip(m.options, m.disabled.tolist()))
+        if not disabled and i not in placements.shifted
+    }
     conditions = [c for c in OFFSET_CONDITIONS if any(map(c.option.search, active_options))]
     findings = []
     for number, text in other_statements(program):
-        reasons = unsafe_words(text) + [c.reason for c in conditions if c.pattern.match(text)]
+        reasons = unsafe_words(text, frames=number not in placements.settled)
+        reasons += [c.reason for c in conditions if c.pattern.match(text)]
         if reasons:
             short = " ".join(text.rstrip("; ").split())[:60]
             findings += [Unsafe(number, short, reason) for reason in reasons]

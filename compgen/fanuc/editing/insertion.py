@@ -1,18 +1,17 @@
 """New positions in a program that keep its meaning: points in long straight lines, own numbers for shared positions."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import MM
-from compgen.fanuc.analysis.poses import Poses, read_poses
+from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import interpolate_poses
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.editing.numbers import Edits, number_edits
-from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.lines import line_end
 from compgen.fanuc.listing.listing import LsProgram, edited
 from compgen.fanuc.motion_options import TIMED_BEFORE_END, options_on_parts
@@ -52,11 +51,17 @@ def allowed_pieces(program: LsProgram, poses: Poses, drive: Traversal, pieces: I
 
 
 def insert_points(
-    program: LsProgram, poses: Poses, drive: Traversal, pieces: IntArray, robot: Robot, frames: Frames
+    program: LsProgram,
+    poses: Poses,
+    drive: Traversal,
+    pieces: IntArray,
+    robot: Robot,
+    read: Callable[[LsProgram], Poses],
 ) -> LsProgram:
     """The program with each straight way cut into equal pieces; each statement keeps its target and all its options.
 
-    New points are CNT100 at the speed of their line; new lines carry no number, which a controller gives them.
+    New points are CNT100 at the speed of their line; new lines carry no number, which a controller gives them. ``read``
+    gives the poses of a program.
     """
     ways = np.flatnonzero(pieces > 1)
     if not len(ways):
@@ -82,7 +87,7 @@ def insert_points(
     copies = [(int(poses.row[drive.pose[s]]), int(n)) for s, n in zip(station, numbers)]
     _append_positions(program, copies, edits, eol)
     extended = edited(program, edits)
-    new_poses = read_poses(extended, robot, frames)
+    new_poses = read(extended)
     rows = np.flatnonzero(new_poses.number >= first)
     theta = _joints_between(robot, poses, drive, station, position, rotation)
     nudge = np.zeros((len(rows), 3), dtype=np.int64)

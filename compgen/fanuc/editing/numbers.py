@@ -4,8 +4,9 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import from_wpr, rotation_vector, to_wpr
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG
 from compgen.fanuc.analysis import watermark
+from compgen.fanuc.analysis.placing import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import J1, NONE, Poses
 from compgen.fanuc.analysis.watermark import decimal_places
 from compgen.fanuc.configuration import CONFIG, turn_digits
@@ -59,12 +60,9 @@ def number_edits(
     numbers, columns = np.empty((len(rows), 6)), np.empty((len(rows), 6), dtype=np.int64)
     value = program.positions.value[poses.row[rows]]
     if len(cartesian):
-        k = rows[cartesian]
-        origin = np.array([b[0] for b in poses.bases])[poses.base[k]]
-        axes = np.array([b[1] for b in poses.bases])[poses.base[k]]
-        numbers[cartesian, :3] = np.einsum("nji,nj->ni", axes, position[cartesian] - origin) / MM
-        turned = np.swapaxes(axes, 1, 2) @ rotation[cartesian]
-        numbers[cartesian, 3:] = nearest_wpr(turned, value[cartesian, 3:6])
+        numbers[cartesian] = numbers_at(
+            poses, rows[cartesian], position[cartesian], rotation[cartesian], value[cartesian, 3:6]
+        )
         columns[cartesian] = np.arange(6)
     joint = np.flatnonzero(poses.joint_form[rows])
     if len(joint):
@@ -88,6 +86,21 @@ def number_edits(
     if len(cartesian):
         edits.update(_config_edits(program, poses, robot, rows[cartesian], rounded[cartesian], theta[cartesian]))
     return edits
+
+
+def numbers_at(poses: Poses, rows: IntArray, position: Array, rotation: Array, old: Array) -> Array:
+    """What Cartesian positions say at TCP poses, as their motions place them: X Y Z [mm], W P R [deg], (n, 6).
+
+    Args:
+        poses: Those of a program.
+        rows: Of ``poses``, (n,).
+        position: TCP in the arm's World, (n, 3) [m].
+        rotation: TCP in the arm's World, (n, 3, 3).
+        old: W P R that the new ones shall be near to, (n, 3) [deg].
+    """
+    base = poses.base_of(rows)
+    xyz, turned, offset = placed_numbers(position, rotation, base, poses.placements.table, poses.placement[rows])
+    return np.hstack([xyz, nearest_wpr(turned, old + offset) - offset])
 
 
 def round_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever: Array, marked: BoolArray) -> Array:
@@ -191,10 +204,7 @@ def _config_edits(
 ) -> Edits:
     """Edits of CONFIG's turn digits for the joints of the poses as printed, continuous with the planned ones."""
     edits: Edits = {}
-    origin = np.array([b[0] for b in poses.bases])[poses.base[rows]]
-    axes = np.array([b[1] for b in poses.bases])[poses.base[rows]]
-    position = origin + np.einsum("nij,nj->ni", axes, numbers[:, :3] * MM)
-    rotation = axes @ from_wpr(*(numbers[:, 3:] * DEG).T)
+    position, rotation = placed_poses(numbers, poses.base_of(rows), poses.placements.table, poses.placement[rows])
     for tool, posture in np.unique(np.column_stack([poses.tool, poses.posture])[rows], axis=0).tolist():
         group = np.flatnonzero((poses.tool[rows] == tool) & (poses.posture[rows] == posture))
         flange = flange_from_tool(position[group], rotation[group], *poses.tools[tool])

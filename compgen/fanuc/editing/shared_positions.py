@@ -5,6 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
+from compgen.core.units import DEG
+from compgen.fanuc.analysis.placing import placed_numbers, placed_poses
+from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.traversal import Traversal
 
 SAME_POSITION = 0.5e-6  # [m] what three decimals cannot tell apart
@@ -22,33 +26,70 @@ class SharedCorrections:
     mixed: BoolArray  # (K,) also used by a station that must not change: kept as it is
 
 
-def average_shared(drive: Traversal, free: BoolArray, correction: Array, theta: Array, count: int) -> SharedCorrections:
-    """Mean of the corrections of all stations that use a position, for each of ``count`` positions."""
-    used = np.bincount(drive.pose[free], minlength=count)
-    fixed = np.bincount(drive.pose[~free & (drive.pose >= 0)], minlength=count) > 0
-    total, joints = np.zeros((count, 6)), np.zeros((count, 6))
-    np.add.at(total, drive.pose[free], correction[free])
-    np.add.at(joints, drive.pose[free], theta[free])
+def average_shared(
+    poses: Poses, drive: Traversal, free: BoolArray, correction: Array, theta: Array
+) -> SharedCorrections:
+    """Mean of the corrections of all stations that use a position; where they place it differently, as its first row.
+
+    Args:
+        poses: Of the program, K rows.
+        drive: Its stations.
+        free: Stations that take a correction, (S,).
+        correction: Of each station, (S, 6).
+        theta: Joints of the commanded pose of each station, (S, 6).
+    """
+    count = len(poses.row)
+    first = poses.first[drive.pose] if count else drive.pose
+    used = np.bincount(first[free], minlength=count)
+    fixed = np.bincount(first[~free & (drive.pose >= 0)], minlength=count) > 0
+    total, joints, own = np.zeros((count, 6)), np.zeros((count, 6)), free & (first == drive.pose)
+    correction = as_first_row(poses, drive.pose, correction, free)
+    np.add.at(total, first[free], correction[free])
+    np.add.at(joints, first[own], theta[own])
     mean = total / np.maximum(used, 1)[:, None]
-    distance = np.linalg.norm(correction[free] - mean[drive.pose[free]], axis=1)
+    distance = np.linalg.norm(correction[free] - mean[first[free]], axis=1)
     spread = np.zeros(count)
-    np.maximum.at(spread, drive.pose[free], distance)
-    theta_mean = joints / np.maximum(used, 1)[:, None]
+    np.maximum.at(spread, first[free], distance)
+    theta_mean = joints / np.maximum(np.bincount(first[own], minlength=count), 1)[:, None]
     return SharedCorrections(mean, theta_mean, (used > 0) & ~fixed, spread, (used > 0) & fixed)
 
 
-def assign_new_positions(drive: Traversal, free: BoolArray, correction: Array, first: int) -> list[tuple[int, int]]:
+def as_first_row(poses: Poses, pose: IntArray, correction: Array, free: BoolArray) -> Array:
+    """Corrections of stations as those of the first row of their position, which change its numbers alike, (S, 6)."""
+    correction = correction.copy()
+    s = np.flatnonzero(free & (pose >= 0))
+    s = s[poses.first[pose[s]] != pose[s]]
+    if len(s):
+        rows, table = pose[s], poses.placements.table
+        position = poses.position[rows] + correction[s, :3]
+        rotation = poses.rotation[rows] @ rotation_matrix(correction[s, 3:])
+        placement = poses.placement[rows]
+        xyz, turned, offset = placed_numbers(position, rotation, poses.base_of(rows), table, placement)
+        wpr = np.column_stack(to_wpr(turned)) / DEG - offset
+        to = poses.first[rows]
+        there = placed_poses(np.hstack([xyz, wpr]), poses.base_of(to), table, poses.placement[to])
+        correction[s, :3] = there[0] - poses.position[to]
+        correction[s, 3:] = rotation_vector(np.swapaxes(poses.rotation[to], 1, 2) @ there[1])
+    return correction
+
+
+def assign_new_positions(
+    poses: Poses, drive: Traversal, free: BoolArray, correction: Array, first: int
+) -> list[tuple[int, int]]:
     """Stations that need a position of their own, and its number, counted from ``first``.
 
     Uses of a position with equal corrections stay together; the first group keeps the old number, unless a station that
     must not change uses it as well.
     """
-    fixed = set(drive.pose[~free].tolist())
+    position = poses.first[drive.pose] if len(poses.row) else drive.pose
+    position = np.where(drive.pose >= 0, position, -1)
+    correction = as_first_row(poses, drive.pose, correction, free)
+    fixed = set(position[~free].tolist())
     groups: dict[int, list[tuple[Array, int | None]]] = {}  # of each position: correction, and its new number
     assigned = []
-    _, inverse, uses = np.unique(drive.pose, return_inverse=True, return_counts=True)
+    _, inverse, uses = np.unique(position, return_inverse=True, return_counts=True)
     for s in np.flatnonzero(free & (uses[inverse] > 1)).tolist():
-        pose = int(drive.pose[s])
+        pose = int(position[s])
         position_groups = groups.setdefault(pose, [(np.zeros(6), None)] if pose in fixed else [])
         group = next((g for g in position_groups if _equal(g[0], correction[s])), None)
         if group is None:

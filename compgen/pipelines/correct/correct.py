@@ -1,7 +1,8 @@
 """One correction from end to end: read, warm up, correct, write, read back, ride on the twin, judge."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,10 +13,11 @@ from compgen.core.findings import Progress
 from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
+from compgen.fanuc.analysis.called_programs import called_programs
 from compgen.fanuc.analysis.correctable import read_scope
-from compgen.fanuc.analysis.execution_order import motionless_programs
-from compgen.fanuc.analysis.poses import NONE, read_poses, require_frames
+from compgen.fanuc.analysis.poses import NONE, require_frames
 from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach, straight_lines
+from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
 from compgen.fanuc.editing.insertion import allowed_pieces, insert_points, split_positions
@@ -23,6 +25,7 @@ from compgen.fanuc.editing.numbers import number_edits
 from compgen.fanuc.editing.remark import insert_remark
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
+from compgen.fanuc.registers import Register
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.proof import pose_errors, ride_program
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
@@ -44,6 +47,7 @@ def correct(
     options: Options,
     progress: Progress,
     find_program: Callable[[str], bytes | None] = lambda name: None,
+    registers: Mapping[int, Register] | None = None,
 ) -> Correction:
     """Correct a program.
 
@@ -55,6 +59,7 @@ def correct(
         options: What may be done.
         progress: Called with the stage and the share done.
         find_program: The listing of a program that this one calls, by its name in capitals; None where there is none.
+        registers: Position registers when the program starts, by number.
 
     Returns:
         The corrected program and its proof.
@@ -67,39 +72,39 @@ def correct(
     progress("reading", 0.0)
     cell = replace(cell, unlikely=(*cell.unlikely, *frames.unlikely))
     planned = program = loads(data)
-    still = motionless_programs(program, find_program)
-    plan = _plan_correction(program, cell, frames, before, options, still, progress)
+    around = Surroundings(frames, registers or {}, called_programs(program, find_program))
+    plan = _plan_correction(program, cell, around, before, options, progress)
     if not options.again:
         _refuse_marked(plan)
     for _ in range(MAX_ROUNDS if options.insert is not None else 0):
         pieces = _pieces_needed(plan, cell, options.insert or 1.0)
         if not (pieces > 1).any():
             break
-        program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, frames)
-        plan = _plan_correction(program, cell, frames, before, options, still, progress)
+        read = partial(around.poses, robot=cell.robot)
+        program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, read)
+        plan = _plan_correction(program, cell, around, before, options, progress)
     if options.split:
         first = int(program.positions.number.max(initial=0)) + 1
-        new_positions = assign_new_positions(plan.drive, plan.free, plan.stations.correction, first)
+        new_positions = assign_new_positions(plan.poses, plan.drive, plan.free, plan.stations.correction, first)
         if new_positions:
             program = split_positions(program, plan.poses, plan.drive, new_positions)
-            plan = _plan_correction(program, cell, frames, before, options, still, progress)
-    return _write_and_verify(planned, plan, cell, frames, before, options, still, progress)
+            plan = _plan_correction(program, cell, around, before, options, progress)
+    return _write_and_verify(planned, plan, cell, around, before, options, progress)
 
 
 def _plan_correction(
     program: LsProgram,
     cell: Cell,
-    frames: Frames,
+    around: Surroundings,
     before: Sequence[Duty],
     options: Options,
-    still: Collection[str],
     progress: Progress,
 ) -> CorrectionPlan:
     """What is known of a program before its numbers change: poses, ways, and the correction of each station."""
     _refuse_unfit(program)
-    require_frames(program, frames)
-    poses = read_poses(program, cell.robot, frames)
-    drive = measure_reach(cell.robot, poses, read_traversal(program, poses, cell.robot, still))
+    poses = around.poses(program, cell.robot)
+    require_frames(program, poses)
+    drive = measure_reach(cell.robot, poses, read_traversal(program, poses, cell.robot, around.called.motionless))
     scope = read_scope(program, poses, drive, cell.robot)
     if options.strict and scope.unsafe:
         first = scope.unsafe[0]
@@ -168,15 +173,14 @@ def _write_and_verify(
     planned: LsProgram,
     plan: CorrectionPlan,
     cell: Cell,
-    frames: Frames,
+    around: Surroundings,
     before: Sequence[Duty],
     options: Options,
-    still: Collection[str],
     progress: Progress,
 ) -> Correction:
     """The program with its numbers changed, read back, ridden on the twin and judged."""
     program, poses, drive = plan.program, plan.poses, plan.drive
-    shared = average_shared(drive, plan.free, plan.stations.correction, plan.stations.theta, len(poses.row))
+    shared = average_shared(poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
     size = np.abs(shared.correction).max(axis=1)
     rows = np.flatnonzero(shared.changed & (size > NEGLIGIBLE))
     correction = shared.correction[rows]
@@ -194,14 +198,15 @@ def _write_and_verify(
     if written.data != program.data:
         at, nudge[at] = _mark_nudges(written, plan, rows)
         marked = write(nudge, np.isin(np.arange(len(rows)), at))
-        mark = _read_mark(marked, cell, frames)
+        mark = _read_mark(marked, cell, around)
         if mark is not Mark.NONE:
             written = marked
         elif options.remark:
             written, mark = insert_remark(written, __version__), Mark.REMARK
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
-    new_poses = read_poses(written, cell.robot, frames)
+    new_poses = around.poses(written, cell.robot)
+    still = around.called.motionless
     new_drive = measure_reach(cell.robot, new_poses, read_traversal(written, new_poses, cell.robot, still))
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is ridden in neither text
     rides = replace(drive, beyond=beyond), replace(new_drive, beyond=beyond)
@@ -209,7 +214,7 @@ def _write_and_verify(
     target = interpolate_poses(poses, drive, planned_ride.station, planned_ride.fraction)
     progress("twin after", 0.0)
     ride = ride_program(cell, new_poses, rides[1], before, lambda share: progress("twin after", share))
-    moved = plan.free & shared.changed[drive.pose] if len(poses.row) else plan.free
+    moved = plan.free & shared.changed[poses.first[drive.pose]] if len(poses.row) else plan.free
     judged = moved[ride.station] & np.where(ride.fraction < 1, moved[drive.origin[ride.station]], True)
     result = Correction(
         name=program.name,
@@ -246,9 +251,9 @@ def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tu
     return index[listed[at]], watermark.nudges(units[at]) * ~joint_form[at][:, None]
 
 
-def _read_mark(program: LsProgram, cell: Cell, frames: Frames) -> Mark:
+def _read_mark(program: LsProgram, cell: Cell, around: Surroundings) -> Mark:
     """The mark as the next correction of a program would read it."""
-    poses = read_poses(program, cell.robot, frames)
+    poses = around.poses(program, cell.robot)
     drive = read_traversal(program, poses, cell.robot)
     return mark_of(program, poses, drive, read_scope(program, poses, drive, cell.robot).free)
 

@@ -35,6 +35,7 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
     return tuple(
         [
             *_robot_findings(result),
+            *_placement_findings(result),
             *_bound_findings(result),
             *_scope_findings(result),
             *_shared_findings(result),
@@ -69,6 +70,22 @@ def _robot_findings(result: Correction) -> list[Finding]:
     if groups:
         message = f"positions hold group {', '.join(map(str, groups))} as well: group 1 is taken for {robot.name}"
         findings.append(Finding(Level.NOTE, "robot.groups", message))
+    return findings
+
+
+def _placement_findings(result: Correction) -> list[Finding]:
+    """What is taken for where the arm stands, and for the form of registers."""
+    poses = result.plan.poses
+    rows = result.plan.drive.pose[result.plan.free]
+    findings = []
+    if len(rows) and (stands := np.unique(poses.stands.stand[rows][poses.stands.stand[rows] > 0])).size:
+        message = f"an extended axis carries the arm: {len(stands)} places of its base are taken from the frames table"
+        message += "; errors told in World, maps among them, are taken to move along with it"
+        findings.append(Finding(Level.NOTE, "robot.carried", message))
+    if poses.placements.assumed:
+        names = _first_of([f"PR[{n}]" for n in poses.placements.assumed])
+        message = f"{names}: taken for Cartesian, for the program writes six numbers and does not say in which form"
+        findings.append(Finding(Level.NOTE, "registers.form", message))
     return findings
 
 

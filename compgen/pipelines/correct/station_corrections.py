@@ -18,7 +18,7 @@ from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Traversal
-from compgen.fanuc.configuration import postures_of
+from compgen.fanuc.configuration import postures_of, turn_digits
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.job import Cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
@@ -183,6 +183,8 @@ def _illegal_corrections(
         over = np.maximum(robot.lower - q, q - robot.upper)
         swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
     letters = postures_of(robot, np.nan_to_num(q))
+    several = np.bincount(poses.first, minlength=len(poses.row))[poses.first[pose[rows]]] > 1
+    turned = several & (turn_digits(robot, np.nan_to_num(q)) != turn_digits(robot, planned)).any(axis=1)
     margin = _margins_after(cell, poses, pose[rows], np.nan_to_num(c))
     for k, station in enumerate(rows.tolist()):
         if np.isnan(c[k]).any():
@@ -196,6 +198,10 @@ def _illegal_corrections(
             illegal.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
         elif swing[k] or letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
             illegal.append((station, "its correction would change the posture letters of CONFIG"))
+        elif turned[k]:
+            illegal.append(
+                (station, "its correction would pass +-180 deg, and motions place its position in several ways")
+            )
     return illegal
 
 

@@ -6,6 +6,16 @@ from compgen.fanuc.analysis.robot_evidence import robots_named
 from compgen.pipelines.robot_file import known_robots
 
 
+def robot_named(data: bytes) -> str | None:
+    """The one known robot that a program's remarks or comment name; None where it names none, or several.
+
+    Raises:
+        InputError: Not a program.
+    """
+    named = robots_named(loads(data), known_robots())
+    return named[0] if len(named) == 1 else None
+
+
 def robot_of_program(data: bytes) -> str:
     """The known robot that a program's remarks or comment name.
 

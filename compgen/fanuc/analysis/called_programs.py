@@ -1,0 +1,64 @@
+"""Programs that a program calls: whether each moves the arm, and whether it writes position registers or frames."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from compgen.core.exceptions import InputError
+from compgen.fanuc.analysis.control_flow import read_flow
+from compgen.fanuc.listing.listing import LsProgram, loads
+from compgen.fanuc.vocabulary import CALL, may_move_arm, may_write_registers
+
+
+@dataclass(frozen=True, slots=True)
+class CalledPrograms:
+    """Names, in capitals, of programs of which something is known."""
+
+    motionless: frozenset[str] = frozenset()  # they do not move the arm
+    settled: frozenset[str] = frozenset()  # they write no position register, user frame or tool
+
+
+UNKNOWN_PROGRAMS = CalledPrograms()
+
+
+def called_programs(program: LsProgram, find: Callable[[str], bytes | None]) -> CalledPrograms:
+    """What is known of the programs that a program calls, and of those that they call.
+
+    Args:
+        program: Any program.
+        find: The listing of a program by its name in capitals; None for one that is not there.
+    """
+    known: dict[str, tuple[bool, bool]] = {}  # motionless, settled
+
+    def look_up(name: str) -> tuple[bool, bool]:
+        if name not in known:
+            known[name] = (False, False)  # of one that calls itself nothing is known
+            listing = find(name)
+            if listing is None:
+                return known[name]
+            try:
+                called = loads(listing)
+            except InputError:
+                return known[name]
+            if called.name.upper() == name:
+                known[name] = _effects(called)
+        return known[name]
+
+    def _effects(called: LsProgram) -> tuple[bool, bool]:
+        texts = set(read_flow(called).text.values())
+        beneath = {name: look_up(name) for name in _names(texts)}
+        motionless = {name for name, (still, _) in beneath.items() if still}
+        settled = {name for name, (_, kept) in beneath.items() if kept}
+        moves = not called.motions.disabled.all() or any(may_move_arm(text, motionless) for text in texts)
+        writes = any(may_write_registers(text, settled) for text in texts)
+        writes |= any(may_write_registers(text, settled, options=True) for text in set(called.motions.options))
+        return not moves, not writes
+
+    effects = {name: look_up(name) for name in _names(set(read_flow(program).text.values()))}
+    return CalledPrograms(
+        frozenset(name for name, (motionless, _) in effects.items() if motionless),
+        frozenset(name for name, (_, settled) in effects.items() if settled),
+    )
+
+
+def _names(texts: set[str]) -> set[str]:
+    return {name.upper() for text in texts for name in CALL.findall(text)}

@@ -1,0 +1,58 @@
+"""A pose as a table of a TOML file: x_mm, y_mm, z_mm, w_deg, p_deg, r_deg."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.rotations import from_wpr
+from compgen.core.toml import brief_value
+from compgen.core.units import DEG, MM
+
+Pose = tuple[Array, Array]  # position (3,) [m], rotation (3, 3)
+KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+LARGEST = 1e5  # [mm] or [deg]
+
+
+def pose_values(table: Any, key: str, path: str, also: Sequence[str] = ()) -> list[float]:
+    """The six numbers of a table [mm] and [deg]; ``also`` are keys that it may have beside them.
+
+    Raises:
+        InputError: It is no table, a key is not known or missing, or a number is out of range; names file and key.
+    """
+    if not isinstance(table, dict):
+        raise InputError(f"{path}: {key}: must be a table with {', '.join(KEYS)}")
+    if unknown := sorted(set(table) - {*KEYS, *also}):
+        raise InputError(f"{path}: {key}.{unknown[0]:.40}: unknown key; known: {', '.join((*also, *KEYS))}")
+    return [length_or_angle(table, name, key, path) for name in KEYS]
+
+
+def length_or_angle(table: Mapping[str, Any], name: str, key: str, path: str) -> float:
+    """A number of a table, below ``LARGEST``.
+
+    Raises:
+        InputError: It is missing, or not such a number; names file and key.
+    """
+    value = table.get(name)
+    if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) < LARGEST:
+        reason = "missing; add it" if value is None else f"{brief_value(value)} is not a length or angle"
+        raise InputError(f"{path}: {key}.{name}: {reason}")
+    return float(value)
+
+
+def pose_of(values: Sequence[float]) -> Pose:
+    """The pose with coordinates X Y Z [mm] and angles W P R [deg]."""
+    w, p, r = (np.array([v * DEG]) for v in values[3:])
+    return np.array(values[:3]) * MM, from_wpr(w, p, r)[0]
+
+
+def compose(first: Pose, second: Pose) -> Pose:
+    """The second pose, told in the first one, in the frame that the first is told in."""
+    return first[0] + first[1] @ second[0], first[1] @ second[1]
+
+
+def inverse(pose: Pose) -> Pose:
+    """The frame in which a pose is told, told in that pose."""
+    return -pose[1].T @ pose[0], pose[1].T
