@@ -1,20 +1,18 @@
 """``cgen correct`` as a user meets it: files, exit codes, one-line refusals, the folder untouched on error."""
 
 import json
-import os
 import shutil
 import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import ENVIRONMENT, refused, run
+from command_line import refused, run
 from corrected import HOME, ROUNDED_UM, missed_um
 from ls_text import at, cartesian, joint_form, program
 from shipped import ROOT
+from stopped import run_stopped
 
 ROBOT = ROOT / "robots" / "m710ic50.toml"
 BEFORE = ("--before", "moving 200mm/s 6h")
@@ -52,7 +50,7 @@ def untouched(folder):
 
 
 def content(folder):
-    return {p.name: p.read_bytes() for p in folder.iterdir()}
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file()}
 
 
 def test_another_programs_correction_is_not_replaced(folder):
@@ -330,38 +328,28 @@ def test_outside_its_bound_the_report_is_written_and_the_program_only_by_force(f
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
-def test_killed_at_any_moment_nothing_is_half_written(folder):
+@pytest.mark.parametrize(
+    "moment",
+    [("import", "casadi", 1), ("os.mkdir", "compgen-", 1), ("open", "positions.csv", 1)]
+    + [("os.rename", "compgen-", n) for n in (1, 2, 3, 4, 5)],
+    ids=lambda m: f"{m[0]}-{m[2]}",
+)
+def test_killed_at_any_moment_nothing_is_half_written(moment, folder):
     """The program is there at any moment, and no report beside it that is not its own."""
+    assert correct(folder, "-q", *BEFORE).returncode == 0
+    new = content(folder / "out")
     assert correct(folder, "-q").returncode == 0
-    whole = {p.name: p.read_bytes() for p in (folder / "out").iterdir()}
-    command = [
-        sys.executable,
-        "-m",
-        "compgen",
-        "correct",
-        str(folder / "PART.LS"),
-        "--robot",
-        "m710ic50",
-        "-q",
-        "-o",
-        str(folder / "out"),
-        *BEFORE,
-        *BOUND,
-    ]
-    start = time.monotonic()
-    assert subprocess.run(command, cwd=ROOT, env=ENVIRONMENT, check=False).returncode == 0
-    duration = time.monotonic() - start
-    new = {p.name: p.read_bytes() for p in (folder / "out").iterdir()}
-    assert new != whole
-    for share in (0.3, 0.8, 0.9, 0.97):
-        assert correct(folder, "-q").returncode == 0
-        process = subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT, start_new_session=True)
-        time.sleep(share * duration)
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
-        files = {p.name: p.read_bytes() for p in (folder / "out").iterdir() if not p.name.startswith(".")}
-        run_of_program = whole if files["PART.LS"] == whole["PART.LS"] else new  # the program is there, old or new
-        assert files.items() <= run_of_program.items()  # and what is beside it belongs to it
+    old = content(folder / "out")
+    command = ["correct", folder / "PART.LS", *ROBOT_OPTION, *BEFORE, *BOUND, "-q", "-o", folder / "out"]
+    assert run_stopped(command, moment, signal.SIGKILL).returncode == -signal.SIGKILL
+    files = content(folder / "out")
+    run_of_program = old if files["PART.LS"] == old["PART.LS"] else new  # the program is there, old or new
+    assert old["PART.LS"] != new["PART.LS"]
+    reports = {name: text for name, text in files.items() if name != "PART.compgen.json"}
+    assert reports.items() <= run_of_program.items()  # and what is beside it belongs to it
+    assert files["PART.compgen.json"] in (old["PART.compgen.json"], new["PART.compgen.json"])
+    assert correct(folder, "-q", *BEFORE).returncode == 0
+    assert content(folder / "out") == new
 
 
 def test_a_result_never_replaces_the_program_it_was_made_from(folder):

@@ -99,6 +99,7 @@ def test_a_cluster_says_what_it_trusts_and_takes_dasks_certificates(tmp_path, mo
     result = whatif(tmp_path, "--vary", "feed=100,200", "-q", "-o", "o", "--cluster", "tls://127.0.0.1:9")
     refused(result, 2, "certificates", "distributed.comm.tls")
     assert given["security"] == "of Dask's settings"
+    assert given["timeout"] == 10  # s
 
 
 @pytest.mark.parametrize("values", ["20:200", "20:", "20:200:2.5", "20:200:10:3", "20:200:-1", "1e1:2e2"])

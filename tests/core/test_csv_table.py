@@ -6,6 +6,7 @@ import threading
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from stopped import HANGS_S
 
 from compgen.core.csv_table import MAX_CELL, quote_cell, read_csv, text_cell
 from compgen.core.exceptions import InputError
@@ -111,7 +112,7 @@ def test_a_pipe_is_refused_without_waiting_for_it(tmp_path):
     os.mkfifo(pipe)
     reader = threading.Thread(target=lambda: messages.append(refusal(read_csv, pipe)), daemon=True)
     reader.start()
-    reader.join(timeout=20)
+    reader.join(HANGS_S)
     assert len(messages) == 1
     assert "a pipe or a device; give a CSV file" in messages[0]
 

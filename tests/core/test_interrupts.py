@@ -8,36 +8,16 @@ import time
 
 import pytest
 from shipped import ROOT
+from stopped import HANGS_S, run_stopped, script
 
-SIGNALLED = """
-import os, signal, sys
-sys.path.insert(0, {root!r})
-left = {nth}
-def watch(event, args):
-    global left
-    if event == {event!r} and {word!r} in str(args[:1]):
-        left -= 1
-        if left == 0:
-            os.kill(os.getpid(), {number})
-sys.addaudithook(watch)
-sys.argv = ["cgen", *{arguments!r}]
-from compgen.__main__ import main
-main()
-"""
 GENERATE = ["generate", str(ROOT / "paths" / "optic_spiral.toml"), "-q"]
-HANGS_S = 900  # a run that hangs, on however busy a machine: nothing here depends on how long a run takes
 LONG = ["--set", "path.stepover_mm=20.65", "--set", "process.chord_um=0.2", "--workers", "2"]  # 1e5 waypoints
 
 
 def run(folder, *arguments, at=None, number=signal.SIGINT, cache=None):
     """A run that sends itself a signal when something happens: an audit event of Python's and a word in it."""
-    event, word, nth = at or ("never", "", 1)
-    arguments = [*GENERATE, "-o", str(folder / "out"), *arguments]
-    code = SIGNALLED.format(root=str(ROOT), event=event, word=word, nth=nth, number=int(number), arguments=arguments)
-    environment = {**os.environ, "XDG_CACHE_HOME": str(cache or folder / "cache")}
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=HANGS_S, env=environment
-    )
+    arguments = [*GENERATE, "-o", folder / "out", *arguments]
+    return run_stopped(arguments, at, number, XDG_CACHE_HOME=str(cache or folder / "cache"))
 
 
 def content(folder):
@@ -113,10 +93,7 @@ def test_who_ignores_a_signal_is_not_stopped_by_it(tmp_path):
     code = (
         "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_IGN); os.execv(sys.executable, sys.argv[1:])"
     )
-    inner = SIGNALLED.format(
-        root=str(ROOT), event="import", word="casadi", nth=1, number=2,
-        arguments=["generate", str(ROOT / "paths" / "line_y.toml"), "-q", "-o", str(tmp_path / "out")],
-    )  # fmt: skip
+    inner = script(["generate", ROOT / "paths" / "line_y.toml", "-q", "-o", tmp_path / "out"], ("import", "casadi", 1))
     completed = subprocess.run(
         [sys.executable, "-c", code, sys.executable, "-c", inner], capture_output=True, check=False
     )

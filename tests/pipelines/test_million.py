@@ -85,15 +85,17 @@ def test_waypoints_that_coincide_are_refused_and_a_nanometre_apart_are_driven():
 
 
 def test_a_hundred_thousand_sharp_corners_are_timed_together():
-    corners = 100_000
-    arc = np.linspace(0, corners * 10 * MM, 4 * corners + 1)
-    theta = np.zeros((len(arc), 6))
-    theta[:, 0] = 0.02 * np.abs((arc / 20e-3) % 1 - 0.5)
-    stop = np.zeros(len(arc), dtype=bool)
-    stop[::4] = True
-    begin = time.process_time()
-    motion = retiming.retime(ROBOT, arc, theta, stop, 0.02)
-    assert time.process_time() - begin < 12
+    seconds = []
+    for corners in (10_000, 100_000):
+        arc = np.linspace(0, corners * 10 * MM, 4 * corners + 1)
+        theta = np.zeros((len(arc), 6))
+        theta[:, 0] = 0.02 * np.abs((arc / 20e-3) % 1 - 0.5)
+        stop = np.zeros(len(arc), dtype=bool)
+        stop[::4] = True
+        begin = time.process_time()
+        motion = retiming.retime(ROBOT, arc, theta, stop, 0.02)
+        seconds.append(time.process_time() - begin)
+    assert seconds[1] < 20 * seconds[0]
     assert motion.utilisation.max() <= 1
     assert_allclose(motion.phases.at(motion.time[stop])[1], 0, atol=1e-9)
     one = retiming.retime(ROBOT, arc[:5], theta[:5], stop[:5], 0.02)
