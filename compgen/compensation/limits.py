@@ -3,16 +3,17 @@ r"""Where the limits of a correction bind: which waypoints, and the best legal c
     lower <= theta_n <= upper,      |c_n| <= clamp,      |c_{n+1} - c_n| <= rate ds
 
 What a limit changes dies away within ``influence_length`` along the path. So only the waypoints around a violation are
-solved again, by ``interior_point``, window by window; all others keep the unlimited solution and tie the ends.
+solved again, by ``limited_correction``, window by window; all others keep the unlimited solution and tie the ends.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.compensation import interior_point
-from compgen.compensation.problem import Problem, Settings
+from compgen.compensation import limited_correction
+from compgen.compensation.problem import Joints, Problem, Settings
+from compgen.compensation.solution import Optimum, Status
 from compgen.core.arrays import Array, BoolArray, dot, norm
 
 WINDOW = 8192  # waypoints solved together
@@ -38,17 +39,15 @@ def with_rounding_margin(problem: Problem, step: tuple[float, float]) -> Problem
         return problem
     near = np.stack([problem.theta < robot.lower + NEAR_LIMIT, problem.theta > robot.upper - NEAR_LIMIT])  # (2, N, 6)
     rows = np.flatnonzero(near.any(axis=(0, 2)))
-    G = problem.window(rows).linearise(np.zeros((len(rows), 6)))[3]  # dtheta/dc
+    G = problem.window(rows).linearise(np.zeros((len(rows), 6))).theta_jacobian  # dtheta/dc
     # half a step of each coordinate, and of three angles whose axes need not be square to each other
     rounding = step[0] / 2 * np.abs(G[:, :, :3]).sum(axis=2) + np.sqrt(5) * step[1] / 2 * norm(G[:, :, 3:])
     lower, upper = np.where(near[:, rows], rounding, 0.0).max(axis=1)
     return replace(problem, robot=replace(robot, lower=robot.lower + lower, upper=robot.upper - upper))
 
 
-def find_violations(
-    problem: Problem, settings: Settings, correction: Array, joints: tuple[Array, Array] | None = None
-) -> BoolArray:
-    """Which waypoints break a limit, (N,); ``joints`` are theta and the reach margin where they are known."""
+def find_violations(problem: Problem, settings: Settings, correction: Array, joints: Joints | None = None) -> BoolArray:
+    """Which waypoints break a limit, (N,); ``joints`` where they are known."""
     theta, margin = joints or problem.joints(correction)
     violating = margin < 0
     for q, lower, upper in zip(theta.T, problem.robot.lower - 1e-12, problem.robot.upper + 1e-12):
@@ -80,13 +79,22 @@ def influence_length(settings: Settings) -> float:
     return float(DECAY_LENGTHS * np.hypot(first, np.sqrt(2) * second))
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class LegalCorrection:
+    """A correction within its limits, where ``status`` is LIMITED."""
+
+    correction: Array  # (N, 6)
+    active_limits: tuple[tuple[int, str], ...]  # (waypoint from 1, name) of those that bind
+    status: Status
+
+
 def enforce_limits(
     problem: Problem,
     settings: Settings,
     correction: Array,
     violating: BoolArray,
     progress: Callable[[float], None] = lambda share: None,
-) -> tuple[Array, tuple[tuple[int, str], ...], bool]:
+) -> LegalCorrection:
     """The best legal correction, solved again around the waypoints that break a limit.
 
     Args:
@@ -97,7 +105,7 @@ def enforce_limits(
         progress: Called with the share done.
 
     Returns:
-        The legal correction (N, 6), the limits that bind as (waypoint from 1, name), and whether all is legal.
+        The correction, the limits that bind, and whether all is legal.
     """
     correction = correction.copy()
     influence = influence_length(settings)
@@ -106,12 +114,13 @@ def enforce_limits(
         free = neighbourhood(problem.arc, violating, distance)
         rows = np.flatnonzero(neighbourhood(problem.arc, free, 0.0))  # two waypoints on either side tie the ends
         part, part_free = problem.window(rows), free[rows]
-        solved, converged = _solve_windows(part, settings, correction[rows], part_free, distance, progress)
+        optimum = _solve_windows(part, settings, correction[rows], part_free, distance, progress)
+        solved = optimum.correction
         broken = find_violations(part, settings, solved)
-        active = _active_limits(part, settings, solved)
+        active = active_limits(part, settings, solved)
         binding = broken.copy()
         binding[np.array([n for n, _ in active], dtype=np.int64) - 1] = True
-        legal = converged and not broken.any()
+        legal = optimum.converged and not broken.any()
         wide_enough = legal and not (neighbourhood(part.arc, binding, influence) & ~part_free).any()
         if wide_enough or distance > np.ptp(problem.arc):
             break
@@ -119,7 +128,8 @@ def enforce_limits(
         violating[rows] |= binding
         distance = distance if legal else 2 * distance
     correction[rows] = solved
-    return correction, tuple((int(rows[n - 1]) + 1, name) for n, name in active), legal
+    status = Status.LIMITED if legal else Status.FAILED if optimum.converged else optimum.status
+    return LegalCorrection(correction, tuple((int(rows[n - 1]) + 1, name) for n, name in active), status)
 
 
 def _solve_windows(
@@ -129,8 +139,8 @@ def _solve_windows(
     free: BoolArray,
     overlap: float,
     progress: Callable[[float], None],
-) -> tuple[Array, bool]:
-    """The correction (N, 6) of the free waypoints (N,), and whether it converged, in bounded memory.
+) -> Optimum:
+    """The correction of the free waypoints (N,), in bounded memory.
 
     One window after the other is tied to what the one before settled, and runs on by the overlap [m] beyond its own
     end. A window ends where nothing is free, if there is such a place before ``MAX_WINDOW``. Else what is solved in
@@ -152,15 +162,15 @@ def _solve_windows(
         window_free[: begin - first] = False
         if window_free.any():
             window = problem.window(slice(first, last))
-            solved, converged = interior_point.solve(window, settings, correction[first:last], window_free, progress)
-            correction[begin:end] = solved[begin - first : end - first]
-            if not converged:
-                return correction, False
+            optimum = limited_correction.solve(window, settings, correction[first:last], window_free, progress)
+            correction[begin:end] = optimum.correction[begin - first : end - first]
+            if not optimum.converged:
+                return Optimum(correction, optimum.status)
         begin = end
-    return correction, True
+    return Optimum(correction, Status.CONVERGED)
 
 
-def _active_limits(problem: Problem, settings: Settings, correction: Array) -> tuple[tuple[int, str], ...]:
+def active_limits(problem: Problem, settings: Settings, correction: Array) -> tuple[tuple[int, str], ...]:
     """The limits that bind, as (waypoint from 1, name)."""
     theta, _ = problem.joints(correction)
     robot = problem.robot

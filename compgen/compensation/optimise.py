@@ -16,43 +16,20 @@ without another solve, that the correction would not move either. Where a constr
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from compgen.compensation.limits import enforce_limits, find_violations
-from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.problem import Joints, Problem, Settings
 from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
-from compgen.core.arrays import Array, frozen, own
+from compgen.compensation.solution import Solution, Status
+from compgen.core.arrays import Array, frozen
 
 STEP_TOLERANCE = 1e-11  # m, and rad times lever; what is left is a thousandth of it
 MAX_ITERATIONS = 20
 
-
-class Status(Enum):
-    """How it ended, in the user's words."""
-
-    CONVERGED = "every waypoint reaches its target within the smoothness asked for"
-    LIMITED = "limits hold some waypoints off their targets; the best legal correction is taken there"
-    FAILED = "the optimiser found no legal correction"
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Solution:
-    """The correction and how it was found."""
-
-    correction: Array  # (N, 6)
-    theta: Array  # (N, 6) [rad] joints of the commanded poses
-    residual: Array  # (N, 6) predicted error that stays
-    status: Status
-    iterations: int
-    last_step: float  # [m] what a further iteration would change, about
-    active_limits: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
-
-    def __post_init__(self) -> None:
-        own(self, correction=("N", 6), theta=("N", 6), residual=("N", 6))
+__all__ = ["Solution", "Status", "optimise"]
 
 
 def optimise(problem: Problem, settings: Settings, progress: Callable[[float], None] = lambda share: None) -> Solution:
@@ -80,12 +57,13 @@ def optimise(problem: Problem, settings: Settings, progress: Callable[[float], N
             break
         z = next_z
     active_limits: tuple[tuple[int, str], ...] = ()
-    status = Status.CONVERGED if step <= STEP_TOLERANCE else Status.FAILED
-    violating = find_violations(problem, settings, correction, (theta, margin))
+    status = Status.CONVERGED if step <= STEP_TOLERANCE else Status.UNSETTLED
+    violating = find_violations(problem, settings, correction, Joints(theta, margin))
     if violating.any():
         unlimited = correction
-        correction, active_limits, legal = enforce_limits(problem, settings, unlimited, violating, progress)
-        status = Status.LIMITED if legal and status is Status.CONVERGED else Status.FAILED
+        legal = enforce_limits(problem, settings, unlimited, violating, progress)
+        correction, active_limits = legal.correction, legal.active_limits
+        status = legal.status if status is Status.CONVERGED else status
         changed = np.flatnonzero((unlimited != correction).any(axis=1))
         residual[changed], theta[changed], _ = problem.window(changed).evaluate_residual(correction[changed])
     progress(1.0)

@@ -7,6 +7,7 @@ in tool axes [rad]. What it leaves, and what it does to the joints, is
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,6 +33,30 @@ class Settings:
     free_spin: bool = False
 
 
+class Joints(NamedTuple):
+    """Joints of N commanded poses."""
+
+    theta: Array  # (N, 6) [rad]
+    margin: Array  # (N,) [m] how far inside the reach
+
+
+class Residual(NamedTuple):
+    """What a correction leaves at N waypoints."""
+
+    e: Array  # (N, 6) [m] and [rad]
+    theta: Array  # (N, 6) [rad]
+    margin: Array  # (N,) [m] how far inside the reach
+
+
+class Linearisation(NamedTuple):
+    """Error and joints of N waypoints about a correction."""
+
+    e: Array  # (N, 6)
+    error_jacobian: Array  # (N, 6, 6) de/dc
+    theta: Array  # (N, 6)
+    theta_jacobian: Array  # (N, 6, 6) dtheta/dc
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Problem:
     """Everything known before the correction is chosen."""
@@ -54,24 +79,25 @@ class Problem:
         position, rotation = evaluate(build_commanded_pose(), self.position, self.rotation.reshape(-1, 9), correction)
         return position, rotation.reshape(-1, 3, 3)
 
-    def joints(self, correction: Array) -> tuple[Array, Array]:
-        """Joints of the commanded poses on the program's branch (N, 6) [rad], and the reach margin (N,) [m]."""
+    def joints(self, correction: Array) -> Joints:
+        """Joints of the commanded poses on the program's branch."""
         theta, margin = evaluate(self._functions().joints, *self._targets(), correction)
-        return theta, margin[:, 0]
+        return Joints(theta, margin[:, 0])
 
     def residual(self, correction: Array) -> Array:
         """The error that a correction leaves: e_n, (N, 6)."""
-        return self.evaluate_residual(correction)[0]
+        return self.evaluate_residual(correction).e
 
-    def evaluate_residual(self, correction: Array) -> tuple[Array, Array, Array]:
-        """e_n (N, 6), theta (N, 6) [rad] and the reach margin (N,) [m]."""
+    def evaluate_residual(self, correction: Array) -> Residual:
+        """The error that a correction leaves, and the joints it leads to."""
         e, theta, margin = evaluate(self._functions().residual, *self._targets(), correction, *self._arm_state())
-        return e, theta, margin[:, 0]
+        return Residual(e, theta, margin[:, 0])
 
-    def linearise(self, correction: Array) -> tuple[Array, Array, Array, Array]:
-        """e (N, 6), de/dc (N, 6, 6), theta (N, 6) and dtheta/dc (N, 6, 6)."""
+    def linearise(self, correction: Array) -> Linearisation:
+        """Error and joints about a correction."""
         e, E, theta, G = evaluate(self._functions().linearised, *self._targets(), correction, *self._arm_state())
-        return e, np.swapaxes(E.reshape(-1, 6, 6), 1, 2), theta, np.swapaxes(G.reshape(-1, 6, 6), 1, 2)
+        E, G = (np.swapaxes(rows.reshape(-1, 6, 6), 1, 2) for rows in (E, G))
+        return Linearisation(e, E, theta, G)
 
     def pointwise_correction(self) -> Array:
         """The correction that leaves no error, each waypoint for itself, (N, 6)."""

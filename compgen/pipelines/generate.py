@@ -7,8 +7,8 @@ import numpy as np
 from compgen import fanuc
 from compgen.compensation import limits, optimise
 from compgen.compensation.mid_spatial import mid_spatial
-from compgen.compensation.optimise import Solution, Status
 from compgen.compensation.problem import Problem
+from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.evaluation import Background, run_in_background
 from compgen.core.exceptions import ImpossibleError
@@ -202,7 +202,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     )  # fmt: skip
     problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
     solution = optimise.optimise(problem, job.settings, lambda share: progress("correction", share))
-    if solution.status is Status.FAILED:
+    if not solution.status.is_legal:
         raise ImpossibleError(job_findings.failed(solution))
     limited = job_findings.limited(solution)
     if job.thin is not None:
@@ -214,7 +214,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         progress("correction of the text's directions", 0.0)
         problem = replace(problem, direction_state=_written_directions(problem, solution, job))
         solution = optimise.optimise(problem, job.settings)
-        if solution.status is Status.FAILED:
+        if not solution.status.is_legal:
             raise ImpossibleError(job_findings.failed(solution))
         limited = job_findings.limited(solution)
     position, rotation = problem.commanded(solution.correction)

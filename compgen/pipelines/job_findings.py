@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from compgen import fanuc
-from compgen.compensation.optimise import Solution, Status
+from compgen.compensation.solution import Solution, Status
 from compgen.core.arrays import row_norms, step_lengths
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level
@@ -51,10 +51,10 @@ def failed(solution: Solution) -> str:
     """Why there is no correction, and what to try."""
     if solution.active_limits:
         n, limit = solution.active_limits[0]
-        return f"waypoint {n}: {Status.FAILED.value}: {limit} cannot be kept there; relax it"
+        return f"waypoint {n}: {solution.status.value}: {limit} cannot be kept there; relax it"
     n = int(np.argmax(row_norms(solution.residual[:, :3])))
     return (
-        f"waypoint {n + 1}: {Status.FAILED.value}: it does not settle; waypoints stand too close for its smoothness, "
+        f"waypoint {n + 1}: {solution.status.value}: it does not settle; waypoints stand too close for its smoothness, "
         "raise process.chord_um or lower compensation.curvature_period_mm"
     )
 

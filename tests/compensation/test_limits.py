@@ -8,7 +8,7 @@ import pytest
 from problems import problem_of
 from shipped import path_file, quiet
 
-from compgen.compensation import interior_point, limits, optimise
+from compgen.compensation import limited_correction, limits, optimise
 from compgen.compensation.problem import Settings
 from compgen.core.units import UM
 from compgen.pipelines import generate
@@ -41,9 +41,9 @@ def slope_of(problem, share):
 def solve_whole(problem, settings):
     """The optimum with every waypoint in one system."""
     N = len(problem.arc)
-    correction, converged = interior_point.solve(problem, settings, np.zeros((N, 6)), np.ones(N, dtype=bool))
-    assert converged
-    return correction
+    whole = limited_correction.solve(problem, settings, np.zeros((N, 6)), np.ones(N, dtype=bool))
+    assert whole.converged
+    return whole.correction
 
 
 def dense(problem, start, count, factor):
@@ -83,8 +83,8 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     one = optimise.optimise(part, settings)
     monkeypatch.setattr(limits, "WINDOW", 40)
     monkeypatch.setattr(limits, "MAX_WINDOW", 40)
-    lengths, solve = [], interior_point.solve
-    monkeypatch.setattr(interior_point, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
+    lengths, solve = [], limited_correction.solve
+    monkeypatch.setattr(limited_correction, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
     many = optimise.optimise(part, settings)
     assert len(lengths) > 4
     assert max(lengths) < 100

@@ -14,7 +14,7 @@ from ls_text import cartesian, program
 from problems import problem_of
 from shipped import ROOT, path_file, quiet
 
-from compgen.compensation import interior_point, optimise
+from compgen.compensation import limited_correction, optimise
 from compgen.compensation.optimise import Status
 from compgen.core.exceptions import InputError
 from compgen.pipelines import job_findings
@@ -45,9 +45,9 @@ def test_a_rate_that_binds_far_along_the_path_is_kept_as_the_whole_program_would
     assert len(found.active_limits) > 0.9 * (1 - share) * len(step)
     slope = np.linalg.norm(np.diff(found.correction[:, :3], axis=0), axis=1) / np.diff(problem.arc)
     assert slope.max() <= tight.rate * (1 + 1e-6)
-    whole, done = interior_point.solve(problem, tight, free, np.ones(len(free), dtype=bool))
-    assert done
-    assert np.abs(found.correction - whole)[:, :3].max() < SAME
+    whole = limited_correction.solve(problem, tight, free, np.ones(len(free), dtype=bool))
+    assert whole.converged
+    assert np.abs(found.correction - whole.correction)[:, :3].max() < SAME
 
 
 def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
@@ -113,7 +113,7 @@ def test_places_that_the_text_rounds_to_one_are_driven():
 
 def test_a_correction_that_does_not_settle_says_where_and_what_to_try(spiral):
     none = np.zeros((3, 6))
-    stuck = optimise.Solution(none, none, np.eye(3, 6, 1) * [[1e-9], [3e-9], [2e-9]], Status.FAILED, 20, 1e-9, ())
+    stuck = optimise.Solution(none, none, np.eye(3, 6, 1) * [[1e-9], [3e-9], [2e-9]], Status.UNSETTLED, 20, 1e-9, ())
     told = job_findings.failed(stuck)
     assert told.startswith("waypoint 2: ")
     assert "raise process.chord_um" in told

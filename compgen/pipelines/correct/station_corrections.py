@@ -102,7 +102,7 @@ def correct_stations(
         run = _build_problem(cell, models, poses, drive.pose[rows], rise[rows], motion.at(rows), arc, drive.stop[rows])
         solution = optimise.optimise(run, settings)
         correction[rows], theta[rows] = solution.correction, solution.theta
-        if solution.status is optimise.Status.FAILED:
+        if not solution.status.is_legal:
             correction[rows] = np.nan  # none is legal
         limited += [(first + n - 1, limit) for n, limit in solution.active_limits]
         progress((i + 1) / len(runs))
