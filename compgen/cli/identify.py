@@ -64,7 +64,7 @@ def identify(
     )
     with show_progress(quiet or as_json) as progress:
         identified = identification.identify(
-            arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress
+            arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress, arm.facts
         )
     identified = replace(identified, findings=(*identified.findings, *of_log, *arm.unlikely))
     files = [*(poses or []), *(lines or []), *(warm_up or []), *([temperatures] if temperatures else [])]

@@ -64,8 +64,10 @@ def source_of(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -
         InputError: The table does not fit the arm or itself.
     """
     derived = kind.derive(table, arm, key)
-    columns = [(c.field, c.key, c.unit) for c in kind.PARAMETERS] + [(c.field, c.key, c.unit) for c in kind.FACTS]
-    given = {field: np.array(getattr(table, key)) * unit for field, key, unit in columns}
+    given: dict[str, Any] = {c.field: np.array(getattr(table, c.key)) * c.unit for c in kind.PARAMETERS}
+    for fact in kind.FACTS:
+        value = getattr(table, fact.key)
+        given[fact.field] = tuple(value) if fact.unit is None else np.array(value) * fact.unit
     make: Any = kind
     try:
         source: Source = make(**given, **derived)

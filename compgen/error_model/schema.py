@@ -18,6 +18,7 @@ Width = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
 Order = Annotated[int, Field(ge=1, le=1000)]
 NodeName = Annotated[str, Field(max_length=40)]
 Link = Literal["column", "a1", "a2", "a3", "d4"]
+Shifted = Literal["tool", "fixture x", "fixture y", "fixture z", "base x", "base y", "d1", "a1", "a2", "a3", "d4", "d6"]
 ThreeNumbers = Annotated[list[Number], Field(min_length=3, max_length=3)]
 ThreeOffsets = Annotated[list[Offset], Field(min_length=3, max_length=3)]
 ThreeAngles = Annotated[list[SmallAngle], Field(min_length=3, max_length=3)]
@@ -150,11 +151,11 @@ class ThermalBendTable(SourceTable):
 class ThermalShiftTable(SourceTable):
     """Shifts with temperature; the lists have one entry for each shift."""
 
-    of: list[Literal["tool", "fixture x", "fixture y", "fixture z"]]
-    """What shifts: the tool along its axis, or the fixture along an axis of World."""
+    of: list[Shifted]
+    """What shifts: the tool along its axis, the fixture or the base along an axis of World, or a length that grows."""
     node: list[NodeName]
     """Rise that shifts it, by name."""
-    rate_um_K: list[Number]
+    rate_um_K: list[Rate]
     """Shift per rise."""
 
 

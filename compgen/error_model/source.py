@@ -1,13 +1,13 @@
 """The contract of an error source: what it may know of a moment, and what it declares of itself."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, BoolArray, own
 from compgen.error_model.loads import Loads
 from compgen.error_model.schema import SourceTable
 from compgen.robot.kinematics import Chain
@@ -52,7 +52,7 @@ class Fact:
 
     field: str
     key: str
-    unit: float
+    unit: float | None  # None: words
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +151,19 @@ class RiseDependent(Protocol):
 
     def nodes(self) -> set[int]:
         """Columns of the rises that it depends on."""
+        ...
+
+
+@runtime_checkable
+class Extensible(Protocol):
+    """A source of a list of terms, to which identification may add all others that physics knows of."""
+
+    def extended(self, arm: ArmFacts, nodes: Sequence[str]) -> tuple["Source", Mapping[str, Array]]:
+        """The source with all terms that follow some nodes, its own first, and the priors of those added, by field."""
+        ...
+
+    def only(self, terms: BoolArray) -> "Source":
+        """The source with some of its terms, (B,)."""
         ...
 
 

@@ -45,8 +45,10 @@ def table_of(known: UncertainSource) -> dict[str, Any]:
     return table
 
 
-def _listed(value: Any, unit: float) -> Any:
-    """Numbers of a file, with nine digits for its readers; whole numbers stay whole."""
+def _listed(value: Any, unit: float | None) -> Any:
+    """Numbers of a file, with nine digits for its readers; whole numbers and words stay."""
     if np.ndim(value):
         return [_listed(entry, unit) for entry in value]
+    if unit is None:
+        return str(value)
     return int(value) if isinstance(value, np.integer) else float(f"{value / unit:.9g}")

@@ -11,7 +11,8 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.identification.evidence import posterior
-from compgen.identification.fit import Fit, channel_equations, frame_prior
+from compgen.identification.fit import Fit, frame_prior
+from compgen.identification.linearisation import channel_equations
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
 
@@ -51,7 +52,8 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
     fold = block % FOLDS
     u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(_frame_unknowns(fitted))])
     weight = (~fitted.outlier) / data.sigma**2
-    all_rows = channel_equations(fitted.linear, weight, u)
+    rho = fitted.posterior.scales.rho
+    all_rows = channel_equations(fitted.linear, weight, u, data.pose, rho)
     _, group = model.groups()
     fixed, target = frame_prior(data, fitted.frames, _frame_unknowns(fitted))
     distance = np.full(len(block), np.nan)
@@ -59,10 +61,15 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
         held_out = fold == k
         if not (held_out & ~fitted.outlier).any():
             continue
-        training = [a.without(b) for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, held_out))]
+        training = [
+            a.without(b)
+            for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, data.pose, rho, held_out))
+        ]
         if training[0].rows * (data.sigma**2).min() < 3:
             continue
-        refitted = posterior(training, group[fitted.active], fixed, target, fitted.posterior.scales, rounds=ROUNDS)
+        refitted = posterior(
+            training, group[fitted.active], fixed, target, fitted.posterior.scales, rounds=ROUNDS, ceiling=model.ceiling
+        )
         step = refitted.x - u
         residual = fitted.linear.z[held_out] - fitted.linear.A[held_out] @ step
         distance[held_out] = np.linalg.norm(residual, axis=1)

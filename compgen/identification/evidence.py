@@ -12,20 +12,28 @@ and the scales maximise the evidence of the rows by MacKay's fixed point (1992, 
 
 nu_s and s_0 say what noise is usual, so that few rows cannot be explained to the last digit. nu is the weight of the
 robot file's own sigma, as so many measured parameters. A group that the data does not need shrinks to nominal; with
-few rows all of them do. Nothing blows up: C is bounded by the priors."""
+few rows all of them do. Nothing blows up: C is bounded by the priors, and each lambda by its ceiling.
+
+Rows of one pose share what the arm does there and no model says: noise of the pose beside that of each row,
+
+    cov = s^2 (W^-1 + rho 1 1'),   cov^-1 = (W - c (W 1)(W 1)') / s^2,   c = rho / (1 + rho 1'W 1)
+
+by Sherman and Morrison, coordinate by coordinate. Without it three reflectors on a pose would count as three poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, lapack
+from scipy.sparse import coo_matrix
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 
 NU = 0.3
 USUAL_NOISE = (30e-6, 50e-6)  # [m], [rad] of one coordinate: an instrument's and the arm's repeatability together
 NOISE_ROWS = 10.0  # weight of the usual noise, as so many measured coordinates
 ROUNDS = 60
+FLOOR = 1e-6  # of lambda
 CONVERGED = 0.02  # relative change of the scales that ends the rounds
 
 
@@ -47,6 +55,10 @@ class NormalEquations:
             self.rows - other.rows,
         )
 
+    def of_unknowns(self, kept: BoolArray) -> "NormalEquations":
+        """The equations of some of the unknowns, (D,), the others at zero."""
+        return NormalEquations(self.matrix[np.ix_(kept, kept)], self.vector[kept], self.sum_of_squares, self.rows)
+
 
 def normal_equations(A: Array, z: Array, weight: Array) -> NormalEquations:
     """Normal equations of rows A (n, D), z (n,), weights (n,)."""
@@ -55,12 +67,25 @@ def normal_equations(A: Array, z: Array, weight: Array) -> NormalEquations:
     return NormalEquations(scaled.T @ scaled, scaled.T @ right, float(right @ right), float(weight.sum()))
 
 
+def pose_equations(A: Array, z: Array, weight: Array, pose: IntArray, rho: float) -> NormalEquations:
+    """What noise common to the rows of each pose takes away from the equations of rows A (N, 3, D), z (N, 3)."""
+    _, index = np.unique(pose, return_inverse=True)
+    D = A.shape[2]
+    members = coo_matrix((weight, (index, np.arange(len(index)))), (int(index.max(initial=-1)) + 1, len(index))).tocsr()
+    share = np.sqrt(rho / (1 + rho * np.bincount(index, weight)))
+    rows = (members @ A.reshape(len(A), 3 * D)).reshape(len(share), 3, D) * share[:, None, None]
+    right = ((members @ z) * share[:, None]).ravel()
+    rows = rows.reshape(len(right), D)
+    return NormalEquations(rows.T @ rows, rows.T @ right, float(right @ right), 0.0)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Scales:
-    """Variances: of each group against its prior, and of the noise of each channel."""
+    """Variances: of each group against its prior, of the noise of each channel, and of poses beside rows."""
 
     group: Array  # (G,) lambda
     noise: Array  # (channels,) s^2 [m^2], [rad^2]
+    rho: float = 0.0  # of the noise that the rows of a pose share, over s^2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,6 +108,7 @@ def posterior(
     learn_groups: bool = True,
     learn_noise: bool = True,
     rounds: int = ROUNDS,
+    ceiling: Array | float = 1e6,
 ) -> Posterior:
     """The posterior, with scales of the groups and of the noise that maximise the evidence.
 
@@ -95,6 +121,7 @@ def posterior(
         learn_groups: Whether the scales of the groups may change.
         learn_noise: Whether the noise may change.
         rounds: At most so many.
+        ceiling: Largest lambda, of all groups or of each, (G,).
     """
     K, G = len(group), len(scales.group)
     size = np.bincount(group, minlength=G)
@@ -119,7 +146,7 @@ def posterior(
         new_lam, new_noise = lam.copy(), noise.copy()
         if learn_groups and K:
             new_lam = (NU + np.bincount(group, x[:K] ** 2, G)) / (NU + np.bincount(group, np.maximum(gamma[:K], 0), G))
-            new_lam = np.where(size > 0, np.clip(new_lam, 1e-6, 1e6), lam)
+            new_lam = np.where(size > 0, np.clip(new_lam, FLOOR, ceiling), lam)
         if learn_noise:
             for c, channel in enumerate(channels):
                 if channel.rows > 0:
@@ -138,7 +165,7 @@ def posterior(
     with np.errstate(divide="ignore"):
         log_prior = float(np.log(precision[precision > 0]).sum())
     evidence += 0.5 * (log_prior - float(deviation**2 @ precision) - 2 * float(np.log(np.diag(factor[0]) * root).sum()))
-    return Posterior(x, C, np.clip(gamma[:K], 0, 1), Scales(lam, noise), float(evidence))
+    return Posterior(x, C, np.clip(gamma[:K], 0, 1), Scales(lam, noise, scales.rho), float(evidence))
 
 
 def _squared_residual(equations: NormalEquations, x: Array) -> float:

@@ -7,21 +7,28 @@ Each step linearises all rows at once (``ArmModel.derivatives``), solves the lin
 bend the answer; then without those rows whose deviation, allowing for how strongly each row draws the fit to itself,
 has a chance below 1 % of happening even once in all rows of Gaussian noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray
 from compgen.core.rotations import rotation_matrix, rotation_vector
-from compgen.identification.evidence import NormalEquations, Posterior, Scales, normal_equations, posterior
+from compgen.identification.evidence import (
+    Posterior,
+    Scales,
+    pose_equations,
+    posterior,
+)
 from compgen.identification.frames import InstrumentFrames, initial_frames, measured_distance
+from compgen.identification.linearisation import Linearisation, channel_equations, linearise
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
 
 STEPS = 10
-ROUNDS = 3  # of setting outliers aside
+ROUNDS = 5  # of setting outliers aside
+SETTLED = 0.1  # change of the poses' share of the noise, over the whole, that needs no further round
 DEGREES_OF_FREEDOM = 4.0  # of Student's t
 CONVERGED = 1e-10  # m: a step that moves no row further ends the fit
 NEGLIGIBLE = 1e-3  # share of the noise: so does one that moves no row further than this, when scales are learnt
@@ -29,17 +36,8 @@ CHANCE = 0.01  # that Gaussian noise alone sets a row aside, somewhere in the da
 ALIGNED = 1e-3  # rad: how well the frame of an axis test is aligned with World
 FRAME_PRECISION = 100.0  # [1/m2], [1/rad2] of steps of the frames, 0.1 m and 0.1 rad: it damps, and does not bias
 START_NOISE = 1e-4  # m
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Linearisation:
-    """All rows at a point: residuals, and their Jacobian against (u, frames)."""
-
-    z: Array  # (N, 3) [m] position residuals
-    A: Array  # (N, 3, D)
-    turn: Array  # (N', 3) [rad] orientation residuals
-    B: Array  # (N', 3, D)
-    oriented: IntArray  # (N',) which rows have an orientation
+SEEN_TWICE = 30.0  # degrees of freedom within and between poses that tell their noises apart
+LARGEST = 25.0  # of rho
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,8 +59,8 @@ class Fit:
 
     @property
     def noise(self) -> float:
-        """Standard deviation of one coordinate [m]."""
-        return float(np.sqrt(self.posterior.scales.noise[0]))
+        """Standard deviation of one coordinate of one row [m]."""
+        return float(np.sqrt(row_variance(self.posterior.scales)))
 
 
 def fit(
@@ -96,11 +94,17 @@ def fit(
         point = solver.minimise(point, (~outlier).astype(float))
         if not robust:
             break
+        rho = solver.common_noise(point, outlier)
         updated = solver.find_outliers(point, outlier)
-        if np.array_equal(updated, outlier):
+        if np.array_equal(updated, outlier) and abs(rho - point.scales.rho) <= SETTLED * (1 + rho):
             break
-        outlier = updated
+        outlier, point = updated, replace(point, scales=replace(point.scales, rho=rho))
     return solver.finish(point, outlier)
+
+
+def row_variance(scales: Scales) -> float:
+    """Variance of one coordinate of one row: its own noise, and that of its pose [m^2]."""
+    return float(scales.noise[0]) * (1 + scales.rho)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -151,11 +155,12 @@ class _Solver:
                 w = w * _student_weights(linear.z / data.sigma[:, None], float(point.scales.noise[0]))
             x0, frame_mean = self._prior(point)
             frame_precision = frame_prior(data, point.frames, len(frame_mean))[0]
-            channels = channel_equations(linear, w, x0)
+            channels = channel_equations(linear, w, x0, data.pose, point.scales.rho)
             _, group = self.model.groups()
             solution = posterior(
-                channels, group[self.active], frame_precision, frame_mean, point.scales, self.learn, self.noise is None
-            )
+                channels, group[self.active], frame_precision, frame_mean, point.scales, self.learn, self.noise is None,
+                ceiling=self.model.ceiling,
+            )  # fmt: skip
             share = 1.0
             cost = self._cost(point, linear, w, solution.scales)
             while True:
@@ -210,7 +215,10 @@ class _Solver:
 
     def _cost(self, point: _Iterate, linear: Linearisation, w: Array, scales: Scales) -> float:
         _, group = self.model.groups()
-        cost = float((w[:, None] * linear.z**2).sum() / scales.noise[0])
+        cost = float((w[:, None] * linear.z**2).sum())
+        if scales.rho:
+            cost -= pose_equations(linear.A[:, :, :0], linear.z, w, self.data.pose, scales.rho).sum_of_squares
+        cost /= float(scales.noise[0])
         cost += float((w[linear.oriented, None] * linear.turn**2).sum() / scales.noise[1])
         u = (point.p / self.model.prior)[self.active] if len(point.p) else point.p
         cost += float((u**2 / scales.group[group[self.active]]).sum()) if len(u) else 0.0
@@ -218,6 +226,28 @@ class _Solver:
             if aligned:
                 cost += float((rotation_vector(point.frames.rotation[i]) ** 2).sum()) / ALIGNED**2
         return cost
+
+    def common_noise(self, point: _Iterate, outlier: BoolArray) -> float:
+        """rho, from how the residuals of a pose agree; 0 where poses have one row each.
+
+        Within poses s^2 (n - 1) is left a coordinate, between them s^2 (1 + n rho), less what the parameters take up.
+        """
+        if self.noise is not None or point.posterior is None or point.linear is None:
+            return 0.0
+        kept = ~outlier
+        pose, weight = self.data.pose[kept], 1 / self.data.sigma[kept]
+        z = point.linear.z[kept] * weight[:, None]
+        count = np.bincount(pose, minlength=len(self.data.theta)).astype(float)
+        used = count > 0
+        mean = np.stack([np.bincount(pose, z[:, i], len(count)) for i in range(3)], axis=1)[used] / count[used, None]
+        between = float((count[used, None] * mean**2).sum())
+        within = float((z**2).sum()) - between
+        unknowns = float(point.posterior.gamma.sum()) + 6 * len(self.data.instruments) + 3
+        free_within = 3.0 * float((count[used] - 1).sum()) - 3 * (len(self.data.reflectors) - 1)
+        free_between = 3.0 * float(used.sum()) - unknowns
+        if free_within < SEEN_TWICE or free_between < SEEN_TWICE:
+            return 0.0
+        return float(np.clip((between / free_between / (within / free_within) - 1) / count[used].mean(), 0.0, LARGEST))
 
     def find_outliers(self, point: _Iterate, outlier: BoolArray) -> BoolArray:
         """Rows too far off to be noise, (N,)."""
@@ -261,7 +291,7 @@ def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Mea
 
     For a row inside the fit e' (s^2 V - A C A')^-1 e, for one that was set aside e' (s^2 V + A C A')^-1 e.
     """
-    s2 = solution.scales.noise[0] * data.sigma**2
+    s2 = solution.scales.noise[0] * (data.sigma**2 + solution.scales.rho)
     fit_variance = linear.A @ solution.covariance @ np.swapaxes(linear.A, 1, 2)
     sign = np.where(outlier, 1.0, -1.0)[:, None, None]
     S = s2[:, None, None] * np.eye(3) + sign * fit_variance
@@ -269,102 +299,6 @@ def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Mea
     values = np.maximum(values, 0.1 * s2[:, None])  # the fit follows some rows wherever they go
     component = np.einsum("nji,nj->ni", vectors, linear.z)
     return np.asarray((component**2 / values).sum(axis=1))
-
-
-def channel_equations(
-    linear: Linearisation, weight: Array, x0: Array, rows: BoolArray | None = None
-) -> list[NormalEquations]:
-    """Normal equations of the position and the orientation rows, for x itself rather than a step from ``x0``."""
-    keep = np.ones(len(weight), dtype=bool) if rows is None else rows
-    D = linear.A.shape[2]
-    A, z = linear.A[keep].reshape(-1, D), linear.z[keep].ravel()
-    measured = A.any(axis=1)  # a coordinate that was not measured is no row
-    equations = [normal_equations(A, z + A @ x0, np.repeat(weight[keep], 3) * measured)]
-    if len(linear.oriented):
-        oriented = keep[linear.oriented]
-        B, t = linear.B[oriented].reshape(-1, D), linear.turn[oriented].ravel()
-        equations.append(normal_equations(B, t + B @ x0, np.repeat(weight[linear.oriented[oriented]], 3)))
-    return equations
-
-
-def linearise(
-    model: ArmModel,
-    jacobian_function: Any,
-    data: Measurements,
-    active: BoolArray,
-    p: Array,
-    frames: InstrumentFrames,
-    reflector_rotation: Array,
-) -> Linearisation:
-    """Residuals and Jacobian of all rows; parameters in units of their priors."""
-    if jacobian_function is not None:
-        P, R, dP, dR = model.derivatives(jacobian_function, data, p)
-        scale = model.prior[active]
-        dP, dR = dP * scale, dR * scale
-    else:
-        P, R = model.pose(data, p)
-        dP, dR = np.zeros((len(P), 3, 0)), np.zeros((len(P), 3, 3, 0))
-    N, K = len(data.pose), int(active.sum())
-    V, Q = len(data.instruments), len(data.reflectors)
-    oriented = np.flatnonzero(np.isfinite(data.rotation[:, 0, 0]))
-    D = K + 6 * V + (6 if len(oriented) else 3) * Q
-    A = np.zeros((N, 3, D))
-    F = frames.rotation[data.instrument]
-    offset = frames.reflector[data.reflector]
-    Rn = R[data.pose]
-    reflector = P[data.pose] + np.einsum("nij,nj->ni", Rn, offset)
-    rotated = np.einsum("nij,nj->ni", F, reflector)
-    for i in range(V):
-        rows = data.instrument == i
-        jacobian = np.zeros((int(rows.sum()), 3, D))
-        for r in range(Q):
-            rows_of_reflector = data.reflector[rows] == r
-            pose = data.pose[rows][rows_of_reflector]
-            derivative = dP[pose] + np.einsum("nijk,j->nik", dR[pose], frames.reflector[r])
-            jacobian[rows_of_reflector, :, :K] = frames.rotation[i] @ derivative
-            jacobian[rows_of_reflector, :, K + 6 * V + 3 * r : K + 6 * V + 3 * r + 3] = (
-                frames.rotation[i] @ Rn[rows][rows_of_reflector]
-            )
-        s = rotated[rows]
-        zero = np.zeros(len(s))
-        cross = [[zero, s[:, 2], -s[:, 1]], [-s[:, 2], zero, s[:, 0]], [s[:, 1], -s[:, 0], zero]]
-        jacobian[:, :, K + 6 * i : K + 6 * i + 3] = np.moveaxis(np.array(cross), 2, 0)
-        jacobian[:, :, K + 6 * i + 3 : K + 6 * i + 6] = np.eye(3)
-        A[rows] = jacobian
-    z = data.position - rotated - frames.origin[data.instrument]
-    measured = np.isfinite(z)
-    if not measured.all():  # coordinates that were not measured carry no weight
-        z, A = np.where(measured, z, 0.0), A * measured[:, :, None]
-    turn, B = _linearise_orientations(data, active, R, dR, frames, reflector_rotation, oriented, D)
-    return Linearisation(z, A, turn, B, oriented)
-
-
-def _linearise_orientations(
-    data: Measurements,
-    active: BoolArray,
-    R: Array,
-    dR: Array,
-    frames: InstrumentFrames,
-    reflector_rotation: Array,
-    oriented: IntArray,
-    D: int,
-) -> tuple[Array, Array]:
-    """Residuals and Jacobian of the orientations, in the reflector's own axes."""
-    B = np.zeros((len(oriented), 3, D))
-    if not len(oriented):
-        return np.zeros((0, 3)), B
-    K, V, Q = int(active.sum()), len(data.instruments), len(data.reflectors)
-    pose, inst, refl = data.pose[oriented], data.instrument[oriented], data.reflector[oriented]
-    S = R[pose] @ reflector_rotation[refl]
-    predicted = frames.rotation[inst] @ S
-    spin = np.einsum("nijk,nlj->nilk", dR[pose], R[pose])  # dR R'
-    w = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)  # (N', 3, K)
-    B[:, :, :K] = np.swapaxes(S, 1, 2) @ w
-    for n in range(len(oriented)):
-        B[n, :, K + 6 * inst[n] : K + 6 * inst[n] + 3] = predicted[n].T
-        begin_ = K + 6 * V + 3 * Q + 3 * refl[n]
-        B[n, :, begin_ : begin_ + 3] = np.eye(3)
-    return rotation_vector(np.swapaxes(predicted, 1, 2) @ data.rotation[oriented]), B
 
 
 def _reflector_rotations(data: Measurements, frames: InstrumentFrames, rotation: Array) -> Array:

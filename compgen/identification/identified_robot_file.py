@@ -12,7 +12,6 @@ from tomlkit.items import InlineTable, Item, Table
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
-from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.uncertainty import UncertainSource, table_of
 from compgen.robot.robot import Robot
 
@@ -40,7 +39,7 @@ def robot_text(
     """
     sources = {"box": _box(robot, box)}
     for entry in known:
-        if entry.sigma and not isinstance(entry.source, ThermalBend):
+        if entry.sigma:
             sources[entry.source.NAME] = {**table_of(entry), "provenance": provenance}
     expected = tomllib.loads(text)
     try:
@@ -85,12 +84,17 @@ def _update(text: str, expected: dict[str, Any], record: dict[str, Any], sources
 def _merge(tables: Any, expected: dict[str, Any], added: Any, name: str, values: dict[str, Any]) -> None:
     """Put a table's values into the table of that name, or into a new one, and into what the file shall say."""
     if name in tables:
-        if "prior" in expected[name]:
+        if "prior" in expected[name] and _same_shapes(expected[name]["prior"], values.get("prior", {})):
             values = {**values, "prior": expected[name]["prior"]}
         _set(tables, name, values)
     else:
         added[name] = _inline(values) if isinstance(added, InlineTable) else _table(values)
     expected[name] = values
+
+
+def _same_shapes(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
+    """Whether priors that the file gives still fit: a table of terms may have got more of them."""
+    return not any(np.ndim(value) and np.shape(value) != np.shape(new.get(key, value)) for key, value in old.items())
 
 
 def _set(container: Any, key: Any, value: Any) -> None:

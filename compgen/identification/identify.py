@@ -10,18 +10,22 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
+from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.cross_validation import CrossValidation, cross_validate, improvement_interval
 from compgen.identification.fit import Fit, fit
 from compgen.identification.identifiability import Identifiability, assess_identifiability
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
+from compgen.identification.model import ArmModel, SymbolicSource, WarmUpState, active_in_groups, build_model
 from compgen.identification.parameters import CandidateModel, candidate_models, symbolic_sources, warm_up_states
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import STILL
+from compgen.identification.thermal_terms import needed_terms
 from compgen.robot.robot import Robot
 
 ILL = 1e4  # condition of the frames' columns beyond which poses cannot tell instrument and reflector apart
+BEYOND = 3.0  # sigmas of its prior, beyond which no thermal parameter is believed
+HELD = 8  # at most so many are held
 NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
 
 
@@ -87,6 +91,7 @@ def identify(
     nodes: int,
     temperatures: bool,
     progress: Progress,
+    facts: ArmFacts | None = None,
 ) -> Identification:
     """Fit the error sources of a robot to measurements.
 
@@ -97,6 +102,7 @@ def identify(
         nodes: How many nodes the heat model has.
         temperatures: Whether the rises in ``data`` were measured; otherwise a warm-up's are unknown states.
         progress: Called with a stage and a share.
+        facts: What else the robot file says of the arm: what it carries, its nodes, its growth.
 
     Raises:
         InputError: Too few numbers, or measurements that cannot be of this arm.
@@ -106,7 +112,8 @@ def identify(
     moved = np.asarray(np.ptp(data.theta, axis=0) > STILL)
     warm = bool((data.warm > 0).any())
     states = warm_up_states(known, nodes) if warm and not temperatures else ()
-    sources = symbolic_sources(robot, known, moved, warm, temperatures)
+    offered = nodes_to_offer(facts, states, data.modelled) if warm and facts is not None else ()
+    sources = symbolic_sources(robot, known, moved, warm, temperatures, facts, offered)
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
     names, _ = model.groups()
@@ -118,14 +125,56 @@ def identify(
         candidates.append(FittedCandidate(candidate, fitted, cross_validate(model, data, fitted)))
     held_out_errors = [s.cross_validation.mean for s in candidates]
     best = int(np.nanargmin(held_out_errors))
+    progress("warmth", 0.9)
+    candidates[best], held = _with_needed_warmth(model, data, candidates[best])
     progress("judge", 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
-    findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
-    identified = fitted_sources(known, sources, model, candidates[best].fit)
+    findings = [*judge(robot, model, data, candidates[0], candidates[best], identifiability, moved), *held]
+    identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
         robot, model, data, tuple(candidates), best, identifiability, tuple(findings), identified, box
     )
+
+
+def nodes_to_offer(facts: ArmFacts, states: Sequence[WarmUpState], modelled: Sequence[int]) -> tuple[str, ...]:
+    """Nodes that anything may follow: those with a sensor; one for all where there are no temperatures."""
+    if states:
+        return (facts.nodes[states[0].node],)
+    return tuple(name for k, name in enumerate(facts.nodes) if k not in modelled)
+
+
+def _with_needed_warmth(
+    model: ArmModel, data: Measurements, full: FittedCandidate
+) -> tuple[FittedCandidate, list[Finding]]:
+    """A candidate without the thermal terms that the data does not need, and without those beyond any plausible value.
+
+    A parameter beyond three of its prior's sigmas stands for something that no source models: it is held at nominal.
+    """
+    findings: list[Finding] = []
+    if not (full.fit.active & model.thermal).any():
+        return full, findings
+    active = needed_terms(model, data, full.fit)
+    fitted = full.fit
+    for _ in range(HELD):
+        fitted = fit(model, data, active, start=fitted)
+        ratio = np.abs(fitted.p) / model.prior
+        ratio[~(active & model.thermal)] = 0.0
+        k = int(np.argmax(ratio))
+        if ratio[k] <= BEYOND:
+            break
+        parameter = model.parameters[k]
+        findings.append(
+            Finding(
+                Level.WARNING,
+                "held",
+                f"{parameter.name}: the warm-up asks for {fitted.p[k] / parameter.unit:.3g}, {ratio[k]:.1f} sigmas of "
+                f"its prior ({parameter.prior / parameter.unit:.3g}): something else warms; it is held at nominal",
+            )
+        )
+        active = active.copy()
+        active[k] = False
+    return FittedCandidate(full.candidate, fitted, cross_validate(model, data, fitted)), findings
 
 
 def judge(
@@ -201,15 +250,22 @@ def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
 
 
 def fitted_sources(
-    known: Sequence[UncertainSource], symbolic: Sequence[SymbolicSource], model: ArmModel, fitted: Fit
+    known: Sequence[UncertainSource],
+    symbolic: Sequence[SymbolicSource],
+    model: ArmModel,
+    fitted: Fit,
+    temperatures: bool = True,
 ) -> tuple[UncertainSource, ...]:
-    """The sources with fitted values and sigmas; those that were not fitted stay as they are."""
+    """The sources with fitted values and sigmas; those that were not fitted stay as they are.
+
+    Thermal terms that were offered and not needed are left out; without temperatures none is known.
+    """
     of_file = {k.source.NAME: k for k in known}
     fit_of = dict(zip(model.parameters, zip(fitted.p, fitted.sigma, fitted.active)))
     sources: list[UncertainSource] = []
     for source in symbolic:
         old = of_file.get(source.original.NAME)
-        free = [(t, *fit_of[t]) for t in source.parameters if fit_of[t][2]]
+        free = [(t, *fit_of[t]) for t in source.parameters if fit_of[t][2] and (temperatures or not t.thermal)]
         if not free:
             if old is not None:
                 sources.append(old)
@@ -219,8 +275,15 @@ def fitted_sources(
         for parameter, value, sigma, _ in free:
             values[parameter.field][parameter.index] = value
             sigmas.setdefault(parameter.field, np.zeros(values[parameter.field].shape))[parameter.index] = sigma
-        prior = dict(old.prior) if old is not None else {}
         provenance = f"identified from {len(fitted.outlier)} measured places"
-        sources.append(UncertainSource(replace(source.original, **values), prior, sigmas, provenance))  # type: ignore[type-var]
+        identified = replace(source.original, **values)  # type: ignore[type-var]
+        prior = dict(source.prior)
+        if isinstance(identified, Extensible):
+            terms = np.zeros(len(next(iter(sigmas.values()))), dtype=bool)
+            terms[: len(next(iter(old.prior.values()))) if old is not None else 0] = True
+            terms[[parameter.index[0] for parameter, *_ in free]] = True
+            identified = identified.only(terms)
+            prior, sigmas = ({field: v[terms] for field, v in rows.items()} for rows in (prior, sigmas))
+        sources.append(UncertainSource(identified, prior, sigmas, provenance))
     names = {source.original.NAME for source in symbolic}
     return (*sources, *(k for k in known if k.source.NAME not in names))

@@ -24,6 +24,10 @@ from compgen.robot.kinematics import nominal_chain
 from compgen.robot.robot import Robot
 from compgen.thermal.logged_rises import HEIGHT, LAG
 
+#: of the scale of a group of cold parameters, a hundred times its sigma: no prior is that wrong. What warmth does is
+#: known better, by expansion and by what others measured, and rests on fewer poses: there the prior is the ceiling
+CEILING = 1e4
+
 
 @dataclass(frozen=True, slots=True)
 class FreeParameter:
@@ -37,6 +41,7 @@ class FreeParameter:
     prior: float  # [SI]
     group: str  # the parameters of a group share one scale
     joint: int | None = None  # from 0, where it belongs to one
+    thermal: bool = False  # the arm's warmth has it, cold poses say nothing of it
 
     @property
     def name(self) -> str:
@@ -74,6 +79,18 @@ class ArmModel:
         """Standard deviations before any measurement, (K,) [SI]."""
         return np.array([t.prior for t in self.parameters])
 
+    @property
+    def thermal(self) -> BoolArray:
+        """Parameters that the arm's warmth has, (K,)."""
+        return np.array([t.thermal for t in self.parameters], dtype=bool)
+
+    @property
+    def ceiling(self) -> Array:
+        """How far the scale of each group may rise over its prior's variance, (G,)."""
+        names, group = self.groups()
+        warm = np.bincount(group, self.thermal, len(names)) > 0 if len(group) else np.zeros(0, dtype=bool)
+        return np.where(warm, 1.0, CEILING)
+
     def groups(self) -> tuple[tuple[str, ...], IntArray]:
         """Names of the groups, and the group of each parameter, (K,)."""
         names = tuple(dict.fromkeys(t.group for t in self.parameters))
@@ -97,6 +114,7 @@ class SymbolicSource:
     symbols: Any  # SX column of the parameters in it
     parameters: tuple[FreeParameter, ...]
     values: Mapping[str, Array]  # of the original, by field
+    prior: Mapping[str, Array]  # standard deviations before measurements, by field
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,8 +1,8 @@
 """Which parameters of which sources can be fitted, and the candidate models, from the plainest to the richest."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 import casadi as ca
 import numpy as np
@@ -12,7 +12,7 @@ from compgen.core.units import HOUR
 from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import source_of
 from compgen.error_model.schema import LoadsTable
-from compgen.error_model.source import ArmFacts, Entry, LoadDependent, RiseDependent, Rung, Visibility
+from compgen.error_model.source import ArmFacts, Entry, Extensible, LoadDependent, RiseDependent, Rung, Visibility
 from compgen.error_model.sources import ORDER
 from compgen.error_model.uncertainty import UncertainSource, prior_of
 from compgen.identification.model import FreeParameter, SymbolicSource, WarmUpState
@@ -47,7 +47,13 @@ def candidate_models(groups: Sequence[str]) -> list[CandidateModel]:
 
 
 def symbolic_sources(
-    robot: Robot, known: Sequence[UncertainSource], moved: BoolArray, warm: bool, log: bool = True
+    robot: Robot,
+    known: Sequence[UncertainSource],
+    moved: BoolArray,
+    warm: bool,
+    log: bool = True,
+    facts: ArmFacts | None = None,
+    offered: Sequence[str] = (),
 ) -> list[SymbolicSource]:
     """The sources that can be fitted, with symbols, and the others of the robot file as they are.
 
@@ -60,11 +66,11 @@ def symbolic_sources(
         moved: Which joints the measurements move, (6,); parameters of the others stay fixed.
         warm: Whether a warm-up was measured.
         log: Whether its temperatures are known; else growth stays at the file's cte, and the rises are what is fitted.
+        facts: What the robot file says of the arm: what it carries, and how it grows; None: what ``known`` tells of it.
+        offered: Nodes that anything may follow in a warm-up, whether or not the robot file has a term for it.
     """
     of_file = {k.source.NAME: without_force(k) for k in known}
-    loads = next((k.source.loads for k in of_file.values() if isinstance(k.source, LoadDependent)), None)
-    unloaded = loads_of(LoadsTable(), robot)
-    arm = ArmFacts(robot, (), (np.zeros((6, 0)), np.zeros((6, 0))), unloaded if loads is None else loads)
+    arm = facts_without_force(facts) if facts is not None else _facts_of(robot, of_file.values())
     visible = Visibility(robot, tuple(np.flatnonzero(moved).tolist()), warm, log)
     sources: list[SymbolicSource] = []
     for kind in ORDER:
@@ -74,6 +80,8 @@ def symbolic_sources(
         if kind.FITTING.table is not None and (entry is None or kind.FITTING.replaces):
             source = source_of(kind, kind.FITTING.table, arm, kind.NAME)
             entry = UncertainSource(source, prior_of(source), {}, "")
+        if entry is not None and isinstance(entry.source, Extensible) and warm and offered:
+            entry = _extended(entry, arm, offered)
         if entry is not None:
             sources.append(_with_symbols(entry, entry.source.entries_to_fit(visible)))
     return sources
@@ -83,6 +91,23 @@ def warm_up_states(known: Sequence[UncertainSource], nodes: int) -> tuple[WarmUp
     """Unknown states of the nodes that a source depends on; each with its own time constant."""
     used = set[int]().union(*(k.source.nodes() for k in known if isinstance(k.source, RiseDependent)))
     return tuple(WarmUpState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used))
+
+
+def _facts_of(robot: Robot, known: Iterable[UncertainSource]) -> ArmFacts:
+    """What sources tell of the arm: its loads, no nodes."""
+    loads = next((k.source.loads for k in known if isinstance(k.source, LoadDependent)), None)
+    return ArmFacts(robot, (), (np.zeros((6, 0)), np.zeros((6, 0))), loads or loads_of(LoadsTable(), robot))
+
+
+def facts_without_force(facts: ArmFacts) -> ArmFacts:
+    """The arm while nothing pushes on its tool."""
+    return replace(facts, loads=facts.loads.without_force())
+
+
+def _extended(known: UncertainSource, arm: ArmFacts, nodes: Sequence[str]) -> UncertainSource:
+    """A source with all terms that physics knows of."""
+    source, priors = cast(Extensible, known.source).extended(arm, nodes)
+    return replace(known, source=source, prior={f: np.append(v, priors[f]) for f, v in known.prior.items()}, sigma={})
 
 
 def without_force(known: UncertainSource) -> UncertainSource:
@@ -113,10 +138,18 @@ def _with_symbols(known: UncertainSource, entries: Sequence[Entry]) -> SymbolicS
             filled[index if len(index) > 1 else index[0]] = symbol
             group = f"{source.NAME}.{entry.group or p.field}"
             deviation = float(known.prior[p.field][index])
-            parameters.append(FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint))
+            thermal = source.FITTING is not None and source.FITTING.rung == "temperature"
+            parameters.append(
+                FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint, thermal)
+            )
             symbols.append(symbol)
         fields[p.field] = filled
     with_symbols = replace(source, **fields) if fields else source
     return SymbolicSource(
-        with_symbols, source, ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1), tuple(parameters), values
+        with_symbols,
+        source,
+        ca.vertcat(*symbols) if symbols else ca.SX.zeros(0, 1),
+        tuple(parameters),
+        values,
+        known.prior,
     )

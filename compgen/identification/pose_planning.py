@@ -16,8 +16,9 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.units import MM
-from compgen.identification.fit import FRAME_PRECISION, linearise
+from compgen.identification.fit import FRAME_PRECISION
 from compgen.identification.frames import InstrumentFrames
+from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
 from compgen.identification.pose_files import motion_directions

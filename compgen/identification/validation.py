@@ -77,7 +77,7 @@ def validate(
         InputError: Too few numbers to fit frames, or measurements that cannot be of this arm.
     """
     sources = [
-        SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {})
+        SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {}, {})
         for k in map(without_force, known)
         if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
     ]

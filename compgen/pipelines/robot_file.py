@@ -63,6 +63,7 @@ class Arm:
     known: tuple[UncertainSource, ...]
     identified: IdentifiedTable | None
     unlikely: tuple[Finding, ...]  # values that look like another unit's
+    facts: ArmFacts  # what the arm carries, its nodes, and how it grows
 
 
 def load_arm(name: str) -> Arm:
@@ -90,8 +91,10 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
         heat, _, growth = _warmth(facts, robot, where)
     nodes = () if heat is None else heat.names
     sensors = facts.thermal.sensors if facts.thermal else {}
-    known = read_sources(facts.sources, ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot)), where)
-    return Arm(where, text, robot, nodes, heat, sensors, known, facts.identified, unlikely_values(data, where))
+    arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
+    known = read_sources(facts.sources, arm, where)
+    unlikely = unlikely_values(data, where)
+    return Arm(where, text, robot, nodes, heat, sensors, known, facts.identified, unlikely, arm)
 
 
 def known_robots() -> list[str]:

@@ -29,7 +29,6 @@ PLACES = ("error_model/sources/", "error_model/schema.py", "verification/sources
 SPECIAL = {
     "compensation/refinement.py": {"ThermalGrowth"},  # smooth along straight lines: nothing to refine
     "error_model/validity.py": {"AxisMap"},  # it alone has a hull to leave
-    "identification/identified_robot_file.py": {"ThermalBend"},  # its table cannot be written from its parameters
     "identification/validation.py": {"AxisMap", "BaseFrame", "ToolFrame"},  # of the cell, not of the arm
     "pipelines/study/questions.py": {"ThermalGrowth"},  # contributions of single lengths
 }

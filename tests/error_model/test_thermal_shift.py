@@ -6,7 +6,10 @@ from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
+from compgen.error_model.loads import loads_of
 from compgen.error_model.model import build_error_model
+from compgen.error_model.schema import LoadsTable
+from compgen.error_model.source import ArmFacts
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_shift import ThermalShift
 from compgen.pipelines.robot_file import load_cell
@@ -17,6 +20,11 @@ SHIFT = 'sources.thermal_shift={of=["tool", "fixture x"], node=["face", "wrist"]
 TWIST = (
     'sources.thermal_bend={link=["a2", "d4", "column"], plane=["twist", "twist", "twist"], '
     'node=["link1", "j3", "j2"], rate_arcsec_K=[1.5, -0.7, 0.4]}'
+)
+BASE = 'sources.thermal_shift={of=["d1", "base x", "base y"], node=["j2", "link1", "j3"], rate_um_K=[6.4, -0.5, 2]}'
+LENGTHS = (
+    'sources.thermal_shift={of=["a1", "a3", "d4", "d6"], node=["j2", "j3", "wrist", "face"], '
+    "rate_um_K=[1.7, 1.9, 3, 2]}"
 )
 RISE = np.array([[10.0, 4.0, 12.0, 3.0, 2.0]])
 TOOL = (np.array([0.02, -0.01, 0.15]), np.eye(3))
@@ -34,7 +42,9 @@ def poses(*overrides, kind):
     return model.nominal_pose(theta), model.actual_pose(theta, rise), twin.actual_pose(theta, rise, lambda share: None)
 
 
-@pytest.mark.parametrize(("override", "kind"), [(SHIFT, ThermalShift), (TWIST, ThermalBend)])
+@pytest.mark.parametrize(
+    ("override", "kind"), [(SHIFT, ThermalShift), (BASE, ThermalShift), (LENGTHS, ThermalShift), (TWIST, ThermalBend)]
+)
 def test_the_twins_own_arm_agrees(override, kind):
     nominal, actual, twin = poses(override, kind=kind)
     assert_allclose(actual[0], twin[0], atol=1e-10)  # m
@@ -47,6 +57,46 @@ def test_a_tool_grows_along_its_axis_and_a_fixture_drifts_away_from_it():
     expected = 2 * UM * 2.0 * nominal[1][:, :, 2] + np.array([1.5 * UM * 3.0, 0, 0])
     assert_allclose(actual[0] - nominal[0], expected, atol=1e-12)
     assert_allclose(actual[1], nominal[1], atol=1e-14)
+
+
+def test_a_column_lifts_the_arm_and_a_base_moves_it():
+    nominal, actual, _ = poses(BASE, kind=ThermalShift)
+    assert_allclose(actual[0] - nominal[0], np.tile([-0.5 * UM * 4, 2 * UM * 12, 6.4 * UM * 10], (40, 1)), atol=1e-12)
+
+
+def test_links_without_a_profile_grow_along_themselves_away_from_zero():
+    """At the pendant's zero: the shoulder lies ahead, the elbow's offset upwards, the forearm and the flange ahead."""
+    cell = load_cell("m710ic50", [LENGTHS])
+    (source,) = (s for s in cell.sources if isinstance(s, ThermalShift))
+    model = build_error_model(cell.robot, [source], 5, np.zeros(3), np.eye(3))
+    zero = cell.robot.pendant_zero[None]
+    moved = model.actual_pose(zero, RISE)[0] - model.nominal_pose(zero)[0]
+    assert_allclose(moved, [[(1.7 * 10 + 3 * 3 + 2 * 2) * UM, 0, 1.9 * 12 * UM]], atol=1e-12)
+
+
+def test_what_identification_offers_is_what_the_file_has_and_every_other_term_once():
+    cell = load_cell("m710ic50", [LENGTHS, TWIST])
+    arm = ArmFacts(
+        cell.robot, cell.heat.names, (cell.sources[0].a, cell.sources[0].d), loads_of(LoadsTable(), cell.robot)
+    )
+    shift, bend = (next(s for s in cell.sources if isinstance(s, kind)) for kind in (ThermalShift, ThermalBend))
+    more, prior = shift.extended(arm, ("j2", "wrist"))
+    pairs = [*zip(more.of, more.node_name)]
+    assert pairs[:4] == [*zip(shift.of, shift.node_name)]
+    assert len(pairs) == len(set(pairs)) == 4 + len(prior["rate"])
+    assert {("d1", "wrist"), ("base x", "j2"), ("a3", "j2")} < set(pairs)
+    assert ("a2", "j2") not in pairs  # a profile heats it
+    assert_allclose(prior["rate"][pairs.index(("a3", "j2")) - 4], 11.5e-6 * 0.17)
+    more, prior = bend.extended(arm, ("j2",))
+    triples = [*zip(more.link, more.plane, more.node_name)]
+    assert {("a3", "side", "j2"), ("column", "twist", "j2"), ("d4", "arm", "j2"), ("a2", "twist", "link1")} < set(
+        triples
+    )
+    assert len(triples) == len(set(triples)) == 3 + 14
+    assert_allclose(more.rate, [*bend.rate, *14 * [0]])
+    kept = more.only(np.arange(17) % 2 == 0)
+    assert kept.link == more.link[::2]
+    assert_allclose(kept.axis, more.axis[::2])
 
 
 def test_a_twisted_column_turns_the_arm_about_the_vertical():
@@ -62,6 +112,7 @@ def test_a_twisted_column_turns_the_arm_about_the_vertical():
     [
         ('sources.thermal_shift={of=["tool"], node=["nose"], rate_um_K=[2]}', ("node.0", "nose")),
         ('sources.thermal_shift={of=["tool"], node=["face"], rate_um_K=[2, 3]}', ("rate_um_K", "2 entries for 1")),
+        ('sources.thermal_shift={of=["d5"], node=["face"], rate_um_K=[2]}', ("of.0", "d4")),
         ('sources.thermal_shift={of=["table"], node=["face"], rate_um_K=[2]}', ("of.0", "fixture x")),
     ],
 )

@@ -13,9 +13,10 @@ from synthetic import NOISE, axis_lines, made_up, measured, random_theta, warmin
 from compgen.core.rotations import rotation_matrix
 from compgen.identification.cross_validation import cross_validate
 from compgen.identification.evidence import Scales, normal_equations, posterior
-from compgen.identification.fit import fit, linearise
+from compgen.identification.fit import fit
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identify import identify
+from compgen.identification.linearisation import linearise
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources

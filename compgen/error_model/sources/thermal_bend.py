@@ -6,23 +6,25 @@ phi n and moves aside by half of that lever:
     phi = sum_k b_k rise_k,      end -> end + phi n x L / 2,      R -> R(phi n)
 
 The frame is put at the link's end (L lies behind it), or at its begin with the shift -phi n x L / 2, which ends at the
-same place. The state is a rise column of the heat model, best a gradient. Source: Heisel
-et al. (1997), cited by the reference study (line 266): -28.8 arcsec for 12 K at the second axis of a six-axis arm, 2.16
-to 2.4 arcsec/K. Valid for turns far below a degree.
+same place. The state is a rise column of the heat model, best a gradient; the difference of two nodes is two terms, of
+one rate with opposite signs. Identification offers every link, plane and node. Source: Heisel et al. (1997), cited by
+the reference study (line 266): -28.8 arcsec for 12 K at the second axis of a six-axis arm, 2.16 to 2.4 arcsec/K. Valid
+for turns far below a degree.
 """
 
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, get_args
 
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
 from compgen.core.units import MM
 from compgen.error_model.expressions import cross, entries, rotation_expr
-from compgen.error_model.schema import ThermalBendTable
+from compgen.error_model.schema import Link, ThermalBendTable
 from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain, frames_at_zero, is_zero
 from compgen.robot.robot import Robot
@@ -35,6 +37,10 @@ class ThermalBend:
     """Bends of links, each about an axis with one state."""
 
     rate: Any  # (B,) [rad/K]
+    link: tuple[str, ...]  # (B,)
+    plane: tuple[str, ...]  # (B,)
+    node_name: tuple[str, ...]  # (B,)
+    column: Array  # () [m] height of World above the column's foot
     row: IntArray  # (B,) the frame it is put behind, 0 World
     axis: Array  # (B, 3) unit vector there
     lever: Array  # (B, 3) [m] there: L / 2 at a link's end, -L / 2 at its begin
@@ -44,12 +50,19 @@ class ThermalBend:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("rate", "rate_arcsec_K", ("B",), ARCSEC, 3 * ARCSEC, "turn of the link's end per kelvin"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
-    FITTING: ClassVar[Fitting | None] = Fitting("temperature")
+    FACTS: ClassVar[tuple[Fact, ...]] = (
+        Fact("link", "link", None),
+        Fact("plane", "plane", None),
+        Fact("node_name", "node", None),
+        Fact("column", "column_mm", MM),
+    )
+    FITTING: ClassVar[Fitting | None] = Fitting(
+        "temperature", ThermalBendTable(link=[], plane=[], node=[], rate_arcsec_K=[])
+    )
 
     def __post_init__(self) -> None:
         freeze_parameters(self)
-        own(self, row=("B",), axis=("B", 3), lever=("B", 3), node=("B",))
+        own(self, column=(), row=("B",), axis=("B", 3), lever=("B", 3), node=("B",))
 
     @staticmethod
     def derive(table: ThermalBendTable, arm: ArmFacts, key: str) -> dict[str, Any]:
@@ -68,7 +81,7 @@ class ThermalBend:
             if plane != "twist" and (link == "column") != (plane in "xy"):
                 fit = "'x' or 'y'" if link == "column" else "'arm' or 'side'"
                 raise InputError(f"{key}.plane.{i}: '{plane}' does not fit the link '{link}'; say {fit}")
-            if link != "column" and not (arm.robot.d[3] if link == "d4" else arm.robot.a[int(link[1]) - 1]):
+            if link != "column" and not _has_length(link, arm.robot):
                 raise InputError(f"{key}.link.{i}: {link} has no length in this arm; name one that has")
             node.append(arm.nodes.index(name))
             place = _bend_of(link, plane, arm.robot, table.column_mm * MM)
@@ -87,8 +100,41 @@ class ThermalBend:
         return set(self.node.tolist())
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
-        """All bends, in a warm-up."""
-        return [Entry("rate", (i,)) for i in range(len(self.row))] if visible.warm_up else []
+        """All bends, in a warm-up; those of a link in a plane share the scale of their prior."""
+        if not visible.warm_up:
+            return []
+        return [Entry("rate", (i,), group=f"{key[0]} {key[1]}") for i, key in enumerate(zip(self.link, self.plane))]
+
+    def extended(self, arm: ArmFacts, nodes: Sequence[str]) -> tuple["ThermalBend", dict[str, Array]]:
+        """With the bends and the twist of every link that has a length, following each of some nodes."""
+        present = set(zip(self.link, self.plane, self.node_name))
+        added = [
+            (link, plane, node)
+            for link in get_args(Link)
+            if link == "column" or _has_length(link, arm.robot)
+            for plane in (("x", "y", "twist") if link == "column" else ("arm", "side", "twist"))
+            for node in nodes
+            if (link, plane, node) not in present
+        ]
+        terms = [*zip(self.link, self.plane, self.node_name), *added]
+        link, plane, node = (tuple(term[i] for term in terms) for i in range(3))
+        table = ThermalBendTable.model_construct(
+            link=list(link), plane=list(plane), node=list(node), column_mm=float(self.column) / MM,
+            rate_arcsec_K=[0.0] * len(link),
+        )  # fmt: skip
+        rate = np.append(self.rate, np.zeros(len(added)))
+        bend = ThermalBend(rate, link, plane, node, self.column, **self.derive(table, arm, self.NAME))
+        return bend, {"rate": np.full(len(added), self.PARAMETERS[0].prior)}
+
+    def only(self, terms: BoolArray) -> "ThermalBend":
+        """Some of the terms."""
+        words: dict[str, Any] = {
+            name: tuple(w for w, keep in zip(getattr(self, name), terms.tolist()) if keep)
+            for name in ("link", "plane", "node_name")
+        }
+        return replace(
+            self, **words, **{name: getattr(self, name)[terms] for name in ("rate", "row", "axis", "lever", "node")}
+        )
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its links bent."""
@@ -98,6 +144,10 @@ class ThermalBend:
             w = rate * state.rise[int(self.node[b])] * ca.DM(self.axis[b])
             chain = chain.inserted(int(self.row[b]), cross(w, ca.DM(self.lever[b])), rotation_expr(w, 2))
         return chain
+
+
+def _has_length(link: str, robot: Robot) -> bool:
+    return bool(robot.d[3] if link == "d4" else robot.a[int(link[1]) - 1])
 
 
 def _bend_of(link: str, plane: str, robot: Robot, column: float) -> tuple[int, Array, Array]:

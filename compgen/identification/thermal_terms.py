@@ -1,0 +1,112 @@
+r"""Which thermal terms are taken: by evidence, and by how well earlier, cooler blocks foretell later, hotter ones.
+
+Physics offers many: growth of each length, the base, bends and twist of each link, each with every node. All of them
+are fitted at once, each kind with a scale of its own, and then the one that the data needs least is left out, again and
+again, until each of those left
+
+    raises the log evidence of all rows by GAIN or more, and
+    does not worsen the forecast: the mean distance of each block of warm poses from what the cold poses and the blocks
+    before it say, by more than its standard error.
+
+Both are taken at the fit's linearisation, with its scales: terms are small, the arm is linear in them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.identification.evidence import NormalEquations, posterior
+from compgen.identification.fit import Fit, frame_prior
+from compgen.identification.linearisation import channel_equations
+from compgen.identification.measurements import Measurements
+from compgen.identification.model import ArmModel
+
+GAIN = 0.1  # of log evidence, that a term must bring
+BLOCKS = 6  # of consecutive warm poses; the first is never foretold
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Problem:
+    """The linear problem of a fit, for all rows and for those before each block."""
+
+    fitted: Fit
+    group: IntArray  # (K') of the active parameters
+    unknowns: Array  # (D,) where it was linearised
+    precision: Array  # (D - K',) of the frames
+    target: Array  # (D - K',)
+    all_rows: list[NormalEquations]
+    earlier: list[tuple[list[NormalEquations], BoolArray]]  # equations before a block, and its rows (N,)
+
+    def solve(self, equations: list[NormalEquations], kept: BoolArray) -> tuple[Array, float]:
+        """The unknowns (D,), zero where not kept (K',), and the log evidence."""
+        every = np.append(kept, np.ones(len(self.precision), dtype=bool))
+        solution = posterior(
+            [e.of_unknowns(every) for e in equations], self.group[kept], self.precision, self.target,
+            self.fitted.posterior.scales, learn_groups=False, learn_noise=False,
+        )  # fmt: skip
+        x = np.zeros(len(every))
+        x[every] = solution.x
+        return x, solution.log_evidence
+
+    def forecast(self, kept: BoolArray) -> Array:
+        """Distances of the rows of all blocks from what is known before each [m]."""
+        distances = []
+        for equations, rows in self.earlier:
+            x, _ = self.solve(equations, kept)
+            linear = self.fitted.linear
+            distances.append(np.linalg.norm(linear.z[rows] - linear.A[rows] @ (x - self.unknowns), axis=1))
+        return np.concatenate(distances)
+
+
+def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:
+    """The parameters of a fit without the thermal terms that the data does not need, (K,)."""
+    _, group_of = model.groups()
+    group = group_of[fitted.active]
+    optional = sorted({int(g) for g in group_of[fitted.active & model.thermal]})
+    problem = _problem(model, data, fitted, group)
+    if not problem.earlier:
+        return fitted.active
+    kept = np.ones(len(group), dtype=bool)
+    evidence = problem.solve(problem.all_rows, kept)[1]
+    forecast = problem.forecast(kept)
+    while optional:
+        losses = {g: evidence - problem.solve(problem.all_rows, kept & (group != g))[1] for g in optional}
+        for g in sorted(optional, key=lambda g: losses[g]):
+            without = problem.forecast(kept & (group != g))
+            gain = without - forecast
+            worse = gain.mean() < -gain.std() / np.sqrt(len(gain))
+            if losses[g] < GAIN or worse:
+                break
+        else:
+            break
+        kept &= group != g
+        optional.remove(g)
+        evidence, forecast = problem.solve(problem.all_rows, kept)[1], without
+    active = fitted.active.copy()
+    active[np.flatnonzero(active)[~kept]] = False
+    return active
+
+
+def _problem(model: ArmModel, data: Measurements, fitted: Fit, group: IntArray) -> _Problem:
+    linear, rho = fitted.linear, fitted.posterior.scales.rho
+    free = linear.A.shape[2] - len(group)
+    u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(free)])
+    precision, target = frame_prior(data, fitted.frames, free)
+    weight = (~fitted.outlier) / data.sigma**2
+
+    def equations(rows: BoolArray) -> list[NormalEquations]:
+        return channel_equations(linear, weight, u, data.pose, rho, rows)
+
+    block = warm_blocks(data)[data.pose]
+    everything = np.ones(len(block), dtype=bool)
+    foretold = [(block == b) & ~fitted.outlier for b in range(1, BLOCKS)] if block.max(initial=-1) > 0 else []
+    earlier = [(equations(block < b), rows) for b, rows in enumerate(foretold, 1) if rows.any()]
+    return _Problem(fitted, group, u, precision, target, equations(everything), earlier)
+
+
+def warm_blocks(data: Measurements) -> IntArray:
+    """The block of each pose in time, (M,); -1 at cold poses."""
+    block = np.full(len(data.theta), -1)
+    warm = np.flatnonzero(data.warm > 0)
+    block[warm[np.argsort(data.time[warm], kind="stable")]] = np.arange(len(warm)) * BLOCKS // max(len(warm), 1)
+    return block
