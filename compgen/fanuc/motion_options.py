@@ -1,4 +1,8 @@
-"""The options of a motion that cgen knows, word by word, and what they mean for a correction; no other word is safe."""
+"""The options of a motion that cgen knows, word by word, and what they mean for a correction; no other word is safe.
+
+FPLIN (faceplate linear), ORNT_BASE (a frame of World, UF or leader, and an axis) and TA_REF (torch angle) mean what
+public parsers of the language call them; SPOT's schedules of distances are described by a maker of welding tables.
+"""
 
 import re
 from dataclasses import dataclass
@@ -72,6 +76,27 @@ MOTION_OPTIONS = (
     MotionOption("SKIP", "Skip may end the motion anywhere", modifies_target=True, arguments=_AFTER_SKIP),
     MotionOption("SKIPJUMP", "SkipJump may end the motion anywhere", modifies_target=True, arguments=_AFTER_SKIP),
     MotionOption("SEARCH", "a search ends where it touches", modifies_target=True, arguments=_SCHEDULE),
+    MotionOption(
+        "SPOT",
+        "SPOT: a servo gun closes, and the robot moves with it, at the distances of its schedules",
+        modifies_target=True,
+        arguments=_SCHEDULE,
+    ),
+    MotionOption(
+        "FPLIN", "FPLIN leads the faceplate along the straight line: the tool's path is not known", modifies_target=True
+    ),
+    MotionOption(
+        "ORNT_BASE",
+        "ORNT_BASE leads the orientation by a frame's axis: how the tool turns on the way is not known",
+        modifies_target=True,
+        arguments=r"(?:\s*(?:UF|LDR|WF)?\s*[])?",
+    ),
+    MotionOption(
+        "TA_REF",
+        "TA_REF leads the torch's angle by a reference that is not known",
+        modifies_target=True,
+        arguments=r"(?:\s*-?[\d.]+\s*(?:mm|deg)?|\s*[])?",
+    ),
     MotionOption("CTV", "CTV: the last axis goes on turning", arguments=_NUMBER_OR_REGISTER),
     MotionOption("WEAVE", "weaving changes the executed path", arguments=r"\s+\w+(?:\s*[])?"),
     MotionOption("TRACK", "tracking changes the executed path", arguments=r"\s+\w+(?:\s*[])?"),

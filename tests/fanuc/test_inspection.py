@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import refused, run
+from corrected import MANY
 from numpy.testing import assert_allclose
 from shipped import ROOT
 
@@ -13,7 +14,10 @@ from compgen import fanuc
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import inspection
+from compgen.fanuc.analysis.correctable import read_scope
 from compgen.fanuc.analysis.poses import read_poses
+from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.unsafe_statements import unsafe_statements
 from compgen.fanuc.frames import default_frames, load_frames
 from compgen.pipelines.robot_file import load_robot
@@ -144,6 +148,33 @@ def test_options_of_a_via_point_belong_to_the_circle_motion(via, wrap):
     assert read.motions.options[1] == f"{via.split(' ', 1)[1]} ACC20"
     assert inspected(moves, *places)["path_length_mm"] == pytest.approx(100 * np.pi)
     assert bool(unsafe_statements(read)) is ("Offset" in via)
+
+
+WRAPPED = [
+    "C P[2]@P[3]@100mm/sec FINE ACC20",
+    "C P[2]@P[3] 100mm/sec@FINE ACC20",
+    "C P[2]@P[3]@100mm/sec@FINE@ACC20",
+    "C P[2]@@P[3] 100mm/sec FINE ACC20",
+    "C P[2] P[3]@100mm/sec@FINE ACC20",
+    "L P[2]@100mm/sec@FINE@ACC20",
+    "L P[2] 100mm/sec@FINE ACC20",
+]
+
+
+@pytest.mark.parametrize("text", WRAPPED)
+@pytest.mark.parametrize("via", ["", " ACC50"])
+def test_a_motion_wrapped_over_several_lines_is_read_as_one(text, via):
+    whole = text.replace("P[2]", f"P[2]{via}") if text.startswith("C") else text
+    places = {}, {"x": 1400.0, "y": 100.0}, {"x": 1500.0}
+    plain, read = (
+        program(["J P[1] 10% FINE    ;", f"{whole.replace('@', wrap)}    ;"], *places)
+        for wrap in (" ", "    \n    :  ")
+    )
+    for column in ("position", "speed", "termination", "letter"):
+        assert getattr(read.motions, column) == getattr(plain.motions, column)
+    assert read.motions.termination[1] == "FINE"
+    assert read.motions.options[1] == f"{via if text.startswith('C') else ''} ACC20".strip()
+    assert not unsafe_statements(read)
 
 
 def test_untaught_open_and_empty_positions_are_told():
@@ -334,3 +365,45 @@ def test_an_unknown_frame_is_told_once_and_not_as_a_missing_number():
 def test_what_is_wrong_with_a_file_is_said_as_it_is(spoil, words):
     with pytest.raises(InputError, match=words):
         fanuc.loads(spoil(program(["J P[1] 10% FINE    ;"], {}).data))
+
+
+def unlisted(data, robot=None, frames=None):
+    """Lines of motions that are held, of which neither the line nor its position is listed."""
+    read, arm = fanuc.loads(data), robot or load_robot("m710ic50")
+    poses = Surroundings(frames or MANY).poses(read, arm)
+    drive = read_traversal(read, poses, arm)
+    scope = read_scope(read, poses, drive, arm)
+    listed = {u.line for u in scope.unsafe}
+    return [
+        int(read.motions.line[drive.motion[s]])
+        for s in np.flatnonzero(~scope.free)
+        if int(read.motions.line[drive.motion[s]]) not in listed
+        and (drive.pose[s] < 0 or int(poses.line[drive.pose[s]]) not in listed)
+    ]
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [["PR[1]=P[2]"], ["P[2]=PR[1]"], ["UFRAME[0]=PR[1]"], ["UTOOL[R[1]]=PR[1]"], ["Weave Sine[1]"], ["PR[1]=P[R[1]]"],
+     ["L P[2] 5mm/sec FINE FPLIN"], ["L P[2] 5mm/sec FINE SPOT[SD=8,P=1,S=1,ED=5]"], ["SOFTFLOAT[1]"]],
+)  # fmt: skip
+def test_every_line_that_is_held_is_listed(statements):
+    moves = ["J P[1] 10% FINE    ;", *(f"{s} ;" for s in statements), "L P[2] 5mm/sec FINE    ;"]
+    read = program(moves, {}, {"x": 1400.0})
+    assert unlisted(read.data) == []
+    assert inspected(moves, {}, {"x": 1400.0})["unsafe"]
+
+
+def test_every_line_that_is_held_is_listed_in_real_programs():
+    if not SAMPLES.is_dir():
+        pytest.skip("the sample programs are not here")
+    for file in [p for p in SAMPLES.parent.rglob("*") if p.is_file() and p.suffix.lower() == ".ls"]:
+        assert unlisted(file.read_bytes()) == [], file
+
+
+def test_a_position_of_another_group_alone_is_listed():
+    read = program(["J P[1] 10% FINE    ;", "J P[2] 10% FINE    ;"], {}, {})
+    head, second = read.data.split(b"P[2]{")
+    data = head + b"P[2]{" + second.replace(b"GP1", b"GP2")
+    unsafe = inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), default_frames())["unsafe"]
+    assert [u["reason"] for u in unsafe] == ["its position has no numbers of group 1"]

@@ -44,6 +44,11 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
     named = {u.line for u in unsafe}
     line = m.line[traversal.motion]
     held = np.isin(line, list(named)) | (traversal.pose == NONE)
+    defined = set(p.number.tolist())
+    for s in np.flatnonzero((traversal.pose == NONE) & ~np.isin(line, list(named))).tolist():
+        i = int(traversal.motion[s])
+        if defined.issuperset(m.position[i]):
+            unsafe.append(Unsafe(int(line[s]), _text(program, i), "its position has no numbers of group 1"))
     told = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
     unsafe += [
         Unsafe(int(line[s]), _text(program, int(traversal.motion[s])), _CARRIED)
@@ -67,6 +72,11 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
             unsafe.append(Unsafe(number, short, "it uses a position as a value, which is left as it is"))
         elif INDIRECT_POSITION.search(text) and number not in named:
             unsafe.append(Unsafe(number, short, "it may use any position as a value, corrected where the others are"))
+        why = "writes its frame or tool" if FRAME_WRITTEN.search(text) else "uses its position as a value"
+        unsafe += [
+            Unsafe(int(line[k]), _text(program, int(traversal.motion[k])), f"line {number} {why}")
+            for k in np.flatnonzero(named_here & ~held).tolist()
+        ]
         held |= named_here
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)

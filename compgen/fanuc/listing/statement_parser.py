@@ -88,7 +88,7 @@ class StatementParser:
                 self.remarks.append((number, data[body:limit].lstrip()[1:].decode("latin-1").rstrip()))
             else:
                 self.state = "x"
-        if self.state == "C":
+        if self.state == "C" and (close >= 0 or number == self.move.line or data[body:limit].strip(b" \t")):
             self._continue_motion(body, limit, number, close >= 0)
         elif self.state == "m":
             if limit - self.move.span[0] > LONGEST_STATEMENT:
@@ -144,12 +144,13 @@ def _take_speed_and_termination(data: bytes, move: ParsedMotion, at: int, limit:
 
 def _continue_options(data: bytes, move: ParsedMotion, at: int, limit: int) -> None:
     """A motion whose statement runs on: what is still missing is taken from the next line, the rest are options."""
-    if move.termination[1] or move.options:
-        move.options = f"{move.options} {data[at:limit].decode('latin-1').strip()}".strip()
-    else:
+    if move.termination[1]:
+        rest = data[at:limit].decode("latin-1").strip()
+    else:  # the options before it are those of a via point
         if move.speed[0] == move.speed[1]:
             move.speed = (0, 0)
-        move.options = _take_speed_and_termination(data, move, at, limit)
+        rest = _take_speed_and_termination(data, move, at, limit)
+    move.options = f"{move.options} {rest}".strip()
     move.span = (move.span[0], limit)
 
 
