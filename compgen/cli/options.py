@@ -24,8 +24,6 @@ Date = Annotated[str, typer.Option("--date", help="Date in the program's header,
 DEFAULT_DATE = "26-01-01"  # fixed, so that the same inputs give the same bytes
 
 ProgramFile = Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)]
-Robot = Annotated[str, typer.Option("--robot", help="Robot name or file.")]
-DEFAULT_ROBOT = "m710ic50"
 FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
 RegistersFile = Annotated[
     str | None, typer.Option("--registers", help="Position registers PR[n] at the start (.toml) or POSREG.VA.")

@@ -2,11 +2,12 @@
 
 import sys
 from hashlib import sha256
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from compgen.cli.options import DEFAULT_ROBOT, Overrides, ProgramFile, Quiet, Robot, output_folder
+from compgen.cli.options import Overrides, ProgramFile, Quiet, output_folder
 from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.exceptions import InputError
@@ -14,7 +15,9 @@ from compgen.core.exceptions import InputError
 
 def pages(
     program: ProgramFile,
-    robot: Robot = DEFAULT_ROBOT,
+    robot: Annotated[
+        str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
+    ] = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the pages; default outputs/<program>.")
     ] = None,
@@ -25,26 +28,31 @@ def pages(
     quiet: Quiet = False,
 ) -> None:
     """Part an existing program into pages that the controller holds, with a main program and a manifest."""
-    from compgen import fanuc
+    from compgen import __version__, fanuc
     from compgen.cli.pages_text import pages_text, unparted_text
+    from compgen.fanuc.analysis.marked_program import is_marked
+    from compgen.fanuc.editing.remark import marking_remark
     from compgen.fanuc.paging.capacity import program_size
     from compgen.fanuc.paging.join_check import check_join
     from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
     from compgen.fanuc.paging.split import split_program
     from compgen.fanuc.paging.stops import controller_capacity
-    from compgen.pipelines.program_file import naming_program, read_program
+    from compgen.pipelines.program_file import naming_program, provenance_beside, read_program
+    from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_cell
 
     folder = output_folder(program, output)
-    capacity = controller_capacity(load_cell(robot, overrides or ()).robot)
     content = read_program(program)
     with naming_program(program):
         whole = fanuc.loads(content)
+        arm = load_cell(robot if robot is not None else robot_of_program(content), overrides or ()).robot
+    capacity = controller_capacity(arm)
     if program_size(whole).within(capacity):
         if not quiet:
             sys.stdout.write(unparted_text(whole))
         return
-    paged = split_program(whole, capacity, taken or ())
+    marked = is_marked(whole, arm) or provenance_beside(Path(program), content) is not None
+    paged = split_program(whole, capacity, taken or (), common=(marking_remark(__version__),) if marked else ())
     check_join(whole, paged.main, {p.name: p.data for p in paged.pages})
     manifest_name = f"{paged.name}{MANIFEST_SUFFIX}"
     manifest = manifest_json(paged, capacity, {"planned_sha256": sha256(content).hexdigest()})

@@ -78,6 +78,7 @@ POSITION_BEFORE_EQUALS = _words(r"(?<![A-Za-z_$])P\[\s*(\d*)[^\]]*\][^=<>]*=")  
 FRAME_WRITTEN = re.compile(r"(?:\bU|\$MNU)(FRAME|TOOL)\s*\[\s*(?:\d+\s*,)?((?:[^\[\]]|\[[^\]]*\])*)\](?:\.\$?\w+)*\s*=")
 REGISTER = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)")
 REGISTER_WRITTEN = _words(r"(?<![A-Z_$])(P?R)\[\s*(\d*)[^=<>]*=")
+PALLETIZING = _words(r"^PALLETIZING-")  # its begin or its end
 LOCAL_REGISTER = _words(r"(?<![A-Z_])(AR|LR)\[")  # known to one program only
 
 

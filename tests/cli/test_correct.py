@@ -58,7 +58,8 @@ def test_another_programs_correction_is_not_replaced(folder):
     before = content(folder / "out")
     (folder / "OTHER.LS").write_bytes(part().replace(b"PART", b"OTHER"))
     refused(correct(folder, "-q", name="OTHER.LS"), 2, "correct wrote about PART", "-o")
-    refused(run("pages", folder / "PART.LS", "-q", "-o", folder / "out", "--set", "controller.max_lines=6"), 2, "-o")
+    few = ("--robot", "m710ic50", "--set", "controller.max_lines=6")
+    refused(run("pages", folder / "PART.LS", "-q", "-o", folder / "out", *few), 2, "-o")
     assert content(folder / "out") == before
     assert correct(folder, "-q", "--before", "moving 200mm/s 1h").returncode == 0  # its own
     assert set(content(folder / "out")) == set(before)

@@ -16,7 +16,7 @@ from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, ME
 from compgen.fanuc.motion_options import ends_elsewhere
 from compgen.fanuc.paging.capacity import Capacity, ProgramSize, UnitSizes, unit_sizes
 from compgen.fanuc.paging.names import page_names
-from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER
+from compgen.fanuc.vocabulary import CALL, LOCAL_REGISTER, PALLETIZING
 
 RangeT = TypeVar("RangeT")
 
@@ -58,6 +58,7 @@ def plan_pages(
             which its pages would not have; names the line.
     """
     _refuse_local_registers(program, flow)
+    _refuse_palletizing(program, flow)
     settings = read_modal_state(program, flow)
     sizes = unit_sizes(program, flow)
     called = [name for text in flow.text.values() for name in CALL.findall(text)]
@@ -182,6 +183,18 @@ def _refuse_local_registers(program: LsProgram, flow: Flow) -> None:
                 f"program {program.name}: line {line}: {local.group(1).upper()}[] is known to this program only, its "
                 "pages would not have it; hand it over in a register R[]"
             )
+
+
+def _refuse_palletizing(program: LsProgram, flow: Flow) -> None:
+    """Raises ImpossibleError for a palletizing program: its pages would not have the pattern that it keeps."""
+    m = program.motions
+    lines = [int(flow.line[s]) for s, text in flow.text.items() if PALLETIZING.match(text)]
+    pallets = [i for i, targets in enumerate(m.target) if not m.disabled[i] and any(t[:4] == "PAL_" for t in targets)]
+    if lines := sorted([*lines, *(int(m.line[i]) for i in pallets)]):
+        raise ImpossibleError(
+            f"program {program.name}: line {lines[0]}: palletizing keeps its pattern with the program, its pages would "
+            "not have it; move it to a program of its own and call that"
+        )
 
 
 def _entry_motion(program: LsProgram, flow: Flow, first: int) -> tuple[int, str]:

@@ -76,6 +76,7 @@ def split_program(
     main_heading: Sequence[str] = (),
     renumber: bool = False,
     joint_entry: int | None = None,
+    common: Sequence[str] = (),
 ) -> PagedProgram:
     """A program in pages.
 
@@ -90,6 +91,7 @@ def split_program(
             such numbers. Never done where a position is found at run time (P[R[1]]).
         joint_entry: Let each page go to its start by a joint motion at this percentage; by default it repeats the
             motion that ended the page before, without its options.
+        common: Remarks at the head of each page.
 
     Returns:
         Pages and main program; line numbers start anew in each, and LINE_COUNT follows.
@@ -98,7 +100,7 @@ def split_program(
         ImpossibleError: It cannot be split so that each page fits; names the lines.
     """
     flow = read_flow(program)
-    plan = plan_pages(program, flow, capacity, taken, head_lines)
+    plan = plan_pages(program, flow, capacity, taken, head_lines + len(common))
     blocks = dict(zip(program.positions.number.tolist(), map(tuple, program.positions.block.tolist())))
     too_large = max(blocks, default=0) > capacity.max_positions
     renumber = (renumber or too_large) and not bool(np.any(flow.mention == NO_NUMBER))
@@ -106,7 +108,7 @@ def split_program(
     pages = []
     for k, (page, name, load) in enumerate(zip(plan.ranges, plan.names, plan.load)):
         first, behind = np.searchsorted(flow.move_unit, [page.first, page.last]).tolist()
-        remarks = heading(k, count, first) if heading else (f"page {k + 1} of {count}",)
+        remarks = (*common, *(heading(k, count, first) if heading else (f"page {k + 1} of {count}",)))
         used = [n for n in page_positions(program, flow, page) if n in blocks]
         new = {n: i for i, n in enumerate(used, 1)} if renumber else {}
         body = _body(program, flow, page, remarks, new, joint_entry)
