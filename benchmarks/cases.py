@@ -41,8 +41,8 @@ def problem_of(planned: Planned) -> Problem:
     """What the optimiser is asked."""
     job, path = planned.job, planned.path
     return Problem(
-        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, planned.theta, planned.rise, path.arc, path.stop,
+        job.robot, planned.model, job.posture, job.tool.pose,
+        path.target, planned.theta, planned.rise, path.arc, path.stop,
     )  # fmt: skip
 
 

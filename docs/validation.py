@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from compgen.core.pose import Pose
 from compgen.core.units import HOUR, MM, UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
@@ -37,17 +38,18 @@ def errors(name: str, *overrides: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions on the surface [mm] and thermal errors there [um]."""
     planned = generate.predict(job_of(name, *overrides), lambda stage, share: None)
     seen = planned.path.contact if hasattr(planned.path, "contact") else slice(None)
-    return planned.path.position[seen] / MM, planned.error()[seen, :3] / UM
+    return planned.path.target.position[seen] / MM, planned.error()[seen, :3] / UM
 
 
 def over_back(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same with the arm reaching over backwards, which breaks joint limits here: computed, not driven."""
     job = job_of("line_x")
     planned = generate.predict(job, lambda stage, share: None)
-    down = np.broadcast_to(planned.path.rotation[0], (len(position), 3, 3))
-    flange = inverse_kinematics.flange_from_tool(position * MM, down, job.tool_position, job.tool_rotation)
-    best, _ = inverse_kinematics.solve_flange(job.robot, *flange, inverse_kinematics.Posture(False, False, False))
-    return position, planned.model.error(best, job.start_rise()[None], position * MM, down)[:, :3] / UM
+    down = np.broadcast_to(planned.path.target.rotation[0], (len(position), 3, 3))
+    target = Pose(position * MM, down)
+    flange = inverse_kinematics.flange_from_tool(target, job.tool.pose)
+    best, _ = inverse_kinematics.solve_flange(job.robot, flange, inverse_kinematics.Posture(False, False, False))
+    return position, planned.model.error(best, job.start_rise()[None], target)[:, :3] / UM
 
 
 def at(position: np.ndarray, error: np.ndarray, axis: int, value: float) -> np.ndarray:

@@ -5,6 +5,7 @@ import naive_ls
 import numpy as np
 from shipped import ROOT, quiet
 
+from compgen.core.pose import IDENTITY
 from compgen.fanuc.frames import Frames, default_frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.history_words import load_before
@@ -12,7 +13,7 @@ from compgen.pipelines.history_words import load_before
 SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
 REAL = sorted(p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls")
 GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.LS"))
-STILL = (np.zeros(3), np.eye(3))
+STILL = IDENTITY
 MANY = Frames({n: STILL for n in range(21)}, {n: STILL for n in range(21)})
 WARM = "moving 200mm/s 6h"
 ROUNDED_UM = 1.0  # three decimals in X, Y, Z: 0.87 um at most; the model itself adds less than 0.1

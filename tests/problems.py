@@ -6,7 +6,7 @@ from compgen.compensation.problem import Problem
 def problem_of(planned, rows=slice(None)):
     job, path = planned.job, planned.path
     whole = Problem(
-        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation, path.position, path.rotation,
+        job.robot, planned.model, job.posture, job.tool.pose, path.target,
         planned.theta, planned.rise, path.arc, path.stop, planned.motion,
     )  # fmt: skip
     return whole.window(rows)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.identification.frames import InstrumentFrames
@@ -113,7 +114,7 @@ def axis_lines(truth, rng, noise=NOISE):
                 line += 13 * [k]
     place, direction, line = np.concatenate(place), np.array(direction), np.array(line)
     down = np.tile(np.diag([1.0, -1.0, -1.0]), (len(place), 1, 1))
-    theta = follow_branch(robot, place, down, Posture())
+    theta = follow_branch(robot, Pose(place, down), Posture())
     going = np.zeros_like(theta)
     for k in range(3):
         rows = np.flatnonzero(line == k)

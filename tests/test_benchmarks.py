@@ -42,7 +42,7 @@ def test_the_questions_are_what_compgen_computes(tmp_path):
     robot = cases.job_of(3000).robot
     rows = np.column_stack([robot.d, robot.a, robot.alpha])
     theta = np.array([[0.1, -0.4, 0.3, 0.2, -0.8, 0.5]])
-    assert np.abs(chain.flange(rows, theta[0])[:3, 3] - flange_pose(robot, theta)[0][0]).max() < 1e-12
+    assert np.abs(chain.flange(rows, theta[0])[:3, 3] - flange_pose(robot, theta).position[0]).max() < 1e-12
     assert chain.off(rows, theta, [chain.flange(rows, theta[0] + 1e-3)]) > 1e-4
 
 

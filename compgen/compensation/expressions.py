@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.evaluation import kept_with
+from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix_expr, rotation_vector_expr
 from compgen.error_model.model import ErrorModel
 from compgen.robot.inverse_kinematics import Posture, branch_expr
@@ -37,15 +38,12 @@ class CorrectionFunctions:
     then copies its expression in C++ and not in Python.
     """
 
-    def __init__(
-        self, robot: Robot, model: ErrorModel, posture: Posture, tool_position: bytes, tool_rotation: bytes
-    ) -> None:
+    def __init__(self, robot: Robot, model: ErrorModel, posture: Posture, tool: Pose) -> None:
         p, rows, planned, c = (ca.SX.sym(name, size) for name, size in (("p", 3), ("r", 9), ("planned", 6), ("c", 6)))
         state = [ca.SX.sym(name, model.actual.size1_in(k)) for k, name in enumerate(("rise", "direction", "travel"), 1)]
         rotation = ca.reshape(rows, 3, 3).T
-        tcp, tool = (ca.DM(np.frombuffer(numbers).reshape(-1, 3)) for numbers in (tool_position, tool_rotation))
-        flange = rotation @ rotation_matrix_expr(c[3:]) @ tool.T
-        theta, cosine, sine, margin = branch_expr(robot, posture, p + c[:3] - flange @ tcp.T, flange)
+        flange = rotation @ rotation_matrix_expr(c[3:]) @ ca.DM(tool.rotation.T)
+        theta, cosine, sine, margin = branch_expr(robot, posture, p + c[:3] - flange @ ca.DM(tool.position), flange)
         theta = theta + 2 * np.pi * ca.floor((planned - theta) / (2 * np.pi) + 0.5)
 
         def error_expr(pose: Sequence[Any]) -> Any:
@@ -90,11 +88,9 @@ class CorrectionFunctions:
 
 
 @kept_with("model")
-def build_correction_functions(
-    robot: Robot, model: ErrorModel, posture: Posture, tool_position: bytes, tool_rotation: bytes
-) -> CorrectionFunctions:
+def build_correction_functions(robot: Robot, model: ErrorModel, posture: Posture, tool: Pose) -> CorrectionFunctions:
     """The functions of one robot, error model and tool; problems that share them build them once."""
-    return CorrectionFunctions(robot, model, posture, tool_position, tool_rotation)
+    return CorrectionFunctions(robot, model, posture, tool)
 
 
 def substitute_cosines(function: Any, theta: Any, cosine: Any, sine: Any, *others: Any) -> list[Any]:

@@ -46,9 +46,9 @@ def solve(problem: Problem, settings: Settings, start: Array, free: BoolArray) -
     theta0, _ = problem.joints(start)
     pose = build_pose_differences(problem)
     x = ca.MX.sym("x", 6, N)
-    targets = np.swapaxes(problem.rotation, 1, 2).reshape(N, 9)
+    targets = np.swapaxes(problem.target.rotation, 1, 2).reshape(N, 9)
     state = (_columns(problem.direction_state.direction, N), _columns(problem.direction_state.travel, N))
-    given = (ca.DM(problem.rise.T), *state, ca.DM(problem.position.T), ca.DM(targets.T))
+    given = (ca.DM(problem.rise.T), *state, ca.DM(problem.target.position.T), ca.DM(targets.T))
     c, e = pose.map(N)(ca.DM(theta0.T) + JOINT_SCALE * x, *given)
     h, ds = np.diff(problem.arc), waypoint_lengths(problem.arc)
     scale = 1 / float(ds.mean())  # a waypoint counts about one
@@ -93,9 +93,9 @@ def build_pose_differences(problem: Problem) -> Any:
     direction, travel = ca.SX.sym("direction", 6), ca.SX.sym("travel", 3)
     p, r = ca.SX.sym("p", 3), ca.SX.sym("r", 9)
     R = ca.reshape(r, 3, 3)
-    nominal = nominal_chain(problem.robot, theta, (problem.tool_position, problem.tool_rotation)).tcp_expr()
+    nominal = nominal_chain(problem.robot, theta, problem.tool).tcp_expr()
     actual = problem.model.actual(theta, rise, direction, travel)
-    c = ca.vertcat(nominal[0] - p, _rotation_vector_expr(R.T @ nominal[1]))
+    c = ca.vertcat(nominal.position - p, _rotation_vector_expr(R.T @ nominal.rotation))
     e = ca.vertcat(actual[0] - p, _rotation_vector_expr(R.T @ actual[1]))
     return ca.Function("pose_differences", [theta, rise, direction, travel, p, r], [c, e])
 

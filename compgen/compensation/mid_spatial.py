@@ -39,7 +39,7 @@ def mid_spatial(path: ToolPath, correction: Array) -> float:
         arc = path.arc[first : last + 1]
         if arc[-1] - arc[0] > 5 * BAND[1]:
             rows = slice(first, last + 1)
-            sum_of_squares += _filtered_sum_of_squares(arc, correction[rows, :3], path.rotation[rows, :, 2])
+            sum_of_squares += _filtered_sum_of_squares(arc, correction[rows, :3], path.target.rotation[rows, :, 2])
             count += _sample_count(arc)
     return float(np.sqrt(sum_of_squares / count)) if count else 0.0
 

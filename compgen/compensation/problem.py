@@ -14,6 +14,7 @@ import numpy as np
 from compgen.compensation.expressions import CorrectionFunctions, build_commanded_pose, build_correction_functions
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.evaluation import evaluate
+from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.robot.inverse_kinematics import Posture
@@ -64,20 +65,18 @@ class Problem:
     robot: Robot
     model: ErrorModel
     posture: Posture
-    tool_position: Array  # (3,) [m] TCP in the flange
-    tool_rotation: Array  # (3, 3)
-    position: Array  # (N, 3) [m] targets
-    rotation: Array  # (N, 3, 3)
+    tool: Pose  # TCP in the flange
+    target: Pose  # N of the TCP
     theta: Array  # (N, 6) [rad] joints at the targets
     rise: Array  # (N, K) [K]
     arc: Array  # (N,) [m]
     stop: BoolArray  # (N,)
     direction_state: DirectionState = NO_DIRECTION  # where the planned joints and the TCP come from
 
-    def commanded(self, correction: Array) -> tuple[Array, Array]:
-        """Poses that the program names, (N, 3) [m] and (N, 3, 3)."""
-        position, rotation = evaluate(build_commanded_pose(), self.position, self.rotation.reshape(-1, 9), correction)
-        return position, rotation.reshape(-1, 3, 3)
+    def commanded(self, correction: Array) -> Pose:
+        """Poses that the program names: ``target.moved(correction)``, some times as fast for many."""
+        target = self.target.position, self.target.rotation_rows
+        return Pose.from_rows(*evaluate(build_commanded_pose(), *target, correction))
 
     def joints(self, correction: Array) -> Joints:
         """Joints of the commanded poses on the program's branch."""
@@ -108,15 +107,14 @@ class Problem:
         return replace(
             self,
             direction_state=self.direction_state.at(rows),
-            **{f: getattr(self, f)[rows] for f in ("position", "rotation", "theta", "rise", "arc", "stop")},
+            **{f: getattr(self, f)[rows] for f in ("target", "theta", "rise", "arc", "stop")},
         )
 
     def _functions(self) -> CorrectionFunctions:
-        tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
-        return build_correction_functions(self.robot, self.model, self.posture, *tool)
+        return build_correction_functions(self.robot, self.model, self.posture, self.tool)
 
     def _targets(self) -> tuple[Array, Array, Array]:
-        return self.position, self.rotation.reshape(-1, 9), self.theta
+        return self.target.position, self.target.rotation_rows, self.theta
 
     def _arm_state(self) -> tuple[Array, Array, Array]:
         return self.rise, self.direction_state.direction, self.direction_state.travel

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from compgen.core.arrays import Array, norm
+from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import NO_DIRECTION, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.error_model.source import Source
@@ -21,7 +22,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.planning import toolpath
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path
-from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.inverse_kinematics import Posture, flange_from_tool
 from compgen.robot.robot import Robot
 
 SAMPLES = 4  # of the error in a segment
@@ -33,8 +34,7 @@ CHORD_SHARE = 0.3  # of the chord: how far the error may bend away from a line w
 def refine(
     robot: Robot,
     posture: Posture,
-    tool_position: Array,
-    tool_rotation: Array,
+    tool: Pose,
     sources: Sequence[Source],
     model: ErrorModel,
     path: ToolPath,
@@ -49,8 +49,7 @@ def refine(
     Args:
         robot: Its limits and its controller's period.
         posture: The branch kept throughout.
-        tool_position: TCP in the flange, (3,) [m].
-        tool_rotation: (3, 3).
+        tool: TCP in the flange.
         sources: Of the arm's error.
         model: Their error model.
         path: With waypoints as close as its chord asks for.
@@ -61,13 +60,10 @@ def refine(
         ImpossibleError: The robot cannot drive the path.
     """
 
-    def flange(position: Array, rotation: Array) -> tuple[Array, Array]:
-        return inverse_kinematics.flange_from_tool(position, rotation, tool_position, tool_rotation)
+    def solve(pose: Pose) -> Array:
+        return inverse_kinematics.solve_flange(robot, flange_from_tool(pose, tool), posture)[0]
 
-    def solve(position: Array, rotation: Array) -> Array:
-        return inverse_kinematics.solve_flange(robot, *flange(position, rotation), posture)[0]
-
-    theta = joint_path.follow_branch(robot, *flange(path.position, path.rotation), posture)
+    theta = joint_path.follow_branch(robot, flange_from_tool(path.target, tool), posture)
     if all(isinstance(source, ThermalGrowth) for source in sources):
         return path, theta
     for _ in range(MAX_ROUNDS):
@@ -77,12 +73,12 @@ def refine(
         if not (parts > 1).any():
             break
         path = toolpath.subdivided(path, np.maximum(parts, 1))
-        theta = joint_path.follow_branch(robot, *flange(path.position, path.rotation), posture)
+        theta = joint_path.follow_branch(robot, flange_from_tool(path.target, tool), posture)
     return path, theta
 
 
 def _error_bend(
-    solve: Callable[[Array, Array], Array],
+    solve: Callable[[Pose], Array],
     sources: Sequence[Source],
     model: ErrorModel,
     path: ToolPath,
@@ -97,11 +93,11 @@ def _error_bend(
         chunk = np.arange(begin, min(begin + CHUNK, S))
         segment = np.append(np.repeat(chunk, SAMPLES), chunk[-1])
         fraction = np.append(np.tile(fractions, len(chunk)), 1.0)
-        position, rotation, _ = path.at(segment, fraction)
+        target, _ = path.at(segment, fraction)
         between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
-        joints = joint_path.nearest_turns(solve(position, rotation), between)
-        direction_state = direction_states(widths, joints, position, direction_state)
-        error = model.actual_pose(joints, cold, direction_state)[0] - position
+        joints = joint_path.nearest_turns(solve(target), between)
+        direction_state = direction_states(widths, joints, target.position, direction_state)
+        error = model.actual_pose(joints, cold, direction_state).position - target.position
         ends = error[::SAMPLES]
         line = ends[:-1, None] + fractions[:, None] * np.diff(ends, axis=0)[:, None]
         bend[chunk] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)

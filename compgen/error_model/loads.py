@@ -48,9 +48,8 @@ class Loads:
 
 def loads_of(table: LoadsTable, robot: Robot) -> Loads:
     """The loads of a robot file."""
-    place, axes = frames_at_zero(robot)
-    from_joint = np.array(table.link_centre_mm) * MM
-    centre = np.einsum("kji,kj->ki", axes[1:], place[:-1] + from_joint - place[1:])
+    frames, from_joint = frames_at_zero(robot), np.array(table.link_centre_mm) * MM
+    centre = np.einsum("kji,kj->ki", frames.rotation[1:], frames.position[:-1] + from_joint - frames.position[1:])
     return Loads(
         mass=np.array(table.link_kg),
         centre=centre,
@@ -65,7 +64,7 @@ def torque_expr(loads: Loads, nominal: Chain) -> list[Any]:
     """tau of the six joints [N m]; a number where nothing acts."""
     frames = nominal.joint_frames()
     forces = [
-        (k, frames[k][0] + frames[k][1] @ ca.DM(centre), ca.DM(mass * loads.gravity))
+        (k, frames[k].position + frames[k].rotation @ ca.DM(centre), ca.DM(mass * loads.gravity))
         for k, mass, centre in (
             *((k + 1, float(loads.mass[k]), loads.centre[k]) for k in range(6)),
             (6, loads.payload, loads.payload_centre),
@@ -73,11 +72,11 @@ def torque_expr(loads: Loads, nominal: Chain) -> list[Any]:
         if mass
     ]
     if np.any(loads.force):
-        position, rotation = nominal.tcp_expr()
-        forces.append((6, position, rotation @ ca.DM(loads.force)))
+        tcp = nominal.tcp_expr()
+        forces.append((6, tcp.position, tcp.rotation @ ca.DM(loads.force)))
     torques = []
     for joint in range(1, 7):
-        origin, axis = frames[joint - 1][0], frames[joint - 1][1][:, 2]
+        origin, axis = frames[joint - 1].position, frames[joint - 1].rotation[:, 2]
         total: Any = 0.0
         for row, place, force in forces:
             if row >= joint:

@@ -68,7 +68,7 @@ def joint_halves(model: ErrorModel, theta: Array) -> Array:
     rows = np.repeat(np.arange(N), 7)
     sides = np.tile(np.vstack([np.zeros(6), np.eye(6)]), (N, 1))
     cold = np.zeros((len(rows), model.actual.size1_in(1)))
-    place, _ = model.actual_pose(theta[rows], cold, DirectionState(sides, np.zeros((len(rows), 3))))
+    place = model.actual_pose(theta[rows], cold, DirectionState(sides, np.zeros((len(rows), 3)))).position
     place = place.reshape(N, 7, 3)
     return np.asarray(np.linalg.norm(place[:, 1:] - place[:, :1], axis=2))
 
@@ -86,7 +86,7 @@ def settling(sources: Sequence[Source], model: ErrorModel, theta: Array) -> tupl
         return np.zeros(6), 0.0
     sides = np.vstack([np.zeros(9), np.eye(9)])
     cold = np.zeros((10, model.actual.size1_in(1)))
-    place, _ = model.actual_pose(np.tile(theta, (10, 1)), cold, DirectionState(sides[:, :6], sides[:, 6:]))
+    place = model.actual_pose(np.tile(theta, (10, 1)), cold, DirectionState(sides[:, :6], sides[:, 6:])).position
     halves = np.linalg.norm(place[1:] - place[0], axis=1)
     depth = np.maximum(np.log(np.maximum(halves / SETTLED, 1.0)), LEAST_DEPTH)
     turn, travel = (np.where(np.isfinite(w), w, 0.0) for w in (widths.joint, widths.travel))
@@ -124,7 +124,7 @@ def unknown_start_findings(
     changes = np.diag(np.concatenate([share.direction[0], share.travel[0]]))  # one joint or axis a row
     changed = DirectionState(assumed.direction + changes[:, :6], assumed.travel + changes[:, 6:])
     q, r = np.tile(theta[n], (9, 1)), np.tile(rise[n], (9, 1))
-    displacement = model.actual_pose(q, r, changed)[0] - model.actual_pose(q, r, assumed)[0]
+    displacement = model.actual_pose(q, r, changed).position - model.actual_pose(q, r, assumed).position
     distance = np.linalg.norm(displacement, axis=1)
     if distance.sum() <= NEGLIGIBLE:
         return []

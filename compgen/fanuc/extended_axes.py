@@ -17,8 +17,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.toml import brief_value
-from compgen.fanuc.pose_table import Pose, length_or_angle, pose_of, pose_values
+from compgen.fanuc.pose_table import length_or_angle, pose_of, pose_values
 
 NAMES = ("E1", "E2", "E3")
 KINDS = ("rail", "positioner")

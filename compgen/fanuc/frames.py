@@ -15,14 +15,13 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.findings import Finding
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.unlikely import unlikely_values
 from compgen.fanuc.extended_axes import ExtendedAxis, extended_axes
-from compgen.fanuc.pose_table import Pose, pose_of, pose_values
+from compgen.fanuc.pose_table import pose_of, pose_values
 
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
 _ENTRY = re.compile(r"\[1,\s*([0-9]{1,3})\]\s*=([^\[]*)")
@@ -41,8 +40,7 @@ class Frames:
 
 def default_frames() -> Frames:
     """World and flange."""
-    still = (np.zeros(3), np.eye(3))
-    return Frames({0: still}, {0: still})
+    return Frames({0: IDENTITY}, {0: IDENTITY})
 
 
 def load_frames(path: str) -> Frames:

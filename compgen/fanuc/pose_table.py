@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import brief_value
 from compgen.core.units import DEG, MM
 
-Pose = tuple[Array, Array]  # position (3,) [m], rotation (3, 3)
 KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 LARGEST = 1e5  # [mm] or [deg]
 
@@ -45,14 +44,4 @@ def length_or_angle(table: Mapping[str, Any], name: str, key: str, path: str) ->
 def pose_of(values: Sequence[float]) -> Pose:
     """The pose with coordinates X Y Z [mm] and angles W P R [deg]."""
     w, p, r = (np.array([v * DEG]) for v in values[3:])
-    return np.array(values[:3]) * MM, from_wpr(w, p, r)[0]
-
-
-def compose(first: Pose, second: Pose) -> Pose:
-    """The second pose, told in the first one, in the frame that the first is told in."""
-    return first[0] + first[1] @ second[0], first[1] @ second[1]
-
-
-def inverse(pose: Pose) -> Pose:
-    """The frame in which a pose is told, told in that pose."""
-    return -pose[1].T @ pose[0], pose[1].T
+    return Pose(np.array(values[:3]) * MM, from_wpr(w, p, r)[0])

@@ -5,6 +5,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.measurements import Measurements
@@ -97,14 +98,14 @@ def _joints(table: CsvTable, robot: Robot, tcp: Array) -> Array:
         ) from None
     N = len(tcp)
     angles = [table.numbers(c) * DEG if table.has(c) else np.full(N, d * DEG) for c, d in zip(TURN, (180.0, 0.0, 0.0))]
-    tool = np.array([_constant(table, c) for c in TOOL]) * MM
-    position, rotation = flange_from_tool(tcp, from_wpr(*angles), tool, np.eye(3))
+    tool = Pose(np.array([_constant(table, c) for c in TOOL]) * MM, np.eye(3))
+    flange = flange_from_tool(Pose(tcp, from_wpr(*angles)), tool)
     try:
-        theta = follow_branch(robot, position, rotation, Posture())
+        theta = follow_branch(robot, flange, Posture())
     except CompgenError as exception:
         raise InputError(f"{table.source}: {exception}") from exception
-    reached, _ = flange_pose(robot, theta)
-    if np.abs(reached - position).max() > 1e-6:
+    reached = flange_pose(robot, theta).position
+    if np.abs(reached - flange.position).max() > 1e-6:
         raise InputError(f"{table.source}: the commanded places are out of reach; check x_mm y_mm z_mm are of World")
     return theta
 

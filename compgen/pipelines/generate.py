@@ -9,7 +9,7 @@ from compgen.compensation import limits, optimise
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem
 from compgen.compensation.solution import Solution
-from compgen.core.arrays import Array, IntArray, frozen
+from compgen.core.arrays import Array, IntArray
 from compgen.core.evaluation import Background, run_in_background
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
@@ -72,8 +72,7 @@ class Planned:
 
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
-        path, moment = self.path, (self.theta[rows], self.rise[rows])
-        return self.model.error(*moment, path.position[rows], path.rotation[rows], self.motion.at(rows))
+        return self.model.error(self.theta[rows], self.rise[rows], self.path.target[rows], self.motion.at(rows))
 
     def error(self) -> Array:
         """Predicted and uncorrected, of all waypoints, (N, 6) [m] and [rad]."""
@@ -147,7 +146,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     with job_findings.asking_units(job):
         plan = plan_motion(job, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
-    motion = direction_states(reversal_widths(job.sources), theta, path.position)
+    motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
     rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)
 
     def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
@@ -162,10 +161,11 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         Finding(Level.WARNING, "thermal.box", text)
         for text in job.heat.extrapolations(job.before, job.feed, trajectory.time[-1], rise)
     ]
+    places = path.target.position
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
-    notes += map_findings(job.sources, path.position[on_part], on_part)
+    notes += map_findings(job.sources, places[on_part], on_part)
     notes += joint_box_findings(job.robot, job.joint_box, theta[on_part])
-    notes += unknown_start_findings(job.robot, job.sources, model, theta, path.position, rise, motion, path.contact)
+    notes += unknown_start_findings(job.robot, job.sources, model, theta, places, rise, motion, path.contact)
     notes += [*frame_findings(job.frame, job.robot_file_hash), *job.unlikely]
     if not job.before:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
@@ -197,8 +197,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     # a stop for a page's sake is no corner of the path: the correction stays smooth across it
     corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
     problem = Problem(
-        job.robot, planned.model, job.posture, job.tool_position, job.tool_rotation,
-        path.position, path.rotation, planned.theta, planned.rise, path.arc, corners, planned.motion,
+        job.robot, planned.model, job.posture, job.tool.pose, path.target, planned.theta,
+        planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
     problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
     solution = optimise.optimise(problem, job.settings, lambda share: progress("correction", share))
@@ -217,16 +217,15 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         if not solution.status.is_legal:
             raise ImpossibleError(job_findings.failed(solution))
         limited = job_findings.limited(solution)
-    position, rotation = problem.commanded(solution.correction)
-    poses = (frozen(position), frozen(rotation))
+    commanded = problem.commanded(solution.correction)
     trajectory = retiming.retime(
         job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
-    program, _ = compose_program(job, poses, solution.theta, trajectory, path, date, window)
+    program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
-    del program, poses, position, rotation
+    del program, commanded
     planned.deviation()
     text = delivered.program
     prepared = prepare(twin_of(job), text, job.before, job.air)
@@ -260,11 +259,10 @@ def _written_directions(problem: Problem, solution: Solution, job: Job) -> Direc
     A joint that the planned path leaves at rest steps to and fro by what the digits round, and forgets the side it came
     from: that is known only once there is a correction to round.
     """
-    position, rotation = printed_in_world(job, *problem.commanded(solution.correction))
-    joints, _ = inverse_kinematics.solve_tool(
-        job.robot, position, rotation, job.tool_position, job.tool_rotation, job.posture
-    )
-    return direction_states(reversal_widths(job.sources), joint_path.nearest_turns(joints, solution.theta), position)
+    printed = printed_in_world(job, problem.commanded(solution.correction))
+    joints, _ = inverse_kinematics.solve_tool(job.robot, printed, job.tool.pose, job.posture)
+    theta = joint_path.nearest_turns(joints, solution.theta)
+    return direction_states(reversal_widths(job.sources), theta, printed.position)
 
 
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from compgen.compensation.problem import Settings
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array
 from compgen.core.findings import Finding
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.pipelines.part_frame import PartFrame
@@ -41,6 +41,15 @@ class Cell:
     unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's
 
 
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """What the robot carries along the path."""
+
+    number: int  # UTOOL on the controller
+    pose: Pose  # TCP in the flange
+    spin: float  # [rad] its x axis against base x on the path
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Job:
     """A planned program, the robot that shall run it, and what went before."""
@@ -58,10 +67,7 @@ class Job:
     lead_in: bool | None  # whether the approach turns every joint through its play; None: where the robot has play
     feed: float  # [m/s]
     stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
-    spin: float  # [rad] the tool's x axis against base x
-    tool_number: int
-    tool_position: Array  # (3,) [m] TCP in the flange
-    tool_rotation: Array  # (3, 3)
+    tool: Tool
     posture: Posture
     settings: Settings
     start_drift: float  # [m] how much a late start may add
@@ -84,11 +90,8 @@ class Job:
     unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
     frame: PartFrame | None = None  # that the path is given in; None: World
 
-    def __post_init__(self) -> None:
-        own(self, tool_position=(3,), tool_rotation=(3, 3))
-
     @property
-    def place(self) -> Frame | None:
+    def place(self) -> Pose | None:
         """Where the part stands; None: its frame is World."""
         return None if self.frame is None else self.frame.place
 

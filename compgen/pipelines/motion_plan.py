@@ -14,6 +14,7 @@ from compgen.compensation import refinement, simplify
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Progress
+from compgen.core.pose import Pose
 from compgen.core.units import DEG
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
@@ -65,19 +66,17 @@ def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -
         ImpossibleError: The robot cannot drive it.
     """
     progress("path", 0.0)
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
     try:
         path = toolpath.plan_tool_path(
             job.pattern, job.surface, job.boundary,
-            spin=job.spin, chord=job.chord, lift=job.lift, spacing=job.spacing, lead_in=_lead_in(job, model),
+            spin=job.tool.spin, chord=job.chord, lift=job.lift, spacing=job.spacing, lead_in=_lead_in(job, model),
             frame=job.place,
         )  # fmt: skip
     except InputError as failure:
         raise InputError(f"{job.source}: {failure}") from failure
     feed = fanuc.writable_speed(feed)
-    path, theta = refinement.refine(
-        job.robot, job.posture, job.tool_position, job.tool_rotation, job.sources, model, path, feed, job.chord
-    )
+    path, theta = refinement.refine(job.robot, job.posture, job.tool.pose, job.sources, model, path, feed, job.chord)
     progress(f"path: {len(theta)} waypoints", 1.0)
     page_stops = place_page_stops(job.robot, path, theta, len(job.heat.names), job.stop_on_the_part) if pages else None
     if page_stops is not None:
@@ -115,7 +114,7 @@ def run_in_length(job: Job) -> float:
         return 0.0
     leaves = leaves[np.searchsorted(leaves, enters) - 1]
     before, after = slope[np.maximum(leaves - 1, 0)], slope[np.minimum(enters, S - 1)]
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
     half = joint_halves(model, theta[enters])
     steep = (before * after < 0) & (2 * half * np.abs(after) > job.settings.rate / 4 * widths.joint)
     blend = np.where(steep, widths.joint / np.maximum(np.abs(after), 1e-12), 0.0)
@@ -125,11 +124,10 @@ def run_in_length(job: Job) -> float:
 def coarse_motion(job: Job) -> tuple[ToolPath, Array] | None:
     """The pattern with as few waypoints as show its joints, and these, (N, 6) [rad]; None where the arm cannot."""
     path = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING
+        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING
     )
-    flange = inverse_kinematics.flange_from_tool(path.position, path.rotation, job.tool_position, job.tool_rotation)
     try:
-        return path, joint_path.follow_branch(job.robot, *flange, job.posture)
+        return path, _joints(job, path.target)
     except ImpossibleError:
         return None
 
@@ -140,30 +138,31 @@ def _lead_in(job: Job, model: ErrorModel) -> LeadIn | None:
         return None
     beginning = toolpath.plan_tool_path(
         job.pattern.subset(np.arange(min(FIRST_PIECES, len(job.pattern.poly)))), job.surface, job.boundary,
-        spin=job.spin, chord=job.chord, lift=0.0, spacing=job.spacing, frame=job.place,
+        spin=job.tool.spin, chord=job.chord, lift=0.0, spacing=job.spacing, frame=job.place,
     )  # fmt: skip
 
-    def joints(position: Array, rotation: Array) -> Array:
-        flange = inverse_kinematics.flange_from_tool(position, rotation, job.tool_position, job.tool_rotation)
-        return joint_path.follow_branch(job.robot, *flange, job.posture)
+    def tcp(theta: Array) -> Pose:
+        return flange_pose(job.robot, theta) @ job.tool.pose
 
-    def tcp(theta: Array) -> tuple[Array, Array]:
-        position, rotation = flange_pose(job.robot, theta)
-        return position + rotation @ job.tool_position, rotation @ job.tool_rotation
-
-    def can_drive(position: Array, rotation: Array) -> bool:
+    def can_drive(pose: Pose) -> bool:
         try:
-            joints(position, rotation)
+            _joints(job, pose)
         except ImpossibleError:
             return False
         return True
 
-    if not can_drive(beginning.position, beginning.rotation):
+    if not can_drive(beginning.target):
         return None  # what stops the robot is named by its waypoint where the whole path is followed
-    theta = joints(beginning.position, beginning.rotation)
+    theta = _joints(job, beginning.target)
     least, travel = settling(job.sources, model, theta[0])
     arm = Arm(tcp, can_drive, job.robot.lower, job.robot.upper)
     return plan_lead_in(arm, theta, np.maximum(least, LEAST_TURN), travel, beginning.exact, job.lift)
+
+
+def _joints(job: Job, pose: Pose) -> Array:
+    """Joints of a continuous way of the TCP, (N, 6) [rad]; raises ImpossibleError where the arm cannot follow it."""
+    flange = inverse_kinematics.flange_from_tool(pose, job.tool.pose)
+    return joint_path.follow_branch(job.robot, flange, job.posture)
 
 
 def plan_written_motion(job: Job, feed: float) -> MotionPlan:
@@ -176,7 +175,7 @@ def plan_written_motion(job: Job, feed: float) -> MotionPlan:
     plan = plan_motion(job, feed, lambda stage, share: None)
     if job.thin is None:
         return plan
-    rows = kept_waypoints(job, plan.path, plan.feed, np.zeros_like(plan.path.position))
+    rows = kept_waypoints(job, plan.path, plan.feed, np.zeros_like(plan.path.target.position))
     path, theta = plan.path.subset(rows), plan.theta[rows]
     trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, plan.feed)
     return replace(plan, path=path, page_stops=None, theta=theta, trajectory=trajectory)

@@ -9,7 +9,7 @@ import numpy as np
 from compgen import fanuc
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, read_toml
 from compgen.core.units import DEG, MM
@@ -25,8 +25,8 @@ class PartFrame:
     """Where the part stands, and the user frame that the program is written in."""
 
     number: int
-    place: Frame  # of the part, as taught
-    register: Frame  # what the controller holds: the place to the digits of its screen
+    place: Pose  # in World, of the part, as taught
+    register: Pose  # what the controller holds: the place to the digits of its screen
     taught: TaughtTable | None
 
 
@@ -54,7 +54,7 @@ def frame_of(table: FrameTable | None, decimals: int, where: str) -> PartFrame |
         if number not in frames:
             known = ", ".join(str(n) for n in sorted(frames) if n)
             raise InputError(f"{source}: frame {number} is not set in it (set: {known}); mend frame.number")
-        return _rounded(number, Frame(*frames[number]), None, decimals)
+        return _rounded(number, frames[number], None, decimals)
     of_file = check(FrameFile, read_toml(source, "paths"), str(source)).frame
     if of_file.file is not None:
         raise InputError(f"{source}: frame.file: a frame's file names no other; give the numbers")
@@ -64,14 +64,13 @@ def frame_of(table: FrameTable | None, decimals: int, where: str) -> PartFrame |
     return _rounded(table.number or number, _place(of_file), of_file.taught, decimals)
 
 
-def _place(table: FrameTable) -> Frame:
+def _place(table: FrameTable) -> Pose:
     angles = (np.array([a * DEG]) for a in (table.w_deg, table.p_deg, table.r_deg))
-    return Frame(np.array([table.x_mm, table.y_mm, table.z_mm]) * MM, from_wpr(*angles)[0])
+    return Pose(np.array([table.x_mm, table.y_mm, table.z_mm]) * MM, from_wpr(*angles)[0])
 
 
-def _rounded(number: int, place: Frame, taught: TaughtTable | None, decimals: int) -> PartFrame:
-    position, rotation = fanuc.printed_poses(place.position[None], place.rotation[None], decimals)
-    return PartFrame(number, place, Frame(position[0], rotation[0]), taught)
+def _rounded(number: int, place: Pose, taught: TaughtTable | None, decimals: int) -> PartFrame:
+    return PartFrame(number, place, fanuc.printed_poses(Pose.stack([place]), decimals)[0], taught)
 
 
 def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Finding]:

@@ -13,12 +13,13 @@ from compgen import __version__
 from compgen.compensation.tables import settings_of
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
 from compgen.pipelines.day_plan import plan
-from compgen.pipelines.job import Job
+from compgen.pipelines.job import Job, Tool
 from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
 from compgen.pipelines.part_frame import frame_of
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
@@ -120,10 +121,11 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         lead_in=path.process.lead_in,
         feed=path.process.feed_mm_s * MM,
         stop_on_the_part=path.process.page_stops == "anywhere",
-        spin=tool.spin_deg * DEG,
-        tool_number=tool.number if tool.number is not None else int(offset),
-        tool_position=np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM,
-        tool_rotation=from_wpr(*angles)[0],
+        tool=Tool(
+            number=tool.number if tool.number is not None else int(offset),
+            pose=Pose(np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM, from_wpr(*angles)[0]),
+            spin=tool.spin_deg * DEG,
+        ),
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
         settings=settings_of(path.compensation, path.tool.axisymmetric),
         start_drift=path.compensation.start_drift_um * UM,

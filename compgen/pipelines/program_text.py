@@ -2,6 +2,7 @@
 
 from compgen import __version__, fanuc
 from compgen.core.arrays import Array, frozen, step_lengths
+from compgen.core.pose import Pose
 from compgen.fanuc import Program
 from compgen.fanuc.configuration import turn_digits
 from compgen.pipelines.job import Job
@@ -15,24 +16,24 @@ REMARK_WIDTH = 32
 
 def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
     """The uncorrected program as its text would be read."""
-    program, printed = compose_program(job, (path.position, path.rotation), theta, trajectory, path, date, None)
+    program, printed = compose_program(job, path.target, theta, trajectory, path, date, None)
     return fanuc.as_written(program, printed)
 
 
 def compose_program(
     job: Job,
-    poses: tuple[Array, Array],
+    commanded: Pose,
     theta: Array,
     trajectory: Trajectory,
     path: ToolPath,
     date: str,
     start_window: float | None,
-) -> tuple[Program, tuple[Array, Array]]:
+) -> tuple[Program, Pose]:
     """The program that names poses in the job's user frame, and these poses there rounded to its digits.
 
     Args:
         job: For names, tool, posture, controller and the warmth that the remarks tell.
-        poses: To be named, in World, (N, 3) [m] and (N, 3, 3).
+        commanded: To be named, N poses of the TCP in World.
         theta: Joints there, (N, 6) [rad]; whole turns are taken from them.
         trajectory: For the speeds.
         path: For the stops.
@@ -40,11 +41,11 @@ def compose_program(
         start_window: How long after its warmth the program may start [s]; None for a program that is not corrected.
     """
     decimals = job.robot.controller.decimals
-    position, rotation = poses if job.frame is None else job.frame.register.from_world(*poses)
-    printed = fanuc.printed_poses(position, rotation, decimals)
+    written = commanded if job.frame is None else job.frame.register.inverse() @ commanded
+    printed = fanuc.printed_poses(written, decimals)
     # the digits of CONFIG belong to the pose as printed
-    in_world = printed if job.frame is None else job.frame.register.to_world(*printed)
-    joints, _ = inverse_kinematics.solve_tool(job.robot, *in_world, job.tool_position, job.tool_rotation, job.posture)
+    in_world = printed if job.frame is None else job.frame.register @ printed
+    joints, _ = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture)
     remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
     remarks.append(f"robot file {job.robot_file_hash[:16]}")
     if start_window is None:
@@ -60,25 +61,24 @@ def compose_program(
         date=date,
         remarks=tuple(remarks),
         uframe=0 if job.frame is None else job.frame.number,
-        utool=job.tool_number,
-        position=frozen(position),
-        rotation=frozen(rotation),
+        utool=job.tool.number,
+        position=written.position,
+        rotation=written.rotation,
         posture=job.posture,
         turns=frozen(turn_digits(job.robot, joint_path.nearest_turns(joints, theta))),
-        speed=frozen(fanuc.written_feeds(trajectory.speed, step_lengths(position))),
+        speed=frozen(fanuc.written_feeds(trajectory.speed, step_lengths(written.position))),
         fine=path.stop,
         decimals=decimals,
     )
     return program, printed
 
 
-def printed_in_world(job: Job, position: Array, rotation: Array) -> tuple[Array, Array]:
-    """Where the controller has poses of World, (N, 3) [m] and (N, 3, 3), that the text says in its digits."""
+def printed_in_world(job: Job, pose: Pose) -> Pose:
+    """Where the controller has poses of World that the text says in its digits."""
+    decimals = job.robot.controller.decimals
     if job.frame is None:
-        return fanuc.printed_poses(position, rotation, job.robot.controller.decimals)
-    register = job.frame.register
-    printed = fanuc.printed_poses(*register.from_world(position, rotation), job.robot.controller.decimals)
-    return register.to_world(*printed)
+        return fanuc.printed_poses(pose, decimals)
+    return job.frame.register @ fanuc.printed_poses(job.frame.register.inverse() @ pose, decimals)
 
 
 def program_name_of(job: Job) -> str:

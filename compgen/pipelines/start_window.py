@@ -52,14 +52,14 @@ def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state
     samples = np.array([np.linspace(n, len(course.time) - 1, SAMPLES).astype(int) for n in first])  # (P, SAMPLES)
     rows = samples.ravel()
     begin, time = course.time[first], course.time[samples]
-    now, _ = model.actual_pose(course.theta[rows], course.rise[rows], course.motion.at(rows))
+    now = model.actual_pose(course.theta[rows], course.rise[rows], course.motion.at(rows)).position
 
     def is_allowed(delay: Array, which: IntArray) -> Array:
         """Whether delays at some of the places are allowed."""
         rows = samples[which].ravel()
         late = late_rise(job, delay, time[which] - begin[which, None], state[which], job.clock + begin[which])
         rise = course.rise[rows] + late.reshape(len(rows), -1)
-        moved, _ = model.actual_pose(course.theta[rows], rise, course.motion.at(rows))
+        moved = model.actual_pose(course.theta[rows], rise, course.motion.at(rows)).position
         drift = np.linalg.norm(moved.reshape(-1, SAMPLES, 3) - now.reshape(-1, SAMPLES, 3)[which], axis=2).max(axis=1)
         return np.asarray(drift <= job.start_drift)
 

@@ -8,5 +8,4 @@ from compgen.verification.twin import Twin
 def twin_of(job: Job) -> Twin:
     """The real arm of a job."""
     uframe = None if job.frame is None else job.frame.register
-    faults = faults_of(job.sources)
-    return Twin(job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation, faults, uframe)
+    return Twin(job.robot, job.heat, job.profiles, job.tool.pose, faults_of(job.sources), uframe)

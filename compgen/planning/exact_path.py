@@ -14,7 +14,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import IndexedRows, evaluate
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.planning.boundaries import Boundary, inside_distance_expr
 from compgen.planning.curves import PiecewiseCurve, curve_expr, height_expr, tilt_expr
 from compgen.planning.surfaces import Quadric, check_extent, curve_derivatives_expr, lift_expr
@@ -36,7 +36,7 @@ class ExactPath:
     surface: Quadric
     boundary: Boundary
     spin: float  # [rad] the tool's x axis against the frame's x, about its z
-    frame: Frame | None = None  # that the surface stands in; None: World
+    frame: Pose | None = None  # that the surface stands in; None: World
     coefficients: Array = field(init=False)  # (K, 25) of the curve's pieces
 
     def __post_init__(self) -> None:
@@ -55,14 +55,14 @@ class ExactPath:
         check_extent(extent)
         return speed[:, 0], spacing[:, 0]
 
-    def pose(self, piece: IntArray, t: Array) -> tuple[Array, Array, BoolArray]:
-        """Tool position and rotation, (M, 3) [m] and (M, 3, 3), and whether the part is there, (M,)."""
+    def pose(self, piece: IntArray, t: Array) -> tuple[Pose, BoolArray]:
+        """M poses of the tool, and whether the part is there, (M,)."""
         edge = self.boundary.coefficients()
         position, rotation, extent, inside = self._evaluate(
             build_pose(edge.shape[1] // 3), piece, t[:, None], self.spin_vector(), edge
         )
         check_extent(extent)
-        return *self.in_world(position, rotation.reshape(-1, 3, 3)), inside[:, 0] >= 0
+        return self.in_world(Pose.from_rows(position, rotation)), inside[:, 0] >= 0
 
     def length(self, piece: IntArray, start: Array, end: Array) -> Array:
         """Arc length from start to end within one piece, (M,) [m]; five-point Gauss-Legendre."""
@@ -86,9 +86,7 @@ class ExactPath:
         check_extent(extent)
         return distance[:, 0]
 
-    def at(
-        self, piece: IntArray, span: Array, length: Array, slope: Array, fraction: Array
-    ) -> tuple[Array, Array, Array]:
+    def at(self, piece: IntArray, span: Array, length: Array, slope: Array, fraction: Array) -> tuple[Pose, Array]:
         """Pose and direction of travel at a fraction of the arc length of a span.
 
         Args:
@@ -99,7 +97,7 @@ class ExactPath:
             fraction: (M,), 0 to 1.
 
         Returns:
-            Position (M, 3) [m], rotation (M, 3, 3), unit vector of travel (M, 3).
+            M poses, and unit vectors of travel (M, 3).
         """
         t = parameter_expr(span.T, slope.T, fraction)
         uneven = np.flatnonzero(np.isnan(t))
@@ -108,19 +106,19 @@ class ExactPath:
             path_functions().pose_and_travel, piece, t[:, None], self.spin_vector()
         )
         turned = travel if self.frame is None else travel @ self.frame.rotation.T
-        return *self.in_world(position, rotation.reshape(-1, 3, 3)), turned
+        return self.in_world(Pose.from_rows(position, rotation)), turned
 
-    def in_world(self, position: Array, rotation: Array) -> tuple[Array, Array]:
-        """Poses given in the frame, (M, 3) [m] and (M, 3, 3), in World."""
-        return (position, rotation) if self.frame is None else self.frame.to_world(position, rotation)
+    def in_world(self, pose: Pose) -> Pose:
+        """Poses given in the frame, in World."""
+        return pose if self.frame is None else self.frame @ pose
 
-    def in_frame(self, position: Array, rotation: Array) -> tuple[Array, Array]:
-        """Poses given in World, (M, 3) [m] and (M, 3, 3), in the frame."""
-        return (position, rotation) if self.frame is None else self.frame.from_world(position, rotation)
+    def in_frame(self, pose: Pose) -> Pose:
+        """Poses given in World, in the frame."""
+        return pose if self.frame is None else self.frame.inverse() @ pose
 
     def local(self, point: Array) -> Array:
         """x, y along the surface and the height above it of a point near it, (3,) in World to (3,) [m]."""
-        return self.surface.local(self.in_frame(point[None], np.eye(3)[None])[0][0])
+        return self.surface.local(point if self.frame is None else self.frame.inverse().act(point))
 
     def parameter_by_newton(self, piece: IntArray, span: Array, length: Array, fraction: Array) -> Array:
         """The parameter at a fraction of the arc length of a span, by Newton's method, (M,)."""

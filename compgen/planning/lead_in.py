@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector
 from compgen.planning import curves
 from compgen.planning.exact_path import ExactPath
@@ -48,8 +49,8 @@ class LeadIn:
 class Arm:
     """What a lead-in asks of the arm."""
 
-    tcp: Callable[[Array], tuple[Array, Array]]  # nominal TCP (N, 3) [m] and (N, 3, 3) of joints (N, 6) [rad]
-    can_drive: Callable[[Array, Array], bool]  # whether it can follow TCPs (N, 3) [m] and (N, 3, 3)
+    tcp: Callable[[Array], Pose]  # nominal TCP of joints (N, 6) [rad]
+    can_drive: Callable[[Pose], bool]  # whether it can follow N poses of the TCP
     lower: Array  # (6,) [rad] limits of the joints
     upper: Array  # (6,) [rad]
 
@@ -68,9 +69,9 @@ def plan_lead_in(arm: Arm, theta: Array, least: Array, travel: float, exact: Exa
     Returns:
         None where the arm can drive no such move.
     """
-    place, upright = arm.tcp(theta[:1])
+    tcp = arm.tcp(theta[:1])[0]
     offsets = STEP * np.vstack([np.eye(6), -np.eye(6)])
-    ahead, back = np.split(arm.tcp(theta[0] + offsets)[0] @ -upright[0, :, 2], 2)
+    ahead, back = np.split(arm.tcp(theta[0] + offsets).position @ -tcp.rotation[:, 2], 2)
     rate = (ahead - back) / (2 * STEP)  # n^T J
     turned = np.abs(theta - theta[0]) > STILL
     moves = turned.any(axis=0)
@@ -78,13 +79,13 @@ def plan_lead_in(arm: Arm, theta: Array, least: Array, travel: float, exact: Exa
     side = np.where(moves, np.sign(first - theta[0]), np.where(rate > 0, -1.0, 1.0))
     for flipped in _choices(moves):
         tried = np.where(flipped, -side, side)
-        start = _start(arm, theta[0], place[0], rate, tried, (least, travel, lift), exact)
+        start = _start(arm, theta[0], tcp.position, rate, tried, (least, travel, lift), exact)
         if start is None:
             continue
-        line = curves.tilted(curves.line(start.start, (*exact.local(place[0])[:2], 0.0)), start.tilt)
+        line = curves.tilted(curves.line(start.start, (*exact.local(tcp.position)[:2], 0.0)), start.tilt)
         there = ExactPath(line, exact.surface, exact.boundary, exact.spin, exact.frame)
-        position, rotation, _ = there.pose(np.zeros(len(SAMPLES), dtype=np.int64), SAMPLES)
-        if arm.can_drive(position, rotation):
+        poses, _ = there.pose(np.zeros(len(SAMPLES), dtype=np.int64), SAMPLES)
+        if arm.can_drive(poses):
             return start
     return None
 
@@ -114,16 +115,16 @@ def _start(
         before = theta - side * turns.x
         if np.any(before < arm.lower) or np.any(before > arm.upper):
             return None
-        position, rotation = arm.tcp(before[None])
-        local = exact.local(position[0])
-        short = max(lift - local[2], travel - float(np.linalg.norm(position[0] - place)))
+        begin = arm.tcp(before[None])[0]
+        local = exact.local(begin.position)
+        short = max(lift - local[2], travel - float(np.linalg.norm(begin.position - place)))
         if short < NEAR:
             break
         height += short
     else:
         return None
     there = ExactPath(curves.line(local, (*local[:2], 0.0)), exact.surface, exact.boundary, exact.spin, exact.frame)
-    _, standing, _ = there.pose(np.zeros(1, dtype=np.int64), np.zeros(1))
-    turn = rotation_vector(standing[0].T @ rotation[0])
+    standing, _ = there.pose(np.zeros(1, dtype=np.int64), np.zeros(1))
+    turn = rotation_vector(standing.rotation[0].T @ begin.rotation)
     angle = float(np.linalg.norm(turn))
     return LeadIn(local, turn * (np.tan(angle / 2) / angle if angle > 0 else 0.5))

@@ -11,7 +11,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.core.exceptions import InputError
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.planning import curves
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
@@ -33,8 +33,7 @@ class ToolPath:
     """N waypoints with N - 1 segments between them."""
 
     exact: ExactPath
-    position: Array  # (N, 3) [m] base frame
-    rotation: Array  # (N, 3, 3) tool axes as columns
+    target: Pose  # N of the TCP in World
     arc: Array  # (N,) [m] arc length from the first waypoint
     contact: BoolArray  # (N,) on the part
     stop: BoolArray  # (N,) the robot stops here
@@ -45,8 +44,6 @@ class ToolPath:
     def __post_init__(self) -> None:
         own(
             self,
-            position=("N", 3),
-            rotation=("N", 3, 3),
             arc=("N",),
             contact=("N",),
             stop=("N",),
@@ -55,12 +52,8 @@ class ToolPath:
             slope=("S", 2),
         )
 
-    def at(self, segment: IntArray, fraction: Array) -> tuple[Array, Array, Array]:
-        """True position, rotation and direction of travel at a fraction of a segment's arc length.
-
-        Returns:
-            (M, 3) [m], (M, 3, 3), (M, 3) unit vectors.
-        """
+    def at(self, segment: IntArray, fraction: Array) -> tuple[Pose, Array]:
+        """M true poses at fractions of segments' arc lengths, and unit vectors of travel there, (M, 3)."""
         first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1
         length = np.diff(self.arc[first : last + 1])[segment - first]
         return self.exact.at(self.piece[segment], self.span[segment], length, self.slope[segment], fraction)
@@ -71,8 +64,7 @@ class ToolPath:
         piece = self.piece[rows[:-1]]
         return replace(
             self,
-            position=self.position[rows],
-            rotation=self.rotation[rows],
+            target=self.target[rows],
             arc=self.arc[rows],
             contact=self.contact[rows],
             stop=self.stop[rows],
@@ -92,7 +84,7 @@ def plan_tool_path(
     lift: float,
     spacing: float = MAX_SPACING,
     lead_in: LeadIn | None = None,
-    frame: Frame | None = None,
+    frame: Pose | None = None,
 ) -> ToolPath:
     """Waypoints of a pattern on a surface, with an approach and a retract along the tool axis.
 
@@ -172,15 +164,14 @@ def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> To
     """The path whose segments run over these parameters of their pieces."""
     point_piece = np.concatenate([[piece[0]], piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
-    position, rotation, on_part = exact.pose(point_piece, point_t)
+    target, on_part = exact.pose(point_piece, point_t)
     length, slope = exact.length_and_slope(piece, span)
     arc = np.concatenate([[0.0], np.cumsum(length)])
     working = exact.curve.working[point_piece]
     working[:-1] |= exact.curve.working[piece]  # a work piece's first point is in contact
     return ToolPath(
         exact=exact,
-        position=frozen(position),
-        rotation=frozen(rotation),
+        target=target,
         arc=frozen(arc),
         contact=frozen(working & on_part),
         stop=frozen(stop),

@@ -113,7 +113,7 @@ def _program_in_space(result: Correction) -> Figure:
     rows = np.flatnonzero(result.ride.fraction == 1)
     rows = rows[rows_to_draw(result.error[0][rows])]
     pose = plan.drive.pose[result.ride.station[rows]]
-    xyz = (np.round(v / MM, 2) for v in plan.poses.position[pose].T)
+    xyz = (np.round(v / MM, 2) for v in plan.poses.tcp.position[pose].T)
     marker = {
         "size": 3,
         "color": packed_array(np.round(result.error[0][rows] / UM, 3)),

@@ -156,7 +156,7 @@ def _error_over_time(curves: list[_ErrorCurves], bound: float | None) -> Figure:
 
 def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
     count = len(curves)
-    low, high = column_extremes(path.position)
+    low, high = column_extremes(path.target.position)
     size = high - low
     proportions = np.maximum(size / size.max(), 0.05).round(3).tolist()
     scene = {
@@ -195,7 +195,7 @@ def _positions_at(path: ToolPath, arc: Array) -> list[Array]:
     """x, y and z [mm] at lengths along the path, (K,) each, linear between waypoints."""
     after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
     rows = np.unique(np.concatenate([after - 1, after]))
-    return [np.round(np.interp(arc, path.arc[rows], path.position[rows, k]) / MM, 2) for k in range(3)]
+    return [np.round(np.interp(arc, path.arc[rows], path.target.position[rows, k]) / MM, 2) for k in range(3)]
 
 
 def _joint_use(data: dict[str, Any]) -> Figure:

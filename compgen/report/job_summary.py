@@ -94,9 +94,9 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "sources": [source.NAME for source in job.sources],
         "overrides": list(job.overrides),
         "tool": {
-            "number": job.tool_number,
-            "position_mm": (job.tool_position / MM).tolist(),
-            "rotation": job.tool_rotation.tolist(),
+            "number": job.tool.number,
+            "position_mm": (job.tool.pose.position / MM).tolist(),
+            "rotation": job.tool.pose.rotation.tolist(),
         },
         "before": [{"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / 3600} for d in job.before],
         "joint_range_deg": _joint_range(planned, corrected),

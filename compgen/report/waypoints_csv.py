@@ -27,7 +27,7 @@ def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str,
     tables = [
         np.arange(1, N + 1)[:, None],
         time[:, None],
-        path.position / MM,
+        path.target.position / MM,
         planned.error()[:, :3] / UM,
         at_waypoints(corrected, slice(None)) / UM if corrected else np.full((N, 3), np.nan),
         planned.rise,
@@ -57,7 +57,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
         rows = slice(first, last)
         tables = [
             (time[rows, None], 6),
-            (path.position[rows] / MM, 6),
+            (path.target.position[rows] / MM, 6),
             (planned.error_at(rows)[:, :3] / UM, 4),
             (at_waypoints(corrected, rows) / UM if corrected else None, 4),
             (planned.rise[rows], 5),

@@ -20,6 +20,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.units import DEG
 from compgen.robot.robot import Robot
 
@@ -48,23 +49,19 @@ def check_arm_class(robot: Robot) -> None:
         )
 
 
-def flange_from_tool(
-    position: Array, rotation: Array, tool_position: Array, tool_rotation: Array
-) -> tuple[Array, Array]:
-    """Flange poses of tool poses.
+def flange_from_tool(pose: Pose, tool: Pose) -> Pose:
+    """Flange poses of TCP poses, ``pose @ tool.inverse()`` for many at once.
 
     Args:
-        position: Tool, (N, 3) [m].
-        rotation: Tool, (N, 3, 3).
-        tool_position: TCP in the flange, (3,) [m].
-        tool_rotation: TCP in the flange, (3, 3).
-
-    Returns:
-        Position (N, 3) [m] and rotation (N, 3, 3) of the flange.
+        pose: TCP, N of them.
+        tool: TCP in the flange.
     """
-    tool = np.concatenate([tool_position, tool_rotation.ravel()])[None]
-    flange_position, flange_rotation = evaluate(_build_flange(), position, rotation.reshape(-1, 9), tool)
-    return flange_position, flange_rotation.reshape(-1, 3, 3)
+    return Pose.from_rows(*evaluate(_build_flange(), pose.position, pose.rotation_rows, _row(tool)))
+
+
+def _row(tool: Pose) -> Array:
+    """Position and rotation of one pose, row by row, (1, 12)."""
+    return np.concatenate([tool.position, tool.rotation.ravel()])[None]
 
 
 @lru_cache(maxsize=1)
@@ -81,41 +78,35 @@ def _flange_expr(position: Any, rows: Any, tool: Any) -> tuple[Any, Any]:
     return position - rotation @ tool[:3], rotation
 
 
-def solve_flange(robot: Robot, position: Array, rotation: Array, posture: Posture) -> tuple[Array, Array]:
+def solve_flange(robot: Robot, flange: Pose, posture: Posture) -> tuple[Array, Array]:
     """DH joint angles of flange poses on one branch.
 
     Args:
         robot: Arm of the class above.
-        position: Flange, (N, 3) [m].
-        rotation: Flange, (N, 3, 3).
+        flange: N poses in World.
         posture: The branch.
 
     Returns:
         theta (N, 6) [rad] in (-pi, pi], and the margin (N,) [m] by which the wrist centre lies inside the reach of
         joints 2 and 3 (negative: out of reach, and theta there is the nearest stretched or folded arm).
     """
-    theta, margin = evaluate(_build_solve_flange(robot, posture), position, rotation.reshape(-1, 9))
+    theta, margin = evaluate(_build_solve_flange(robot, posture), flange.position, flange.rotation_rows)
     return theta, margin[:, 0]
 
 
-def solve_tool(
-    robot: Robot, position: Array, rotation: Array, tool_position: Array, tool_rotation: Array, posture: Posture
-) -> tuple[Array, Array]:
-    """DH joint angles of tool poses on one branch.
+def solve_tool(robot: Robot, pose: Pose, tool: Pose, posture: Posture) -> tuple[Array, Array]:
+    """DH joint angles of TCP poses on one branch.
 
     Args:
         robot: Arm of the class above.
-        position: Tool, (N, 3) [m].
-        rotation: Tool, (N, 3, 3).
-        tool_position: TCP in the flange, (3,) [m].
-        tool_rotation: TCP in the flange, (3, 3).
+        pose: TCP in World, N of them.
+        tool: TCP in the flange.
         posture: The branch.
 
     Returns:
         theta (N, 6) [rad] and the margin (N,) [m], as ``solve_flange`` has them.
     """
-    tool = np.concatenate([tool_position, tool_rotation.ravel()])[None]
-    theta, margin = evaluate(_build_solve_tool(robot, posture), position, rotation.reshape(-1, 9), tool)
+    theta, margin = evaluate(_build_solve_tool(robot, posture), pose.position, pose.rotation_rows, _row(tool))
     return theta, margin[:, 0]
 
 

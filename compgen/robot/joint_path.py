@@ -5,6 +5,7 @@ import numpy as np
 from compgen.core.arrays import Array, column_extremes
 from compgen.core.evaluation import map_rows
 from compgen.core.exceptions import JointLimitError, SingularityError, UnreachableError
+from compgen.core.pose import Pose
 from compgen.core.units import DEG, MM
 from compgen.robot.inverse_kinematics import Posture, solve_flange
 from compgen.robot.robot import Robot
@@ -12,13 +13,12 @@ from compgen.robot.robot import Robot
 LIMIT_TOLERANCE = 1e-12  # rad
 
 
-def follow_branch(robot: Robot, position: Array, rotation: Array, posture: Posture) -> Array:
+def follow_branch(robot: Robot, flange: Pose, posture: Posture) -> Array:
     """Joint angles of a continuous program on one branch.
 
     Args:
         robot: Arm of the class that ``check_arm_class`` accepts.
-        position: Flange, (N, 3) [m].
-        rotation: Flange, (N, 3, 3).
+        flange: N poses in World.
         posture: The branch kept throughout.
 
     Returns:
@@ -29,9 +29,9 @@ def follow_branch(robot: Robot, position: Array, rotation: Array, posture: Postu
         SingularityError: A waypoint, or the straight way to it, comes too near a singularity.
         JointLimitError: A waypoint needs an angle beyond a limit.
     """
-    theta, margin = solve_flange(robot, position, rotation, posture)
-    _check_reach(position, margin)
-    _check_shoulder(robot, position, rotation)
+    theta, margin = solve_flange(robot, flange, posture)
+    _check_reach(flange.position, margin)
+    _check_shoulder(robot, flange)
     _check_elbow(robot, margin)
     theta = _unwrap(theta, legal_turns(robot, nearest_turns(theta[0], robot.pendant_zero)))
     check_joint_limits(robot, theta)
@@ -104,10 +104,10 @@ def _check_reach(position: Array, margin: Array) -> None:
         raise UnreachableError(n + 1, (x, y, z), float(-margin[n]), "beyond the stretch or fold")
 
 
-def _check_shoulder(robot: Robot, position: Array, rotation: Array) -> None:
+def _check_shoulder(robot: Robot, flange: Pose) -> None:
     """Raises SingularityError where the wrist centre nears the J1 axis, at and between waypoints."""
     back = np.cos(robot.alpha[5]) * robot.d[5]
-    x, y = (position[:, i] - back * rotation[:, i, 2] for i in (0, 1))
+    x, y = (flange.position[:, i] - back * flange.rotation[:, i, 2] for i in (0, 1))
     dx, dy = np.diff(x), np.diff(y)
     step_squared = dx * dx + dy * dy
     if np.sqrt((x * x + y * y).min()) - np.sqrt(step_squared.max(initial=0.0)) > robot.shoulder_margin:

@@ -10,16 +10,22 @@ of parallel axes needs; both are none and zero in a nominal chain. What is exact
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.evaluation import evaluate, kept_with
+from compgen.core.pose import Pose
 from compgen.robot.robot import Robot
 
-Frame = tuple[Any, Any]  # position (3, 1) [m] and rotation (3, 3), numbers or SX
+
+class Frame(NamedTuple):
+    """A pose of numbers or CasADi expressions."""
+
+    position: Any  # (3, 1) [m]
+    rotation: Any  # (3, 3)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,7 +43,7 @@ class Chain:
 
     def inserted(self, row: int, position: Any, rotation: Any) -> "Chain":
         """The chain with one more frame behind row ``row`` (0: before the first), after those already inserted."""
-        frame, present = (_matrix(position), _matrix(rotation)), self.frames[row]
+        frame, present = Frame(_matrix(position), _matrix(rotation)), self.frames[row]
         if present is not None:
             frame = _compose(present, frame)
         return replace(self, frames=(*self.frames[:row], frame, *self.frames[row + 1 :]))
@@ -51,11 +57,10 @@ class Chain:
 
         The axis of joint i + 1 is the z of frame i; frame 6 is the flange.
         """
-        position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
-        position, rotation = _compose((position, rotation), self.frames[0])
-        frames = [(position, rotation)]
+        frames = [_compose(Frame(ca.SX.zeros(3), ca.SX.eye(3)), self.frames[0])]
         rows = zip(self.theta, self.d, self.a, self.alpha, self.beta, self.frames[1:])
         for theta, d, a, alpha, beta, frame in rows:
+            position, rotation = frames[-1]
             c, s, ca_, sa = ca.cos(theta), ca.sin(theta), _cos(alpha), _sin(alpha)
             position = position + rotation @ ca.vertcat(a * c, a * s, d)
             rotation = rotation @ ca.vertcat(
@@ -64,8 +69,7 @@ class Chain:
             if not is_zero(beta):
                 cb, sb = _cos(beta), _sin(beta)
                 rotation = rotation @ ca.vertcat(ca.horzcat(cb, 0, sb), ca.horzcat(0, 1, 0), ca.horzcat(-sb, 0, cb))
-            position, rotation = _compose((position, rotation), frame)
-            frames.append((position, rotation))
+            frames.append(_compose(Frame(position, rotation), frame))
         return frames
 
     def pose_expr(self) -> Frame:
@@ -75,10 +79,10 @@ class Chain:
     def tcp_expr(self) -> Frame:
         """TCP position (3, 1) and rotation (3, 3)."""
         position, rotation = _compose(self.pose_expr(), self.tool)
-        return (position if self.shift is None else position + self.shift), rotation
+        return Frame(position if self.shift is None else position + self.shift, rotation)
 
 
-def nominal_chain(robot: Robot, theta: Any, tool: Frame | None = None) -> Chain:
+def nominal_chain(robot: Robot, theta: Any, tool: Pose | None = None) -> Chain:
     """The chain the controller believes in; ``tool`` is the TCP in the flange."""
     six = range(6)
     return Chain(
@@ -86,11 +90,11 @@ def nominal_chain(robot: Robot, theta: Any, tool: Frame | None = None) -> Chain:
         tuple(float(robot.d[i]) for i in six),
         tuple(float(robot.a[i]) for i in six),
         tuple(float(robot.alpha[i]) for i in six),
-        tool=tool,
+        tool=None if tool is None else Frame(tool.position, tool.rotation),
     )
 
 
-def flange_pose(robot: Robot, theta: Array) -> tuple[Array, Array]:
+def flange_pose(robot: Robot, theta: Array) -> Pose:
     """Nominal flange poses of DH joint angles, the inverse of ``inverse_kinematics.solve_flange``.
 
     Args:
@@ -98,10 +102,9 @@ def flange_pose(robot: Robot, theta: Array) -> tuple[Array, Array]:
         theta: (N, 6) [rad].
 
     Returns:
-        Position (N, 3) [m] and rotation (N, 3, 3) in World; a row's numbers do not depend on how many rows there are.
+        N poses in World; a row's numbers do not depend on how many rows there are.
     """
-    position, rotation = evaluate(_build_flange_pose(robot), theta, exact=True)
-    return position, rotation.reshape(-1, 3, 3)
+    return Pose.from_rows(*evaluate(_build_flange_pose(robot), theta, exact=True))
 
 
 @kept_with("robot")
@@ -112,18 +115,18 @@ def _build_flange_pose(robot: Robot) -> Any:
     return ca.Function("flange_pose", [theta], [position, ca.densify(ca.vec(rotation.T))])
 
 
-def frames_at_zero(robot: Robot) -> tuple[Array, Array]:
-    """Places (7, 3) [m] and axes (7, 3, 3) of the frames behind the DH rows at pendant zero; the first is World's."""
+def frames_at_zero(robot: Robot) -> Pose:
+    """The frames behind the DH rows at pendant zero, 7 poses in World; the first is World's own."""
     frames = nominal_chain(robot, ca.DM(robot.pendant_zero)).joint_frames()
-    place, axes = zip(*frames)
-    return np.array([np.asarray(ca.evalf(p)).ravel() for p in place]), np.array([np.asarray(ca.evalf(a)) for a in axes])
+    numbers = [[np.asarray(ca.evalf(part)) for part in frame] for frame in frames]
+    return Pose.stack([Pose(position.ravel(), rotation) for position, rotation in numbers])
 
 
 def _compose(pose: Frame, frame: Frame | None) -> Frame:
     """The pose of a frame that is given in another pose; without a frame the pose itself."""
     if frame is None:
         return pose
-    return pose[0] + pose[1] @ _matrix(frame[0]), pose[1] @ _matrix(frame[1])
+    return Frame(pose.position + pose.rotation @ _matrix(frame.position), pose.rotation @ _matrix(frame.rotation))
 
 
 def _matrix(value: Any) -> Any:

@@ -113,11 +113,11 @@ def _compare(path: ToolPath, execution: Execution) -> tuple[Array, Array, Array]
         parameter = np.full((len(segment), 1), UNKNOWN)
         k = segment[rows]
         parameter[rows, 0] = exact.parameter_by_newton(piece[rows], path.span[k], gaps[k - first], fraction[rows])
-    position, rotation = exact.in_frame(execution.position, execution.rotation)
+    actual = exact.in_frame(execution.actual)
     error, components = evaluate(
         _build_components(), IndexedRows(exact.coefficients, piece), exact.surface.coefficients(), exact.spin_vector(),
         IndexedRows(path.span, segment), IndexedRows(path.slope, segment), fraction[:, None], parameter,
-        position, rotation.reshape(-1, 9),
+        actual.position, actual.rotation_rows,
     )  # fmt: skip
     if exact.frame is not None:
         error = error @ exact.frame.rotation.T

@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 from fuzz_listing import mutated, seeds
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
@@ -20,6 +19,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from ls_text import at, joint_form, program
 
 from compgen.core.exceptions import CompgenError
+from compgen.core.pose import IDENTITY
 from compgen.fanuc import loads
 from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct import Options, correct
@@ -48,8 +48,7 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
     """What went wrong, with the input that did it; what went right is counted."""
     rng = random.Random(seed)
     pool = [data for data in seeds() if len(data) < LARGEST] + 20 * correctable()
-    still = (np.zeros(3), np.eye(3))
-    frames = Frames(*({n: still for n in range(KNOWN)} for _ in range(2)))
+    frames = Frames(*({n: IDENTITY for n in range(KNOWN)} for _ in range(2)))
     robot = str(Path(__file__).resolve().parents[2] / "robots" / "m710ic50.toml")
     hot, rigid = load_cell(robot), load_cell(robot, ["thermal.cte_um_m_K=0"])
     before = load_before(["moving 200mm/s 6h"])

@@ -527,7 +527,7 @@ def judged(overrides: list[str], written: Callable[[bytes], None] = lambda text:
     path = planned.path
     tables = tables_of(overrides)
     driven = drive(corrected.text, tables)
-    target = 1000 * np.asarray(path.position)
+    target = 1000 * np.asarray(path.target.position)
     if len(driven.pose) != 2 * len(target) - 1:
         return "wrong", f"{len(target)} waypoints, {len(driven.pose)} samples in the text"
     largest = largest_um(driven, tables, target, path.contact)

@@ -350,8 +350,8 @@ def made_bases(folder: Path) -> list[tuple[int, tuple[str, ...], dict[str, str]]
     arm, rng = load_any_robot(str(source)), np.random.default_rng(1)
     low, high = np.array([-60, -30, -20, -120, -110, -150]), np.array([60, 60, 40, 120, -20, 150])
     pendant = np.round(rng.uniform(low, high, (14, 6)), 3)
-    position, rotation = flange_pose(arm, arm.to_theta(pendant * DEG))
-    place = (position + rotation @ np.array([0.06, 0, 0.1])) / MM + rng.normal(0, 0.05, (14, 3))
+    flange = flange_pose(arm, arm.to_theta(pendant * DEG))
+    place = flange.act(np.array([0.06, 0, 0.1])) / MM + rng.normal(0, 0.05, (14, 3))
     head = ",".join(f"j{k}_deg" for k in range(1, 7)) + ",x_mm,y_mm,z_mm\n"
     rows = "".join(",".join(f"{v:.4f}" for v in (*p, *q)) + "\n" for p, q in zip(pendant, place))
     bases = base_cases(source.read_text(), head + rows)

@@ -10,6 +10,7 @@ from shipped import path_file, quiet
 
 from compgen.compensation import limited_correction, limits, optimise
 from compgen.compensation.problem import Settings
+from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
@@ -56,9 +57,9 @@ def dense(problem, start, count, factor):
         filled = np.column_stack([np.interp(at, np.arange(count), column) for column in flat.T])
         return filled.reshape(len(at), *rows.shape[1:])
 
-    turn = np.repeat(part.rotation[:1], len(at), axis=0)
-    fields = {name: fill(getattr(part, name)) for name in ("position", "theta", "rise", "arc")}
-    return replace(part, rotation=turn, stop=np.zeros(len(at), dtype=bool), **fields)
+    target = Pose(fill(part.target.position), np.repeat(part.target.rotation[:1], len(at), axis=0))
+    fields = {name: fill(getattr(part, name)) for name in ("theta", "rise", "arc")}
+    return replace(part, target=target, stop=np.zeros(len(at), dtype=bool), **fields)
 
 
 @pytest.mark.parametrize("factor", [1, 20])

@@ -21,7 +21,7 @@ def straight(length, spacing=0.5 * MM):
 
 
 def along_normal(path, normal):
-    return np.column_stack([-normal[:, None] * path.rotation[:, :, 2], np.zeros((len(normal), 3))])
+    return np.column_stack([-normal[:, None] * path.target.rotation[:, :, 2], np.zeros((len(normal), 3))])
 
 
 def rms_at_once(path, normal):

@@ -11,6 +11,7 @@ from shipped import path_file, quiet
 from compgen.compensation import general_solver, optimise
 from compgen.compensation.optimise import Status
 from compgen.compensation.problem import Settings
+from compgen.core.pose import IDENTITY
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, UM
 from compgen.error_model.model import build_error_model
@@ -97,7 +98,7 @@ def test_general_solver_keeps_a_tool_tilt_small(circle):
             theta[4] = theta[4] + 1e-5 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
-    model = build_error_model(circle.robot, [Tilt()], growth, np.zeros(3), np.eye(3))
+    model = build_error_model(circle.robot, [Tilt()], growth, IDENTITY)
     part = replace(part_of(circle), model=model)
     fast = optimise.optimise(part, Settings()).correction
     slow, _ = general_solver.solve(part, Settings(), np.zeros_like(fast), np.ones(len(fast), dtype=bool))
@@ -112,7 +113,7 @@ def test_free_spin_leaves_the_turn_about_the_tool_alone(circle):
             theta[5] = theta[5] + 1e-4 * state.rise[0]
             return replace(chain, theta=tuple(theta))
 
-    model = build_error_model(circle.robot, [Spin()], 5, np.zeros(3), np.eye(3))
+    model = build_error_model(circle.robot, [Spin()], 5, IDENTITY)
     part = replace(part_of(circle), model=model)
     tied = optimise.optimise(part, Settings()).correction
     free = optimise.optimise(part, Settings(free_spin=True))
@@ -164,7 +165,7 @@ def test_best_legal_correction_is_no_worse_than_stopping_at_the_limit(circle):
     tight, free = just_inside(part, 2)
     solution = optimise.optimise(tight, Settings())
     clipped = np.maximum(free.theta, tight.robot.lower)
-    naive = tight.model.error(clipped, tight.rise, tight.position, tight.rotation)
+    naive = tight.model.error(clipped, tight.rise, tight.target)
     weight = np.array([1, 1, 1, 0.25, 0.25, 0.25])
     assert np.sum((solution.residual * weight) ** 2) < np.sum((naive * weight) ** 2)
 
@@ -197,15 +198,17 @@ def test_pose_differences_agree_with_the_numeric_error(circle):
     correction = np.hstack([rng.normal(scale=1e-4, size=(5, 3)), rng.normal(scale=1e-3, size=(5, 3))])
     theta, _ = part.joints(correction)
     for n in range(5):
-        c, e = function(theta[n], part.rise[n], np.zeros(6), np.zeros(3), part.position[n], part.rotation[n].T.ravel())
+        target = part.target[n]
+        pose = (target.position, target.rotation.T.ravel())
+        c, e = function(theta[n], part.rise[n], np.zeros(6), np.zeros(3), *pose)
         assert_allclose(np.asarray(c).ravel(), correction[n], atol=1e-12)
         assert_allclose(np.asarray(e).ravel(), part.residual(correction)[n], atol=1e-12)
 
 
 def test_commanded_pose_applies_rotation_in_tool_axes(circle):
     part = part_of(circle, 10, 1)
-    turned = part.commanded(np.array([[0, 0, 0, 0, 0, 0.01]]))[1][0]
-    assert_allclose(turned, part.rotation[0] @ rotation_matrix(np.array([0, 0, 0.01])), atol=1e-15)
+    turned = part.commanded(np.array([[0, 0, 0, 0, 0, 0.01]])).rotation[0]
+    assert_allclose(turned, part.target.rotation[0] @ rotation_matrix(np.array([0, 0, 0.01])), atol=1e-15)
 
 
 def test_growth_source_is_the_only_one_shipped(job):

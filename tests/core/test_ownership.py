@@ -13,6 +13,7 @@ from compgen.core import evaluation
 from compgen.core.evaluation import MIN_COMPILED_ROWS, evaluate, kept_with
 from compgen.core.evaluation.compiler import find_compiler
 from compgen.core.evaluation.ownership import KEPT
+from compgen.core.pose import Pose
 from compgen.error_model.model import build_error_model
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
@@ -94,8 +95,8 @@ def test_three_hundred_models_leave_no_function_behind():
     theta, rise = np.zeros((3, 6)), np.ones((3, 5))
 
     def use_model():
-        model = build_error_model(job.robot, job.sources, 5, job.tool_position, job.tool_rotation)
-        model.error(theta, rise, np.zeros((3, 3)), np.tile(np.eye(3), (3, 1, 1)))
+        model = build_error_model(job.robot, job.sources, 5, job.tool.pose)
+        model.error(theta, rise, Pose(np.zeros((3, 3)), np.tile(np.eye(3), (3, 1, 1))))
         model.actual_pose(theta, rise)
         return weakref.ref(model), weakref.ref(model.actual), weakref.ref(model.error_function)
 

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from test_architecture import FILES, label
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import IDENTITY
 from compgen.core.toml import check
 from compgen.core.units import MDEG
 from compgen.error_model import reader, schema
@@ -119,11 +120,11 @@ def test_a_new_source_is_read_folded_and_written(arm):
     sag = known[-1]
     assert isinstance(sag.source, Sag)
     assert_allclose(sag.sigma["amplitude"], 0.5 * MDEG)
-    model = build_error_model(arm.robot, [k.source for k in known], len(arm.nodes), np.zeros(3), np.eye(3))
+    model = build_error_model(arm.robot, [k.source for k in known], len(arm.nodes), IDENTITY)
     theta = arm.robot.pendant_zero[None]
-    position, rotation = model.nominal_pose(theta)
-    error = model.error(theta, np.zeros((1, len(arm.nodes))), position, rotation)[0]
-    assert_allclose(error[:3], [0, position[0, 0] * 7 * MDEG / 2, 0], atol=1e-8)  # about joint 1, by half of it
+    nominal = model.nominal_pose(theta)
+    error = model.error(theta, np.zeros((1, len(arm.nodes))), nominal)[0]
+    assert_allclose(error[:3], [0, nominal.position[0, 0] * 7 * MDEG / 2, 0], atol=1e-8)  # about joint 1, by half of it
     written = table_of(sag)
     assert written["phase_deg"] == pytest.approx(60)
     assert written["amplitude_mdeg"] == [7, 0, 0, 0, 0, 0]

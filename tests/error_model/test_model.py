@@ -8,6 +8,7 @@ from shipped import path_file, quiet
 
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import UnreachableError
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.model import build_error_model
@@ -23,7 +24,7 @@ def planned(name, *overrides):
 
 def on_part(run):
     path = run.path
-    return path.position[path.contact] / MM, run.error()[path.contact, :3] / UM
+    return path.target.position[path.contact] / MM, run.error()[path.contact, :3] / UM
 
 
 @pytest.fixture(scope="module")
@@ -71,13 +72,13 @@ def test_x_line_error_at_700_mm_is_45_um_and_not_the_studys_71():
     assert error[0, 0] == pytest.approx(45, abs=1)
     back = load_job(path_file("line_x"))
     rise = back.heat.rise_after(back.before)[None]
-    model = build_error_model(back.robot, back.sources, 5, np.zeros(3), np.eye(3))
-    position, rotation = np.array([[0.7, -0.03, 0.203]]), np.diag([1.0, -1.0, -1.0])[None]
+    model = build_error_model(back.robot, back.sources, 5, IDENTITY)
+    pose = Pose(np.array([[0.7, -0.03, 0.203]]), np.diag([1.0, -1.0, -1.0])[None])
     over = inverse_kinematics.Posture(front=False, up=False)
-    theta, _ = inverse_kinematics.solve_flange(back.robot, position, rotation, over)
-    assert model.error(theta, rise, position, rotation)[0, 0] / UM == pytest.approx(71, abs=1)
+    theta, _ = inverse_kinematics.solve_flange(back.robot, pose, over)
+    assert model.error(theta, rise, pose)[0, 0] / UM == pytest.approx(71, abs=1)
     with pytest.raises(UnreachableError):
-        joint_path.follow_branch(back.robot, np.array([[2.0, -0.03, 0.203]]), rotation, over)
+        joint_path.follow_branch(back.robot, Pose(np.array([[2.0, -0.03, 0.203]]), pose.rotation), over)
 
 
 def test_spiral_x_error_runs_from_45_to_122():
@@ -93,23 +94,22 @@ def test_state_hardly_moves_on_the_shipped_cell_paths():
 
 
 def test_zero_rise_changes_nothing(job):
-    model = build_error_model(job.robot, job.sources, 5, np.zeros(3), np.eye(3))
+    model = build_error_model(job.robot, job.sources, 5, IDENTITY)
     theta = np.random.default_rng(0).uniform(-1, 1, (100, 6))
-    position, rotation = model.nominal_pose(theta)
-    assert_allclose(model.error(theta, np.zeros((100, 5)), position, rotation), 0, atol=1e-15)
+    pose = model.nominal_pose(theta)
+    assert_allclose(model.error(theta, np.zeros((100, 5)), pose), 0, atol=1e-15)
 
 
 def test_no_sources_change_nothing(job):
-    model = build_error_model(job.robot, [], 5, np.zeros(3), np.eye(3))
+    model = build_error_model(job.robot, [], 5, IDENTITY)
     theta = np.random.default_rng(1).uniform(-1, 1, (10, 6))
-    position, rotation = model.nominal_pose(theta)
-    assert_allclose(model.error(theta, np.full((10, 5), 20.0), position, rotation), 0, atol=1e-15)
+    pose = model.nominal_pose(theta)
+    assert_allclose(model.error(theta, np.full((10, 5), 20.0), pose), 0, atol=1e-15)
 
 
 def test_symbolic_jacobian_agrees_with_differences(job):
-    model = build_error_model(
-        job.robot, job.sources, 5, np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3]))
-    )
+    tool = Pose(np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3])))
+    model = build_error_model(job.robot, job.sources, 5, tool)
     theta, rise = ca.SX.sym("t", 6), ca.SX.sym("r", 5)
     position, rotation = model.actual(theta, rise, ca.SX.zeros(6), ca.SX.zeros(3))
     outputs = ca.vertcat(position, ca.vec(rotation))
@@ -123,25 +123,23 @@ def test_symbolic_jacobian_agrees_with_differences(job):
         step[column] = h
         ends = []
         for sign in (1, -1):
-            p, m = model.actual_pose(q + sign * step[:6], r + sign * step[6:])
-            ends.append(np.hstack([p, m.transpose(0, 2, 1).reshape(50, 9)]))
+            pose = model.actual_pose(q + sign * step[:6], r + sign * step[6:])
+            ends.append(np.hstack([pose.position, pose.rotation.transpose(0, 2, 1).reshape(50, 9)]))
         assert_allclose((ends[0] - ends[1]) / (2 * h), exact[:, :, column], atol=2e-9)
 
 
 def test_twin_and_symbolic_chain_agree_on_random_hot_states(job):
     """Two chains that share no code: DH in CasADi, links in pinocchio."""
     rng = np.random.default_rng(4)
-    tool_p, tool_r = np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1]))
-    model = build_error_model(job.robot, job.sources, 5, tool_p, tool_r)
-    twin = Twin(job.robot, job.heat, job.profiles, tool_p, tool_r)
+    tool = Pose(np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1])))
+    model = build_error_model(job.robot, job.sources, 5, tool)
+    twin = Twin(job.robot, job.heat, job.profiles, tool)
     theta = rng.uniform(job.robot.lower, job.robot.upper, (1000, 6))
     rise = rng.uniform(-10, 30, (1000, 5))
-    hot, turned = model.actual_pose(theta, rise)
-    position, rotation = twin.actual_pose(theta, rise, lambda share: None)
-    assert np.abs(position - hot).max() < 1e-9  # m
-    assert np.abs(rotation - turned).max() < 1e-12
-    cold, _ = model.nominal_pose(theta)
-    assert np.linalg.norm(hot - cold, axis=1).max() > 100 * UM  # the test bites
+    hot, real = model.actual_pose(theta, rise), twin.actual_pose(theta, rise, lambda share: None)
+    assert np.abs(real.position - hot.position).max() < 1e-9  # m
+    assert np.abs(real.rotation - hot.rotation).max() < 1e-12
+    assert np.linalg.norm(hot.position - model.nominal_pose(theta).position, axis=1).max() > 100 * UM  # the test bites
 
 
 def test_stretched_arm_grows_by_the_sum_of_its_links(job):
@@ -153,9 +151,9 @@ def test_stretched_arm_grows_by_the_sum_of_its_links(job):
 
     a2 = cte * (0.1 * mean(11, 3.9) + 0.65 * 3.9 + 0.12 * mean(13, 3.9))
     d4, d6 = cte * 1.016 * mean(13, 3), cte * 0.175 * (3 + 2.3) / 2
-    model = build_error_model(job.robot, job.sources, 5, np.zeros(3), np.eye(3))
+    model = build_error_model(job.robot, job.sources, 5, IDENTITY)
     theta = job.robot.to_theta(np.array([[0, 90, 0, 0, 0, 0]]) * DEG)  # upper arm and forearm both along x
-    position, rotation = model.nominal_pose(theta)
+    pose = model.nominal_pose(theta)
     rise = job.heat.rise_after(job.before)[None]
-    assert_allclose(model.error(theta, rise, position, rotation)[0, :3], [a2 + d4 + d6, 0, 0], atol=1e-12)
+    assert_allclose(model.error(theta, rise, pose)[0, :3], [a2 + d4 + d6, 0, 0], atol=1e-12)
     assert (a2 + d4 + d6) / UM == pytest.approx(129.6, abs=0.1)

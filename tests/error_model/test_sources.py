@@ -9,6 +9,7 @@ from flawed import flawed_file
 from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import (
@@ -35,10 +36,10 @@ from compgen.error_model.sources.measured_map import AxisMap, _basis_expr
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.robot_file import load_cell
-from compgen.robot.kinematics import Chain, frames_at_zero, nominal_chain
+from compgen.robot.kinematics import Chain, Frame, frames_at_zero, nominal_chain
 
-TOOL = (np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3])))
-FLANGE = (np.zeros(3), np.eye(3))
+TOOL = Pose(np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3])))
+FLANGE = IDENTITY
 ARCSEC = DEG / 3600
 NUMBERS = range(14)
 
@@ -74,14 +75,14 @@ def emptied(source):
 
 def error(cell, sources, theta, rise=None, direction=None, travel=None, tool=FLANGE):
     """Position error of one pose [m], and how far the tool turned [rad] in World axes."""
-    model = build_error_model(cell.robot, sources, 5, *tool)
+    model = build_error_model(cell.robot, sources, 5, tool)
     motion = DirectionState(
         np.zeros((1, 6)) if direction is None else np.array([direction]),
         np.zeros((1, 3)) if travel is None else np.array([travel]),
     )
-    believed, R = model.nominal_pose(theta[None])
-    e = model.error(theta[None], np.zeros((1, 5)) if rise is None else np.array([rise]), believed, R, motion)[0]
-    return e[:3], R[0] @ e[3:]
+    believed = model.nominal_pose(theta[None])
+    e = model.error(theta[None], np.zeros((1, 5)) if rise is None else np.array([rise]), believed, motion)[0]
+    return e[:3], believed.rotation[0] @ e[3:]
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -178,7 +179,8 @@ def test_link_offsets_move_and_turn_what_follows(cell, field, row, turn, move):
     if move is not None:
         assert_allclose(e, size * np.array(move), atol=1e-15)
         return
-    place, axes = frames_at_zero(cell.robot)
+    frames = frames_at_zero(cell.robot)
+    place, axes = frames.position, frames.rotation
     axis = axes[row + 1][:, turn]
     assert_allclose(e, size * np.cross(axis, HOME - place[row + 1]), atol=2e-10)  # second order
     assert_allclose(w, size * axis, atol=1e-10)
@@ -263,7 +265,7 @@ def test_frames_move_the_arm_and_the_tool(cell):
     assert_allclose(e, [1e-4, 1.341 * 2e-5, 0], atol=1e-9)
     assert_allclose(w, turn, atol=1e-15)
     # at home the flange's z is World x, its x World z, its y World -y
-    tool = (np.array([0, 0, 0.25]), np.eye(3))
+    tool = Pose(np.array([0, 0, 0.25]), np.eye(3))
     e, w = error(cell, [ToolFrame(np.array([1e-4, 0, 0]), np.array([0, 2e-5, 0]))], cell.robot.pendant_zero, tool=tool)
     assert_allclose(e - np.cross([0, -2e-5, 0], [0.25, 0, 0]), [0, 0, 1e-4], atol=1e-9)
     assert_allclose(w, [0, -2e-5, 0], atol=1e-15)
@@ -343,7 +345,7 @@ def test_a_map_is_its_stations_for_each_direction_and_a_spline_between():
     source = line(forward, reverse)
     s, t = ca.SX.sym("s"), ca.SX.sym("t", 3)
     none = 6 * (0.0,)
-    chain = Chain(none, none, none, none, tool=(ca.vertcat(s, 0, 0), np.eye(3)))  # nothing but a TCP at s
+    chain = Chain(none, none, none, none, tool=Frame(ca.vertcat(s, 0, 0), np.eye(3)))  # nothing but a TCP at s
     shift = source.distort(chain, State(chain, ca.SX.zeros(1), ca.SX.zeros(6), t)).shift
     f = ca.Function("f", [s, t], [shift])
     for k, at in enumerate(source.station):
@@ -417,7 +419,8 @@ def test_what_is_unknown_of_the_start_fades_with_motion(cell):
 def test_link_centres_are_read_from_each_joint_in_world_axes(cell):
     """As the file has them: link 2 from joint 2 at (150, 0, 0), link 4 from joint 4's origin at (150, 0, 1040) mm."""
     carried = next(s.loads for s in cell.sources if isinstance(s, JointCompliance))
-    place, axes = frames_at_zero(cell.robot)
+    frames = frames_at_zero(cell.robot)
+    place, axes = frames.position, frames.rotation
     in_world = place[1:] + np.einsum("kij,kj->ki", axes[1:], carried.centre)
     assert_allclose(in_world[1], [0.17, 0.01, 0.4], atol=1e-12)
     assert_allclose(in_world[3], [0.45, 0, 1.04], atol=1e-12)

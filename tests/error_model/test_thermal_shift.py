@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.error_model.loads import loads_of
 from compgen.error_model.model import build_error_model
@@ -27,7 +28,7 @@ LENGTHS = (
     "rate_um_K=[1.7, 1.9, 3, 2]}"
 )
 RISE = np.array([[10.0, 4.0, 12.0, 3.0, 2.0]])
-TOOL = (np.array([0.02, -0.01, 0.15]), np.eye(3))
+TOOL = Pose(np.array([0.02, -0.01, 0.15]), np.eye(3))
 ARCSEC = np.pi / 180 / 3600
 
 
@@ -35,9 +36,9 @@ def poses(*overrides, kind):
     cell = load_cell("m710ic50", overrides)
     sources = tuple(s for s in cell.sources if isinstance(s, kind))
     assert len(sources) == 1
-    model = build_error_model(cell.robot, sources, 5, *TOOL)
+    model = build_error_model(cell.robot, sources, 5, TOOL)
     theta = np.random.default_rng(2).uniform(-1.2, 1.2, (40, 6)) + cell.robot.pendant_zero
-    twin = Twin(cell.robot, cell.heat, (), *TOOL, faults_of(sources))
+    twin = Twin(cell.robot, cell.heat, (), TOOL, faults_of(sources))
     rise = np.repeat(RISE, 40, axis=0)
     return model.nominal_pose(theta), model.actual_pose(theta, rise), twin.actual_pose(theta, rise, lambda share: None)
 
@@ -47,16 +48,16 @@ def poses(*overrides, kind):
 )
 def test_the_twins_own_arm_agrees(override, kind):
     nominal, actual, twin = poses(override, kind=kind)
-    assert_allclose(actual[0], twin[0], atol=1e-10)  # m
-    assert_allclose(actual[1], twin[1], atol=1e-10)
-    assert np.linalg.norm(actual[0] - nominal[0], axis=1).min() > 1 * UM
+    assert_allclose(actual.position, twin.position, atol=1e-10)  # m
+    assert_allclose(actual.rotation, twin.rotation, atol=1e-10)
+    assert np.linalg.norm(actual.position - nominal.position, axis=1).min() > 1 * UM
 
 
 def test_a_tool_grows_along_its_axis_and_a_fixture_drifts_away_from_it():
     nominal, actual, _ = poses(SHIFT, kind=ThermalShift)
-    expected = 2 * UM * 2.0 * nominal[1][:, :, 2] + np.array([1.5 * UM * 3.0, 0, 0])
-    assert_allclose(actual[0] - nominal[0], expected, atol=1e-12)
-    assert_allclose(actual[1], nominal[1], atol=1e-14)
+    expected = 2 * UM * 2.0 * nominal.rotation[:, :, 2] + np.array([1.5 * UM * 3.0, 0, 0])
+    assert_allclose(actual.position - nominal.position, expected, atol=1e-12)
+    assert_allclose(actual.rotation, nominal.rotation, atol=1e-14)
 
 
 def test_a_column_lifts_the_arm_and_a_base_moves_it():
@@ -102,9 +103,9 @@ def test_what_identification_offers_is_what_the_file_has_and_every_other_term_on
 def test_a_twisted_column_turns_the_arm_about_the_vertical():
     alone = 'sources.thermal_bend={link=["column"], plane=["twist"], node=["j2"], rate_arcsec_K=[0.4]}'
     nominal, actual, _ = poses(alone, kind=ThermalBend)
-    turn = np.cross([0, 0, 10 * 0.4 * ARCSEC], nominal[0])
-    assert_allclose(actual[0] - nominal[0], turn, atol=1e-9)
-    assert_allclose((actual[0] - nominal[0])[:, 2], 0, atol=1e-12)
+    turn = np.cross([0, 0, 10 * 0.4 * ARCSEC], nominal.position)
+    assert_allclose(actual.position - nominal.position, turn, atol=1e-9)
+    assert_allclose((actual.position - nominal.position)[:, 2], 0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

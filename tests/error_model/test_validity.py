@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.source import ReversalWidths
 from compgen.error_model.validity import unknown_start_findings
@@ -15,7 +16,8 @@ class CurvedError:
 
     def actual_pose(self, theta, rise, directions):
         x = directions.direction[:, 0] ** 2 + directions.travel[:, 1] ** 2
-        return 1e-3 * np.column_stack([x, 0 * x, 0 * x]) * np.ones((len(theta), 1)), None
+        position = 1e-3 * np.column_stack([x, 0 * x, 0 * x]) * np.ones((len(theta), 1))
+        return Pose(position, np.tile(np.eye(3), (len(theta), 1, 1)))
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 from compgen import fanuc as ls
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
@@ -254,7 +255,7 @@ def test_neighbours_that_share_their_sines_turn_as_each_alone():
     assert 0 < (units[3] < 0).sum() < 4000
     assert np.ptp(np.abs(units[3:]), axis=1).max() < 2000
     numbers = pose_numbers(np.zeros((5000, 3)), rotation)
-    _, turned = ls.printed_poses(np.zeros((5000, 3)), rotation)
+    turned = ls.printed_poses(Pose(np.zeros((5000, 3)), rotation)).rotation
     assert turned.tobytes() == from_wpr(*(numbers[:, 3:] * DEG).T).tobytes()
     every = np.arange(1, 180_001) / 1000 * DEG
     assert np.array_equal(np.sin(-every), -np.sin(every))

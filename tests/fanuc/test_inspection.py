@@ -199,11 +199,10 @@ def test_frames_of_a_table_move_positions_into_world(tmp_path):
     frames = load_frames(str(tmp_path / "f.toml"))
     robot = load_robot("m710ic50")
     places = read_poses(program(["J P[1] 10% FINE    ;"], {"uf": 2, "ut": 3, "x": 50.0, "y": -300.0}), robot, frames)
-    assert_allclose(places.position[0], [1.3, 0.05, 0.203], atol=1e-12)
+    assert_allclose(places.tcp.position[0], [1.3, 0.05, 0.203], atol=1e-12)
     from compgen.robot.kinematics import flange_pose
 
-    flange, rotation = flange_pose(robot, places.theta)
-    assert_allclose(flange[0] + rotation[0] @ [0, 0, 0.15], [1.3, 0.05, 0.203], atol=1e-9)
+    assert_allclose(flange_pose(robot, places.theta).act(np.array([0, 0, 0.15]))[0], [1.3, 0.05, 0.203], atol=1e-9)
 
 
 def test_joint_form_positions_are_taken_as_they_are():
@@ -238,9 +237,9 @@ def test_frames_of_a_controllers_backup(tmp_path, ends):
     frames = load_frames(str(tmp_path / "SYSFRAME.VA"))
     assert set(frames.uframe) == {0, 1}
     assert set(frames.utool) == {0, 3}
-    assert_allclose(frames.uframe[1][0], [1.2, -0.03, 0.0005])
-    assert_allclose(frames.uframe[1][1], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
-    assert_allclose(frames.utool[3][1] @ [0, 0, 1], [1, 0, 0], atol=1e-15)
+    assert_allclose(frames.uframe[1].position, [1.2, -0.03, 0.0005])
+    assert_allclose(frames.uframe[1].rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+    assert_allclose(frames.utool[3].rotation @ [0, 0, 1], [1, 0, 0], atol=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from ls_text import at, joint_form, program
 from shipped import ROOT, quiet
 
 from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.pose import IDENTITY, Pose
 from compgen.fanuc import compose, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.inspection import inspect
@@ -264,8 +265,7 @@ def test_no_real_program_is_taken_for_marked(hot):
 def test_what_generate_writes_is_refused_and_its_planned_program_is_not():
     job = load_job(str(ROOT / "paths" / "line_y.toml"))
     planned, done = generate.generate(job, quiet)
-    still = (np.zeros(3), np.eye(3))
-    frames = Frames({0: still}, {0: still, 1: (job.tool_position, job.tool_rotation)})
+    frames = Frames({0: IDENTITY}, {0: IDENTITY, 1: job.tool.pose})
     cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
     with pytest.raises(InputError, match=r"its remark says 'compgen .*--again"):
         correct(done.text, cell, frames, job.before, Options(), quiet)
@@ -335,6 +335,5 @@ def test_joint_and_cartesian_positions_together_carry_one_mark(hot):
 def test_a_corrected_program_in_other_frames_is_still_refused(hot):
     """Copied with its positions, but told of another tool: the numbers carry the mark, not their meaning."""
     once = corrected(many(), hot).text.replace(b"UT : 0", b"UT : 2")
-    still = np.zeros(3), np.eye(3)
     with pytest.raises(InputError, match=REFUSED):
-        corrected(once, hot, Frames({0: still}, {0: still, 2: (np.array([0, 0, 0.1]), np.eye(3))}))
+        corrected(once, hot, Frames({0: IDENTITY}, {0: IDENTITY, 2: Pose(np.array([0, 0, 0.1]), np.eye(3))}))

@@ -204,15 +204,15 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     _, corrected = generate.generate(job, quiet)
     uncorrected = generate.predict(replace(job, sources=real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
-    facts = (job.robot, job.heat, job.profiles, job.tool_position, job.tool_rotation)
-    actual, predicted = (
+    facts = (job.robot, job.heat, job.profiles, job.tool.pose)
+    real_run, predicted = (
         execute(Twin(*facts, faults_of(sources)), corrected.program, ()) for sources in (real, job.sources)
     )
     # where World lies is known to some 30 um and 0.03 mrad; a part's frame that is taught with the robot takes it up
-    difference = actual.position - aligned(predicted.position, actual.position)
+    difference = real_run.actual.position - aligned(predicted.actual.position, real_run.actual.position)
     residual = corrected.deviation.total()
     assert np.quantile(np.linalg.norm(difference, axis=1), 0.99) + np.quantile(residual, 0.99) < 3 * NOISE
-    as_identified = deviation_from_path(uncorrected.path, [actual], len(actual.time))
+    as_identified = deviation_from_path(uncorrected.path, [real_run], len(real_run.time))
     assert np.quantile(as_identified.total(), 0.99) < 6 * NOISE  # with World as it was identified
 
 

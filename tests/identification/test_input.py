@@ -29,11 +29,11 @@ def arm():
 def rows(arm):
     """Twelve poses of two reflectors, exact, in World."""
     theta = random_theta(arm, np.random.default_rng(5), 12)
-    position, rotation = flange_pose(arm, theta)
+    flange = flange_pose(arm, theta)
     table = []
     for n, pendant in enumerate(arm.to_pendant(theta) / DEG):
         for name, place in (("a", [0.06, 0, 0.1]), ("b", [-0.04, 0.05, 0.12])):
-            p = (position[n] + rotation[n] @ place) / MM
+            p = flange[n].act(np.array(place)) / MM
             table.append([str(n), name, *(f"{v:.6f}" for v in pendant), *(f"{v:.4f}" for v in p)])
     return table
 

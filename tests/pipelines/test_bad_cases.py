@@ -17,6 +17,7 @@ from shipped import ROOT, path_file, quiet
 from compgen.compensation import limited_correction, optimise
 from compgen.compensation.optimise import Status
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.pipelines import job_findings
 from compgen.pipelines.generate import generate, predict
 from compgen.pipelines.path_file import load_job
@@ -68,8 +69,8 @@ def test_a_joint_held_at_its_limit_is_inside_it_in_the_text():
     told = next(f.message for f in done.findings if f.code == "compensation.limited")
     assert "joint J5 limit at waypoints" in told
     assert len(told) < 300
-    flange = flange_from_tool(done.program.position, done.program.rotation, job.tool_position, job.tool_rotation)
-    theta, _ = solve_flange(job.robot, *flange, job.posture)
+    flange = flange_from_tool(Pose(done.program.position, done.program.rotation), job.tool.pose)
+    theta, _ = solve_flange(job.robot, flange, job.posture)
     assert theta[:, 4].max() <= job.robot.upper[4]
     assert theta[:, 4].max() > job.robot.upper[4] - 1e-4  # rad: no farther inside than rounding asks for
 

@@ -14,6 +14,7 @@ from shipped import ROOT, quiet
 
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.findings import Level
+from compgen.core.pose import Pose
 from compgen.fanuc import compose
 from compgen.fanuc.editing.numbers import format_like
 from compgen.fanuc.frames import Frames, load_frames
@@ -146,7 +147,7 @@ def test_a_missing_zero_before_the_point_stays_missing(hot):
     base = np.linalg.inv(arm.flange(HOME))
     near = arm.frame(0.02, -0.01, 0.03, 0.01, -0.02, 0.5)
     frame = np.linalg.inv(base) @ np.linalg.inv(near)
-    frames = Frames({0: STILL, 1: (frame[:3, 3] / 1e3, frame[:3, :3])}, {0: STILL})
+    frames = Frames({0: STILL, 1: Pose(frame[:3, 3] / 1e3, frame[:3, :3])}, {0: STILL})
     values = [f"{v:.3f}".replace("0.", ".", 1) for v in arm.numbers(near)]
     data = program(["J P[1] 10% FINE"], [cartesian(1, values, uf=1, letters=arm.config(HOME))])
     assert b" .020" in data
@@ -179,7 +180,7 @@ def test_no_new_number_is_a_negative_zero(hot):
     checked = 0
     for z in np.linspace(-0.08, 0.08, 41):
         frame = arm.flange(HOME) @ arm.frame(z, 0, 0, 0, 0, 0)
-        frames = Frames({0: STILL, 1: (frame[:3, 3] / 1e3, frame[:3, :3])}, {0: STILL})
+        frames = Frames({0: STILL, 1: Pose(frame[:3, 3] / 1e3, frame[:3, :3])}, {0: STILL})
         data = program(["J P[1] 10% FINE"], [cartesian(1, [-z, 0, 0, 0, 0, 0], uf=1, letters=arm.config(HOME))])
         text = corrected(data, hot, frames).text
         assert b"-0.000" not in text.replace(b"W = -0.000", b"") or b"-0.000" in data
@@ -213,7 +214,7 @@ def test_the_arm_is_where_the_program_says(q, back, seed):
     rng = np.random.default_rng(seed)
     uf = arm.frame(*rng.uniform(-1000, 1000, 3), *rng.uniform(-180, 180, 3))
     ut = arm.frame(*rng.uniform(-300, 300, 3), *rng.uniform(-180, 180, 3))
-    frames = Frames({0: STILL, 3: (uf[:3, 3] / 1e3, uf[:3, :3])}, {0: STILL, 7: (ut[:3, 3] / 1e3, ut[:3, :3])})
+    frames = Frames({0: STILL, 3: Pose(uf[:3, 3] / 1e3, uf[:3, :3])}, {0: STILL, 7: Pose(ut[:3, 3] / 1e3, ut[:3, :3])})
     data = program(["J P[1] 10% FINE"], [at(1, q, uf, ut, (3, 7))])
     result = corrected(data, hot, frames)
     for u in result.plan.scope.unsafe:
@@ -229,7 +230,7 @@ def test_the_arm_is_where_the_program_says(q, back, seed):
 def test_the_check_itself_sees_a_wrong_frame(hot):
     """A tool left out, or a frame taken for another, is far outside what the test above allows."""
     uf, ut = arm.frame(100, 200, 300, 10, 20, 30), arm.frame(0, 0, 250, 0, 45, 0)
-    place = {0: STILL, 1: (uf[:3, 3] / 1e3, uf[:3, :3])}, {0: STILL, 1: (ut[:3, 3] / 1e3, ut[:3, :3])}
+    place = {0: STILL, 1: Pose(uf[:3, 3] / 1e3, uf[:3, :3])}, {0: STILL, 1: Pose(ut[:3, 3] / 1e3, ut[:3, :3])}
     data = program(["J P[1] 10% FINE"], [at(1, HOME, uf, ut, (1, 1))])
     right = corrected(data, hot, Frames(*place)).text
     assert missed_um(data, right, 1, HOME, uf, ut) < ROUNDED_UM
@@ -266,7 +267,7 @@ def test_frames_of_a_table_and_of_a_backup_give_the_same_program(hot, tmp_path):
 def test_near_p_90_the_tool_stays_right(flat, hot):
     """W and R are not fixed one by one there: the numbers may not jump, the turn must be right."""
     ut = np.linalg.inv(arm.flange(HOME)) @ arm.frame(*arm.flange(HOME)[:3, 3], 20, flat, 35)
-    frames = Frames({0: STILL}, {0: STILL, 1: (ut[:3, 3] / 1e3, ut[:3, :3])})
+    frames = Frames({0: STILL}, {0: STILL, 1: Pose(ut[:3, 3] / 1e3, ut[:3, :3])})
     where = [*arm.flange(HOME)[:3, 3], 20, flat, 35]
     data = program(["J P[1] 10% FINE"], [cartesian(1, where, ut=1, letters=arm.config(HOME), form="{:.4f}")])
     text = corrected(data, hot, frames).text
@@ -283,7 +284,7 @@ def test_w_at_180_does_not_grow_by_a_turn(w, hot):
     """A tool pointing down: W goes over the edge as the program writes it, and nothing jumps by 360."""
     down = (0.0, 10.0, -20.0, 5.0, -70.0, 3.0)
     ut = np.linalg.inv(arm.flange(down)) @ arm.frame(*arm.flange(down)[:3, 3], w, 0.0003, 179.9996)
-    frames = Frames({0: STILL}, {0: STILL, 1: (ut[:3, 3] / 1e3, ut[:3, :3])})
+    frames = Frames({0: STILL}, {0: STILL, 1: Pose(ut[:3, 3] / 1e3, ut[:3, :3])})
     data = program(["J P[1] 10% FINE"], [at(1, down, None, ut, (0, 1))])
     text = corrected(data, hot, frames).text
     now = naive_ls.read(text)[0][1].groups[1].axes
@@ -420,9 +421,8 @@ def test_a_planned_program_agrees_with_generate():
         job = load_job(str(ROOT / "paths" / f"{name}.toml"))
         before, done = generate.generate(job, quiet)
         planned = compose(planned_program(job, before.path, before.theta, before.trajectory))
-        tool = job.tool_position, job.tool_rotation
         cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
-        result = correct(planned, cell, Frames({0: STILL}, {0: STILL, 1: tool}), job.before, Options(), quiet)
+        result = correct(planned, cell, Frames({0: STILL}, {0: STILL, 1: job.tool.pose}), job.before, Options(), quiet)
         written, expected = (naive_ls.read(t)[0] for t in (result.text, done.text))
         assert set(written) == set(expected)
         away = [math.dist(*([p[n].groups[1].axes[a] for a in "XYZ"] for p in (written, expected))) for n in written]

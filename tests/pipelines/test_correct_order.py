@@ -12,6 +12,7 @@ from shipped import ROOT
 
 from compgen.core.arrays import norm
 from compgen.core.findings import Level
+from compgen.core.pose import Pose
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.analysis.stations import REACH_SUBDIVISIONS, interpolate_poses, measure_reach
@@ -149,7 +150,8 @@ def test_a_correction_that_leads_out_of_reach_holds_its_station(tmp_path):
         near, far = 0.8, 3.0
         for _ in range(60):
             middle = (near + far) / 2
-            margin = solve_flange(robot, middle * direction[None], np.diag([1.0, -1.0, -1.0])[None], posture)[1][0]
+            place = Pose(middle * direction[None], np.diag([1.0, -1.0, -1.0])[None])
+            margin = solve_flange(robot, place, posture)[1][0]
             near, far = (middle, far) if margin > 1.1e-3 else (near, middle)
         points.append(cartesian(n, (*(near * direction * 1e3), *DOWN)))
     result = corrected(program([f"J P[{n}] 50% FINE" for n in range(1, 13)], points), cell, MANY)
@@ -163,17 +165,17 @@ def test_the_quick_way_to_know_that_a_line_stays_in_reach_misses_none(hot):
         places = rng.uniform([-1700, -1700, -900, -180, -180, -180], [1700, 1700, 1500, 180, 180, 180], (400, 6))
         points = [cartesian(n, place, ut=1, letters=letters) for n, place in enumerate(places, 1)]
         loaded = loads(program([f"L P[{n}] 50mm/sec FINE" for n in range(1, 401)], points))
-        frames = MANY.__class__(MANY.uframe, {**MANY.utool, 1: (np.array([0.1, 0.05, 0.3]), np.eye(3))})
+        frames = MANY.__class__(MANY.uframe, {**MANY.utool, 1: Pose(np.array([0.1, 0.05, 0.3]), np.eye(3))})
         poses = read_poses(loaded, robot, frames)
         drive = measure_reach(robot, poses, read_traversal(loaded, poses, robot))
         known = np.isfinite(poses.theta).all(axis=1)
         ways = np.flatnonzero(known[1:] & known[:-1]) + 1
         for k in range(1, REACH_SUBDIVISIONS):
-            position, rotation = interpolate_poses(poses, drive, ways, np.full(len(ways), k / REACH_SUBDIVISIONS))
+            tcp = interpolate_poses(poses, drive, ways, np.full(len(ways), k / REACH_SUBDIVISIONS))
             posture = ALL_POSTURES[int(poses.posture[0])]
-            _, margin = solve_flange(robot, *flange_from_tool(position, rotation, *poses.tool_of(1)), posture)
+            _, margin = solve_flange(robot, flange_from_tool(tcp, poses.tools[1]), posture)
             assert (drive.beyond[ways] >= -margin - 1e-12).all()
         left += int((drive.beyond[ways] > 0).sum())
         assert (drive.beyond[ways] == 0).any()
     assert left > 20
-    assert norm(poses.position).max() > 0
+    assert norm(poses.tcp.position).max() > 0

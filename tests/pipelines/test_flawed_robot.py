@@ -123,7 +123,7 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     job = replace(raster[0], lead_in=False)
     planned = plan_motion(job, job.feed, quiet)
     plain = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift
+        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=job.chord, lift=job.lift
     )
     assert len(planned.path.arc) > len(plain.arc) + 20
     new = planned.path.arc[~np.isclose(planned.path.arc[:, None], plain.arc).any(axis=1)]
@@ -131,14 +131,14 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     near = np.abs(new[:, None] - stops).min(axis=1)
     assert np.median(near) < 20 * MM  # where joints reverse
     growth = [s for s in job.sources if isinstance(s, ThermalGrowth)]
-    arm = (job.robot, job.posture, job.tool_position, job.tool_rotation, growth, planned.model)
+    arm = (job.robot, job.posture, job.tool.pose, growth, planned.model)
     assert refinement.refine(*arm, plain, job.feed, job.chord)[0] is plain
     room = np.diff(planned.path.arc) / (job.feed * job.robot.controller.period)
     assert room.min() >= 0.9  # never below what the controller can follow
 
-    def solve(position, rotation):
-        flange = inverse_kinematics.flange_from_tool(position, rotation, job.tool_position, job.tool_rotation)
-        return inverse_kinematics.solve_flange(job.robot, *flange, job.posture)[0]
+    def solve(pose):
+        flange = inverse_kinematics.flange_from_tool(pose, job.tool.pose)
+        return inverse_kinematics.solve_flange(job.robot, flange, job.posture)[0]
 
     bend = refinement._error_bend(solve, job.sources, planned.model, planned.path, planned.theta)
     assert ((bend <= refinement.CHORD_SHARE * job.chord) | (room < 2)).all()  # no segment is left that could be cut
@@ -146,12 +146,12 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
 
 def test_a_path_cut_finer_is_the_same_path(job):
     path = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift
+        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=job.chord, lift=job.lift
     )
     parts = 1 + np.arange(len(path.arc) - 1) % 3
     finer = toolpath.subdivided(path, parts)
     old = np.concatenate([[0], np.cumsum(parts)])
-    assert_allclose(finer.position[old], path.position, atol=1e-15)
+    assert_allclose(finer.target.position[old], path.target.position, atol=1e-15)
     assert_allclose(finer.arc[old], path.arc, atol=1e-12)
     assert np.array_equal(finer.stop[old], path.stop)
     assert finer.stop.sum() == path.stop.sum()
@@ -179,7 +179,7 @@ def test_an_unknown_start_is_told_until_it_has_faded(robot):
     n = int(np.argmax(planned.path.contact))
     (lash,) = [s for s in job.sources if isinstance(s, Hysteresis)]
     first = float(told.message.split("J1 ")[1].split(" um")[0]) * UM
-    assert first > lash.backlash[0] * np.linalg.norm(planned.path.position[n, :2])
+    assert first > lash.backlash[0] * np.linalg.norm(planned.path.target.position[n, :2])
     swing = np.array([0, 0.2, 0.0])[:, None] * np.ones(6) + planned.theta[n]
     far = np.array([0, 0.5, 0.0])[:, None] * np.ones(3)
     start = (planned.model, swing, far, planned.rise[:3], planned.motion.at(slice(3)))
@@ -198,8 +198,7 @@ def test_an_existing_program_is_corrected_with_the_direction_it_comes_from(raste
     """The planned, uncorrected text as somebody's program."""
     _, planned, corrected = raster
     job, path = planned.job, planned.path
-    poses = (path.position, path.rotation)
-    program, _ = compose_program(job, poses, planned.theta, planned.trajectory, path, DATE, None)
+    program, _ = compose_program(job, path.target, planned.theta, planned.trajectory, path, DATE, None)
     text = fanuc.compose(program)
     cell = load_cell(robot)
     result = correct.correct(text, cell, default_frames(), planned.job.before, correct.Options(split=split), quiet)

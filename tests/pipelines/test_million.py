@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
+from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
@@ -36,9 +37,10 @@ def test_a_million_with_one_out_of_reach_is_named_within_seconds():
     position = np.column_stack([1.2 + 0.3 * np.cos(turn), 0.3 * np.sin(turn), np.full(N, 0.2)])
     position[543_210] = [9.0, 0.0, 0.2]
     rotation = np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1))
+    flange = Pose(position, rotation)
     begin = time.process_time()
     with pytest.raises(UnreachableError, match="waypoint 543211"):
-        joint_path.follow_branch(job.robot, position, rotation, job.posture)
+        joint_path.follow_branch(job.robot, flange, job.posture)
     assert time.process_time() - begin < 10
 
 
@@ -67,7 +69,7 @@ def test_a_spiral_through_its_own_centre_is_driven_and_proven():
     job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=100", "boundary.corner_to_corner_mm=400"])
     planned, done = generate.generate(job, quiet)
     assert done.inside
-    assert np.linalg.norm(planned.path.position[1, :2] - [1.2, -0.03]) < 1e-9
+    assert np.linalg.norm(planned.path.target.position[1, :2] - [1.2, -0.03]) < 1e-9
     assert np.all(np.isfinite(done.solution.correction))
 
 
@@ -112,8 +114,8 @@ def test_the_cubic_from_length_to_parameter_is_newtons():
     fraction = np.random.default_rng(6).random(4000)
     even = np.isfinite(path.slope[:, 0])
     assert 0.1 < even.mean() < 1
-    quick = path.at(segment, fraction)[0]
-    newton = replace(path, slope=np.full_like(path.slope, np.nan)).at(segment, fraction)[0]
+    quick = path.at(segment, fraction)[0].position
+    newton = replace(path, slope=np.full_like(path.slope, np.nan)).at(segment, fraction)[0].position
     assert np.abs(quick - newton).max() < 1e-12  # m
     assert np.array_equal(quick[~even[segment]], newton[~even[segment]])
 

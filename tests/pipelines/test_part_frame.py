@@ -10,7 +10,7 @@ from shipped import path_file, quiet
 
 from compgen import fanuc
 from compgen.core.exceptions import InputError
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.generate import generate
@@ -39,7 +39,7 @@ def job_in(folder, frame):
 
 def place_of(values=PLACE):
     angles = (np.array([a * DEG]) for a in values[3:])
-    return Frame(np.array(values[:3]) * MM, from_wpr(*angles)[0])
+    return Pose(np.array(values[:3]) * MM, from_wpr(*angles)[0])
 
 
 @pytest.fixture(scope="module")
@@ -51,11 +51,11 @@ def made(tmp_path_factory):
 def test_the_path_stands_in_the_frame(made):
     _, planned, _ = made
     place = place_of()
-    local = place.from_world(planned.path.position, planned.path.rotation)[0]
+    local = (place.inverse() @ planned.path.target).position
     on_part = planned.path.contact
     assert_allclose(np.linalg.norm(local[on_part, :2], axis=1), 0.65, atol=1e-9)  # m
     assert_allclose(local[on_part, 2], 0, atol=1e-9)
-    assert_allclose(-planned.path.rotation[on_part][:, :, 2], np.tile(place.rotation[:, 2], (on_part.sum(), 1)))
+    assert_allclose(-planned.path.target.rotation[on_part][:, :, 2], np.tile(place.rotation[:, 2], (on_part.sum(), 1)))
 
 
 def test_the_text_is_written_in_the_user_frame_and_proven_in_it(made):

@@ -57,7 +57,7 @@ def test_the_judges_arm_is_the_arm_link_by_link():
 def test_the_judge_bites():
     """The arm that a program was made for is on its path; one with another coefficient or another zero is not."""
     planned, corrected = generate.generate(load_job(path_file("circle_1300"), overrides=WARM_CIRCLE), quiet)
-    target, contact = 1000 * planned.path.position, planned.path.contact
+    target, contact = 1000 * planned.path.target.position, planned.path.contact
 
     def largest(*changes):
         tables = jobs.tables_of([*WARM_CIRCLE, *changes])

@@ -30,8 +30,8 @@ def one_by_one(planned, solution, first):
 
     def drift(delay):
         late = start_window.late_rise(job, delay, time[some] - time[first], state, job.clock + time[first])
-        moved = planned.model.actual_pose(theta, rise + late, motion)[0]
-        return np.linalg.norm(moved - planned.model.actual_pose(theta, rise, motion)[0], axis=1).max()
+        moved = planned.model.actual_pose(theta, rise + late, motion).position
+        return np.linalg.norm(moved - planned.model.actual_pose(theta, rise, motion).position, axis=1).max()
 
     low, high = 0.0, 60.0
     while drift(high) <= job.start_drift:

@@ -39,7 +39,7 @@ def test_every_joint_turns_one_way_through_its_play(job):
     end = int(np.argmax(plan.path.stop[1:])) + 1  # where the lead-in stops
     turn = np.diff(plan.theta[: end + 1], axis=0)
     assert np.all((turn > 0).all(axis=0) | (turn < 0).all(axis=0))
-    share = unknown_share(reversal_widths(job.sources), plan.theta, plan.path.position).at(np.array([end]))
+    share = unknown_share(reversal_widths(job.sources), plan.theta, plan.path.target.position).at(np.array([end]))
     assert share.direction.max() < 0.06
     assert share.direction[0, 0] < 0.003  # J1 has by far the longest lever
 
@@ -47,12 +47,14 @@ def test_every_joint_turns_one_way_through_its_play(job):
 def test_the_tool_comes_from_above_and_arrives_upright(job):
     plan = plan_motion(job, job.feed, quiet)
     end = int(np.argmax(plan.path.stop[1:])) + 1
-    height = plan.path.position[: end + 1, 2] - plan.path.position[end, 2]
+    height = plan.path.target.position[: end + 1, 2] - plan.path.target.position[end, 2]
     assert height[0] >= job.lift - 0.2 * MM
     assert np.all(np.diff(height) < 0)
     plain = plan_motion(replace(job, lead_in=False), job.feed, quiet).path
-    assert_allclose(plan.path.rotation[end], plain.rotation[int(np.argmax(plain.stop[1:])) + 1], atol=1e-12)
-    cosine = np.einsum("nij,ij->n", plan.path.rotation[: end + 1], plan.path.rotation[end]) / 2 - 0.5
+    assert_allclose(
+        plan.path.target.rotation[end], plain.target.rotation[int(np.argmax(plain.stop[1:])) + 1], atol=1e-12
+    )
+    cosine = np.einsum("nij,ij->n", plan.path.target.rotation[: end + 1], plan.path.target.rotation[end]) / 2 - 0.5
     tilt = np.arccos(np.clip(cosine, -1, 1))
     assert 1 * DEG < tilt[0] < 30 * DEG
     assert np.all(np.diff(tilt[:-1]) < 0)
@@ -78,7 +80,9 @@ def test_the_path_behind_the_lead_in_is_the_same(job):
 def test_a_robot_without_play_comes_down_the_tool_axis():
     job = load_job(path_file("circle_1300"), None, ("path.diameter_mm=300",))
     plain = plan_motion(job, job.feed, quiet).path
-    assert_allclose(plain.position[0, :2], plain.position[int(np.argmax(plain.stop[1:])) + 1, :2], atol=1e-12)
+    assert_allclose(
+        plain.target.position[0, :2], plain.target.position[int(np.argmax(plain.stop[1:])) + 1, :2], atol=1e-12
+    )
     asked = plan_motion(replace(job, lead_in=True), job.feed, quiet)
     end = int(np.argmax(asked.path.stop[1:])) + 1
     turn = np.diff(asked.theta[: end + 1], axis=0)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import ImpossibleError
+from compgen.core.pose import Pose
 from compgen.pipelines.path_file import load_job
 from compgen.planning import boundaries, curves, patterns, retiming, surfaces, toolpath
 from compgen.robot import inverse_kinematics, joint_path
@@ -23,7 +24,7 @@ LIMITS = (ROBOT.speed, ROBOT.acceleration, ROBOT.jerk)
 ATOL_S, ATOL_M = 1e-9, 1e-12
 
 CENTRE = np.array([1.2, -0.03, 0.203])
-TOOL = np.array([0.05, 0.1, 0.25])  # m, so that the tool's turning moves the flange
+TOOL = Pose(np.array([0.05, 0.1, 0.25]), np.eye(3))  # m, so that the tool's turning moves the flange
 HEXAGON = boundaries.hexagon(0.3, 0.2)
 
 
@@ -49,7 +50,7 @@ DRIVES = [(name, feed) for name in PATTERNS for feed in (0.2, 1.5)]
 def planned(name):
     """Tool path and joint angles at its waypoints."""
     tool = toolpath.plan_tool_path(*PATTERNS[name], HEXAGON, spin=0.3, chord=1.5e-6, lift=0.02)
-    return tool, joint_path.follow_branch(ROBOT, tool.position - tool.rotation @ TOOL, tool.rotation, POSTURE)
+    return tool, joint_path.follow_branch(ROBOT, inverse_kinematics.flange_from_tool(tool.target, TOOL), POSTURE)
 
 
 @cache
@@ -63,8 +64,8 @@ def joints(tool, s):
     """Joint angles on the exact path at arc lengths, (M, 6) [rad]."""
     segment = np.clip(np.searchsorted(tool.arc, s, side="right") - 1, 0, len(tool.span) - 1)
     fraction = (s - tool.arc[segment]) / np.diff(tool.arc)[segment]
-    position, rotation, _ = tool.at(segment, fraction)
-    theta, margin = inverse_kinematics.solve_flange(ROBOT, position - rotation @ TOOL, rotation, POSTURE)
+    target, _ = tool.at(segment, fraction)
+    theta, margin = inverse_kinematics.solve_flange(ROBOT, inverse_kinematics.flange_from_tool(target, TOOL), POSTURE)
     assert margin.min() > 0
     return np.unwrap(theta, axis=0)
 

@@ -41,15 +41,15 @@ def path(pattern, surface="bowl", chord=1.5e-6, lift=0.02, boundary=HEXAGON, spi
 def off_chord(tool, every=1):
     """Largest distance of the true path from the straight line of every so many segments [m]."""
     segment, u = np.arange(0, len(tool.span), every), np.linspace(0.2, 0.8, 5)
-    p = tool.at(np.repeat(segment, 5), np.tile(u, len(segment)))[0].reshape(-1, 5, 3)
-    a, b = tool.position[segment, None], tool.position[segment + 1, None]
+    p = tool.at(np.repeat(segment, 5), np.tile(u, len(segment)))[0].position.reshape(-1, 5, 3)
+    a, b = tool.target.position[segment, None], tool.target.position[segment + 1, None]
     along = (b - a) / np.linalg.norm(b - a, axis=2, keepdims=True)
     gap = p - a
     return np.linalg.norm(gap - (gap * along).sum(axis=2, keepdims=True) * along, axis=2).max(axis=1)
 
 
 def local(tool, surface):
-    return tool.position - SURFACES[surface].origin
+    return tool.target.position - SURFACES[surface].origin
 
 
 def height_above(tool, surface):
@@ -115,9 +115,9 @@ def test_fraction_0_and_1_are_the_waypoints(pattern, surface):
     tool = path(pattern, surface)
     segment = np.arange(len(tool.span))
     for u, n in ((0.0, segment), (1.0, segment + 1)):
-        position, rotation, _ = tool.at(segment, np.full(len(segment), u))
-        assert_allclose(position, tool.position[n], atol=ATOL_M)
-        assert_allclose(rotation, tool.rotation[n], atol=1e-11)  # rad
+        pose, _ = tool.at(segment, np.full(len(segment), u))
+        assert_allclose(pose.position, tool.target.position[n], atol=ATOL_M)
+        assert_allclose(pose.rotation, tool.target.rotation[n], atol=1e-11)  # rad
 
 
 @pytest.mark.parametrize("chord_um", [1.5, 1000.0])
@@ -128,11 +128,11 @@ def test_fractions_split_the_arc_length(pattern, chord_um):
     pick = np.unique(np.linspace(0, len(tool.span) - 1, 16).astype(int))
     for k in pick:
         t = np.linspace(*tool.span[k], 2001)
-        p, _, _ = tool.exact.pose(np.full(2001, tool.piece[k]), t)
+        p = tool.exact.pose(np.full(2001, tool.piece[k]), t)[0].position
         run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
         assert_allclose(run[-1], np.diff(tool.arc)[k], atol=1e-9)  # m
         u = np.linspace(0, 1, 9)
-        position, _, _ = tool.at(np.full(9, k), u)
+        position = tool.at(np.full(9, k), u)[0].position
         want = np.column_stack([np.interp(u * run[-1], run, p[:, i]) for i in range(3)])
         assert_allclose(position, want, atol=1e-9)  # m
 
@@ -155,9 +155,9 @@ def test_direction_of_travel_is_the_slope_of_position(pattern, surface):
     tool, d = path(pattern, surface, chord=1e-5), 1e-3
     segment = np.arange(len(tool.span))
     mid = np.full(len(segment), 0.5)
-    (ahead, _, _), (behind, _, _) = tool.at(segment, mid + d), tool.at(segment, mid - d)
+    ahead, behind = (tool.at(segment, mid + side * d)[0].position for side in (1, -1))
     step = ahead - behind
-    assert_allclose(tool.at(segment, mid)[2], step / np.linalg.norm(step, axis=1, keepdims=True), atol=1e-7)
+    assert_allclose(tool.at(segment, mid)[1], step / np.linalg.norm(step, axis=1, keepdims=True), atol=1e-7)
 
 
 @pytest.mark.parametrize(("pattern", "surface"), EVERY)
@@ -171,13 +171,13 @@ def test_tool_points_into_the_surface(pattern, surface):
         xy[:down], xy[up:] = xy[down], xy[up]
     normal = np.column_stack([-slopes(surface, xy), np.ones(len(xy))])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    assert_allclose(tool.rotation[:, :, 2], -normal, atol=1e-9)  # rad
+    assert_allclose(tool.target.rotation[:, :, 2], -normal, atol=1e-9)  # rad
 
 
 @pytest.mark.parametrize("spin_deg", [0.0, 30.0, -120.0, 90.0])
 def test_tool_frame_is_right_handed_and_its_x_follows_the_spin(spin_deg):
     tool = path("spiral", spin=np.radians(spin_deg))
-    R = tool.rotation
+    R = tool.target.rotation
     assert_allclose(R.transpose(0, 2, 1) @ R, np.tile(np.eye(3), (len(R), 1, 1)), atol=1e-14)
     assert_allclose(np.linalg.det(R), 1, atol=1e-14)
     along = np.array([np.cos(np.radians(spin_deg)), np.sin(np.radians(spin_deg)), 0])
@@ -200,12 +200,14 @@ def test_waypoints_lie_on_the_surface_between_approach_and_retract(pattern, surf
 def test_approach_and_retract_go_along_the_normal_for_the_lift():
     tool = path("circle", lift=0.02)
     for n, foot in ((0, np.flatnonzero(tool.stop)[1]), (-1, np.flatnonzero(tool.stop)[-2])):
-        assert_allclose(tool.position[n] - tool.position[foot], -0.02 * tool.rotation[foot, :, 2], atol=ATOL_M)
+        assert_allclose(
+            tool.target.position[n] - tool.target.position[foot], -0.02 * tool.target.rotation[foot, :, 2], atol=ATOL_M
+        )
 
 
 def test_without_lift_the_path_is_the_pattern():
     tool = path("circle", "plane", lift=0)
-    assert_allclose(tool.position[[0, -1]], np.tile(CENTRE + np.array([0.15, 0, 0]), (2, 1)), atol=ATOL_M)
+    assert_allclose(tool.target.position[[0, -1]], np.tile(CENTRE + np.array([0.15, 0, 0]), (2, 1)), atol=ATOL_M)
     assert tool.contact.all()
 
 
@@ -251,14 +253,14 @@ def test_robot_stops_at_the_ends_and_at_the_foot_of_approach_and_retract():
         stops = np.flatnonzero(tool.stop)
         assert len(stops) == 4
         assert stops[0] == 0
-        assert stops[-1] == len(tool.position) - 1
+        assert stops[-1] == len(tool.target.position) - 1
         assert_allclose(tool.arc[stops], [0, 0.02, tool.arc[-1] - 0.02, tool.arc[-1]], atol=ATOL_M)
 
 
 def turned(tool):
     """Angle between arriving and leaving at each inner waypoint [rad]."""
     segment = np.arange(len(tool.span))
-    arriving, leaving = tool.at(segment, np.ones(len(segment)))[2], tool.at(segment, np.zeros(len(segment)))[2]
+    arriving, leaving = tool.at(segment, np.ones(len(segment)))[1], tool.at(segment, np.zeros(len(segment)))[1]
     cross = np.linalg.norm(np.cross(arriving[:-1], leaving[1:]), axis=1)
     return np.arctan2(cross, (arriving[:-1] * leaving[1:]).sum(axis=1))
 
@@ -305,7 +307,7 @@ def test_arc_length_rises_at_every_waypoint():
 def test_shipped_paths_keep_their_chord(name):
     job = load_job(str(PATHS / f"{name}.toml"))
     tool = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.spin, chord=job.chord, lift=job.lift
+        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=job.chord, lift=job.lift
     )
     assert off_chord(tool, every=11).max() <= job.chord
 
@@ -328,4 +330,4 @@ def test_a_piece_that_is_dust_hands_its_stop_to_the_piece_before():
     )  # fmt: skip
     tool = path(way, "plane", lift=0.0)
     corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.2, 0.1, 0]]
-    assert_allclose(tool.position[tool.stop] - tool.position[0], corners, atol=1e-9)
+    assert_allclose(tool.target.position[tool.stop] - tool.target.position[0], corners, atol=1e-9)

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from oracles import forward_kinematics
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.units import DEG
 from compgen.fanuc.configuration import postures_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, check_arm_class, solve_flange
@@ -17,7 +18,7 @@ def solve_all(robot, position, rotation):
     """All eight branches, (N, 8, 6) [rad], in the order of ``ALL_POSTURES``; NaN where out of reach."""
     branches = []
     for posture in ALL_POSTURES:
-        theta, margin = solve_flange(robot, position, rotation, posture)
+        theta, margin = solve_flange(robot, Pose(position, rotation), posture)
         branches.append(np.where(margin[:, None] >= 0, theta, np.nan))
     return np.stack(branches, axis=1)
 
@@ -54,7 +55,7 @@ def test_branch_names_follow_the_controllers_rules(robot):
     theta = np.random.default_rng(2).uniform(robot.lower, robot.upper, (500, 6))
     position, rotation = forward_kinematics(robot, theta)
     for posture in ALL_POSTURES:
-        solved, margin = solve_flange(robot, position, rotation, posture)
+        solved, margin = solve_flange(robot, Pose(position, rotation), posture)
         inside = (margin > 1e-3) & (np.abs(np.sin(solved[:, 4])) > 1e-3)
         assert {*postures_of(robot, solved[inside])} == {posture}
 
@@ -80,5 +81,5 @@ def test_another_arm_class_is_refused(robot):
 def test_reach_at_the_cells_height_is_2012_mm(robot):
     for x, ok in ((2.0105, True), (2.0125, False)):
         points, rotation = np.array([[x, 0, 0.203]]), np.diag([1.0, -1.0, -1.0])[None]
-        _, margin = solve_flange(robot, points, rotation, Posture())
+        _, margin = solve_flange(robot, Pose(points, rotation), Posture())
         assert bool(margin[0] > 0) == ok

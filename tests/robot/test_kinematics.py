@@ -26,16 +26,16 @@ CHECK_VALUES = [
 
 @pytest.mark.parametrize(("pendant", "position", "wpr"), CHECK_VALUES)
 def test_flange_stands_where_the_check_values_say(robot, pendant, position, wpr):
-    p, rotation = flange_pose(robot, robot.to_theta(np.array([pendant]) * DEG))
-    assert_allclose(p[0] / MM, position, atol=6e-4)  # mm, as printed
-    difference = np.array([a[0] for a in to_wpr(rotation)]) / DEG - wpr
+    flange = flange_pose(robot, robot.to_theta(np.array([pendant]) * DEG))
+    assert_allclose(flange.position[0] / MM, position, atol=6e-4)  # mm, as printed
+    difference = np.array([a[0] for a in to_wpr(flange.rotation)]) / DEG - wpr
     assert_allclose((difference + 180) % 360 - 180, 0, atol=6e-5)  # deg, as printed
 
 
 def test_all_zero_joints_give_the_mastering_pose(robot):
-    p, r = flange_pose(robot, robot.to_theta(np.zeros((1, 6))))
-    assert_allclose(p[0] / MM, (1341, 0, 1040), atol=1e-9)
-    assert_allclose(r[0], [[0, 0, 1], [0, -1, 0], [1, 0, 0]], atol=1e-12)  # tool z along +x
+    flange = flange_pose(robot, robot.to_theta(np.zeros((1, 6))))[0]
+    assert_allclose(flange.position / MM, (1341, 0, 1040), atol=1e-9)
+    assert_allclose(flange.rotation, [[0, 0, 1], [0, -1, 0], [1, 0, 0]], atol=1e-12)  # tool z along +x
 
 
 def test_a_chain_with_alpha6_zero_points_the_tool_backwards(robot):
@@ -43,12 +43,13 @@ def test_a_chain_with_alpha6_zero_points_the_tool_backwards(robot):
     alpha = robot.alpha.copy()
     alpha[5] = 0.0
     q = np.random.default_rng(1).uniform(-2, 2, (50, 6))
-    (p0, r0), (p1, r1) = flange_pose(robot, q), flange_pose(replace(robot, alpha=alpha), q)
-    assert_allclose(p0, p1, atol=1e-14)
-    assert_allclose(r0, r1 @ np.diag([1.0, -1.0, -1.0]), atol=1e-14)
+    ours, theirs = flange_pose(robot, q), flange_pose(replace(robot, alpha=alpha), q)
+    assert_allclose(ours.position, theirs.position, atol=1e-14)
+    assert_allclose(ours.rotation, theirs.rotation @ np.diag([1.0, -1.0, -1.0]), atol=1e-14)
 
 
 def test_flange_poses_are_those_of_a_second_forward_kinematics(robot):
     q = np.random.default_rng(5).uniform(robot.lower, robot.upper, (5000, 6))
-    for pose, expected in zip(flange_pose(robot, q), forward_kinematics(robot, q)):
-        assert_allclose(pose, expected, atol=1e-12)
+    flange, (position, rotation) = flange_pose(robot, q), forward_kinematics(robot, q)
+    assert_allclose(flange.position, position, atol=1e-12)
+    assert_allclose(flange.rotation, rotation, atol=1e-12)

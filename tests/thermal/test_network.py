@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from shipped import path_file
 
 from compgen.core.exceptions import InputError
-from compgen.core.rotations import from_wpr
+from compgen.core.pose import Pose
 from compgen.core.units import HOUR
 from compgen.error_model.model import build_error_model
 from compgen.pipelines.motion_plan import plan_written_motion
@@ -182,10 +182,10 @@ def test_torques_are_those_of_hanging_masses(warm, heat):
     still = np.zeros_like(theta)
     load = replace(heat.drives, link_mass=np.zeros(6))  # payload alone: its height is that of the tool
     twin_height = []
-    model = build_error_model(warm.robot, (), 0, heat.drives.payload_centre, from_wpr(*np.zeros((3, 1)))[0])
+    model = build_error_model(warm.robot, (), 0, Pose(heat.drives.payload_centre, np.eye(3)))
     for i in range(6):
         h = 1e-5
-        ends = [model.nominal_pose(theta + s * h * np.eye(6)[i])[0][:, 2] for s in (1, -1)]
+        ends = [model.nominal_pose(theta + s * h * np.eye(6)[i]).position[:, 2] for s in (1, -1)]
         twin_height.append((ends[0] - ends[1]) / (2 * h))
     expected = 9.81 * heat.drives.payload_mass * np.array(twin_height).T
     assert_allclose(joint_torques(warm.robot, load, theta, still, still), expected, atol=1e-4)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.findings import Level
-from compgen.core.rotations import rotation_matrix
+from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.planning import curves, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
@@ -17,16 +17,15 @@ from compgen.verification.verdict import Bounds, judge
 
 
 def executed(path, samples, seed=1):
-    """An execution that strays by known amounts, and its path's place, rotation and travel."""
+    """An execution that strays by known amounts, and its path's poses and travel."""
     rng = np.random.default_rng(seed)
     fraction, whole = np.modf(np.sort(rng.uniform(0, len(path.piece), samples)))
     segment = whole.astype(np.int64)
-    place, rotation, travel = path.at(segment, fraction)
-    position = place + rng.normal(size=(samples, 3)) * 100 * UM
-    turned = rotation @ rotation_matrix(rng.normal(size=(samples, 3)) * 1e-4)
+    target, travel = path.at(segment, fraction)
+    strayed = np.hstack([rng.normal(size=(samples, 3)) * 100 * UM, rng.normal(size=(samples, 3)) * 1e-4])
     none = np.zeros((samples, 6))
-    execution = Execution(segment, fraction, np.arange(float(samples)), none, none, position, turned)
-    return execution, place, rotation, travel
+    execution = Execution(segment, fraction, np.arange(float(samples)), none, none, target.moved(strayed))
+    return execution, target, travel
 
 
 @pytest.fixture(scope="module")
@@ -41,24 +40,24 @@ def path():
 
 
 def test_a_deviation_is_the_difference_in_the_axes_of_path_and_tool(path):
-    execution, place, rotation, travel = executed(path, 5000)
+    execution, target, travel = executed(path, 5000)
     odd = np.isnan(path.slope[execution.segment, 0])
     assert 0.01 < odd.mean() < 0.99
     deviation = deviation_from_path(path, [execution], len(execution.time))
-    error = execution.position - place
+    error = execution.actual.position - target.position
     assert_allclose(deviation.error, error, atol=1e-14)
     assert_allclose(deviation.total(), np.linalg.norm(error, axis=1), atol=1e-14)
-    axis = rotation[:, :, 2]
+    axis = target.rotation[:, :, 2]
     leads = np.linalg.norm(np.cross(travel, axis), axis=1) < 0.5
     assert 10 < leads.sum() < len(leads) / 2
-    ahead = np.where(leads[:, None], rotation[:, :, 0], travel)
+    ahead = np.where(leads[:, None], target.rotation[:, :, 0], travel)
     side = np.cross(ahead, axis)
     values = {
         "total": np.linalg.norm(error, axis=1),
         "feed": np.einsum("ij,ij->i", error, np.cross(axis, side)),
         "cross": np.einsum("ij,ij->i", error, side),
         "normal": -np.einsum("ij,ij->i", error, axis),
-        "axis_angle": np.arcsin(np.linalg.norm(np.cross(axis, execution.rotation[:, :, 2]), axis=1)),
+        "axis_angle": np.arcsin(np.linalg.norm(np.cross(axis, execution.actual.rotation[:, :, 2]), axis=1)),
     }
     assert_allclose(deviation.normal, values["normal"], atol=1e-14)
     assert_allclose(
@@ -135,7 +134,8 @@ def test_what_breaks_a_bound_off_the_part_alone_is_a_note(path):
     off = ~(path.contact[:-1] | path.contact[1:])[execution.segment]
     assert 0 < off.sum() < len(off)
     jump = np.where(off[:, None], [0.0, 0.0, 5e-3], 0.0)
-    apart = deviation_from_path(path, [replace(execution, position=execution.position + jump)], len(execution.time))
+    moved = replace(execution, actual=Pose(execution.actual.position + jump, execution.actual.rotation))
+    apart = deviation_from_path(path, [moved], len(execution.time))
     bounds = Bounds(max=1.01 * apart.on_part["total"].max, normal=1e-6)
     codes = {f.code: f for f in judge(apart, bounds)}
     assert codes["bounds.off_part"].level is Level.NOTE

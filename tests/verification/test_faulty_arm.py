@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 from flawed import flawed_file
 
+from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
@@ -17,7 +18,7 @@ from compgen.verification.twin import Twin
 from compgen.verification.twin.direction_history import DirectionHistory, _recurrence, joint_side
 from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm
 
-TOOL = (np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1])))
+TOOL = Pose(np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1])))
 ATOL_M, ATOL_RAD = 1e-10, 1e-11
 
 
@@ -36,18 +37,18 @@ def motion(cell, count=400):
 
 
 def chain_and_twin(cell, sources, theta, rise):
-    model = build_error_model(cell.robot, sources, 5, *TOOL)
-    nominal, _ = model.nominal_pose(theta)
+    model = build_error_model(cell.robot, sources, 5, TOOL)
+    nominal = model.nominal_pose(theta).position
     chain = model.actual_pose(theta, rise, direction_states(reversal_widths(sources), theta, nominal))
-    twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, faults_of(sources))
+    twin = Twin(cell.robot, cell.heat, cell.profiles, TOOL, faults_of(sources))
     return chain, twin.actual_pose(theta, rise, lambda share: None), nominal
 
 
 def test_chain_and_twin_agree_with_every_source_on(cell):
     chain, twin_pose, nominal = chain_and_twin(cell, cell.sources, *motion(cell))
-    assert np.abs(chain[0] - twin_pose[0]).max() < ATOL_M
-    assert np.abs(chain[1] - twin_pose[1]).max() < ATOL_RAD
-    assert np.linalg.norm(chain[0] - nominal, axis=1).min() > 100 * UM  # the set-up bites
+    assert np.abs(chain.position - twin_pose.position).max() < ATOL_M
+    assert np.abs(chain.rotation - twin_pose.rotation).max() < ATOL_RAD
+    assert np.linalg.norm(chain.position - nominal, axis=1).min() > 100 * UM  # the set-up bites
 
 
 @pytest.mark.parametrize("number", range(14))
@@ -57,11 +58,11 @@ def test_chain_and_twin_agree_on_each_source_alone(cell, number):
     if number:  # the twin always grows
         one = (cell.sources[0], *one)
     chain, twin_pose, _ = chain_and_twin(cell, one, theta, rise)
-    assert np.abs(chain[0] - twin_pose[0]).max() < ATOL_M
-    assert np.abs(chain[1] - twin_pose[1]).max() < ATOL_RAD
+    assert np.abs(chain.position - twin_pose.position).max() < ATOL_M
+    assert np.abs(chain.rotation - twin_pose.rotation).max() < ATOL_RAD
     if number:
         without, *_ = chain_and_twin(cell, one[:1], theta, rise)
-        assert np.abs(chain[0] - without[0]).max() > 5 * UM  # the source does something
+        assert np.abs(chain.position - without.position).max() > 5 * UM  # the source does something
 
 
 def test_all_sources_are_in_the_test(cell):
@@ -72,9 +73,9 @@ def test_all_sources_are_in_the_test(cell):
 def test_the_faults_come_from_the_motion_executed(cell):
     """Backwards over the same places, the arm stands elsewhere: by twice its half-widths."""
     theta, rise = motion(cell)
-    forwards = chain_and_twin(cell, cell.sources, theta, rise)[1]
-    backwards = chain_and_twin(cell, cell.sources, theta[::-1], rise[::-1])[1]
-    assert np.linalg.norm(forwards[0] - backwards[0][::-1], axis=1).max() > 30 * UM
+    forwards = chain_and_twin(cell, cell.sources, theta, rise)[1].position
+    backwards = chain_and_twin(cell, cell.sources, theta[::-1], rise[::-1])[1].position
+    assert np.linalg.norm(forwards - backwards[::-1], axis=1).max() > 30 * UM
 
 
 def test_the_side_a_joint_came_from_is_the_dahl_state():
@@ -86,9 +87,9 @@ def test_the_side_a_joint_came_from_is_the_dahl_state():
 
 def test_a_wrong_fault_in_the_twin_is_seen(cell):
     theta, rise = motion(cell, 50)
-    model = build_error_model(cell.robot, cell.sources, 5, *TOOL)
-    nominal, _ = model.nominal_pose(theta)
-    chain, _ = model.actual_pose(theta, rise, direction_states(reversal_widths(cell.sources), theta, nominal))
+    model = build_error_model(cell.robot, cell.sources, 5, TOOL)
+    nominal = model.nominal_pose(theta).position
+    chain = model.actual_pose(theta, rise, direction_states(reversal_widths(cell.sources), theta, nominal)).position
     faults = faults_of(cell.sources)
     for name in (
         "joint_zeros",
@@ -103,8 +104,8 @@ def test_a_wrong_fault_in_the_twin_is_seen(cell):
         "mass",
     ):
         wrong = replace(faults, **{name: 1.1 * getattr(faults, name)})
-        twin = Twin(cell.robot, cell.heat, cell.profiles, *TOOL, wrong)
-        assert np.abs(twin.actual_pose(theta, rise, lambda share: None)[0] - chain).max() > 1 * UM
+        twin = Twin(cell.robot, cell.heat, cell.profiles, TOOL, wrong)
+        assert np.abs(twin.actual_pose(theta, rise, lambda share: None).position - chain).max() > 1 * UM
 
 
 def test_a_still_arm_has_no_direction(cell):
@@ -130,7 +131,7 @@ def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():
 def test_an_arm_that_pinocchio_does_not_confirm_is_refused(cell, moved):
     theta, rise = motion(cell, 60)
     arm = build_faulty_arm(cell.robot, faults_of(cell.sources))
-    tool = (TOOL[1][None], TOOL[0][None])
+    tool = Pose.stack([TOOL])
     arm.actual_pose(theta, {}, rise, tool, DirectionHistory(), 1)
     bent = arm.model.copy()
     bent.jointPlacements[moved] = bent.jointPlacements[moved] * pin.SE3(np.eye(3), np.array([0, 0, 1e-9]))

@@ -5,6 +5,7 @@ import pytest
 from shipped import path_file, quiet
 
 from compgen.core.evaluation import evaluate
+from compgen.core.pose import Pose
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.verification.twin import TwinError, nominal_arm
@@ -15,14 +16,14 @@ from compgen.verification.twin.nominal_arm import AGREEMENT, build_grown_pose, p
 def test_pinocchio_finds_one_wrong_sample_and_what_is_no_number(robot, wrong):
     rng = np.random.default_rng(4)
     theta, growth = rng.uniform(-1, 1, (40, 6)), 1e-4 * rng.normal(size=(40, 6))
-    tool_position, tool_rotation = np.array([0.1, 0.02, 0.3]), np.eye(3)
-    pose = evaluate(build_grown_pose(robot, tool_position.tobytes(), tool_rotation.tobytes()), theta, growth)
-    assert pinocchio_difference(robot, tool_position, tool_rotation, theta, growth, pose) < 1e-14
-    for part in pose:
-        right = part[17, 1]
-        part[17, 1] += wrong
-        assert not pinocchio_difference(robot, tool_position, tool_rotation, theta, growth, pose) <= AGREEMENT
-        part[17, 1] = right
+    tool = Pose(np.array([0.1, 0.02, 0.3]), np.eye(3))
+    pose = Pose.from_rows(*evaluate(build_grown_pose(robot, tool), theta, growth))
+    assert pinocchio_difference(robot, tool, theta, growth, pose) < 1e-14
+    position, rotation = pose.position.copy(), pose.rotation.copy()
+    position[17, 1] += wrong
+    rotation[17, 0, 1] += wrong
+    for off in (Pose(position, pose.rotation), Pose(pose.position, rotation)):
+        assert not pinocchio_difference(robot, tool, theta, growth, off) <= AGREEMENT
 
 
 def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
+from compgen.core.pose import IDENTITY
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.poses import read_poses
 from compgen.fanuc.frames import Frames
@@ -111,7 +112,6 @@ def test_a_coupled_joint_beyond_half_a_turn_is_legal_for_plan_twin_and_reader():
     assert planned.theta[:, 2].max() > np.pi  # J2 + J3 may go to 280 deg
     assert corrected.inside
     assert_allclose(corrected.execution().theta[corrected.samples], corrected.solution.theta, atol=1e-5)
-    tool = (job.tool_position, job.tool_rotation)
-    frames = Frames({0: (np.zeros(3), np.eye(3))}, {1: tool})
+    frames = Frames({0: IDENTITY}, {1: job.tool.pose})
     poses = read_poses(loads(corrected.text), job.robot, frames)
     assert_allclose(poses.theta, corrected.execution().theta[corrected.samples], atol=1e-9)

@@ -65,11 +65,11 @@ class LinkOffsets:
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with constants added to its DH rows."""
-        offsets = {name: entries(getattr(self, name), 6) for name in ("d", "a", "alpha", "beta")}
-        return replace(
-            chain,
-            **{name: tuple(plus(v, m) for v, m in zip(getattr(chain, name), own)) for name, own in offsets.items()},
-        )
+        offset: dict[str, Any] = {}
+        for name in ("d", "a", "alpha", "beta"):
+            pairs = zip(getattr(chain, name), entries(getattr(self, name), 6))
+            offset[name] = tuple(plus(value, change) for value, change in pairs)
+        return replace(chain, **offset)
 
 
 def parallel_axes(alpha: Array) -> BoolArray:

@@ -91,7 +91,7 @@ class AxisMap:
         """The chain with its TCP moved."""
         if is_zero(self.forward) and is_zero(self.reverse):
             return chain
-        s = state.nominal.tcp_expr()[0][self.axis]
+        s = state.nominal.tcp_expr().position[self.axis]
         low, high = float(self.station[0]), float(self.station[-1])
         x = (ca.fmin(ca.fmax(s, low), high) - low) / (high - low)
         basis = _basis_expr((self.station - low) / (high - low), x)

@@ -156,7 +156,7 @@ def _bend_of(link: str, plane: str, robot: Robot, column: float) -> tuple[int, A
         if plane == "twist":
             return 0, np.eye(3)[2], np.zeros(3)
         return 0, np.eye(3)["xy".index(plane)], np.array([0.0, 0.0, column / 2])
-    _, axes = frames_at_zero(robot)
+    axes = frames_at_zero(robot).rotation
     index = int(link[1])
     if link == "d4":  # begins at frame 3, before joint 4 turns it
         row, vector, lever = 3, np.array([0.0, 0.0, robot.d[3]]), -0.5

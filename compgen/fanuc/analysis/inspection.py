@@ -133,7 +133,7 @@ def _travel(
     m = program.motions
     if not len(active):
         return 0.0, 0.0, 0
-    stands = np.vstack([poses.position, np.full((1, 3), np.nan)])  # the last row: not known
+    stands = np.vstack([poses.tcp.position, np.full((1, 3), np.nan)])  # the last row: not known
     stands[:-1][poses.joint_form & (poses.tool == NONE)] = np.nan
     end, via_point = stands[pose_rows(poses, goal, active)], stands[pose_rows(poses, via, active)]
     start = np.vstack([stands[-1:], end[:-1]])

@@ -195,8 +195,8 @@ class _Reader:
         pose = (self.frames.uframe if kind == "UFRAME" else self.frames.utool).get(number)
         if pose is None:
             return UNKNOWN
-        wpr = [float(angle[0] / DEG) for angle in to_wpr(pose[1][None])]
-        return Register(CARTESIAN, (*(float(v / MM) for v in pose[0]), *wpr))
+        wpr = [float(angle[0] / DEG) for angle in to_wpr(pose.rotation[None])]
+        return Register(CARTESIAN, (*(float(v / MM) for v in pose.position), *wpr))
 
     # ---- what statements do ---------------------------------------------------------------------------------------
 

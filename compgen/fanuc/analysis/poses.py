@@ -17,6 +17,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.placements import Placements
 from compgen.fanuc.analysis.placing import placed_poses
@@ -25,14 +26,13 @@ from compgen.fanuc.configuration import apply_turns, parse_config, posture_indic
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
-from compgen.fanuc.pose_table import Pose, compose, inverse, pose_of
+from compgen.fanuc.pose_table import pose_of
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture, flange_from_tool, solve_flange
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 NONE = -1
 J1 = AXES.index("J1")
-STILL: Pose = (np.zeros(3), np.eye(3))
 AS_LISTED = Placements()
 
 
@@ -43,16 +43,15 @@ class Poses:
     row: IntArray  # (K,) in the program's table of positions
     number: IntArray  # (K,) n of P[n]
     line: IntArray  # (K,)
-    position: Array  # (K, 3) [m] TCP in the arm's World
-    rotation: Array  # (K, 3, 3)
+    tcp: Pose  # K of them, in the arm's World
     theta: Array  # (K, 6) [rad]
     margin: Array  # (K,) [m] inside reach; NaN in joint form
     posture: IntArray  # (K,) in ``ALL_POSTURES``, NONE when not known
     joint_form: BoolArray  # (K,)
-    tool: IntArray  # (K,) in ``tools``
-    tools: tuple[Pose, ...]
-    base: IntArray  # (K,) in ``bases``
-    bases: tuple[Pose, ...]  # user frames in the arm's World
+    tool: IntArray  # (K,) in ``tools``, NONE when not known
+    tools: Pose  # TCP in the flange; the last, which NONE picks, is the flange itself
+    base: IntArray  # (K,) in ``bases``, NONE when not known
+    bases: Pose  # user frames in the arm's World; the last is World itself
     placement: IntArray  # (K,) in ``placements.table``
     placements: Placements
     placed: Mapping[tuple[int, int], int]  # row of a position's number and a placement that is not plain
@@ -66,17 +65,7 @@ class Poses:
 
     def in_cell(self, rows: IntArray) -> Array:
         """TCP in the cell's World, (n, 3) [m]: the arm's own unless an extended axis carries it."""
-        stand = np.maximum(self.stands.stand[rows], 0)
-        origin, axes = _stacked(stand, self.stands.poses)
-        return np.asarray(origin + np.einsum("nij,nj->ni", axes, self.position[rows]))
-
-    def base_of(self, rows: IntArray) -> tuple[Array, Array]:
-        """User frames of rows in the arm's World, (n, 3) [m] and (n, 3, 3)."""
-        return _stacked(self.base[rows], self.bases)
-
-    def tool_of(self, tool: int) -> Pose:
-        """The TCP in the flange; the flange itself for a joint-form position whose tool is not known."""
-        return self.tools[tool] if tool != NONE else (np.zeros(3), np.eye(3))
+        return self.stands.poses[np.maximum(self.stands.stand[rows], 0)].act(self.tcp.position[rows])
 
 
 def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placements: Placements = AS_LISTED) -> Poses:
@@ -96,30 +85,28 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
     joint_form = p.span[row, J1, 1] > 0
     joints = value[:, J1 : J1 + 6] * DEG
     stands = read_stands(program, row, frames)
-    tool, tools = _numbered(p.utool[row], frames.utool)
-    base, bases = _numbered(p.uframe[row], frames.uframe)
-    tool, tools = _overridden(tool, tools, p.utool[row], placement, [dict(t.utool) for t in placements.table])
-    base, bases = _overridden(base, bases, p.uframe[row], placement, [dict(t.uframe) for t in placements.table])
-    base, bases = _in_arm(base, bases, stands)
+    tool, known_tools = _numbered(p.utool[row], frames.utool)
+    base, frames_of_cell = _numbered(p.uframe[row], frames.uframe)
+    written = [dict(t.utool) for t in placements.table], [dict(t.uframe) for t in placements.table]
+    tool, known_tools = _overridden(tool, known_tools, p.utool[row], placement, written[0])
+    base, frames_of_cell = _overridden(base, frames_of_cell, p.uframe[row], placement, written[1])
+    base, frames_of_arm = _in_arm(base, frames_of_cell, stands)
+    tools, bases = Pose.stack([*known_tools, IDENTITY]), Pose.stack([*frames_of_arm, IDENTITY])
     position, rotation = np.full((K, 3), np.nan), np.full((K, 3, 3), np.nan)
     theta, margin, posture = np.full((K, 6), np.nan), np.full(K, np.nan), np.full(K, NONE)
 
     taught = np.flatnonzero(joint_form & np.isfinite(joints).all(axis=1))
     if len(taught) and robot is not None:
         theta[taught] = robot.to_theta(joints[taught])
-        flange = flange_pose(robot, theta[taught])
-        tcp, turn = _stacked(tool[taught], tools)
-        position[taught] = flange[0] + np.einsum("nij,nj->ni", flange[1], tcp)
-        rotation[taught] = flange[1] @ turn
+        tcp = flange_pose(robot, theta[taught]) @ tools[tool[taught]]
+        position[taught], rotation[taught] = tcp.position, tcp.rotation
         posture[taught] = posture_indices(robot, theta[taught])
 
     given = np.isfinite(value[:, :6]).all(axis=1) & (tool != NONE) & (base != NONE) & ~joint_form & ~p.remote[row]
     cartesian = np.flatnonzero(given)
     if len(cartesian):
-        shift = placements.table, placement[cartesian]
-        position[cartesian], rotation[cartesian] = placed_poses(
-            value[cartesian, :6], _stacked(base[cartesian], bases), *shift
-        )
+        tcp = placed_poses(value[cartesian, :6], bases[base[cartesian]], placements.table, placement[cartesian])
+        position[cartesian], rotation[cartesian] = tcp.position, tcp.rotation
         configs, which = _configs([p.config[i] or "" for i in row[cartesian]])
         for k, (named, turns) in enumerate(configs):
             rows = cartesian[which == k]
@@ -130,14 +117,14 @@ def read_poses(program: LsProgram, robot: Robot | None, frames: Frames, placemen
                 continue
             for t in np.unique(tool[rows]):
                 some = rows[tool[rows] == t]
-                flange = flange_from_tool(position[some], rotation[some], *tools[t])
-                solved, reach = solve_flange(robot, *flange, named)
+                flange = flange_from_tool(Pose(position[some], rotation[some]), tools[t])
+                solved, reach = solve_flange(robot, flange, named)
                 turned = apply_turns(robot, solved, np.tile(turns, (len(some), 1)))
                 theta[some] = np.where(reach[:, None] >= 0, turned, np.nan)
                 margin[some] = reach
     _, begins, same = np.unique(row, return_index=True, return_inverse=True)
     return Poses(
-        row, p.number[row], p.line[row], position, rotation, theta, margin, posture, joint_form,
+        row, p.number[row], p.line[row], Pose(position, rotation), theta, margin, posture, joint_form,
         tool, tools, base, bases, placement, placements, placed, begins[same.ravel()], stands,
     )  # fmt: skip
 
@@ -182,8 +169,7 @@ def _in_arm(which: IntArray, table: tuple[Pose, ...], stands: Stands) -> tuple[I
         return which, table
     pairs, at = np.unique(np.column_stack([which, np.maximum(stands.stand, 0)]), axis=0, return_inverse=True)
     frames = [
-        compose(inverse(stands.poses[stand]), table[frame]) if frame != NONE else STILL
-        for frame, stand in pairs.tolist()
+        stands.poses[stand].inverse() @ table[frame] if frame != NONE else IDENTITY for frame, stand in pairs.tolist()
     ]
     return np.where(which != NONE, at.ravel(), NONE), tuple(frames)
 
@@ -208,13 +194,6 @@ def _numbered(numbers: IntArray, known: dict[int, Pose]) -> tuple[IntArray, tupl
     names = sorted(known)
     at = np.minimum(np.searchsorted(names, numbers), len(names) - 1)
     return np.where(np.array(names)[at] == numbers, at, NONE), tuple(known[n] for n in names)
-
-
-def _stacked(which: IntArray, table: tuple[Pose, ...]) -> tuple[Array, Array]:
-    """Positions (N, 3) and rotations (N, 3, 3) of numbered entries; a number not known is no offset."""
-    positions = np.array([*(p for p, _ in table), np.zeros(3)])
-    rotations = np.array([*(r for _, r in table), np.eye(3)])
-    return positions[which], rotations[which]
 
 
 def _configs(texts: list[str]) -> tuple[list[tuple[Posture | None, tuple[int, ...]]], IntArray]:

@@ -5,15 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.pose import IDENTITY, Pose
 from compgen.fanuc.extended_axes import NAMES, ExtendedAxis
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES
-from compgen.fanuc.pose_table import Pose
 
 E1 = AXES.index("E1")
 NONE = -1
-_HERE: Pose = (np.zeros(3), np.eye(3))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -21,7 +20,7 @@ class Stands:
     """The arm's World in the cell's, for K positions."""
 
     stand: IntArray  # (K,) in ``poses``, NONE where it is not known
-    poses: tuple[Pose, ...]  # the first: no axis carries the arm
+    poses: Pose  # one a row; the first: no axis carries the arm
     axes: Array  # (K, 3) values of E1 to E3 [mm] or [deg], NaN for none
     reason: tuple[str, ...]  # why some are not known
     which: IntArray  # (K,) in ``reason``, NONE where it is known
@@ -40,11 +39,11 @@ def read_stands(program: LsProgram, row: IntArray, frames: Frames) -> Stands:
     stand, which = np.zeros(len(row), dtype=np.int64), np.full(len(row), NONE)
     rails = [name for name, axis in frames.extended.items() if axis.kind == "rail"]
     if not given.any():
-        return Stands(stand, (_HERE,), axes, (), which)
+        return Stands(stand, Pose.stack([IDENTITY]), axes, (), which)
     unit = _units(program, row, given)
     concerned = np.flatnonzero(given.any(axis=1) | bool(rails))
     places: dict[int, int] = {}  # of each base told
-    table: list[Pose] = [_HERE]
+    table = [IDENTITY]
     reasons: dict[str, int] = {}
     for k in concerned.tolist():
         reason = ""
@@ -63,7 +62,7 @@ def read_stands(program: LsProgram, row: IntArray, frames: Frames) -> Stands:
                     stand[k] = places[id(pose)]
         if reason:
             stand[k], which[k] = NONE, reasons.setdefault(reason, len(reasons))
-    return Stands(stand, tuple(table), axes, tuple(reasons), which)
+    return Stands(stand, Pose.stack(table), axes, tuple(reasons), which)
 
 
 def _unknown(name: str) -> str:

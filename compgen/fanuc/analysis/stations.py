@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, norm
+from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, rotation_vector
 from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Traversal
@@ -55,12 +56,10 @@ def measure_reach(robot: Robot, poses: Poses, traversal: Traversal) -> Traversal
     if not len(ways):
         return replace(traversal, beyond=beyond)
     start, end = traversal.pose[traversal.origin[ways]], traversal.pose[ways]
-    arms = [float(np.linalg.norm(tcp)) for tcp, _ in poses.tools]
-    lever = np.array([*arms, 0.0])[poses.tool[end]] + abs(
-        float(robot.d[5])
-    )  # from the wrist centre to the TCP, at most
-    step = np.linalg.norm(poses.position[end] - poses.position[start], axis=1)
-    turn = np.linalg.norm(rotation_vector(np.swapaxes(poses.rotation[start], 1, 2) @ poses.rotation[end]), axis=1)
+    # from the wrist centre to the TCP, at most
+    lever = norm(poses.tools.position)[poses.tool[end]] + abs(float(robot.d[5]))
+    step = np.linalg.norm(poses.tcp.position[end] - poses.tcp.position[start], axis=1)
+    turn = np.linalg.norm(rotation_vector((poses.tcp[start].inverse() @ poses.tcp[end]).rotation), axis=1)
     with np.errstate(invalid="ignore"):
         clear = np.minimum(poses.margin[start], poses.margin[end]) > (step + turn * lever) / 2
     inside = np.arange(1, REACH_SUBDIVISIONS) / REACH_SUBDIVISIONS
@@ -69,8 +68,8 @@ def measure_reach(robot: Robot, poses: Poses, traversal: Traversal) -> Traversal
         rows = ways[~clear & (kind == [tool, posture]).all(axis=1)]
         for some in np.array_split(rows, len(rows) // REACH_BLOCK + 1):
             station, fraction = np.repeat(some, len(inside)), np.tile(inside, len(some))
-            pose = interpolate_poses(poses, traversal, station, fraction)
-            _, margin = solve_flange(robot, *flange_from_tool(*pose, *poses.tool_of(tool)), ALL_POSTURES[posture])
+            tcp = interpolate_poses(poses, traversal, station, fraction)
+            _, margin = solve_flange(robot, flange_from_tool(tcp, poses.tools[tool]), ALL_POSTURES[posture])
             beyond[some] = np.maximum(-margin.reshape(-1, len(inside)).min(axis=1), 0.0)
     return replace(traversal, beyond=beyond)
 
@@ -94,16 +93,16 @@ def chains(traversal: Traversal, station: IntArray) -> list[slice]:
     return [slice(a, b) for a, b in zip(edges[:-1], edges[1:]) if a < b]
 
 
-def interpolate_poses(poses: Poses, traversal: Traversal, station: IntArray, fraction: Array) -> tuple[Array, Array]:
-    """Poses that a program means at fractions of the straight ways to stations, (M, 3) [m] and (M, 3, 3)."""
+def interpolate_poses(poses: Poses, traversal: Traversal, station: IntArray, fraction: Array) -> Pose:
+    """The TCP's poses that a program means at fractions (M,) of the straight ways to stations (M,)."""
     end = traversal.pose[station]
     start = np.where(fraction < 1, traversal.pose[traversal.origin[station]], end)
-    step = poses.position[end] - poses.position[start]
-    position = poses.position[end] - (1 - fraction)[:, None] * step
-    rotation = poses.rotation[end].copy()
+    places, axes = poses.tcp.position, poses.tcp.rotation
+    position = places[end] - (1 - fraction)[:, None] * (places[end] - places[start])
+    rotation = axes[end]
     way = np.flatnonzero(fraction < 1)
-    rotation[way] = interpolate_rotation(poses.rotation[start[way]], poses.rotation[end[way]], fraction[way])
-    return position, rotation
+    rotation[way] = interpolate_rotation(axes[start[way]], axes[end[way]], fraction[way])
+    return Pose(frozen(position), frozen(rotation))
 
 
 def commanded_joints(
@@ -112,18 +111,17 @@ def commanded_joints(
     traversal: Traversal,
     station: IntArray,
     fraction: Array,
-    position: Array,
-    rotation: Array,
-) -> tuple[Array, tuple[Array, Array]]:
-    """Joints (M, 6) [rad] that the controller commands at poses on the way, and the flange there."""
+    tcp: Pose,
+) -> tuple[Array, Pose]:
+    """Joints (M, 6) [rad] that the controller commands for M poses on the way, and the flange there."""
     pose = traversal.pose[station]
-    theta = poses.theta[pose].copy()
-    flange = np.empty((len(station), 3)), np.empty((len(station), 3, 3))
+    theta = poses.theta[pose]
+    position, rotation = np.empty((len(station), 3)), np.empty((len(station), 3, 3))
     kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        flange[0][rows], flange[1][rows] = flange_from_tool(position[rows], rotation[rows], *poses.tool_of(tool))
-        way = rows[fraction[rows] < 1]
-        solved, _ = solve_flange(robot, flange[0][way], flange[1][way], ALL_POSTURES[posture])
-        theta[way] = nearest_turns(solved, theta[way])
-    return theta, flange
+        flange, way = flange_from_tool(tcp[rows], poses.tools[tool]), fraction[rows] < 1
+        position[rows], rotation[rows] = flange.position, flange.rotation
+        solved, _ = solve_flange(robot, flange[way], ALL_POSTURES[posture])
+        theta[rows[way]] = nearest_turns(solved, theta[rows[way]])
+    return theta, Pose(frozen(position), frozen(rotation))

@@ -67,11 +67,9 @@ def read_traversal(
     termination = np.array([t.upper().replace(" ", "") for t in m.termination], dtype="U8")[motion]
     stop = last & ((termination == "FINE") | (termination == "CNT0") | (termination == ""))
 
-    known = np.append(pose, NONE)[np.arange(len(pose))] != NONE
-    position = (
-        np.where(known[:, None], poses.position[pose], np.nan) if len(poses.row) else np.full((len(pose), 3), np.nan)
-    )
-    theta = np.where(known[:, None], poses.theta[pose], np.nan) if len(poses.row) else np.full((len(pose), 6), np.nan)
+    known = pose != NONE
+    position, theta = np.full((len(pose), 3), np.nan), np.full((len(pose), 6), np.nan)
+    position[known], theta[known] = poses.tcp.position[pose[known]], poses.theta[pose[known]]
     length = _lengths(position, letter == "C", last)
     turn = np.abs(np.diff(theta, axis=0, prepend=np.full((1, 6), np.nan)))
     value, unit = (column[motion] for column in parse_speeds(m.speed))
@@ -184,7 +182,7 @@ def _angles(poses: Poses, pose: IntArray) -> Array:
     if not len(poses.row) or not len(pose):
         return np.full(len(pose), np.nan)
     after, before = pose[1:], pose[:-1]
-    turn = rotation_vector(np.swapaxes(poses.rotation[before], 1, 2) @ poses.rotation[after])
+    turn = rotation_vector((poses.tcp[before].inverse() @ poses.tcp[after]).rotation)
     known = (after != NONE) & (before != NONE)
     return np.concatenate([[np.nan], np.where(known, np.linalg.norm(turn, axis=1), np.nan)])
 

@@ -10,6 +10,7 @@ from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.decimals import DECIMALS, fits_fixed
 from compgen.core.evaluation import map_blocks, parallel_for
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.rotations import fill_rotation_matrices, to_wpr
 from compgen.core.units import DEG, INCH, MINUTE, MM
 from compgen.fanuc.canonical.layout import BLOCK, Frame, motions, positions
@@ -140,22 +141,22 @@ def numbers_of(units: IntArray, decimals: int) -> Array:
     return np.asarray(units / 10.0**decimals)
 
 
-def printed_poses(position: Array, rotation: Array, decimals: int = DECIMALS) -> tuple[Array, Array]:
-    """The poses that the text says, (N, 3) [m] and (N, 3, 3).
+def printed_poses(pose: Pose, decimals: int = DECIMALS) -> Pose:
+    """The poses that the text of N poses says.
 
     Raises:
         InputError: A value too large for the format.
     """
-    angles = to_wpr(rotation)
-    poses = np.empty((len(position), 3)), np.empty((len(position), 3, 3))
+    angles = to_wpr(pose.rotation)
+    position, rotation = np.empty((len(pose), 3)), np.empty((len(pose), 3, 3))
 
     def part(start: int, stop: int) -> None:
         for at in range(start, stop, BLOCK):
             rows = slice(at, min(at + BLOCK, stop))
-            fill_poses(pose_units(position, angles, rows, decimals), decimals, poses[0][rows], poses[1][rows])
+            fill_poses(pose_units(pose.position, angles, rows, decimals), decimals, position[rows], rotation[rows])
 
-    parallel_for(len(position), part)
-    return poses
+    parallel_for(len(pose), part)
+    return Pose(frozen(position), frozen(rotation))
 
 
 def fill_poses(units: IntArray, decimals: int, position: Array, rotation: Array) -> None:
@@ -183,17 +184,18 @@ def resolution(decimals: int = DECIMALS) -> tuple[float, float]:
     return MM / 10**decimals, DEG / 10**decimals
 
 
-def as_written(program: Program, poses: tuple[Array, Array] | None = None) -> Program:
+def as_written(program: Program, printed: Pose | None = None) -> Program:
     """The program that its own text says: what ``interpret(compose(program))`` gives, without the text.
 
     Args:
         program: Any.
-        poses: Its ``printed`` poses, where they are known.
+        printed: Its ``printed_poses``, where they are known.
     """
-    position, rotation = poses or printed_poses(program.position, program.rotation, program.decimals)
+    if printed is None:
+        printed = printed_poses(Pose(program.position, program.rotation), program.decimals)
     rows, which = unique_rows(program.speed)
     speeds = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
-    return replace(program, position=frozen(position), rotation=frozen(rotation), speed=frozen(speeds[which]))
+    return replace(program, position=printed.position, rotation=printed.rotation, speed=frozen(speeds[which]))
 
 
 def speed_text(speed: float) -> str:

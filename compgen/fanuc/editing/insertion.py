@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.units import MM
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import interpolate_poses
@@ -69,7 +70,7 @@ def insert_points(
     station = np.repeat(ways, pieces[ways] - 1)
     part = np.concatenate([np.arange(1, k) for k in pieces[ways].tolist()])
     fraction = part / pieces[station]
-    position, rotation = interpolate_poses(poses, drive, station, fraction)
+    tcp = interpolate_poses(poses, drive, station, fraction)
     first = int(program.positions.number.max()) + 1
     numbers = np.arange(first, first + len(station))
     eol = line_end(program.data)
@@ -89,9 +90,9 @@ def insert_points(
     extended = edited(program, edits)
     new_poses = read(extended)
     rows = np.flatnonzero(new_poses.number >= first)
-    theta = _joints_between(robot, poses, drive, station, position, rotation)
+    theta = _joints_between(robot, poses, drive, station, tcp)
     nudge = np.zeros((len(rows), 3), dtype=np.int64)
-    edits = number_edits(extended, new_poses, robot, rows, position, rotation, theta, nudge, nudge[:, 0] > 0)
+    edits = number_edits(extended, new_poses, robot, rows, tcp, theta, nudge, nudge[:, 0] > 0)
     return edited(extended, edits)
 
 
@@ -136,17 +137,13 @@ def _append_positions(program: LsProgram, copies: Sequence[tuple[int, int]], edi
     edits[last, last] = b"".join(eol + text for text in texts)
 
 
-def _joints_between(
-    robot: Robot, poses: Poses, drive: Traversal, station: IntArray, position: Array, rotation: Array
-) -> Array:
-    """Joints at places on straight ways, on the posture and near the turns of their ends, (n, 6) [rad]."""
+def _joints_between(robot: Robot, poses: Poses, drive: Traversal, station: IntArray, tcp: Pose) -> Array:
+    """Joints of n poses on straight ways, on the posture and near the turns of their ends, (n, 6) [rad]."""
     pose = drive.pose[station]
     theta = np.empty((len(station), 6))
     kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        solved, _ = solve_flange(
-            robot, *flange_from_tool(position[rows], rotation[rows], *poses.tool_of(tool)), ALL_POSTURES[posture]
-        )
+        solved, _ = solve_flange(robot, flange_from_tool(tcp[rows], poses.tools[tool]), ALL_POSTURES[posture])
         theta[rows] = nearest_turns(solved, poses.theta[pose[rows]])
     return theta

@@ -3,6 +3,7 @@
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.analysis import watermark
@@ -28,8 +29,7 @@ def number_edits(
     poses: Poses,
     robot: Robot,
     rows: IntArray,
-    position: Array,
-    rotation: Array,
+    tcp: Pose,
     theta: Array,
     nudge: IntArray,
     marked: BoolArray,
@@ -41,8 +41,7 @@ def number_edits(
         poses: Those of its positions.
         robot: For the digits of CONFIG.
         rows: Of ``poses`` to change, (n,).
-        position: TCP in World, (n, 3) [m].
-        rotation: TCP in World, (n, 3, 3).
+        tcp: In World, n poses.
         theta: Joints of these poses, (n, 6) [rad].
         nudge: Units of the last digit to add to W, P and R, (n, 3); see ``watermark``.
         marked: Joint-form positions that shall carry the mark, (n,).
@@ -60,17 +59,15 @@ def number_edits(
     numbers, columns = np.empty((len(rows), 6)), np.empty((len(rows), 6), dtype=np.int64)
     value = program.positions.value[poses.row[rows]]
     if len(cartesian):
-        numbers[cartesian] = numbers_at(
-            poses, rows[cartesian], position[cartesian], rotation[cartesian], value[cartesian, 3:6]
-        )
+        k = rows[cartesian]
+        numbers[cartesian] = numbers_at(poses, k, tcp[cartesian], value[cartesian, 3:6])
         columns[cartesian] = np.arange(6)
     joint = np.flatnonzero(poses.joint_form[rows])
     if len(joint):
         step = np.asarray(10.0 ** -decimal_places(program, poses.row[rows[joint]]), dtype=float)
-        tools = [poses.tool_of(t) for t in poses.tool[rows[joint]].tolist()]
-        pendant = robot.to_pendant(theta[joint]) / DEG
+        pendant, tools = robot.to_pendant(theta[joint]) / DEG, poses.tools[poses.tool[rows[joint]]]
         lever = np.where(poses.tool[rows[joint]] == NONE, FLANGE_LEVER, TCP_LEVER)
-        numbers[joint] = round_joints(robot, pendant, step, np.array([t[0] for t in tools]), lever, marked[joint])
+        numbers[joint] = round_joints(robot, pendant, step, tools.position, lever, marked[joint])
         columns[joint] = np.arange(J1, J1 + 6)
     rounded = numbers.copy()
     for n, k in enumerate(rows.tolist()):
@@ -88,18 +85,17 @@ def number_edits(
     return edits
 
 
-def numbers_at(poses: Poses, rows: IntArray, position: Array, rotation: Array, old: Array) -> Array:
+def numbers_at(poses: Poses, rows: IntArray, tcp: Pose, old: Array) -> Array:
     """What Cartesian positions say at TCP poses, as their motions place them: X Y Z [mm], W P R [deg], (n, 6).
 
     Args:
         poses: Those of a program.
         rows: Of ``poses``, (n,).
-        position: TCP in the arm's World, (n, 3) [m].
-        rotation: TCP in the arm's World, (n, 3, 3).
+        tcp: In the arm's World, n poses.
         old: W P R that the new ones shall be near to, (n, 3) [deg].
     """
-    base = poses.base_of(rows)
-    xyz, turned, offset = placed_numbers(position, rotation, base, poses.placements.table, poses.placement[rows])
+    base = poses.bases[poses.base[rows]]
+    xyz, turned, offset = placed_numbers(tcp, base, poses.placements.table, poses.placement[rows])
     return np.hstack([xyz, nearest_wpr(turned, old + offset) - offset])
 
 
@@ -139,16 +135,12 @@ def _jacobian(robot: Robot, pendant: Array, tcp: Array, lever: Array) -> Array:
     """Movement of the tool for each pendant angle, (n, 6, 6): [m/deg], and lever [m] times [rad/deg]."""
     step = 0.01  # [deg]
 
-    def tool(angles: Array) -> tuple[Array, Array]:
-        position, rotation = flange_pose(robot, robot.to_theta(angles * DEG))
-        return position + np.einsum("nij,nj->ni", rotation, tcp), rotation
-
     columns = []
     for i in range(6):
         shift = np.eye(6)[i] * step
-        (p0, r0), (p1, r1) = tool(pendant - shift), tool(pendant + shift)
-        turn = rotation_vector(np.swapaxes(r0, 1, 2) @ r1)
-        columns.append(np.hstack([p1 - p0, lever[:, None] * turn]) / (2 * step))
+        before, after = (flange_pose(robot, robot.to_theta(q * DEG)) for q in (pendant - shift, pendant + shift))
+        turn = rotation_vector((before.inverse() @ after).rotation)
+        columns.append(np.hstack([after.act(tcp) - before.act(tcp), lever[:, None] * turn]) / (2 * step))
     return np.stack(columns, axis=2)
 
 
@@ -204,11 +196,11 @@ def _config_edits(
 ) -> Edits:
     """Edits of CONFIG's turn digits for the joints of the poses as printed, continuous with the planned ones."""
     edits: Edits = {}
-    position, rotation = placed_poses(numbers, poses.base_of(rows), poses.placements.table, poses.placement[rows])
+    base = poses.bases[poses.base[rows]]
+    tcp = placed_poses(numbers, base, poses.placements.table, poses.placement[rows])
     for tool, posture in np.unique(np.column_stack([poses.tool, poses.posture])[rows], axis=0).tolist():
         group = np.flatnonzero((poses.tool[rows] == tool) & (poses.posture[rows] == posture))
-        flange = flange_from_tool(position[group], rotation[group], *poses.tools[tool])
-        joints, _ = solve_flange(robot, *flange, ALL_POSTURES[posture])
+        joints, _ = solve_flange(robot, flange_from_tool(tcp[group], poses.tools[tool]), ALL_POSTURES[posture])
         digits = turn_digits(robot, nearest_turns(joints, theta[group])).tolist()
         for n, wanted in zip(group.tolist(), digits):
             i = int(poses.row[rows[n]])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import rotation_matrix, rotation_vector, to_wpr
+from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.placing import placed_numbers, placed_poses
 from compgen.fanuc.analysis.poses import Poses
@@ -61,15 +61,13 @@ def as_first_row(poses: Poses, pose: IntArray, correction: Array, free: BoolArra
     s = s[poses.first[pose[s]] != pose[s]]
     if len(s):
         rows, table = pose[s], poses.placements.table
-        position = poses.position[rows] + correction[s, :3]
-        rotation = poses.rotation[rows] @ rotation_matrix(correction[s, 3:])
-        placement = poses.placement[rows]
-        xyz, turned, offset = placed_numbers(position, rotation, poses.base_of(rows), table, placement)
+        commanded, base = poses.tcp[rows].moved(correction[s]), poses.bases[poses.base[rows]]
+        xyz, turned, offset = placed_numbers(commanded, base, table, poses.placement[rows])
         wpr = np.column_stack(to_wpr(turned)) / DEG - offset
         to = poses.first[rows]
-        there = placed_poses(np.hstack([xyz, wpr]), poses.base_of(to), table, poses.placement[to])
-        correction[s, :3] = there[0] - poses.position[to]
-        correction[s, 3:] = rotation_vector(np.swapaxes(poses.rotation[to], 1, 2) @ there[1])
+        there = placed_poses(np.hstack([xyz, wpr]), poses.bases[poses.base[to]], table, poses.placement[to])
+        correction[s, :3] = there.position - poses.tcp.position[to]
+        correction[s, 3:] = rotation_vector((poses.tcp[to].inverse() @ there).rotation)
     return correction
 
 

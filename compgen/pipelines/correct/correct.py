@@ -10,7 +10,6 @@ from compgen import __version__
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Progress
-from compgen.core.rotations import rotation_matrix
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
@@ -158,10 +157,10 @@ def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray
 
 def _midway_corrections(plan: CorrectionPlan, cell: Cell, ways: IntArray) -> Array:
     """The correction wanted midway on straight ways, (n, 6)."""
-    position, rotation = interpolate_poses(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
+    tcp = interpolate_poses(plan.poses, plan.drive, ways, np.full(len(ways), 0.5))
     ends = plan.drive.pose[ways]
     poses = replace(
-        plan.poses, position=position, rotation=rotation, theta=plan.poses.theta[ends],
+        plan.poses, tcp=tcp, theta=plan.poses.theta[ends],
         tool=plan.poses.tool[ends], posture=plan.poses.posture[ends],
     )  # fmt: skip
     rise = (plan.stations.rise[ways] + plan.stations.rise[plan.drive.origin[ways]]) / 2
@@ -183,14 +182,11 @@ def _write_and_verify(
     shared = average_shared(poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
     size = np.abs(shared.correction).max(axis=1)
     rows = np.flatnonzero(shared.changed & (size > NEGLIGIBLE))
-    correction = shared.correction[rows]
-    position = poses.position[rows] + correction[:, :3]
-    rotation = poses.rotation[rows] @ rotation_matrix(correction[:, 3:])
+    commanded = poses.tcp[rows].moved(shared.correction[rows])
     nudge = np.zeros((len(rows), 3), dtype=np.int64)
 
     def write(nudges: IntArray, marked_joints: BoolArray) -> LsProgram:
-        pose = position, rotation, shared.theta[rows]
-        edits = number_edits(program, poses, cell.robot, rows, *pose, nudges, marked_joints)
+        edits = number_edits(program, poses, cell.robot, rows, commanded, shared.theta[rows], nudges, marked_joints)
         return edited(program, edits) if edits else program
 
     written = write(nudge, nudge[:, 0] > 0)
@@ -228,8 +224,8 @@ def _write_and_verify(
         changed=int(differs.any(axis=1).sum()),
         added=len(program.positions.number) - len(planned.positions.number),
         ride=ride,
-        error=pose_errors(planned_ride, *target),
-        residual=pose_errors(ride, *target),
+        error=pose_errors(planned_ride, target),
+        residual=pose_errors(ride, target),
         new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
         judged=judged,
         length=sample_lengths(cell.robot, poses, drive, ride.station, ride.fraction, judged),

@@ -127,7 +127,7 @@ def _source_findings(result: Correction) -> list[Finding]:
         return []
     poses = plan.poses
     findings = [
-        *map_findings(cell.sources, poses.position[rows]),
+        *map_findings(cell.sources, poses.tcp.position[rows]),
         *joint_box_findings(cell.robot, cell.joint_box, poses.theta[rows]),
     ]
     known = np.flatnonzero(plan.drive.pose >= 0)
@@ -138,7 +138,7 @@ def _source_findings(result: Correction) -> list[Finding]:
     first = plan.drive.pose[plan.free][:1]
     model = error_models(cell, poses, first)[int(poses.tool[first[0]])]
     motion = station_directions(cell, poses, plan.drive)[0].at(begin)
-    start = (poses.theta[at], poses.position[at], plan.stations.rise[begin], motion, plan.free[begin])
+    start = (poses.theta[at], poses.tcp.position[at], plan.stations.rise[begin], motion, plan.free[begin])
     findings += unknown_start_findings(cell.robot, cell.sources, model, *start)
     if others and reversal_widths(cell.sources) is not None:
         lines = sorted({_line_of(result, int(part[plan.free[part]][0])) for part in others})

@@ -22,9 +22,9 @@ def station_directions(cell: Cell, poses: Poses, drive: Traversal) -> tuple[Dire
     if memory is None:
         return NO_DIRECTION, NO_DIRECTION
     station, fraction = path_samples(poses, drive, np.arange(1, SUBDIVISIONS) / SUBDIVISIONS)
-    position, rotation = interpolate_poses(poses, drive, station, fraction)
-    theta, _ = commanded_joints(cell.robot, poses, drive, station, fraction, position, rotation)
-    states = [direction_states(memory, theta[some], position[some]) for some in chains(drive, station)]
+    tcp = interpolate_poses(poses, drive, station, fraction)
+    theta, _ = commanded_joints(cell.robot, poses, drive, station, fraction, tcp)
+    states = [direction_states(memory, theta[some], tcp.position[some]) for some in chains(drive, station)]
     if not states:
         return NO_DIRECTION, NO_DIRECTION
     along = DirectionState(

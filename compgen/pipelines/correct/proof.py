@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, dot
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_vector
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.analysis.poses import Poses
@@ -30,8 +31,7 @@ class ProgramRide:
     fraction: Array  # (M,) of the way to it; 1 is the station itself
     time: Array  # (M,) [s]
     rise: Array  # (M, K) [K]
-    position: Array  # (M, 3) [m] actual TCP
-    rotation: Array  # (M, 3, 3)
+    actual: Pose  # M of the TCP
 
 
 def ride_program(
@@ -53,30 +53,27 @@ def ride_program(
     subdivisions = SUBDIVISIONS if faults is None else FINE_SUBDIVISIONS
     station, fraction = path_samples(poses, drive, np.arange(1, subdivisions) / subdivisions)
     time, rise = _rise_at_samples(cell, poses, drive, before, station, fraction)
-    position, rotation = interpolate_poses(poses, drive, station, fraction)
+    tcp = interpolate_poses(poses, drive, station, fraction)
     pose = drive.pose[station]
-    theta, flange = commanded_joints(cell.robot, poses, drive, station, fraction, position, rotation)
-    twin = Twin(cell.robot, cell.heat, cell.profiles, np.zeros(3), np.eye(3), faults)
-    twin.confirm_inverse(theta, *flange, poses.number[pose] - 1, lambda share: progress(share / 2))
-    tcp = np.array([*(t[0] for t in poses.tools), np.zeros(3)])[poses.tool[pose]]
-    turn = np.array([*(t[1] for t in poses.tools), np.eye(3)])[poses.tool[pose]]
-    tool = None if faults is None else (turn, tcp)
+    theta, flange = commanded_joints(cell.robot, poses, drive, station, fraction, tcp)
+    twin = Twin(cell.robot, cell.heat, cell.profiles, IDENTITY, faults)
+    twin.confirm_inverse(theta, flange, poses.number[pose] - 1, lambda share: progress(share / 2))
+    tools = poses.tools[poses.tool[pose]]
     # an arm that remembers its direction knows it from where a chain of sure neighbours begins
     pieces = [slice(0, len(theta))] if reversal_widths(cell.sources) is None else chains(drive, station)
-    real = np.empty_like(position), np.empty_like(rotation)
+    parts = [tcp[:0]]
     for some in pieces:
-        tools = None if tool is None else (tool[0][some], tool[1][some])
-        real[0][some], real[1][some] = twin.actual_pose(theta[some], rise[some], lambda share: None, tools)
+        its_tools = None if faults is None else tools[some]
+        parts.append(twin.actual_pose(theta[some], rise[some], lambda share: None, its_tools))
         progress(0.5 + some.stop / max(len(theta), 1) / 2)
-    if tool is None:
-        real = real[0] + np.einsum("nij,nj->ni", real[1], tcp), real[1] @ turn
-    return ProgramRide(station, fraction, time, rise, *real)
+    actual = Pose.concatenate(parts)
+    return ProgramRide(station, fraction, time, rise, actual @ tools if faults is None else actual)
 
 
-def pose_errors(ride: ProgramRide, position: Array, rotation: Array) -> tuple[Array, Array]:
+def pose_errors(ride: ProgramRide, target: Pose) -> tuple[Array, Array]:
     """Size of the position error (M,) [m] and angle between actual and target tool (M,) [rad]."""
-    error = ride.position - position
-    turn = rotation_vector(np.swapaxes(rotation, 1, 2) @ ride.rotation)
+    error = ride.actual.position - target.position
+    turn = rotation_vector((target.inverse() @ ride.actual).rotation)
     return np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn))
 
 

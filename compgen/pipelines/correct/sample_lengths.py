@@ -55,16 +55,15 @@ def sample_lengths(
 def _way_lengths(robot: Robot, poses: Poses, traversal: Traversal, ways: IntArray) -> Array:
     """Length of the tool's way to stations from their origins, (n,) [m]."""
     start, end = traversal.pose[traversal.origin[ways]], traversal.pose[ways]
-    lengths = np.asarray(np.linalg.norm(poses.position[end] - poses.position[start], axis=1))
+    lengths = np.asarray(np.linalg.norm(poses.tcp.position[end] - poses.tcp.position[start], axis=1))
     arcs = ~traversal.line[ways] & ~traversal.joint[ways] & (traversal.origin[ways] == ways - 1)
     lengths[arcs] = traversal.length[ways[arcs]]
     turned = np.flatnonzero(traversal.joint[ways])
     if len(turned):
         at = np.linspace(0, 1, JOINT_PIECES + 1)[:, None]
         theta = poses.theta[start[turned], None] * (1 - at) + poses.theta[end[turned], None] * at
-        position, rotation = flange_pose(robot, theta.reshape(-1, 6))
-        tools = np.array([*(tcp for tcp, _ in poses.tools), np.zeros(3)])[poses.tool[end[turned]]]
-        place = position + np.einsum("nij,nj->ni", rotation, np.repeat(tools, len(at), axis=0))
+        tools = np.repeat(poses.tools.position[poses.tool[end[turned]]], len(at), axis=0)
+        place = flange_pose(robot, theta.reshape(-1, 6)).act(tools)
         chords = np.diff(place.reshape(len(turned), len(at), 3), axis=1)
         lengths[turned] = np.linalg.norm(chords, axis=2).sum(axis=1)
     return np.asarray(np.nan_to_num(lengths, nan=0.0))

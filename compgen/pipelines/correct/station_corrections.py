@@ -13,7 +13,6 @@ import numpy as np
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem, Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.core.rotations import rotation_matrix
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.fanuc.analysis.poses import NONE, Poses
@@ -116,7 +115,7 @@ def correct_stations(
 def error_models(cell: Cell, poses: Poses, pose: IntArray) -> dict[int, ErrorModel]:
     """The error model of each tool that the positions in rows ``pose`` use, by the tool's row."""
     return {
-        t: build_error_model(cell.robot, cell.sources, len(cell.heat.names), *poses.tool_of(t))
+        t: build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[t])
         for t in np.unique(poses.tool[pose]).tolist()
     }
 
@@ -151,8 +150,8 @@ def _build_problem(
     """Positions of one tool and one posture as a problem for the optimiser."""
     tool = int(poses.tool[pose[0]])
     return Problem(
-        cell.robot, models[tool], ALL_POSTURES[int(poses.posture[pose[0]])], *poses.tool_of(tool),
-        poses.position[pose], poses.rotation[pose], poses.theta[pose], rise, arc, stop, motion,
+        cell.robot, models[tool], ALL_POSTURES[int(poses.posture[pose[0]])], poses.tools[tool],
+        poses.tcp[pose], poses.theta[pose], rise, arc, stop, motion,
     )  # fmt: skip
 
 
@@ -208,11 +207,10 @@ def _illegal_corrections(
 def _margins_after(cell: Cell, poses: Poses, pose: IntArray, correction: Array) -> Array:
     """How far corrected positions, (n,) rows of poses, lie inside the reach in their postures, (n,) [m]."""
     margin = np.empty(len(pose))
-    position = poses.position[pose] + correction[:, :3]
-    rotation = poses.rotation[pose] @ rotation_matrix(correction[:, 3:])
+    commanded = poses.tcp[pose].moved(correction)
     kinds = np.column_stack([poses.tool, poses.posture])[pose]
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        flange = flange_from_tool(position[rows], rotation[rows], *poses.tool_of(tool))
-        margin[rows] = solve_flange(cell.robot, *flange, ALL_POSTURES[posture])[1]
+        flange = flange_from_tool(commanded[rows], poses.tools[tool])
+        margin[rows] = solve_flange(cell.robot, flange, ALL_POSTURES[posture])[1]
     return margin

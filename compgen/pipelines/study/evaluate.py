@@ -105,13 +105,13 @@ def lay_out(job: Job) -> Geometry:
 def execute_with(job: Job, geometry: Geometry) -> Execution:
     """The uncorrected text executed with another job's warmth: the twin's clock, heat and arm."""
     rise, theta = geometry.rises(job), geometry.theta
-    position, rotation = twin_of(job).actual_pose(theta, rise, lambda share: None)
-    return Execution(geometry.segment, geometry.fraction, geometry.now, rise, theta, position, rotation)
+    actual = twin_of(job).actual_pose(theta, rise, lambda share: None)
+    return Execution(geometry.segment, geometry.fraction, geometry.now, rise, theta, actual)
 
 
 def model_of(job: Job) -> ErrorModel:
     """The job's error model."""
-    return build_error_model(job.robot, job.sources, len(job.heat.names), job.tool_position, job.tool_rotation)
+    return build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
 
 
 def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
@@ -151,4 +151,4 @@ def _round(value: float) -> float:
 def displacement(job: Job, geometry: Geometry, rise: Array) -> Array:
     """Error vectors at the samples for given rises (K,) or (M, K) [K], (M, 3) [m]: actual minus nominal."""
     model, theta = model_of(job), geometry.theta
-    return np.asarray(model.actual_pose(theta, np.atleast_2d(rise))[0] - model.nominal_pose(theta)[0])
+    return np.asarray(model.actual_pose(theta, np.atleast_2d(rise)).position - model.nominal_pose(theta).position)

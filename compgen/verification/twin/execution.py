@@ -14,6 +14,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, column_extremes, frozen, norm, own
 from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
+from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
 from compgen.fanuc.configuration import apply_turns, has_posture
 from compgen.fanuc.program import Program
@@ -41,19 +42,18 @@ class Execution:
     time: Array  # (M,) [s]
     rise: Array  # (M, K) [K]
     theta: Array  # (M, 6) [rad] as the controller commands
-    position: Array  # (M, 3) [m] actual TCP
-    rotation: Array  # (M, 3, 3)
+    actual: Pose  # M of the TCP
 
     def __post_init__(self) -> None:
-        own(
-            self,
-            segment=("M",),
-            fraction=("M",),
-            time=("M",),
-            rise=("M", "K"),
-            theta=("M", 6),
-            position=("M", 3),
-            rotation=("M", 3, 3),
+        own(self, segment=("M",), fraction=("M",), time=("M",), rise=("M", "K"), theta=("M", 6))
+
+    @classmethod
+    def concatenate(cls, parts: Sequence["Execution"]) -> "Execution":
+        """Samples, part after part."""
+        arrays = ("segment", "fraction", "time", "rise", "theta")
+        return cls(
+            **{name: frozen(np.concatenate([getattr(p, name) for p in parts])) for name in arrays},
+            actual=Pose.concatenate([p.actual for p in parts]),
         )
 
 
@@ -84,8 +84,7 @@ class PreparedProgram:
 
     def execute(self, progress: Callable[[float], None] = lambda share: None) -> Execution:
         """All samples at once."""
-        chunks = list(self.chunks(progress))
-        return Execution(*(np.concatenate([getattr(c, name) for c in chunks]) for name in Execution.__slots__))
+        return Execution.concatenate(list(self.chunks(progress)))
 
     def chunks(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[Execution]:
         """The samples of some segments at a time; each chunk begins with its first segment's start."""
@@ -118,8 +117,7 @@ class PreparedProgram:
             segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
         time = self.time[segment] + fraction * np.diff(self.time[first : last + 1])[segment - first]
         rise, growth = self.rise_and_growth(segment, fraction, time)
-        tool = (twin.tool_position.tobytes(), twin.tool_rotation.tobytes())
-        function = build_segment_sample(twin.robot, self.program.posture, *tool)
+        function = build_segment_sample(twin.robot, self.program.posture, twin.tool)
         positions, rows = self.program.position, self.program.rotation.reshape(-1, 9)
         theta, position, rotation, checks = evaluate(
             function, IndexedRows(positions, segment), IndexedRows(positions, segment + 1), IndexedRows(rows, segment),
@@ -131,11 +129,11 @@ class PreparedProgram:
             raise TwinError(f"P[{segment[int(np.argmin(reach_margin))] + 1}]: out of the controller's reach")
         refuse_wrong_inverse(segment, distance, turned)
         every = max(1, (len(segment) * len(self.samples_per_segment)) // (CONFIRMED * (last - first)))
-        twin.confirm_by_pinocchio(theta, growth, (position, rotation), every)
-        rotation = rotation.reshape(-1, 3, 3)
+        actual = Pose.from_rows(position, rotation)
+        twin.confirm_by_pinocchio(theta, growth, actual, every)
         if twin.faults is not None:
-            position, rotation, history = twin.faulty_pose(theta, growth, rise, history, every)
-        return Execution(segment, fraction, time, rise, theta, position, rotation), history
+            actual, history = twin.faulty_pose(theta, growth, rise, history, every)
+        return Execution(segment, fraction, time, rise, theta, actual), history
 
     def rise_and_growth(self, segment: IntArray, fraction: Array, time: Array) -> tuple[Array, Array]:
         """Rises (M, K) [K] and growths (M, 6) [m] on segments, (M,), at their fractions (M,) and times (M,) [s].
@@ -185,8 +183,8 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
         TwinError: The text cannot be followed: out of reach, or another posture.
     """
     if twin.uframe is not None:
-        position, rotation = twin.uframe.to_world(program.position, program.rotation)
-        program = replace(program, position=frozen(position), rotation=frozen(rotation))
+        in_world = twin.uframe @ Pose(program.position, program.rotation)
+        program = replace(program, position=in_world.position, rotation=in_world.rotation)
     length = norm(np.diff(program.position, axis=0))
     theta = _joints_at_positions(twin, program)
     time, driven, highest = time_program(twin.robot, program, length, theta)
@@ -248,8 +246,8 @@ def _joints_at_positions(twin: Twin, program: Program) -> Array:
     Raises:
         TwinError: Out of reach or of a limit, or the joints contradict the text.
     """
-    robot, tool = twin.robot, (twin.tool_position, twin.tool_rotation)
-    theta, margin = solve_tool(robot, program.position, program.rotation, *tool, program.posture)
+    robot = twin.robot
+    theta, margin = solve_tool(robot, Pose(program.position, program.rotation), twin.tool, program.posture)
     if margin.min() < 0:
         raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
     theta = apply_turns(robot, theta, program.turns)

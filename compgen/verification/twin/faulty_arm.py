@@ -19,9 +19,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.evaluation import evaluate
 from compgen.core.exceptions import CompgenError
+from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.robot import Robot
 from compgen.verification.twin.direction_history import DirectionHistory, joint_side, travel_direction
@@ -36,8 +37,6 @@ from compgen.verification.twin.nominal_arm import (
 
 #: the link that each heated length belongs to, and the link's axis along it
 LINK_OF_LENGTH = {"d1": (1, 2), "a1": (1, 0), "a2": (2, 2), "a3": (3, 2), "d4": (4, 0), "d6": (6, 0)}
-
-Placement = tuple[Array, Array]  # rotations (1 or M, 3, 3) and positions (1 or M, 3) [m]
 
 
 class TwinError(CompgenError):
@@ -60,22 +59,19 @@ class FaultyArm:
         theta: Array,
         growth: Mapping[str, Array],
         rise: Array,
-        tool: Placement,
+        tool: Pose,
         history: DirectionHistory,
         every: int,
-    ) -> tuple[Array, Array, DirectionHistory]:
-        """Where the tool really is.
+    ) -> tuple[Pose, DirectionHistory]:
+        """Where the tool really is, at M samples, and the history that they leave.
 
         Args:
             theta: Joints as the controller commands them, in the order in which they are executed, (M, 6) [rad].
             growth: Of heated lengths at the robot file's cte, (M,) [m] each.
             rise: (M, K) [K].
-            tool: TCP in the flange as the controller believes it, one for all or one a sample.
+            tool: TCP in the flange as the controller believes it, 1 for all or M.
             history: Of the samples before.
             every: Pinocchio repeats one of so many samples.
-
-        Returns:
-            (M, 3) [m], (M, 3, 3), and the history that these samples leave.
 
         Raises:
             TwinError: Pinocchio disagrees.
@@ -91,13 +87,12 @@ class FaultyArm:
         )
         angles = theta + self._joint_faults(theta, torque, side) - self.robot.pendant_zero
         placements = [*self._placements(growth, rise), tool]
-        inputs = [part for rotation, position in placements for part in (position, rotation.reshape(-1, 9))]
-        position, rotation = evaluate(build_placed_chain(), angles, *inputs)
-        rotation = rotation.reshape(-1, 3, 3)
+        inputs = [part for placement in placements for part in (placement.position, placement.rotation_rows)]
+        pose = Pose.from_rows(*evaluate(build_placed_chain(), angles, *inputs))
         rows = np.unique(np.append(np.arange(0, len(theta), every), len(theta) - 1))
-        self._confirm(rows, theta, (torque, nominal), angles, placements, (rotation, position))
+        self._confirm(rows, theta, (torque, nominal), angles, placements, pose)
         after = DirectionHistory(theta[-1], nominal[-1], side[-1], tuple(t[-1] for t in travel))
-        return position + self._axis_deviation(nominal, travel), rotation, after
+        return Pose(frozen(pose.position + self._axis_deviation(nominal, travel)), pose.rotation), after
 
     def _confirm(
         self,
@@ -105,31 +100,31 @@ class FaultyArm:
         theta: Array,
         loads: tuple[Array, Array],
         angles: Array,
-        placements: list[Placement],
-        pose: Placement,
+        placements: list[Pose],
+        pose: Pose,
     ) -> None:
         """Raises TwinError unless pinocchio has the same torques and poses at some of the samples."""
-        chosen = [(_rows(rotation, rows), _rows(position, rows)) for rotation, position in placements]
+        chosen = [_rows(placement, rows) for placement in placements]
         torque, nominal = self._pinocchio_torque(theta[rows], chosen[-1])
         expected = self._pinocchio_pose(angles[rows], chosen)
         differences = [(torque - loads[0][rows]) / (1 + np.abs(torque)), nominal - loads[1][rows]]
-        differences += [by_pinocchio - own[rows] for by_pinocchio, own in zip(expected, pose)]
+        differences += [expected.position - pose.position[rows], expected.rotation - pose.rotation[rows]]
         largest = float(np.max([np.abs(x).max() for x in differences]))
         if not largest <= AGREEMENT:
             raise TwinError(f"pinocchio's arm is {largest:.1e} from the twin's: the twin cannot be trusted")
 
-    def _pinocchio_pose(self, angles: Array, placements: list[Placement]) -> Placement:
+    def _pinocchio_pose(self, angles: Array, placements: list[Pose]) -> Pose:
         """The TCP by pinocchio, sample by sample, its joints sitting at the placements."""
         model, data = self.model.copy(), self.model.createData()
         rotation, position = np.empty((len(angles), 3, 3)), np.empty((len(angles), 3))
         for m, q in enumerate(angles):
-            placed = [pin.SE3(_rows(turned, [m])[0], _rows(offset, [m])[0]) for turned, offset in placements]
+            placed = [_se3(_rows(placement, [m])[0]) for placement in placements]
             for i, placement in enumerate(placed[:6], 1):
                 model.jointPlacements[i] = placement
             pin.forwardKinematics(model, data, q)
             tcp = data.oMi[6] * placed[6] * placed[7]
             rotation[m], position[m] = tcp.rotation, tcp.translation
-        return rotation, position
+        return Pose(frozen(position), frozen(rotation))
 
     def _joint_faults(self, theta: Array, torque: Array, side: Array) -> Array:
         """How far each joint is from where it is commanded, (M, 6) [rad]."""
@@ -156,7 +151,7 @@ class FaultyArm:
             total = total + (forward + reverse) / 2 + t[:, deviation.axis, None] * (forward - reverse) / 2
         return total
 
-    def _load_torque(self, theta: Array, tool: Placement) -> tuple[Array, Array]:
+    def _load_torque(self, theta: Array, tool: Pose) -> tuple[Array, Array]:
         """Torque of the loads about each joint (M, 6) [N m], and the nominal TCP (M, 3) [m]."""
         f = self.faults
         mass, moment = np.zeros(6), np.zeros((6, 3))
@@ -166,12 +161,11 @@ class FaultyArm:
             moment[i] += part_mass * self._row_frame(i + 1).act(centre)
         constants = (x.reshape(1, -1) for x in (mass, moment, f.gravity, f.force))
         angles = theta - self.robot.pendant_zero
-        tool_rotation, tool_position = tool
         function = build_load_torque(self.robot)
-        torque, position = evaluate(function, angles, tool_position, tool_rotation.reshape(-1, 9), *constants)
+        torque, position = evaluate(function, angles, tool.position, tool.rotation_rows, *constants)
         return torque, position
 
-    def _pinocchio_torque(self, theta: Array, tool: Placement) -> tuple[Array, Array]:
+    def _pinocchio_torque(self, theta: Array, tool: Pose) -> tuple[Array, Array]:
         """Torque of the loads and nominal TCP as ``_load_torque`` has them, by pinocchio, sample by sample."""
         f = self.faults
         torque, position = np.empty((len(theta), 6)), np.empty((len(theta), 3))
@@ -186,7 +180,7 @@ class FaultyArm:
         data = model.createData()
         for m, q in enumerate(theta - self.robot.pendant_zero):
             pin.forwardKinematics(model, data, q)
-            tcp = data.oMi[6] * self.flange * pin.SE3(_rows(tool[0], [m])[0], _rows(tool[1], [m])[0])
+            tcp = data.oMi[6] * self.flange * _se3(_rows(tool, [m])[0])
             position[m] = tcp.translation
             J = pin.computeJointJacobian(model, data, q, 6)  # of joint 6 in its own axes
             tcp_in_wrist = data.oMi[6].actInv(tcp)
@@ -208,10 +202,10 @@ class FaultyArm:
             frame = frame * pin.SE3(about_z, np.zeros(3)) * pin.SE3(about_x, offset)
         return data.oMi[link].actInv(frame) if link else frame
 
-    def _placements(self, growth: Mapping[str, Array], rise: Array) -> list[Placement]:
+    def _placements(self, growth: Mapping[str, Array], rise: Array) -> list[Pose]:
         """Of each of the six joints on the link before it, and of the flange on the last, with all faults."""
         f = self.faults
-        placements: list[Placement] = []
+        placements: list[Pose] = []
         for i in range(7):
             C = self._row_frame(i)
             change = _compose(_compose(_constant(C), self._frame_fault(i, rise)), _constant(C.inverse()))
@@ -220,16 +214,16 @@ class FaultyArm:
                 if link == i:
                     offset = np.zeros((len(grown), 3))
                     offset[:, axis] = grown * (1 + f.cte_excess.get(name, 0.0))
-                    change = _compose((np.eye(3)[None], offset), change)
+                    change = _compose(Pose(offset, np.tile(np.eye(3), (len(offset), 1, 1))), change)
             nominal = self.flange if i == 6 else self.model.jointPlacements[i + 1]
             placements.append(_compose(change, _constant(nominal)))
         return placements
 
-    def _frame_fault(self, i: int, rise: Array) -> Placement:
+    def _frame_fault(self, i: int, rise: Array) -> Pose:
         """E: the fault of the frame behind row i; i = 0 is World."""
         f = self.faults
         if i == 0:
-            E: Placement = (rotation_matrix(f.base_frame[3:])[None], f.base_frame[None, :3])
+            E = Pose(f.base_frame[None, :3], rotation_matrix(f.base_frame[3:])[None])
         else:
             d, a, alpha, beta = f.link_offsets[i - 1]
             twist = float(self.robot.alpha[i - 1])
@@ -241,9 +235,9 @@ class FaultyArm:
                 node_rise = rise[:, distortion.node, None]
                 bend = distortion.bend * node_rise * distortion.axis
                 shift = np.cross(bend, distortion.lever) + distortion.shift * node_rise * distortion.axis
-                E = _compose(E, (rotation_matrix(bend), shift))
+                E = _compose(E, Pose(shift, rotation_matrix(bend)))
         if i == 6:
-            E = _compose(E, (rotation_matrix(f.tool_frame[3:])[None], f.tool_frame[None, :3]))
+            E = _compose(E, Pose(f.tool_frame[None, :3], rotation_matrix(f.tool_frame[3:])[None]))
         return E
 
 
@@ -252,19 +246,23 @@ def build_faulty_arm(robot: Robot, faults: Faults) -> FaultyArm:
     return FaultyArm(robot, *build_model(robot), faults)
 
 
-def _rows(part: Array, rows: Any) -> Array:
+def _rows(placement: Pose, rows: Any) -> Pose:
     """Some samples of what is given once for all or sample by sample."""
-    return part[rows] if len(part) > 1 else np.broadcast_to(part, (len(rows), *part.shape[1:]))
+    return placement[rows if len(placement) > 1 else np.zeros(len(rows), dtype=np.int64)]
 
 
-def _constant(placement: pin.SE3) -> Placement:
+def _constant(placement: pin.SE3) -> Pose:
     """A placement that is the same at all samples."""
-    return np.array(placement.rotation)[None], np.array(placement.translation)[None]
+    return Pose(np.array(placement.translation)[None], np.array(placement.rotation)[None])
 
 
-def _compose(first: Placement, second: Placement) -> Placement:
-    """One placement after the other, sample by sample."""
+def _se3(placement: Pose) -> pin.SE3:
+    return pin.SE3(placement.rotation, placement.position)
+
+
+def _compose(first: Pose, second: Pose) -> Pose:
+    """One placement after the other, sample by sample: ``first @ second``, some times as fast for many."""
     rotation, position = evaluate(
-        build_composition(), first[0].reshape(-1, 9), first[1], second[0].reshape(-1, 9), second[1]
+        build_composition(), first.rotation_rows, first.position, second.rotation_rows, second.position
     )
-    return rotation.reshape(-1, 3, 3), position
+    return Pose.from_rows(position, rotation)

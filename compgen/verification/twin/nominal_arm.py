@@ -13,8 +13,9 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, frozen
 from compgen.core.evaluation import evaluate, kept_with
+from compgen.core.pose import Pose
 from compgen.robot.inverse_kinematics import Posture, joints_expr
 from compgen.robot.robot import Robot
 
@@ -38,7 +39,7 @@ def _axis_rotation_expr(axis: tuple[int, int, int], angle: Any) -> Any:
     return rotation
 
 
-def pose_expr(robot: Robot, angles: Any, growth: Any, tool_position: Array, tool_rotation: Array) -> tuple[Any, Any]:
+def pose_expr(robot: Robot, angles: Any, growth: Any, tool: Pose) -> tuple[Any, Any]:
     """TCP position (3, 1) and rotation (3, 3) from joint angles about the axes (6, 1) and growths (6, 1) [m]."""
     position, rotation = ca.SX.zeros(3), ca.SX.eye(3)
     carried = {joint: (k, axis) for k, (joint, axis) in enumerate(LENGTHS.values())}
@@ -48,7 +49,7 @@ def pose_expr(robot: Robot, angles: Any, growth: Any, tool_position: Array, tool
             position = position + rotation[:, along] * (_nominal_lengths(robot)[k] + growth[k])
         rotation = rotation @ _axis_rotation_expr(joint_axis, angles[joint - 1])
     rotation = rotation @ ca.DM(np.rint(_flange_rotation(robot)))
-    return position + rotation @ ca.DM(tool_position), rotation @ ca.DM(tool_rotation)
+    return position + rotation @ ca.DM(tool.position), rotation @ ca.DM(tool.rotation)
 
 
 def _flange_rotation(robot: Robot) -> Array:
@@ -57,7 +58,7 @@ def _flange_rotation(robot: Robot) -> Array:
 
 
 @kept_with("robot")
-def build_segment_sample(robot: Robot, posture: Posture, tool_position: bytes, tool_rotation: bytes) -> Any:
+def build_segment_sample(robot: Robot, posture: Posture, tool: Pose) -> Any:
     """One sample of a straight line, as the controller commands it and as the real arm executes it.
 
     (both ends' position (3, 3); rotation at its start (9, row by row) and rotation vector over it (3); both ends'
@@ -67,20 +68,19 @@ def build_segment_sample(robot: Robot, posture: Posture, tool_position: bytes, t
     names = {"p0": 3, "p1": 3, "r0": 9, "turn": 3, "q0": 6, "q1": 6, "fraction": 1, "growth": len(LENGTHS)}
     symbols = [ca.SX.sym(name, size) for name, size in names.items()]
     p0, p1, r0, turn, q0, q1, fraction, growth = symbols
-    tcp, tool = (np.frombuffer(numbers).reshape(-1, 3) for numbers in (tool_position, tool_rotation))
     angle = ca.norm_2(turn)
     axis = ca.skew(turn / ca.if_else(angle > 0, angle, 1.0))
     part = fraction * angle
     turned = ca.SX.eye(3) + ca.sin(part) * axis + 2 * ca.sin(part / 2) ** 2 * (axis @ axis)  # Rodrigues
     rotation = ca.reshape(r0, 3, 3).T @ turned
     position = p0 + fraction * (p1 - p0)
-    flange = rotation @ ca.DM(tool.T)
-    theta, margin = joints_expr(robot, posture, position - flange @ ca.DM(tcp.ravel()), flange)
+    flange = rotation @ ca.DM(tool.rotation.T)
+    theta, margin = joints_expr(robot, posture, position - flange @ ca.DM(tool.position), flange)
     expected = q0 + fraction * (q1 - q0)
     theta = theta + 2 * np.pi * ca.floor((expected - theta) / (2 * np.pi) + 0.5)
     angles = theta - ca.DM(robot.pendant_zero)
-    nominal = pose_expr(robot, angles, ca.SX.zeros(len(LENGTHS)), tcp.ravel(), tool)
-    actual = pose_expr(robot, angles, growth, tcp.ravel(), tool)
+    nominal = pose_expr(robot, angles, ca.SX.zeros(len(LENGTHS)), tool)
+    actual = pose_expr(robot, angles, growth, tool)
     checks = ca.vertcat(margin, ca.norm_2(nominal[0] - position), ca.norm_fro(nominal[1] - rotation))
     return ca.Function("segment_sample", symbols, ca.cse([theta, actual[0], ca.vec(actual[1].T), checks]))
 
@@ -100,11 +100,10 @@ def build_rise_and_growth(nodes: int) -> Any:
 
 
 @kept_with("robot")
-def build_grown_pose(robot: Robot, tool_position: bytes, tool_rotation: bytes) -> Any:
+def build_grown_pose(robot: Robot, tool: Pose) -> Any:
     """(theta (6), growths (6)) -> position (3), rotation (9, row by row) of the TCP."""
     theta, growth = ca.SX.sym("theta", 6), ca.SX.sym("growth", len(LENGTHS))
-    tcp, tool = (np.frombuffer(numbers).reshape(-1, 3) for numbers in (tool_position, tool_rotation))
-    position, rotation = pose_expr(robot, theta - ca.DM(robot.pendant_zero), growth, tcp.ravel(), tool)
+    position, rotation = pose_expr(robot, theta - ca.DM(robot.pendant_zero), growth, tool)
     return ca.Function("grown_pose", [theta, growth], [position, ca.vec(rotation.T)])
 
 
@@ -178,42 +177,37 @@ def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
     return model, pin.SE3(_flange_rotation(robot), np.zeros(3))
 
 
-def pinocchio_difference(
-    robot: Robot, tool_position: Array, tool_rotation: Array, theta: Array, growth: Array, pose: tuple[Array, Array]
-) -> float:
+def pinocchio_difference(robot: Robot, tool: Pose, theta: Array, growth: Array, pose: Pose) -> float:
     """Largest difference of the expression from pinocchio, [m] and per entry of the rotation.
 
     Args:
         robot: The arm.
-        tool_position: TCP in the flange, (3,) [m].
-        tool_rotation: (3, 3).
+        tool: TCP in the flange.
         theta: Joints of some samples, (S, 6) [rad].
         growth: Growths of the lengths there, (S, 6) [m].
-        pose: Of the TCP there by the expression, (S, 3) [m] and (S, 9).
+        pose: Of the TCP there by the expression, S of them.
     """
     model, flange = build_model(robot)
-    nominal = evaluate(
-        build_grown_pose(robot, tool_position.tobytes(), tool_rotation.tobytes()), theta, np.zeros((1, len(LENGTHS)))
-    )
+    nominal = Pose.from_rows(*evaluate(build_grown_pose(robot, tool), theta, np.zeros((1, len(LENGTHS)))))
     nominal_offsets = np.tile([p.translation for p in model.jointPlacements][1:], (len(theta), 1, 1))
     grown_offsets = nominal_offsets.copy()
     for (joint, along), growths in zip(LENGTHS.values(), growth.T):
         grown_offsets[:, joint - 1, along] += growths
-    tool = flange * pin.SE3(tool_rotation, tool_position)
+    tcp = flange * pin.SE3(tool.rotation, tool.position)
     angles = theta - robot.pendant_zero
     differences = [0.0]
-    for offsets, (position, rotation) in ((nominal_offsets[:1], nominal), (grown_offsets, pose)):
-        wrist_rotation, wrist_position = _pinocchio_wrist(model, angles, offsets)
+    for offsets, expected in ((nominal_offsets[:1], nominal), (grown_offsets, pose)):
+        wrist = _pinocchio_wrist(model, angles, offsets)
         pair = (
-            wrist_position + wrist_rotation @ tool.translation - position,
-            wrist_rotation @ tool.rotation - rotation.reshape(-1, 3, 3),
+            wrist.position + wrist.rotation @ tcp.translation - expected.position,
+            wrist.rotation @ tcp.rotation - expected.rotation,
         )
         differences += [float(np.abs(x).max(initial=0.0)) for x in pair]
     return float(np.max(differences))
 
 
-def _pinocchio_wrist(model: pin.Model, angles: Array, offsets: Array) -> tuple[Array, Array]:
-    """Pinocchio's last joint, (S, 3, 3) and (S, 3) [m].
+def _pinocchio_wrist(model: pin.Model, angles: Array, offsets: Array) -> Pose:
+    """Pinocchio's last joint, S poses.
 
     Args:
         model: The arm.
@@ -229,4 +223,4 @@ def _pinocchio_wrist(model: pin.Model, angles: Array, offsets: Array) -> tuple[A
                 placement.translation = offset
         pin.forwardKinematics(model, data, q)
         rotation[m], position[m] = wrist.rotation, wrist.translation
-    return rotation, position
+    return Pose(frozen(position), frozen(rotation))

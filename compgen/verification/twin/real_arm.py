@@ -11,12 +11,12 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.evaluation import evaluate
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.robot.robot import Robot
 from compgen.thermal import Profile, ThermalModel
 from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faults import Faults
-from compgen.verification.twin.faulty_arm import Placement, TwinError, build_faulty_arm
+from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm
 from compgen.verification.twin.growth import growth_per_kelvin
 from compgen.verification.twin.nominal_arm import AGREEMENT, LENGTHS, build_grown_pose, pinocchio_difference
 
@@ -31,31 +31,27 @@ class Twin:
     robot: Robot
     heat: ThermalModel
     profiles: tuple[Profile, ...]
-    tool_position: Array  # (3,) [m]
-    tool_rotation: Array  # (3, 3)
+    tool: Pose  # TCP in the flange
     faults: Faults | None = None  # beside growth; None is a perfect arm that only grows
-    uframe: Frame | None = None  # the controller's register that programs are read in; None: World
+    uframe: Pose | None = None  # the controller's register that programs are read in; None: World
 
     def actual_pose(
-        self, theta: Array, rise: Array, progress: Callable[[float], None], tool: Placement | None = None
-    ) -> tuple[Array, Array]:
-        """Where the tool really is, at samples in the order in which they are executed.
+        self, theta: Array, rise: Array, progress: Callable[[float], None], tools: Pose | None = None
+    ) -> Pose:
+        """Where the tool really is, at M samples in the order in which they are executed.
 
         Args:
             theta: Commanded joints, (M, 6) [rad].
             rise: (M, K) [K].
             progress: Called with the share done.
-            tool: A tool a sample, (M, 3, 3) and (M, 3) [m]; default the twin's own.
-
-        Returns:
-            (M, 3) [m] and (M, 3, 3).
+            tools: M tools, one a sample; default the twin's own.
         """
-        if self.faults is None and tool is None:
+        if self.faults is None and tools is None:
             return self._grown_pose(theta, self.growth(rise), progress)
         every = max(1, len(theta) // CONFIRMED)
-        position, rotation, _ = self.faulty_pose(theta, self.growth(rise), rise, DirectionHistory(), every, tool)
+        pose, _ = self.faulty_pose(theta, self.growth(rise), rise, DirectionHistory(), every, tools)
         progress(1.0)
-        return position, rotation
+        return pose
 
     def faulty_pose(
         self,
@@ -64,37 +60,34 @@ class Twin:
         rise: Array,
         history: DirectionHistory,
         every: int,
-        tool: Placement | None = None,
-    ) -> tuple[Array, Array, DirectionHistory]:
-        """The TCP with all faults, (M, 3) [m] and (M, 3, 3), and the history that the samples leave."""
+        tools: Pose | None = None,
+    ) -> tuple[Pose, DirectionHistory]:
+        """The TCP with all faults at M samples, and the history that they leave."""
         arm = build_faulty_arm(self.robot, self.faults or Faults())
         growth_of_length = dict(zip(LENGTHS, growth.T))
-        own_tool = (self.tool_rotation[None], self.tool_position[None])
-        return arm.actual_pose(theta, growth_of_length, rise, tool or own_tool, history, every)
+        tools = Pose.stack([self.tool]) if tools is None else tools
+        return arm.actual_pose(theta, growth_of_length, rise, tools, history, every)
 
     def confirm_inverse(
-        self, theta: Array, position: Array, rotation: Array, segment: IntArray, progress: Callable[[float], None]
+        self, theta: Array, commanded: Pose, segment: IntArray, progress: Callable[[float], None]
     ) -> None:
         """Raises TwinError unless the nominal arm at theta is at the commanded poses, to 1e-9 m."""
         nominal = self._grown_pose(theta, np.zeros((len(theta), len(LENGTHS))), progress)
-        distance = norm(nominal[0] - position)
-        turned = np.linalg.norm(nominal[1] - rotation, axis=(1, 2))
+        distance = norm(nominal.position - commanded.position)
+        turned = np.linalg.norm(nominal.rotation - commanded.rotation, axis=(1, 2))
         refuse_wrong_inverse(segment, distance, turned)
 
-    def _grown_pose(self, theta: Array, growth: Array, progress: Callable[[float], None]) -> tuple[Array, Array]:
+    def _grown_pose(self, theta: Array, growth: Array, progress: Callable[[float], None]) -> Pose:
         """The real TCP at joints (M, 6) [rad] and growths (M, 6) [m], confirmed by pinocchio on samples."""
-        tool = (self.tool_position.tobytes(), self.tool_rotation.tobytes())
-        pose = evaluate(build_grown_pose(self.robot, *tool), theta, growth)
+        pose = Pose.from_rows(*evaluate(build_grown_pose(self.robot, self.tool), theta, growth))
         self.confirm_by_pinocchio(theta, growth, pose, max(1, len(theta) // CONFIRMED))
         progress(1.0)
-        return pose[0], pose[1].reshape(-1, 3, 3)
+        return pose
 
-    def confirm_by_pinocchio(self, theta: Array, growth: Array, pose: tuple[Array, ...], every: int) -> None:
+    def confirm_by_pinocchio(self, theta: Array, growth: Array, pose: Pose, every: int) -> None:
         """Raises TwinError unless pinocchio agrees on one of so many samples, and on the last."""
         rows = np.unique(np.append(np.arange(0, len(theta), every), max(len(theta) - 1, 0)))[: len(theta)]
-        chosen = (pose[0][rows], pose[1][rows])
-        tool = (self.tool_position, self.tool_rotation)
-        difference = pinocchio_difference(self.robot, *tool, theta[rows], growth[rows], chosen)
+        difference = pinocchio_difference(self.robot, self.tool, theta[rows], growth[rows], pose[rows])
         if not difference <= AGREEMENT:
             raise TwinError(f"pinocchio's arm is {difference:.1e} from the twin's: the twin cannot be trusted")
 
