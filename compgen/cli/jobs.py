@@ -20,9 +20,8 @@ from compgen.cli.options import (
     output_folder,
 )
 from compgen.cli.ownership import check_own_file
-from compgen.cli.publish import check_writable, write_file
+from compgen.cli.publish import write_file
 from compgen.core.dates import checked_date
-from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 
 
@@ -121,10 +120,7 @@ def check(
     with show_progress(quiet or as_json, CHECK) as progress:
         job = load_job(path, robot, overrides or ())
         if junit is not None:
-            if not junit or Path(junit).is_dir():
-                raise InputError(f"--junit '{junit}': not a file's name; give one")
-            check_writable(Path(junit).absolute().parent)
-            check_own_file(Path(junit), b"<testsuite", "check")
+            check_own_file("--junit", junit, b"<testsuite", "check")
         planned, corrected = pipeline.generate(job, progress)
     summary = job_summary(planned, corrected)
     if junit is not None:

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from compgen.cli.publish import check_writable
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 
@@ -114,8 +115,19 @@ def check_identified(target: Path) -> None:
         )
 
 
-def check_own_file(file: Path, marker: bytes, command: str) -> None:
-    """Raises InputError when a file that shall be written is there, and is neither empty nor of the command's kind."""
+def check_own_file(option: str, name: str, marker: bytes, command: str) -> None:
+    """Raises InputError when a file cannot be written, or is there and is neither empty nor of the command's kind.
+
+    Args:
+        option: That names it.
+        name: As typed.
+        marker: What the first bytes of a file of the command's kind hold.
+        command: That writes it.
+    """
+    file = Path(name)
+    if not name or "\0" in name or file.is_dir():
+        raise InputError(f"{option} {name!r}: not a file's name; give one")
+    check_writable(file.absolute().parent)
     if file.is_file() and file.stat().st_size and not _contains(file, marker):
         raise InputError(f"{file}: it is there and not what cgen {command} wrote; move it away, or give another file")
 

@@ -1,6 +1,5 @@
 """The command that says which poses to measure."""
 
-from math import isfinite
 from typing import Annotated
 
 import typer
@@ -10,6 +9,8 @@ from compgen.cli.ownership import check_planned_poses
 from compgen.cli.publish import publish
 from compgen.core.dates import checked_date
 from compgen.core.exceptions import InputError
+
+FARTHEST_MM = 1e5  # of what stands in a cell
 
 
 def plan_poses(
@@ -98,6 +99,6 @@ def _numbers(option: str, text: str, count: int) -> list[float]:
         numbers = [float(v) for v in text.replace(",", " ").split()]
     except ValueError:
         numbers = []
-    if len(numbers) != count or not all(isfinite(v) for v in numbers):
-        raise InputError(f"{option} '{text}': expected {count} numbers in mm")
+    if len(numbers) != count or not all(abs(v) <= FARTHEST_MM for v in numbers):
+        raise InputError(f"{option} '{text}': expected {count} numbers in mm, none beyond {FARTHEST_MM:g}")
     return numbers

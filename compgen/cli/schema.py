@@ -18,7 +18,7 @@ def schema(
     from compgen.pipelines.json_schema import path_schema, robot_schema, schema_text
 
     if output is not None:
-        check_own_file(Path(output), b'"$schema"', "schema")
+        check_own_file("-o", output, b'"$schema"', "schema")
     text = schema_text(path_schema() if kind == "path" else robot_schema())
     if output is None:
         sys.stdout.write(text)

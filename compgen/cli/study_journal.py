@@ -85,16 +85,15 @@ class Journal:
 
     def __init__(self, folder: Path, identity: str, rows: list[dict[str, Any]]) -> None:
         """Begin with the rows that are finished already; the old file is replaced in one step."""
-        missing = [p for p in (folder, *folder.parents) if not p.exists()]
+        self._missing = [p for p in (folder, *folder.parents) if not p.exists()]
+        self._is_new = not rows and not (folder / NAME).exists()
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._path = folder / NAME
             write_file(self._path, content(identity, rows))
             self._file = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_NOFOLLOW)
         except (OSError, InputError) as failure:
-            with suppress(OSError):
-                for parent in missing:
-                    parent.rmdir()
+            self._remove_folders()
             if isinstance(failure, InputError):
                 raise
             raise InputError(f"output folder {folder}: cannot be written: {failure.strerror}; give another") from None
@@ -104,6 +103,7 @@ class Journal:
         try:
             os.write(self._file, "".join(json.dumps(row) + "\n" for row in rows).encode())
             os.fsync(self._file)
+            self._is_new = False
         except OSError as failure:
             raise InputError(
                 f"{self._path}: cannot be written: {failure.strerror}; finished scenarios are kept"
@@ -112,3 +112,15 @@ class Journal:
     def close(self) -> None:
         """Close the file."""
         os.close(self._file)
+
+    def discard_empty(self) -> None:
+        """Remove a new file to which nothing was added, with the folders made for it."""
+        if self._is_new:
+            with suppress(OSError):
+                self._path.unlink()
+            self._remove_folders()
+
+    def _remove_folders(self) -> None:
+        with suppress(OSError):  # the first with something in it stays
+            for folder in self._missing:
+                folder.rmdir()

@@ -9,6 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from compgen.cli import study_journal
 from compgen.core import interrupts
+from compgen.core.exceptions import CompgenError
 from compgen.pipelines.study import Row, Study, run
 
 
@@ -29,6 +30,9 @@ def run_scenarios(study: Study, folder: Path, workers: int, cluster: str | None,
                     advance(len(new))
 
                 run(study, {row["index"] for row in rows}, keep, workers, cluster)
+        except CompgenError:
+            journal.discard_empty()
+            raise
         finally:
             journal.close()
     return sorted(rows, key=lambda row: row["index"])

@@ -18,7 +18,7 @@ MAX_ROWS = 1_000_000
 MAX_BYTES = 500_000_000
 LARGEST = 1e12  # of a number in any unit; beyond it squares and products overflow
 MAX_CELL = 131_072  # characters; the csv module's own limit
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _QUOTABLE = re.compile(r"[A-Za-z0-9_.+-]{1,32}")
 
 
@@ -193,6 +193,8 @@ def _check_header(
 
 def _float(cell: str) -> float:
     """A cell's number: NaN where it is empty, infinite where it is none."""
+    if "_" in cell or not cell.isascii():  # float takes 1_0 for ten, and the digits of every alphabet
+        return np.inf
     try:
         return float(cell) if cell else np.nan
     except ValueError:
@@ -203,8 +205,6 @@ def _not_a_number(cell: str) -> str:
     """What is wrong with a cell, and the mend."""
     if not cell:
         return "empty; give a number with a decimal point, or remove the row"
-    try:
-        float(cell)
-    except ValueError:
-        return f"{quote_cell(cell)} is not a number; give a number with a decimal point, or remove the row"
-    return f"{quote_cell(cell)} is not a finite number; remove the row"
+    if re.fullmatch(r"[+-]?(nan|inf|infinity)", cell, re.ASCII | re.IGNORECASE) or _NUMBER.fullmatch(cell):
+        return f"{quote_cell(cell)} is not a finite number; remove the row"
+    return f"{quote_cell(cell)} is not a number; give a number with a decimal point, or remove the row"

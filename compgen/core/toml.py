@@ -81,7 +81,7 @@ def read_toml_text(source: Path, folder: str) -> TomlText:
 def override(data: dict[str, Any], assignment: str, option: str) -> None:
     """Put one ``key=value`` into a tree of tables; ``option`` is how the user wrote it."""
     key, equals, text = assignment.partition("=")
-    if not equals or not key.strip():
+    if not equals or not all(step.strip() for step in key.split(".")):
         raise InputError(f"--set {_short(option)}: expected key=value, as in --set process.feed_mm_s=100")
     try:
         value = tomllib.loads(f"value = {text}")["value"]

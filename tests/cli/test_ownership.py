@@ -131,3 +131,9 @@ def test_the_record_is_there_whenever_another_report_is(tmp_path, monkeypatch):
     publish.publish(tmp_path, {}, {name: b"2" for name in reports}, {*reports})
     assert set() in states
     assert all("report.json" in state for state in states if state)
+
+
+@pytest.mark.parametrize("name", ["", ".", "a\0b", "/proc/nowhere/x"])
+@pytest.mark.parametrize("arguments", [("schema", "path", "-o"), ("check", "paths/line_y.toml", "-q", "--junit")])
+def test_a_name_that_no_file_can_have_is_refused(arguments, name):
+    refused(run(*arguments, name), 2, "cgen: ")

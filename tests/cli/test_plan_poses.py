@@ -1,5 +1,6 @@
 """``cgen plan-poses`` as a user meets it."""
 
+import pytest
 from command_line import refused, run
 
 
@@ -14,3 +15,11 @@ def test_poses_with_measurements_in_them_are_not_planned_anew(tmp_path):
     poses.write_text(filled)
     refused(run(*plan), 2, "poses.csv", "measurements", "-o")
     assert poses.read_text() == filled
+
+
+@pytest.mark.parametrize(
+    "option", [("--instrument", "1e308 0 0"), ("--reflector", "nan 0 0"), ("--box", "0 0 0 1 1 1e6"), ("--box", "1 2")]
+)
+def test_lengths_that_no_cell_has_are_refused(option, tmp_path):
+    refused(run("plan-poses", "m710ic50", "-n", "12", *option, "-q", "-o", tmp_path / "o"), 2, *option, "numbers in mm")
+    assert not (tmp_path / "o").exists()

@@ -100,6 +100,7 @@ def test_a_cluster_says_what_it_trusts_and_takes_dasks_certificates(tmp_path, mo
     refused(result, 2, "certificates", "distributed.comm.tls")
     assert given["security"] == "of Dask's settings"
     assert given["timeout"] == 10  # s
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("values", ["20:200", "20:", "20:200:2.5", "20:200:10:3", "20:200:-1", "1e1:2e2"])
@@ -107,3 +108,9 @@ def test_a_range_without_a_count_is_refused_before_anything_is_touched(home, val
     before = content(home / "outputs" / "line_y_whatif")
     refused(whatif(home, "--vary", f"feed={values}", "-q"), 2, "--vary", values, "FROM:TO:COUNT", "20:200:10")
     assert content(home / "outputs" / "line_y_whatif") == before
+
+
+def test_a_list_that_names_a_key_twice_is_refused(tmp_path):
+    (tmp_path / "l.csv").write_text("feed,process.feed_mm_s\n20,40\n")
+    refused(whatif(tmp_path, "--list", "l.csv", "-q"), 2, "l.csv", "process.feed_mm_s stands twice")
+    assert [p.name for p in tmp_path.iterdir()] == ["l.csv"]

@@ -142,6 +142,13 @@ def test_a_cell_that_is_no_number_is_not_repeated(tmp_path):
     assert "line 2, column 2: 'word' is not a number" in refusal(table.numbers, "two words")
 
 
+@pytest.mark.parametrize("cell", ["1_0", "\uff11\uff12", "\u0661", "0x10", "1e", "--1", "1 0"])
+def test_what_only_looks_like_a_number_is_none(tmp_path, cell):
+    table = read_csv(written(tmp_path, f"t,x\n0,{cell}\n"))
+    assert "line 2, column x: " in refusal(table.numbers, "x")
+    assert "is not a number" in refusal(table.numbers, "x")
+
+
 @pytest.mark.parametrize("number", ["1e308", "-1e308", "1e13"])
 def test_numbers_that_no_unit_makes_plausible_are_refused(tmp_path, number):
     table = read_csv(written(tmp_path, f"t,x\n0,1\n1,{number}\n"))

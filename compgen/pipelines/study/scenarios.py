@@ -151,7 +151,10 @@ def _listed(file: str) -> tuple[list[str], list[list[str]]]:
                     f"{table.location(row, name)}: {len(values)} values; give one, and each scenario a row of its own"
                 )
         columns.append([values[0] for values in cells])
-    return [SHORT.get(name, name) for name in table.header], [list(row) for row in zip(*columns)]
+    keys = [SHORT.get(name, name) for name in table.header]
+    if twice := next((key for key in keys if keys.count(key) > 1), None):
+        raise InputError(f"{file}: {twice} stands twice in the header, once by its short name; keep one")
+    return keys, [list(row) for row in zip(*columns)]
 
 
 def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:
@@ -169,5 +172,5 @@ def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Se
                 if any(
                     words in message for words in ("unknown key", "there is no", "no such file", "nested more than")
                 ):
-                    hint = suggest(key, list(SHORT)) if "." not in key else ""
+                    hint = suggest(key, list(SHORT)) if "." not in key and "did you mean" not in message else ""
                     raise InputError(f"--vary {key}: {message}{hint}") from None
