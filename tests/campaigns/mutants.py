@@ -9,9 +9,7 @@ refusal without a message, an output folder after a refusal. A run over the time
 is told. A failure is shrunk to the fewest changes that fail, and its files stay under --keep.
 """
 
-import argparse
 import io
-import json
 import os
 import random
 import re
@@ -24,21 +22,25 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
+import seed_journal  # noqa: E402
 from ls_text import at, program  # noqa: E402
+from shrinking import shrunk  # noqa: E402
 
 from compgen.cli import main  # noqa: E402
 from compgen.core import evaluation  # noqa: E402
 
-JOURNAL = ROOT / "tests" / "campaigns" / "mutants.jsonl"
+ROBOT = ROOT / "robots" / "m710ic50.toml"
 LIMIT = 60  # s of one run
+AT_ONCE = 200  # seeds in one process
 MEMORY = 6 << 30  # bytes of the whole process
 
 PATH = """title = "a short line"
@@ -329,32 +331,32 @@ def _judged(code: object, out: str, err: str, folder: Path) -> tuple[str, str]:
     return ("passed" if code == 1 else "refused"), err.strip()
 
 
-def shrunk(case: Case, changes: list[tuple[str, int]], folder: Path) -> list[tuple[str, int]]:
-    """The fewest of the changes with which it still fails."""
-    for change in list(changes):
-        fewer = [c for c in changes if c is not change]
-        if fewer and attempt(damaged(case, fewer), folder).kind == "failed":
-            changes = fewer
-    return changes
+def smallest(case: Case, changes: list[tuple[str, int]], folder: Path) -> Case:
+    """The case with the fewest of the changes with which it still fails."""
+    fewest = shrunk(changes, lambda fewer: bool(fewer) and attempt(damaged(case, fewer), folder).kind == "failed")
+    return damaged(case, fewest)
 
 
-def made_bases(folder: Path) -> list[tuple[int, tuple[str, ...], dict[str, str]]]:
-    """The base cases, with poses that fit the shipped robot."""
+def measured_poses(count: int) -> str:
+    """A CSV file of poses that fit the shipped robot to 0.05 mm."""
     import numpy as np
 
     from compgen.core.units import DEG, MM
     from compgen.pipelines.robot_file import load_any_robot
     from compgen.robot.kinematics import flange_pose
 
-    source = ROOT / "robots" / "m710ic50.toml"
-    arm, rng = load_any_robot(str(source)), np.random.default_rng(1)
+    arm, rng = load_any_robot(str(ROBOT)), np.random.default_rng(1)
     low, high = np.array([-60, -30, -20, -120, -110, -150]), np.array([60, 60, 40, 120, -20, 150])
-    pendant = np.round(rng.uniform(low, high, (14, 6)), 3)
+    pendant = np.round(rng.uniform(low, high, (count, 6)), 3)
     flange = flange_pose(arm, arm.to_theta(pendant * DEG))
-    place = flange.act(np.array([0.06, 0, 0.1])) / MM + rng.normal(0, 0.05, (14, 3))
+    place = flange.act(np.array([0.06, 0, 0.1])) / MM + rng.normal(0, 0.05, (count, 3))
     head = ",".join(f"j{k}_deg" for k in range(1, 7)) + ",x_mm,y_mm,z_mm\n"
-    rows = "".join(",".join(f"{v:.4f}" for v in (*p, *q)) + "\n" for p, q in zip(pendant, place))
-    bases = base_cases(source.read_text(), head + rows)
+    return head + "".join(",".join(f"{v:.4f}" for v in (*p, *q)) + "\n" for p, q in zip(pendant, place))
+
+
+def made_bases(folder: Path) -> list[tuple[int, tuple[str, ...], dict[str, str]]]:
+    """The base cases, with poses that fit the shipped robot."""
+    bases = base_cases(ROBOT.read_text(), measured_poses(14))
     listing = next(files["t.ls"] for _, arguments, files in bases if arguments[0] == "pages")
     attempt(
         Case(
@@ -366,79 +368,70 @@ def made_bases(folder: Path) -> list[tuple[int, tuple[str, ...], dict[str, str]]
     written = {name: (folder / "out" / name).read_text() for name in ("t.compgen.json", "t.ls")}
     bases.append((3, ("correct", "t.ls", "--restore", "-o", "out"), written))
     study = ("whatif", "job.toml", "--list", "list.csv", "--workers", "1", "-o", ".")
-    files = {"list.csv": LIST, "job.toml": PATH, "arm.toml": source.read_text()}
+    files = {"list.csv": LIST, "job.toml": PATH, "arm.toml": ROBOT.read_text()}
     attempt(Case(study, {name: text.encode() for name, text in files.items()}), folder)
     bases.append((3, study, {"scenarios.jsonl": (folder / "scenarios.jsonl").read_text(), **files}))
     return bases
 
 
-def table(entries: list[dict[str, object]]) -> str:
+def table(entries: list[dict]) -> str:
     """Tried, passed, refused, slow and failed, by command."""
     counts: dict[str, Counter[str]] = {}
     for entry in entries:
-        for name in (str(entry["command"]), "all"):
-            counts.setdefault(name, Counter())[str(entry["kind"])] += 1
+        for name in (entry["command"], "all"):
+            counts.setdefault(name, Counter())[entry["kind"]] += 1
     kinds = ("passed", "refused", "slow", "failed")
-    rows = [("command", "tried", *kinds)]
+    rows = [(f"seeds {seed_journal.ranges_of(e['seed'] for e in entries)}", "tried", *kinds)]
     rows += [
         (name, str(counts[name].total()), *(str(counts[name][kind]) for kind in kinds))
         for name in sorted(counts, key=lambda n: (n == "all", n))
     ]
-    return "\n".join(f"{name:<12}" + "".join(f"{cell:>9}" for cell in cells) for name, *cells in rows)
+    return "\n".join(f"{name:<16}" + "".join(f"{cell:>9}" for cell in cells) for name, *cells in rows)
 
 
-def run(
-    seeds: range, journal: Path | None = None, keep: Path | None = None, budget: float = 0.0
-) -> list[dict[str, object]]:
-    """Try the seeds that the journal does not have, and add them to it; the entries of all."""
-    entries = [json.loads(line) for line in journal.read_text().splitlines()] if journal and journal.exists() else []
-    done, start = {entry["seed"] for entry in entries}, time.monotonic()
+def run(seeds: Iterable[int], journal: seed_journal.Journal | None = None, keep: Path | None = None) -> list[dict]:
+    """Try seeds and add them to the journal; their entries."""
+    entries = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "run"
         bases = made_bases(folder)
         for seed in seeds:
-            if seed in done:
-                continue
-            if budget and time.monotonic() - start > budget:
-                break
             case, changes = draw(seed, bases)
             outcome = attempt(damaged(case, changes), folder)
-            entry = {
-                "seed": seed,
-                "command": case.arguments[0],
-                "kind": outcome.kind,
-                "seconds": round(outcome.seconds, 2),
-            }
+            seconds = round(outcome.seconds, 2)
+            entry = {"seed": seed, "command": case.arguments[0], "kind": outcome.kind, "seconds": seconds}
             if outcome.kind in ("failed", "slow"):
                 entry["reason"] = outcome.reason
                 print(f"seed {seed}: {' '.join(case.arguments)}: {outcome.kind}: {outcome.reason}", flush=True)
-            if outcome.kind == "failed":
-                smallest = damaged(case, shrunk(case, changes, folder))
-                for name, content in smallest.files.items() if keep else ():
-                    (keep / str(seed)).mkdir(parents=True, exist_ok=True)
+            if outcome.kind == "failed" and keep:
+                (keep / str(seed)).mkdir(parents=True, exist_ok=True)
+                for name, content in smallest(case, changes, folder).files.items():
                     (keep / str(seed) / name).write_bytes(content)
             entries.append(entry)
             if journal:
-                with journal.open("a") as file:
-                    file.write(json.dumps(entry) + "\n")
+                journal.add(entry)
     return entries
 
 
-def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", default="0:1000", help="A:B, B not included")
-    parser.add_argument("--budget", type=float, default=0.0, help="seconds; 0: none")
-    parser.add_argument("--journal", type=Path, default=JOURNAL)
-    parser.add_argument("--keep", type=Path, default=None, help="folder for the files of failures")
-    parser.add_argument("--table", action="store_true", help="only print the table")
-    return parser.parse_args()
+def in_a_fork(seeds: list[int], journal: seed_journal.Journal, keep: Path | None) -> None:
+    """Try seeds in a process of their own: the memory that libraries keep goes with it."""
+    child = os.fork()
+    if not child:
+        try:
+            run(seeds, journal, keep)
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
 
 
 if __name__ == "__main__":
-    options = _options()
-    first, last = (int(part) for part in options.seeds.split(":"))
+    options = seed_journal.parser("mutants", __doc__, "0:1000").parse_args()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     os.environ["CC"] = ""  # what few rows there are need no compiler
-    everything = run(range(first, first if options.table else last), options.journal, options.keep, options.budget)
+    if not options.table:
+        left = options.journal.left(options.seeds, options.budget)
+        while seeds := list(islice(left, AT_ONCE)):
+            in_a_fork(seeds, options.journal, options.keep)
+    everything = options.journal.rows(options.seeds)
     print(table(everything))
     sys.exit(any(entry["kind"] == "failed" for entry in everything))

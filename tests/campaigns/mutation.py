@@ -1,279 +1,267 @@
 """One-line changes of the library, and whether a test notices: what passes every test is a hole in the tests.
 
+python tests/campaigns/calls_of_tests.py                    once: which functions each test calls
 python tests/campaigns/mutation.py --seeds 0:300            draws, tries and adds to mutation.jsonl; again goes on
+python tests/campaigns/mutation.py --seeds 0:300 --wide     survivors meet all tests of their room in a changed tree
 python tests/campaigns/mutation.py --seeds 0:300 --table    only the table of what is in mutation.jsonl
-python tests/campaigns/mutation.py --seeds 0:300 --wide     survivors of their room meet all other tests too
 
 A seed draws one place of the library (operator, comparison, constant, condition or returned value outside cli, report,
-tables and messages) and changes it in a copy of the tree. The tests that import the module run first, then its room's.
-equivalent.toml lists the changes that cannot be noticed, each with its reason.
+tables and messages). All tests are loaded once; a change inside a function is made in a forked process, by its code
+alone, and the tests that call the function run there, the quickest first, until one fails. A change at a module's level
+is made in a copy of the tree. equivalent.toml lists the changes that cannot be noticed, each with its reason.
 """
 
-import argparse
-import ast
-import copy
-import json
+import gc
 import os
 import random
-import re
+import resource
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
-from queue import SimpleQueue
-from threading import Lock
+from types import CodeType, FunctionType
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-JOURNAL = ROOT / "tests" / "campaigns" / "mutation.jsonl"
-EQUIVALENT = ROOT / "tests" / "campaigns" / "equivalent.toml"
-LEFT_OUT = ("cli", "report", "tables", "tables.py", "schema.py", "__main__.py")
-OPERATORS = {
-    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Div,
-    ast.Mod: ast.Mult, ast.Pow: ast.Mult, ast.BitOr: ast.BitAnd, ast.BitAnd: ast.BitOr,
-    ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
-    ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.And: ast.Or, ast.Or: ast.And,
-}  # fmt: skip
+sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
+
+import calls_of_tests  # noqa: E402
+import seed_journal  # noqa: E402
+from calls_of_tests import Calls  # noqa: E402
+from code_mutants import Mutant, changed, functions_around, library  # noqa: E402
+from seed_journal import Journal  # noqa: E402
+
+EQUIVALENT = Path(__file__).with_name("equivalent.toml")
+MOST_S = 150.0  # of tests of one change, as they take without it
+ALWAYS_S = 60  # beside ten times what the tests take without the change
+SLOWER = 10
+CLOCK = 10  # how much longer a run may take by the clock: the machine does other things too
+QUIET = ["--no-header", "--tb=no", "-p", "no:cacheprovider"]
 
 
-@dataclass(frozen=True)
-class Mutant:
-    """One change: file, line, the bytes that go, and those that come."""
-
-    file: str
-    line: int
-    start: int
-    end: int
-    before: str
-    after: str
-    statement: str  # the line as it was, to recognise it when lines have moved
+def mutant_of(seed: int, pool: list[Mutant]) -> Mutant:
+    return random.Random(seed).choice(pool)
 
 
-def replacements(node: ast.AST) -> Iterator[ast.expr]:
-    """What may stand in an expression's place."""
-    other = copy.deepcopy(node)
-    match other:
-        case ast.BinOp(op=op) if type(op) in OPERATORS:
-            other.op = OPERATORS[type(op)]()
-            yield other
-        case ast.Compare(ops=[op]) if type(op) in OPERATORS:
-            other.ops = [OPERATORS[type(op)]()]
-            yield other
-        case ast.BoolOp(op=op):
-            other.op = OPERATORS[type(op)]()
-            yield other
-        case ast.UnaryOp(op=ast.Not() | ast.USub(), operand=operand):
-            yield operand
-        case ast.Constant(value=bool(value)):
-            yield ast.Constant(not value)
-        case ast.Constant(value=int(value)):
-            yield ast.Constant(value + 1)
-        case ast.Constant(value=float(value)):
-            yield ast.Constant(2 * value if value else 1.0)
-        case ast.IfExp(test=test):
-            other.test = ast.UnaryOp(ast.Not(), test)
-            yield other
+def tests_of(mutant: Mutant, calls: Calls) -> list[str]:
+    """Tests to run, the quickest first, as many as there is time for."""
+    around = functions_around(mutant)
+    tests = calls.tests_of.get((mutant.file, around[-1]), set()) if around else calls.of_file(mutant.file)
+    chosen, total = [], 0.0
+    for test in sorted(tests, key=lambda t: (calls.seconds[t], t)):
+        total += calls.seconds[test]
+        if total > MOST_S and chosen:
+            break
+        chosen.append(test)
+    return chosen
 
 
-def expressions(node: ast.AST) -> Iterator[ast.expr]:
-    """Expressions under a node that calculate: no annotations, messages, decorators and docstrings."""
-    if isinstance(node, ast.Raise | ast.JoinedStr):
-        return
-    if isinstance(node, ast.expr):
-        yield node
-    for name, field in ast.iter_fields(node):
-        if name in ("annotation", "returns", "decorator_list", "slice" if isinstance(node, ast.AnnAssign) else ""):
-            continue
-        for child in field if isinstance(field, list) else [field]:
-            if isinstance(child, ast.AST):
-                yield from expressions(child)
+# In a forked process ---------------------------------------------------------------------------------------------
 
 
-def mutants_of(path: Path) -> Iterator[Mutant]:
-    text = path.read_bytes()
-    lines = text.splitlines(keepends=True)
-    starts = [0]
-    for line in lines:
-        starts.append(starts[-1] + len(line))
-    tree = ast.parse(text)
-    choices = [(node, new) for node in expressions(tree) for new in replacements(node)]
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Return) and node.value is not None and not isinstance(node.value, ast.Constant):
-            choices.append((node.value, ast.Constant(None)))
-        elif isinstance(node, ast.If | ast.While) and not isinstance(node.test, ast.Compare | ast.BoolOp | ast.UnaryOp):
-            choices.append((node.test, ast.UnaryOp(ast.Not(), node.test)))
-    for node, new in choices:
-        start, end = starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
-        after = ast.unparse(new)
-        after = after if isinstance(new, ast.Constant) else f"({after})"
-        statement = lines[node.lineno - 1].decode().strip()
-        yield Mutant(str(path.relative_to(ROOT)), node.lineno, start, end, text[start:end].decode(), after, statement)
+class Forks:
+    """A pytest plugin that runs, instead of all tests, those of each change in a process of its own."""
 
+    def __init__(self, seeds: list[int], pool: list[Mutant], calls: Calls, journal: Journal) -> None:
+        self._seeds, self._pool, self._calls, self._journal = seeds, pool, calls, journal
+        self._pipe = -1
 
-def library() -> list[Mutant]:
-    files = sorted(p for p in (ROOT / "compgen").rglob("*.py") if not set(p.parts) & set(LEFT_OUT))
-    return [m for p in files for m in mutants_of(p)]
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        items = {item.nodeid: item for item in session.items}
+        for seed in self._seeds:
+            mutant = mutant_of(seed, self._pool)
+            tests = [t for t in tests_of(mutant, self._calls) if t in items]
+            function = functions_around(mutant)
+            start = time.monotonic()
+            result, test = self._tried(mutant, function[0], [items[t] for t in tests]) if function else in_a_tree(
+                mutant, tests, self._seconds(tests)
+            )  # fmt: skip
+            row = {"seed": seed, "wide": False, "result": result, "test": test, "tests": len(tests), **asdict(mutant)}
+            self._journal.add(row | {"seconds": round(time.monotonic() - start, 1)})
+            print(f"\n{seed} {result} {mutant.file}:{mutant.line} {mutant.before} -> {mutant.after} {test}", flush=True)
+        return True
 
+    def _seconds(self, tests: list[str]) -> float:
+        return ALWAYS_S + SLOWER * sum(self._calls.seconds[t] for t in tests)
 
-# Trying ----------------------------------------------------------------------------------------------------------
-
-
-def stages(mutant: Mutant, wide: bool) -> list[list[str]]:
-    """Test files in the order tried: those that import the module, the rest of its room, and everything else."""
-    module = Path(mutant.file).with_suffix("")
-    name, package = module.parts[-1], ".".join(module.parts[:-1])
-    files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / "tests").rglob("test_*.py"))
-    imports = re.compile(rf"{package}\.{name}\b|from {package} import .*\b{name}\b")
-    near = [f for f in files if f.endswith(f"/test_{name}.py") or imports.search((ROOT / f).read_text())]
-    own = [f for f in files if f.split("/")[1] == module.parts[1] and f not in near]
-    others = [f for f in files if f not in near and f not in own and "test_architecture" not in f]
-    return [stage for stage in (near, own, others if wide else []) if stage]
-
-
-def pytest_run(tree: Path, *arguments: str, seconds: float | None = None) -> tuple[int | None, list[str]]:
-    """Exit code, None when the time is over, and the tests that failed."""
-    command = [sys.executable, "-m", "pytest", "--no-header", "--tb=no", "-p", "no:cacheprovider", *arguments]
-    process = subprocess.Popen(
-        command, cwd=tree, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
-    )
-    try:
-        output, _ = process.communicate(timeout=seconds)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-        return None, []
-    failed = [line.split(" ")[1] for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
-    return process.returncode, failed
-
-
-class Baseline:
-    """Tests that fail without any change prove nothing: each file is run once as it is, and they are left out."""
-
-    def __init__(self, tree: Path) -> None:
-        self._tree = tree
-        self._failing: dict[str, list[str]] = {}
-        self._lock = Lock()
-
-    def deselected(self, files: list[str]) -> list[str]:
-        with self._lock:
-            for file in files:
-                if file not in self._failing:
-                    self._failing[file] = pytest_run(self._tree, file)[1]
-            return [f"--deselect={test}" for file in files for test in self._failing[file]]
-
-
-def tested(tree: Path, files: list[str], deselected: list[str], seconds: float) -> str:
-    """``passed``, ``timed out``, or the first test that fails."""
-    code, failed = pytest_run(tree, "-x", *files, *deselected, seconds=seconds)
-    if code is None:
-        return "timed out"
-    if code in (0, 5):  # 5: nothing to run
-        return "passed"
-    return failed[0] if failed else f"exit {code}"
-
-
-def attempt(tree: Path, mutant: Mutant, baseline: Baseline, wide: bool, seconds: float) -> tuple[str, str]:
-    """``caught``, ``timed out`` or ``survived``, and the test that noticed."""
-    path = tree / mutant.file
-    text = path.read_bytes()
-    try:
-        rewrite(path, text[: mutant.start] + mutant.after.encode() + text[mutant.end :])
-        for files in stages(mutant, wide):
-            answer = tested(tree, files, baseline.deselected(files), seconds)
-            if answer != "passed":
-                return ("timed out", "") if answer == "timed out" else ("caught", answer)
-        return "survived", ""
-    finally:
-        rewrite(path, text)
-
-
-def rewrite(path: Path, text: bytes) -> None:
-    """Another text of a module, without what was compiled of the last: it may have the same size and second."""
-    path.write_bytes(text)
-    for compiled in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
-        compiled.unlink()
-
-
-def copied_tree(folder: Path) -> Path:
-    ignore = shutil.ignore_patterns(".git", ".venv", "outputs", "__pycache__", ".*_cache", "*.jsonl")
-    return Path(shutil.copytree(ROOT, folder, ignore=ignore))
-
-
-def campaign(seeds: range, wide: bool, seconds: float, processes: int) -> None:
-    done = {row["seed"] for row in journal() if row["wide"] >= wide or row["result"] != "survived"}
-    pool = library()
-    with tempfile.TemporaryDirectory() as folder:
-        trees: SimpleQueue[Path] = SimpleQueue()
-        baseline = Baseline(copied_tree(Path(folder) / "as it is"))
-        for n in range(processes):
-            trees.put(copied_tree(Path(folder) / str(n)))
-
-        def work(seed: int) -> None:
-            mutant = random.Random(seed).choice(pool)
-            tree = trees.get()
+    def _tried(self, mutant: Mutant, first_line: int, items: list[pytest.Item]) -> tuple[str, str]:
+        """``caught`` and the test, ``timed out``, or ``survived``."""
+        limit = self._seconds([item.nodeid for item in items])
+        reading, self._pipe = os.pipe()
+        child = os.fork()
+        if not child:
             try:
-                outcome, test = attempt(tree, mutant, baseline, wide, seconds)
-            finally:
-                trees.put(tree)
-            row = {"seed": seed, "wide": wide, "result": outcome, "test": test, **asdict(mutant)}
-            with JOURNAL.open("a") as file:
-                file.write(json.dumps(row) + "\n")
-            print(f"{seed} {outcome} {mutant.file}:{mutant.line} {mutant.before} -> {mutant.after} {test}", flush=True)
+                os.setpgid(0, 0)
+                os.close(reading)
+                nothing = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nothing, 1)
+                os.dup2(nothing, 2)
+                resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
+                replace_code(mutant, first_line)
+                for n, item in enumerate(items):
+                    after = items[n + 1] if n + 1 < len(items) else None
+                    item.config.hook.pytest_runtest_protocol(item=item, nextitem=after)
+                self._leave("survived")
+            except BaseException as failure:
+                self._leave(f"broken\t{type(failure).__name__}: {failure}"[:200])
+        os.close(self._pipe)
+        code = waited(child, CLOCK * limit)
+        with os.fdopen(reading) as pipe:
+            said = pipe.read()
+        if code is None or (
+            not said and os.WIFSIGNALED(code) and os.WTERMSIG(code) in (signal.SIGXCPU, signal.SIGKILL)
+        ):
+            return "timed out", ""
+        result, _, test = said.partition("\t") if said else ("caught", "", "the process ended")
+        return result, test
 
-        with ThreadPoolExecutor(processes) as executor:
-            list(executor.map(work, [s for s in seeds if s not in done]))
+    def _leave(self, said: str) -> None:
+        os.write(self._pipe, said.encode())
+        os._exit(0)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self._leave(f"caught\t{report.nodeid}")
+
+
+def waited(child: int, seconds: float) -> int | None:
+    """Status of a child, None when the time is over; what it has started ends with it."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        done, code = os.waitpid(child, os.WNOHANG)
+        if done:
+            break
+        time.sleep(0.02)
+    else:
+        code = None
+    with suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)
+    if code is None:
+        os.waitpid(child, 0)
+    return code
+
+
+def replace_code(mutant: Mutant, first_line: int) -> None:
+    """Give every function that was made from the changed one its new code."""
+    path = ROOT / mutant.file
+    whole = compile(changed(path.read_bytes(), mutant), str(path), "exec", dont_inherit=True)
+    new = next(code for code in codes_in(whole) if code.co_firstlineno == first_line and code.co_name != "<lambda>")
+    old = [
+        f for f in gc.get_objects()
+        if isinstance(f, FunctionType) and f.__code__.co_filename == str(path)
+        and (f.__code__.co_firstlineno, f.__code__.co_name) == (first_line, new.co_name)
+    ]  # fmt: skip
+    if not old:
+        raise LookupError(f"{mutant.file}:{first_line}: no such function is loaded")
+    for function in old:
+        function.__code__ = new
+
+
+def codes_in(code: CodeType) -> list[CodeType]:
+    return [c for inner in code.co_consts if isinstance(inner, CodeType) for c in (inner, *codes_in(inner))]
+
+
+# In a copy of the tree -------------------------------------------------------------------------------------------
+
+
+def in_a_tree(mutant: Mutant, tests: list[str], seconds: float) -> tuple[str, str]:
+    """``caught`` and the test, ``timed out``, or ``survived``: with the changed file in a copy of the tree."""
+    if not tests:
+        return "survived", ""
+    ignore = shutil.ignore_patterns(".git", ".venv", "outputs", "__pycache__", ".*_cache", "*.jsonl")
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(shutil.copytree(ROOT, Path(folder) / "tree", ignore=ignore))
+        (tree / mutant.file).write_bytes(changed((tree / mutant.file).read_bytes(), mutant))
+        (Path(folder) / "tests").write_text("\n".join(tests))
+        command = [sys.executable, "-m", "pytest", "-x", *QUIET, f"--basetemp={folder}/temporary", f"@{folder}/tests"]
+        process = subprocess.Popen(
+            command, cwd=tree, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
+        )
+        try:
+            output, _ = process.communicate(timeout=CLOCK * seconds)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+            return "timed out", ""
+    failed = [line.split(" ")[1] for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+    if process.returncode in (0, 5):  # 5: nothing to run
+        return "survived", ""
+    return "caught", failed[0] if failed else f"exit {process.returncode}"
+
+
+def wide(seeds: range, journal: Journal, calls: Calls) -> None:
+    """Survivors meet what their room's tests do in other processes too."""
+    reasons = equivalents()
+    passing = set(calls.seconds)
+    for row in journal.rows(seeds):
+        if row["result"] == "survived" and not row["wide"] and key_of(row) not in reasons:
+            mutant = Mutant(**{name: row[name] for name in Mutant.__dataclass_fields__})
+            room = mutant.file.split("/")[1]
+            tests = sorted(t for t in passing if t.startswith(f"tests/{room}/")) or sorted(calls.of_file(mutant.file))
+            result, test = in_a_tree(mutant, tests, ALWAYS_S + SLOWER * sum(calls.seconds[t] for t in tests))
+            journal.add(row | {"wide": True, "result": result, "test": test})
+            print(f"{row['seed']} {result} {mutant.file}:{mutant.line} {test}", flush=True)
 
 
 # Telling ---------------------------------------------------------------------------------------------------------
 
 
-def journal() -> list[dict]:
-    return [json.loads(line) for line in JOURNAL.read_text().splitlines()] if JOURNAL.exists() else []
+def key_of(row: dict) -> tuple[str, str, str]:
+    return row["file"], row["statement"], row["after"]
 
 
-def table(seeds: range) -> str:
-    """Counts and each survivor; the last trial of a seed counts."""
-    rows = {row["seed"]: row for row in journal() if row["seed"] in seeds}
-    reasons = {
-        (e["file"], e["statement"], e["after"]): e["reason"]
-        for e in tomllib.loads(EQUIVALENT.read_text()).get("mutant", [])
-    }
+def equivalents() -> dict[tuple[str, str, str], str]:
+    """Reasons of the changes that cannot be noticed."""
+    return {key_of(entry): entry["reason"] for entry in tomllib.loads(EQUIVALENT.read_text()).get("mutant", [])}
+
+
+def table(rows: list[dict]) -> str:
+    """Counts and each survivor."""
+    reasons = equivalents()
     counts: Counter[str] = Counter()
     lines = []
-    for seed, row in sorted(rows.items()):
-        result = row["result"]
-        if result == "survived" and (row["file"], row["statement"], row["after"]) in reasons:
-            result = "equivalent"
+    for row in rows:
+        result = "equivalent" if row["result"] == "survived" and key_of(row) in reasons else row["result"]
         counts[result] += 1
-        if result in ("survived", "timed out"):
-            lines.append(f"  {seed} {result}: {row['file']}:{row['line']}: {row['before']} -> {row['after']}")
+        if result != "caught" and result != "equivalent":
+            lines.append(f"  {row['seed']} {result}: {row['file']}:{row['line']}: {row['before']} -> {row['after']}")
             lines.append(f"      {row['statement']}")
-    total, judged = len(rows), len(rows) - counts["equivalent"]
-    noticed = counts["caught"]  # whether one that timed out is noticed is for a reader to say
-    head = f"tried {total}, caught {counts['caught']}, timed out {counts['timed out']}, survived {counts['survived']}, "
-    head += f"equivalent {counts['equivalent']}: {100 * noticed / max(judged, 1):.1f} % of {judged} noticed"
-    return "\n".join([head, *lines])
+    judged = len(rows) - counts["equivalent"]
+    noticed = counts["caught"] + counts["timed out"]  # a run that does not end is noticed
+    head = f"seeds {seed_journal.ranges_of(row['seed'] for row in rows)}: tried {len(rows)}, "
+    head += ", ".join(f"{kind} {counts[kind]}" for kind in ("caught", "timed out", "survived", "equivalent", "broken"))
+    return "\n".join([f"{head}: {100 * noticed / max(judged, 1):.1f} % of {judged} noticed", *lines])
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", default="0:10", help="first:end")
-    parser.add_argument("--wide", action="store_true", help="also the tests of other rooms")
-    parser.add_argument("--seconds", type=float, default=300, help="limit of each stage")
-    parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument("--table", action="store_true", help="only tell what was tried")
-    arguments = parser.parse_args()
-    first, end = (int(part) for part in arguments.seeds.split(":"))
-    if not arguments.table:
-        campaign(range(first, end), arguments.wide, arguments.seconds, arguments.processes)
-    print(table(range(first, end)))
+def main() -> int:
+    parser = seed_journal.parser("mutation", __doc__, "0:10")
+    parser.add_argument("--wide", action="store_true", help="try survivors in a changed tree")
+    parser.add_argument("--again", action="store_true", help="try survivors again: there are new tests")
+    given = parser.parse_args()
+    if not given.table:
+        calls, pool = calls_of_tests.read(), library()
+        if given.wide:
+            wide(given.seeds, given.journal, calls)
+        else:
+            seeds = list(given.journal.left(given.seeds))
+            if given.again:
+                seeds += [row["seed"] for row in given.journal.rows(given.seeds) if row["result"] != "caught"]
+            with tempfile.TemporaryDirectory() as folder:
+                os.environ["XDG_CACHE_HOME"] = f"{folder}/cache"
+                files = sorted({test.split("::")[0] for test in calls.seconds})
+                pytest.main([*QUIET, f"--basetemp={folder}/temporary", *files],
+                            plugins=[Forks(seeds, pool, calls, given.journal)])  # fmt: skip
+    print(table(given.journal.rows(given.seeds)))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

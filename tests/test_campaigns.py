@@ -1,0 +1,53 @@
+"""What the campaigns share: journals that resume and add up, the least that fails, and changes of the library."""
+
+import ast
+
+import code_mutants
+import mutation
+import seed_journal
+from seed_journal import Journal
+from shrinking import shrunk
+
+from compgen.fanuc.listing import lines
+
+
+def test_a_journal_resumes_adds_up_and_says_its_seeds(tmp_path):
+    journal = Journal(tmp_path / "x.jsonl")
+    for seed in (0, 1, 5):
+        journal.add({"seed": seed, "result": "passed"})
+    assert list(journal.left(range(4))) == [2, 3]
+    journal.add({"seed": 1, "result": "failed"})
+    assert [(row["seed"], row["result"]) for row in journal.rows(range(5))] == [(0, "passed"), (1, "failed")]
+    assert seed_journal.ranges_of(row["seed"] for row in journal.rows(range(9))) == "0 to 1, 5"
+    assert list(journal.left(range(2, 9), budget=1e-9)) == []
+
+
+def test_what_is_left_after_shrinking_is_what_fails():
+    tried = []
+    assert shrunk(list(range(40)), lambda parts: tried.append(parts) or {3, 29} <= set(parts)) == [3, 29]
+    assert len(tried) < 60
+
+
+def test_changes_stand_in_what_calculates_and_leave_valid_python():
+    pool = code_mutants.library()
+    assert len(pool) > 10_000
+    assert not {part for m in pool for part in m.file.split("/")} & set(code_mutants.LEFT_OUT)
+    for mutant in pool[::500]:
+        text = (code_mutants.ROOT / mutant.file).read_bytes()
+        assert text[mutant.start : mutant.end].decode() == mutant.before
+        ast.parse(code_mutants.changed(text, mutant))
+
+
+def test_a_change_is_made_in_the_functions_that_are_loaded():
+    mutant = next(
+        m for m in code_mutants.library()
+        if m.file == "compgen/fanuc/listing/lines.py" and m.before == "1" and "line_ends(data" in m.statement
+    )  # fmt: skip
+    (first_line,) = code_mutants.functions_around(mutant)
+    before = lines.line_of.__code__
+    try:
+        assert lines.line_of(b"a\nb", 2) == 2
+        mutation.replace_code(mutant, first_line)
+        assert lines.line_of(b"a\nb", 2) == 3
+    finally:
+        lines.line_of.__code__ = before
