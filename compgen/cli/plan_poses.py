@@ -83,12 +83,13 @@ def plan_poses(
     with show_progress(quiet) as progress:
         plan = pose_planning.plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
     pendant = np.round(arm.robot.to_pendant(plan.theta) / DEG, 3)
-    files = {
-        f"{program}.LS": measuring_program(program, "poses to measure", checked_date(date), pendant, wait),
+    measuring = {f"{program}.LS": measuring_program(program, "poses to measure", checked_date(date), pendant, wait)}
+    tables = {
         "poses.csv": poses_csv(pendant, len(reflectors_mm)),
         "expected.csv": expected_csv(model.parameters, plan),
     }
-    publish(folder, {}, files, set(files))
+    files = {**measuring, **tables}
+    publish(folder, measuring, tables, set(files))
     if not quiet:
         unlikely = [*arm.unlikely, *(f for given in lengths for f in unlikely_lengths(*given))]
         show_pose_plan(model.parameters, plan, folder, sorted(files), unlikely)

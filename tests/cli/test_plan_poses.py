@@ -1,5 +1,8 @@
 """``cgen plan-poses`` as a user meets it."""
 
+import os
+from pathlib import Path
+
 import pytest
 from command_line import refused, run
 
@@ -23,3 +26,22 @@ def test_poses_with_measurements_in_them_are_not_planned_anew(tmp_path):
 def test_lengths_that_no_cell_has_are_refused(option, tmp_path):
     refused(run("plan-poses", "m710ic50", "-n", "12", *option, "-q", "-o", tmp_path / "o"), 2, *option, "numbers in mm")
     assert not (tmp_path / "o").exists()
+
+
+def test_the_measuring_program_is_there_at_every_moment_and_never_beside_the_poses_of_another(tmp_path, monkeypatch):
+    """Also in a folder with files of others, where each file is put in its place."""
+    (tmp_path / "mine.txt").write_text("mine")
+    plan = ("plan-poses", "m710ic50", "-q", "-o", tmp_path, "-n")
+    assert run(*plan, "12").returncode == 0
+    older = (tmp_path / "poses.csv").read_bytes()
+    moments = []
+
+    def replace(self, to):
+        moments.append({p.name: p.read_bytes() for p in tmp_path.iterdir() if p.is_file()})
+        os.rename(self, to)
+
+    monkeypatch.setattr(Path, "replace", replace)
+    assert run(*plan, "13").returncode == 0
+    assert len(moments) == 3
+    assert all("M710IC50_POSES.LS" in files for files in moments)
+    assert not any(files.get("poses.csv") == older for files in moments)
