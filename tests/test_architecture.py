@@ -218,3 +218,39 @@ def test_imports_stand_at_the_top(path):
             inner = [n for n in inner if not ast.unparse(n).startswith(OPTIONAL)]
             assert not inner, f"{label(path)}: {node.name} imports inside"
             assert node.name != "__getattr__", label(path)
+
+
+#: unit factors as numbers; they stand in core/units alone, with a name
+FACTORS = {1e-6, 1e-3, 1e3, 1e6, 60, 180, 3600}
+#: files where such a number is no unit, and why
+NO_UNITS = {
+    "core/decimals.py": "digits",
+    "report/job_summary.py": "a published number, mid_spatial_rms_nm, keeps its last digit",
+}
+
+
+def raw_factors(path):
+    """Products and quotients with a bare unit factor; a tolerance has a name, so it is none of them."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
+            sides = [s.value for s in (node.left, node.right) if isinstance(s, ast.Constant)]
+            if any(value in FACTORS for value in sides if not isinstance(value, str | bytes)):
+                yield f"{label(path)}:{node.lineno}: {ast.unparse(node)}"
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if label(p) != "core/units.py"], ids=label)
+def test_unit_factors_have_their_names(path):
+    raw = list(raw_factors(path))
+    assert not raw or label(path) in NO_UNITS, raw
+
+
+def test_files_without_units_still_need_their_exception():
+    for name in NO_UNITS:
+        assert list(raw_factors(PACKAGE / name)), name
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_nothing_is_decided_by_assert(path):
+    """It disappears with -O."""
+    lines = [node.lineno for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Assert)]
+    assert not lines, f"{label(path)}: {lines}"

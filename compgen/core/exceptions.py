@@ -2,6 +2,8 @@
 
 from math import degrees
 
+from compgen.core.units import MM
+
 
 class CompgenError(Exception):
     """Anything compgen refuses to do; ``exit_code`` is what the command line returns."""
@@ -24,10 +26,10 @@ class UnreachableError(ImpossibleError):
 
     def __init__(self, waypoint: int, position: tuple[float, float, float], distance: float, side: str) -> None:
         self.waypoint, self.position, self.distance, self.side = waypoint, position, distance, side
-        x, y, z = (1e3 * v for v in position)
+        x, y, z = (v / MM for v in position)
         super().__init__(
             f"waypoint {waypoint} at X {x:.1f} Y {y:.1f} Z {z:.1f} mm is out of reach: the wrist centre is "
-            f"{1e3 * distance:.3g} mm {side} of joint 3; move the path or make it smaller"
+            f"{distance / MM:.3g} mm {side} of joint 3; move the path or make it smaller"
         )
 
 

@@ -5,6 +5,8 @@ import stat
 from errno import EFBIG, EINVAL, EISDIR
 from pathlib import Path
 
+from compgen.core.units import MB
+
 MOST_BYTES = 2_000_000_000
 PROVENANCE = ".compgen.json"  # behind a program's name: what it was corrected from, beside a corrected program
 MOST_TABLE_BYTES = 16_000_000  # of a TOML file or another that people write by hand
@@ -33,5 +35,5 @@ def read_regular(source: str | Path, most: int = MOST_BYTES) -> bytes:
     finally:
         os.close(descriptor)
     if len(content) > most:
-        raise OSError(EFBIG, f"it is larger than {most / 1e6:g} MB", str(source))
+        raise OSError(EFBIG, f"it is larger than {most / MB:g} MB", str(source))
     return content

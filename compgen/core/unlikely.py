@@ -17,6 +17,7 @@ from math import hypot, pi
 from typing import Any
 
 from compgen.core.findings import Finding, Level
+from compgen.core.units import DEG, MM
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ _RULES = (
     _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 1e-3, 1e6, "1/K", "um/m/K"),
     _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 0.1, 1e3, "mm/m/K", "um/m/K"),
     _Rule(r"(process|before|cycle|after)\.feed_mm_s", False, 1, 1e3, "m/s", "mm/s"),
-    _Rule(r"limits\.speed_deg_s", True, 12, 180 / pi, "rad/s", "deg/s"),
+    _Rule(r"limits\.speed_deg_s", True, 12, 1 / DEG, "rad/s", "deg/s"),
 )
 _ANGLES = r"(tool|u(frame|tool)\.\d+)\.([wpr]|spin)_deg|dh\.alpha_deg|pendant\.offset_deg"
 _AT_AXIS = 100  # mm from the J1 axis: no pattern has its centre there
@@ -66,7 +67,7 @@ def unlikely_values(data: Mapping[str, Any], file: str) -> tuple[Finding, ...]:
     for key, plain, value in values:
         multiple = round(value / (pi / 4))
         if re.fullmatch(_ANGLES, plain) and 1 <= abs(multiple) <= 8 and abs(value - multiple * pi / 4) < _RIGHT:
-            findings.setdefault(key, _finding(file, key, value, 180 / pi, "radians", "deg"))
+            findings.setdefault(key, _finding(file, key, value, 1 / DEG, "radians", "deg"))
     return tuple(findings.values())
 
 
@@ -74,7 +75,7 @@ def unlikely_lengths(option: str, text: str, lengths: Sequence[float]) -> tuple[
     """A warning where the lengths of an option [mm] were probably given in metres."""
     if not 0 < max(map(abs, lengths)) < _SHORT:
         return ()
-    meant = " ".join(f"{1e3 * length:.4g}" for length in lengths)
+    meant = " ".join(f"{length / MM:.4g}" for length in lengths)
     message = f"{option} '{text}': did you mean '{meant}'? it looks like metres, it is in mm"
     return (Finding(Level.WARNING, "units.unlikely", message),)
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from compgen.core.units import INCH, MINUTE, MM
+from compgen.core.units import INCH, MINUTE, MM, MS
 
 REMARKS = ("!", "//", "--")  # what a remark, a disabled statement and an instruction comment begin with
 
@@ -22,7 +22,7 @@ def _words(pattern: str) -> re.Pattern[str]:
 
 #: m/s of one unit of a path speed; seconds of one unit of a time for the whole motion.
 RATES = {"mm/sec": MM, "cm/min": 10 * MM / MINUTE, "inch/min": INCH / MINUTE}
-TIMES = {"sec": 1.0, "msec": 1e-3}
+TIMES = {"sec": 1.0, "msec": MS}
 PERCENT, TURN_RATE = "%", "deg/sec"  # of joint speed; of the tool's orientation
 _NUMBER = rb"(?:\d++\.?\d*+|\.\d++)"
 _UNIT = rb"(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)"

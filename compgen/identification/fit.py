@@ -258,8 +258,8 @@ class _Solver:
 
     def finish(self, point: _Iterate, outlier: BoolArray) -> Fit:
         solution, linear = point.posterior, point.linear
-        assert solution is not None
-        assert linear is not None
+        if solution is None or linear is None:
+            raise ValueError("a fit is finished after its first step")
         sigma, gamma = self.model.prior.copy(), np.zeros(len(point.p))
         K = int(self.active.sum())
         if K:

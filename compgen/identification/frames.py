@@ -13,6 +13,7 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.identification.measurements import Measurements
 
+FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
 ROUNDS = 50
 
 
@@ -97,7 +98,6 @@ def _fit_reflectors(
     root = np.sqrt(weight)[:, None] * measured  # a coordinate that was not measured says nothing
     lhs = (A * root[:, :, None]).reshape(3 * N, -1)
     rhs = ((np.where(measured, data.position, 0.0) - flange) * root).ravel()
-    # a faint pull to the flange, for what poses of one orientation do not determine
-    regularisation = 1e-6 * np.eye(lhs.shape[1])[: 3 * R]
+    regularisation = FAINT * np.eye(lhs.shape[1])[: 3 * R]
     x = np.linalg.lstsq(np.vstack([lhs, regularisation]), np.concatenate([rhs, np.zeros(3 * R)]), rcond=None)[0]
     return InstrumentFrames(frames.rotation, x[3 * R :].reshape(V, 3), x[: 3 * R].reshape(R, 3))

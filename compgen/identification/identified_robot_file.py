@@ -15,6 +15,7 @@ from compgen.core.units import DEG
 from compgen.error_model.uncertainty import UncertainSource, table_of
 from compgen.robot.robot import Robot
 
+PER_DEGREE = 1000  # steps to which the box is widened
 _MEND = "give each source a table [sources.<name>] of its own"
 
 
@@ -53,7 +54,7 @@ def robot_text(
 def _box(robot: Robot, box: Array) -> dict[str, Any]:
     corners = np.array([robot.to_pendant(box[:, 0]), robot.to_pendant(box[:, 1])]) / DEG
     low, high = corners.min(axis=0), corners.max(axis=0)
-    return {"low_deg": np.floor(low * 1000) / 1000, "high_deg": np.ceil(high * 1000) / 1000}
+    return {"low_deg": np.floor(low * PER_DEGREE) / PER_DEGREE, "high_deg": np.ceil(high * PER_DEGREE) / PER_DEGREE}
 
 
 def _plain(value: Any) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
-from compgen.core.units import MINUTE
+from compgen.core.units import DAY, MINUTE
 from compgen.identification.measurements import Measurements
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.logged_rises import rises_at
@@ -20,7 +20,7 @@ FIRST = 1 * MINUTE  # of a log, whose median is the cold arm
 WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold
 LUKEWARM = 1.5  # [K] at which that is a finding
 SHORTEST = 10 * MINUTE  # of a warm-up: no arm warms in less
-LONGEST = 30 * 24 * 60 * MINUTE
+LONGEST = 30 * DAY
 RISE = 3.0  # [K] that no arm warms within SHORTEST
 SWAPPED = 2.0  # times: rises in the opposite proportion to the file's
 AIR = 4.0  # [K] that the air of a cell hardly changes by within a log
@@ -97,7 +97,7 @@ def as_warm_up(data: Measurements) -> Measurements:
 def _likely_clock(span: float) -> str:
     """The unit in which a span is one of a warm-up, as the end of a message."""
     for factor, unit in CLOCKS:
-        if SHORTEST <= span * factor <= 2 * 24 * 60 * MINUTE:
+        if SHORTEST <= span * factor <= 2 * DAY:
             return f"; are the times {unit}? multiply them by {factor:g}"
     return "; give the times in seconds"
 

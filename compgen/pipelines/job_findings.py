@@ -10,7 +10,7 @@ from compgen.compensation.solution import Solution, Status
 from compgen.core.arrays import row_norms, step_lengths
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level
-from compgen.core.units import MM, UM
+from compgen.core.units import MM, MS, UM
 from compgen.fanuc import Program
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
@@ -18,6 +18,7 @@ from compgen.planning.toolpath import ToolPath
 from compgen.verification.written_motion import WrittenMotion
 
 CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
+SAME_FEED = 1e-3  # difference of the wanted feed and the written one, above which it is a finding
 FEED_ERROR = 0.01  # of a written speed, above which it is a finding
 
 
@@ -84,7 +85,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
         )
         message = f"{100 * slow:.1f} % of the path length is programmed below feed: {why}"
         findings.append(Finding(Level.NOTE, "timing.below_feed", message))
-    if abs(feed - job.feed) > 1e-3 * job.feed:
+    if abs(feed - job.feed) > SAME_FEED * job.feed:
         message = (
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
@@ -93,7 +94,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
     if error > FEED_ERROR:
         message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "
-            f"stretch by {late * 1000:.0f} ms at most"
+            f"stretch by {late / MS:.0f} ms at most"
         )
         findings.append(Finding(Level.NOTE, "timing.feed_error", message))
     return findings

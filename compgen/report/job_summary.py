@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen import __version__, fanuc
 from compgen.core.arrays import column_extremes, row_norms, step_lengths
-from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.verification.deviation import statistics
 from compgen.verification.verdict import Verdict
@@ -98,7 +98,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "position_mm": (job.tool.pose.position / MM).tolist(),
             "rotation": job.tool.pose.rotation.tolist(),
         },
-        "before": [{"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / 3600} for d in job.before],
+        "before": [{"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / HOUR} for d in job.before],
         "joint_range_deg": _joint_range(planned, corrected),
     }
     return report
@@ -114,21 +114,21 @@ def _program(corrected: Corrected) -> dict[str, Any]:
         "file": delivered.files[-1][0],
         "positions": len(program.position),
         "bytes": sum(len(content) for name, content in delivered.files if name.endswith(".LS")),
-        "memory_kB": fanuc.estimated_memory(program) / 1000,
+        "memory_kB": fanuc.estimated_memory(program) / KB,
         "largest_feed_error": feed_error,
         "largest_time_error_s": time_error,
         "rounding_um": float(np.sqrt(3) / 2 * 10.0 ** (3 - program.decimals)),
         "pages": [],
     }
     if delivered.paged is not None:
-        record["memory_kB"] = sum(page.size.memory for page in delivered.paged.pages) / 1000
+        record["memory_kB"] = sum(page.size.memory for page in delivered.paged.pages) / KB
         record["pages"] = [
             {
                 "file": f"{page.name}.LS",
                 "load": page.load,
                 "lines": page.size.lines,
                 "positions": page.size.positions,
-                "memory_kB": page.size.memory / 1000,
+                "memory_kB": page.size.memory / KB,
                 "start_s": start.time,
                 "start_window_s": start.window,
             }

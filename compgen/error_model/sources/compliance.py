@@ -9,6 +9,7 @@ within the rated payload.
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from compgen.core.units import URAD
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import ComplianceTable
@@ -25,7 +26,7 @@ class JointCompliance:
 
     NAME: ClassVar[str] = "compliance"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("compliance", "compliance_urad_Nm", (6,), 1e-6, 1e-6, "turn of each joint per torque about it"),
+        Parameter("compliance", "compliance_urad_Nm", (6,), URAD, URAD, "turn of each joint per torque about it"),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = Fitting("joints", ComplianceTable())

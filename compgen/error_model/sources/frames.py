@@ -9,7 +9,7 @@ error moves the whole arm in it. Source: Mooring, Roth and Driels (1991). Valid 
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from compgen.core.units import MDEG, UM
+from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.expressions import column, rotation_expr
 from compgen.error_model.schema import FrameTable
 from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
@@ -25,7 +25,7 @@ class BaseFrame:
 
     NAME: ClassVar[str] = "base_frame"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("position", "position_um", (3,), UM, 1000 * UM, "of the arm in World"),
+        Parameter("position", "position_um", (3,), UM, 1 * MM, "of the arm in World"),
         Parameter("rotation", "rotation_mdeg", (3,), MDEG, 50 * MDEG, "of the arm in World, rotation vector"),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = ()

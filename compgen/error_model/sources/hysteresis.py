@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.core.units import MDEG
+from compgen.core.units import MDEG, URAD
 from compgen.error_model.expressions import entries
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import HysteresisTable
@@ -45,7 +45,7 @@ class Hysteresis:
     NAME: ClassVar[str] = "hysteresis"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("backlash", "backlash_mdeg", (6,), MDEG, 3 * MDEG, "half the width, of each joint"),
-        Parameter("windup", "windup_urad_Nm", (6,), 1e-6, 0.02e-6, "half the width per load about the joint"),
+        Parameter("windup", "windup_urad_Nm", (6,), URAD, 0.02 * URAD, "half the width per load about the joint"),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("width", "width_mdeg", MDEG),)
     FITTING: ClassVar[Fitting | None] = Fitting("joints", HysteresisTable(width_mdeg=6 * [200.0]))

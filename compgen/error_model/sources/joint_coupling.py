@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import casadi as ca
 
 from compgen.core.arrays import Array, own
+from compgen.core.units import PPM
 from compgen.error_model.expressions import plus
 from compgen.error_model.schema import JointCouplingTable
 from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
@@ -28,7 +29,7 @@ class JointCoupling:
 
     NAME: ClassVar[str] = "joint_coupling"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("ratio", "ratio_ppm", (6, 6), 1e-6, 200e-6, "error of the row's joint per motion of the column's"),
+        Parameter("ratio", "ratio_ppm", (6, 6), PPM, 200 * PPM, "error of the row's joint per motion of the column's"),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = Fitting("joints", JointCouplingTable())

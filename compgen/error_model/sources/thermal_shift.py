@@ -19,6 +19,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.toml import suggest
+from compgen.core.units import UM
 from compgen.error_model.expressions import entries
 from compgen.error_model.schema import ThermalShiftTable
 from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
@@ -45,7 +46,7 @@ class ThermalShift:
 
     NAME: ClassVar[str] = "thermal_shift"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("rate", "rate_um_K", ("B",), 1e-6, 3e-6, "shift per kelvin"),
+        Parameter("rate", "rate_um_K", ("B",), UM, 3 * UM, "shift per kelvin"),
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("of", "of", None), Fact("node_name", "node", None))
     FITTING: ClassVar[Fitting | None] = Fitting("temperature", ThermalShiftTable(of=[], node=[], rate_um_K=[]))

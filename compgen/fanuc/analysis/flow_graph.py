@@ -58,23 +58,18 @@ def arrivals(
         leave: What is known behind a node, from what is known before it.
         meet: What two ways that meet both know; repeated, it must come to an end.
     """
-    arrival: list[State | None] = [None] * len(nodes)
-    if not nodes:
-        return arrival
-    arrival[0] = start
-    pending = [0]
+    arrival: dict[int, State] = {0: start}
+    pending = [0] if nodes else []
     while pending:
         k = pending.pop()
-        before = arrival[k]
-        assert before is not None
-        after = leave(nodes[k], before)
+        after = leave(nodes[k], arrival[k])
         for j in [*([k + 1] if nodes[k].falls_through else []), *nodes[k].leads_to]:
-            known = arrival[j]
+            known = arrival.get(j)
             met = after if known is None else meet(known, after)
             if known is None or met != known:
                 arrival[j] = met
                 pending.append(j)
-    return arrival
+    return [arrival.get(k) for k in range(len(nodes))]
 
 
 def read_nodes(
@@ -97,11 +92,12 @@ def read_nodes(
     first = np.searchsorted(motion, np.arange(len(m.line) + 1))  # of each motion's stations, and where they end
     jumping = {option for option in set(m.options) if option and LABEL.search(option)}
     inner = set(np.flatnonzero(np.bincount(flow.move_unit, minlength=1) > 1).tolist())  # with motions in point logic
-    meaning = {text: _statement(text, motionless, matters) for text in set(flow.text.values())}
+    statements = ((text, _statement(text, motionless, matters)) for text in set(flow.text.values()))
+    meaning = {text: template for text, template in statements if template is not None}
     acting = {option for option in set(m.options) if option and matters(option)}
     nodes: list[Node] = []
     run: tuple[int, int] | None = None
-    breaks = {s for s, text in flow.text.items() if meaning[text] is not None}
+    breaks = {s for s, text in flow.text.items() if text in meaning}
     for s in sorted(breaks | set(np.flatnonzero(flow.motion != NO_NUMBER).tolist())):
         i = int(flow.motion[s])
         begin, end = (int(first[i]), int(first[i + 1])) if i != NO_NUMBER else (0, 0)
@@ -113,9 +109,7 @@ def read_nodes(
             nodes.append(Node(stations=run))
             run = None
         if i == NO_NUMBER:
-            template = meaning[flow.text[s]]
-            assert template is not None
-            nodes.append(template(s))
+            nodes.append(meaning[flow.text[s]](s))
         else:  # a target that is not understood, a skip with its label, point logic that moves
             moves = begin == end or m.options[i] in jumping or s in inner
             nodes.append(Node(moves=moves, jumps=LABEL.findall(m.options[i]), unit=s, options=m.options[i]))

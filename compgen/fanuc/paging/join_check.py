@@ -14,6 +14,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, frozen
 from compgen.core.evaluation import map_blocks
 from compgen.core.exceptions import CompgenError
+from compgen.core.units import MM
 from compgen.fanuc.analysis.control_flow import read_flow
 from compgen.fanuc.canonical.reader import interpret
 from compgen.fanuc.listing.listing import LsProgram, loads
@@ -241,7 +242,7 @@ def _require_meeting(before: Program, after: Program) -> None:
     turn = float(np.abs(after.rotation[0] - before.rotation[-1]).max())
     if gap > 0 or turn > 0:
         raise JoinError(
-            f"page {after.name}: it starts {gap * 1e3:.3f} mm from where {before.name} stopped; load matching pages"
+            f"page {after.name}: it starts {gap / MM:.3f} mm from where {before.name} stopped; load matching pages"
         )
     if not before.fine[-1]:
         raise JoinError(f"page {before.name}: it does not stop (FINE) at its end")

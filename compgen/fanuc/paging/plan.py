@@ -8,6 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import IntArray
 from compgen.core.exceptions import ImpossibleError
+from compgen.core.units import KB
 from compgen.fanuc.analysis.control_flow import Flow
 from compgen.fanuc.analysis.modal_state import ModalState, read_modal_state
 from compgen.fanuc.listing.listing import LsProgram
@@ -151,7 +152,7 @@ def _no_split_point(
     program: LsProgram, flow: Flow, settings: ModalState, first: int, count: int, capacity: Capacity
 ) -> ImpossibleError:
     """Why a program cannot be split within what a page holds: its next ``count`` units."""
-    holds = f"{capacity.max_lines} lines, {capacity.max_positions} positions, {max(capacity.memory, 0) / 1000:.1f} kB"
+    holds = f"{capacity.max_lines} lines, {capacity.max_positions} positions, {max(capacity.memory, 0) / KB:.1f} kB"
     if count == 0:
         return ImpossibleError(
             f"program {program.name}: line {flow.line[first]} alone is more than a page holds ({holds}): raise "

@@ -14,6 +14,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import ImpossibleError
+from compgen.core.units import MM
 from compgen.planning import joint_curve
 from compgen.planning.joint_curve import JointCurve
 from compgen.planning.retiming.edge_speeds import BlockLimits, edge_speeds
@@ -141,7 +142,7 @@ def _raise_too_slow(robot: Robot, joints: JointCurve, partition: Partition, bloc
     row, joint = np.unravel_index(int(np.argmax(roots)), roots.shape)
     n = int(np.searchsorted(arc, s[row])) + 1
     raise ImpossibleError(
-        f"waypoint {n}: joint {robot.joint_names[int(joint)]} cannot follow the path even at {MIN_SPEED / 1e-3:g} mm/s"
+        f"waypoint {n}: joint {robot.joint_names[int(joint)]} cannot follow the path even at {MIN_SPEED / MM:g} mm/s"
         "; make the path larger, its curves wider or its waypoints fewer (process.chord_um)"
     )
 

@@ -45,7 +45,8 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
     if kind == "csv":
         source = Path(where).parent / str(table.file)
         log = read_temperature_log(source, (), {}, air=True)
-        assert log.ambient is not None
+        if log.ambient is None:
+            raise InputError(f"{source}: it has no column ambient_degC; add it")
         return Ambient(log.time, log.ambient - zero)
     return Ambient(np.zeros(1), np.array([level])) if level else still_air()
 
