@@ -125,10 +125,10 @@ def check_own_file(option: str, name: str, marker: bytes, command: str) -> None:
         command: That writes it.
     """
     file = Path(name)
-    if not name or "\0" in name or file.is_dir():
+    if not name or "\0" in name or os.path.isdir(file):
         raise InputError(f"{option} {name!r}: not a file's name; give one")
     check_writable(file.absolute().parent)
-    if file.is_file() and file.stat().st_size and not _contains(file, marker):
+    if os.path.isfile(file) and file.stat().st_size and not _contains(file, marker):
         raise InputError(f"{file}: it is there and not what cgen {command} wrote; move it away, or give another file")
 
 

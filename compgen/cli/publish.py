@@ -122,7 +122,7 @@ def write_file(path: Path, content: bytes) -> None:
     interrupts.raise_on_signal()
     prefix = f".{path.name}{_MARK}"
     part = path.with_name(interrupts.temporary_name(prefix))
-    if path.exists() and not path.is_file():  # a device would become a file
+    if os.path.exists(path) and not os.path.isfile(path):  # a device would become a file
         raise InputError(f"{path}: cannot be written: it is no regular file; give another file")
     try:
         _remove_leftovers(path.parent, prefix)

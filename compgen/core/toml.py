@@ -66,7 +66,7 @@ def read_toml_text(source: Path, folder: str) -> TomlText:
     """
     try:
         content = read_regular(source, MOST_TABLE_BYTES)
-        return TomlText(tomllib.loads(content.decode("utf-8")), content)
+        return TomlText(tomllib.loads(content.decode("utf-8-sig")), content)
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
         raise InputError(f"{source}: no such file; 'cgen init' lays down {', '.join(known)}") from None
@@ -75,7 +75,8 @@ def read_toml_text(source: Path, folder: str) -> TomlText:
     except OSError as failure:
         raise InputError(f"{source}: cannot be read: {failure.strerror}; give a TOML file") from None
     except (ValueError, RecursionError) as failure:
-        raise InputError(f"{source}: not TOML: {failure}; see paths/ for examples") from None
+        reason = str(failure).partition("; use sys.")[0]  # a number of thousands of digits
+        raise InputError(f"{source}: not TOML: {reason}; see paths/ for examples") from None
 
 
 def override(data: dict[str, Any], assignment: str, option: str) -> None:

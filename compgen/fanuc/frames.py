@@ -23,6 +23,7 @@ from compgen.core.unlikely import unlikely_values
 from compgen.fanuc.extended_axes import ExtendedAxis, extended_axes
 from compgen.fanuc.pose_table import pose_of, pose_values
 
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
 _ENTRY = re.compile(r"\[1,\s*([0-9]{1,3})\]\s*=([^\[]*)")
 _COORDINATE = re.compile(r"\b([XYZWPR]):\s*([-+]?\d*\.?\d+)")
@@ -62,9 +63,9 @@ def load_frames(path: str) -> Frames:
 
 def _from_toml(text: str, path: str) -> Frames:
     try:
-        data = tomllib.loads(text)
+        data = tomllib.loads(text.removeprefix(_BYTE_ORDER_MARK))
     except (ValueError, RecursionError) as failure:
-        raise InputError(f"{path}: not TOML: {failure}") from None
+        raise InputError(f"{path}: not TOML: {str(failure).partition('; use sys.')[0]}") from None
     for key in data:
         if key not in ("uframe", "utool", "extended"):
             raise InputError(f"{path}: {key:.40}: unknown key; give [uframe.N], [utool.N] and [extended.E1]")

@@ -74,7 +74,7 @@ def load_arm(name: str) -> Arm:
     """
     source = find_robot(name)
     text = read_toml_text(source, "robots")
-    return arm_of(text.tables, text.content.decode("utf-8").replace("\r\n", "\n"), str(source))
+    return arm_of(text.tables, text.content.decode("utf-8-sig").replace("\r\n", "\n"), str(source))
 
 
 def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:

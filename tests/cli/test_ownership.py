@@ -133,7 +133,9 @@ def test_the_record_is_there_whenever_another_report_is(tmp_path, monkeypatch):
     assert all("report.json" in state for state in states if state)
 
 
-@pytest.mark.parametrize("name", ["", ".", "a\0b", "/proc/nowhere/x"])
+@pytest.mark.parametrize("name", ["", ".", "a\0b", "/proc/nowhere/x", "x" * 300])
 @pytest.mark.parametrize("arguments", [("schema", "path", "-o"), ("check", "paths/line_y.toml", "-q", "--junit")])
 def test_a_name_that_no_file_can_have_is_refused(arguments, name):
-    refused(run(*arguments, name), 2, "cgen: ")
+    result = run(*arguments, name)
+    refused(result, 2, "cgen: ")
+    assert "see where it goes" not in result.stderr  # it says which file

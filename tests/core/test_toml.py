@@ -8,6 +8,7 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
 from compgen.core.toml import Table, check, override, read_toml
+from compgen.fanuc.frames import load_frames
 
 
 class Inner(Table):
@@ -228,3 +229,21 @@ def test_an_override_that_leads_nowhere_is_refused(assignment):
     with pytest.raises(InputError, match=r"^--set robot\.") as caught:
         override({"a": {"b": 1}, "rows": [{"k": 1}]}, assignment, f"robot.{assignment}")
     assert len(str(caught.value)) <= 300
+
+
+def test_a_file_as_windows_editors_save_it_is_read(tmp_path):
+    file = tmp_path / "f.toml"
+    keys = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+    text = "\ufeff[utool.1]\r\n" + "".join(f"{key} = 1\r\n" for key in keys)
+    file.write_bytes(text.encode())
+    assert read_toml(file, "paths")["utool"]["1"]["x_mm"] == 1
+    assert load_frames(str(file)).utool[1].position.tolist() == [1e-3] * 3
+
+
+def test_a_number_of_thousands_of_digits_is_refused_without_pythons_advice(tmp_path):
+    file = tmp_path / "f.toml"
+    file.write_text(f"name = {'9' * 5000}")
+    for read in (lambda: read_toml(file, "paths"), lambda: load_frames(str(file))):
+        with pytest.raises(InputError, match="5000 digits") as caught:
+            read()
+        assert "sys." not in str(caught.value)

@@ -126,3 +126,9 @@ def test_the_hash_is_of_the_bytes_that_were_read(tmp_path, monkeypatch):
     assert (cell.robot_file_hash, growth(cell)) == (known, pytest.approx(22.5e-6))
     robot.write_text(first)
     assert load_arm(str(robot)).text == first
+
+
+def test_a_program_of_a_name_that_is_too_long_is_refused(tmp_path):
+    step = f'before=[{{state="moving", program="{"x" * 300}", duration_h=1}}]'
+    with pytest.raises(InputError, match=r"program 'xxx.*is unknown"):
+        load_job(str(ROOT / "paths" / "line_y.toml"), None, [step])
