@@ -5,6 +5,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from compgen.core.exceptions import ShapeError
+
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
@@ -18,17 +20,20 @@ def own(owner: Any, **shapes: tuple[int | str, ...]) -> None:
     all else becomes float; an array that is ``frozen`` already is kept without a copy.
 
     Raises:
-        ValueError: A field has another shape.
+        ShapeError: A field has another shape, or is no array of numbers.
     """
     lengths: dict[str, int] = {}
     for name, shape in shapes.items():
         value = getattr(owner, name)
-        array = value if isinstance(value, np.ndarray) and _is_frozen(value) else np.array(value)
-        if array.dtype.kind not in "bi":
-            array = array.astype(float, copy=False)
+        try:
+            array = value if isinstance(value, np.ndarray) and _is_frozen(value) else np.array(value)
+            if array.dtype.kind not in "bi":
+                array = array.astype(float, copy=False)
+        except (ValueError, TypeError):
+            raise ShapeError(f"{type(owner).__name__}.{name}: no array of numbers of shape {shape}; give one") from None
         expected = tuple(lengths.setdefault(s, n) if isinstance(s, str) else s for s, n in zip(shape, array.shape))
         if len(shape) != array.ndim or expected != array.shape:
-            raise ValueError(f"{type(owner).__name__}.{name}: shape {array.shape}, expected {shape}")
+            raise ShapeError(f"{type(owner).__name__}.{name}: shape {array.shape}, expected {shape}")
         array.flags.writeable = False
         object.__setattr__(owner, name, array)
 

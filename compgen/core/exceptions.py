@@ -15,6 +15,14 @@ class InputError(CompgenError):
     """Bad input: names the file, the key or line, the value, and the mend."""
 
 
+class ShapeError(InputError, ValueError):
+    """An array of another shape than its place has."""
+
+
+class FrozenError(InputError, AttributeError):
+    """Something that does not change once it is made was to be changed."""
+
+
 class ImpossibleError(CompgenError):
     """The job cannot be done by this robot: names the waypoint, the joint and the distance."""
 

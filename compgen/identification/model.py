@@ -74,6 +74,11 @@ class ArmModel:
         dP = np.swapaxes(dP.reshape(M, K, 3), 1, 2)
         return position, matrices, dP, dR.reshape(M, K, 3, 3).transpose(0, 3, 2, 1)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Expressions do not pickle, functions of them do."""
+        inputs, *outputs = self.expressions
+        return _from_functions, (self.parameters, self.flange, ca.Function("expressions", inputs, outputs))
+
     @property
     def prior(self) -> Array:
         """Standard deviations before any measurement, (K,) [SI]."""
@@ -95,6 +100,11 @@ class ArmModel:
         """Names of the groups, and the group of each parameter, (K,)."""
         names = tuple(dict.fromkeys(t.group for t in self.parameters))
         return names, np.array([names.index(t.group) for t in self.parameters], dtype=int)
+
+
+def _from_functions(parameters: tuple[FreeParameter, ...], flange: Any, expressions: Any) -> ArmModel:
+    inputs = expressions.sx_in()
+    return ArmModel(parameters, flange, (inputs, *expressions(*inputs)))
 
 
 @kept_with("model")

@@ -1,0 +1,334 @@
+"""A planned program in a notebook: its job, its prediction, its correction."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from compgen.core.arrays import Array, BoolArray, frozen
+from compgen.core.dates import checked_date
+from compgen.core.findings import Finding, Progress
+from compgen.pipelines import generate as pipeline
+from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job as read_job
+from compgen.pipelines.program_text import DATE
+from compgen.pipelines.robot_file import load_robot as read_robot
+from compgen.report.files import job_reports
+from compgen.report.job_page import FIGURES, job_figures
+from compgen.report.job_summary import job_summary
+from compgen.report.notebook.arguments import (
+    File,
+    Overrides,
+    assignments,
+    file_name,
+    instance,
+    optional_name,
+    progress_of,
+    text_of,
+)
+from compgen.report.notebook.machine import log_findings, logger, machine
+from compgen.report.notebook.sealed import sealed
+from compgen.report.notebook.tables import data_frame, plotly_figure
+from compgen.report.waypoints_csv import at_waypoints, waypoint_columns
+from compgen.robot.robot import Robot
+from compgen.verification.verdict import Verdict
+
+ROBOT = "a robot's name, as 'm710ic50', or its file"
+JOB = "give what compgen.load_job returns"
+
+
+def load_job(path: File, robot: File | None = None, overrides: Overrides | None = None) -> Job:
+    """Read a path file, its robot's file, and what shall be different from both.
+
+    Args:
+        path: A path file, as ``paths/spiral_1300.toml``.
+        robot: Name or file of a robot; by default what the path file says.
+        overrides: Keys of the path file and their values, as ``{"process.feed_mm_s": 100, "before.0.duty": 0.5}``;
+            ``robot.`` leads into the robot file. Or texts ``key=value``, as ``cgen --set`` takes them.
+
+    Returns:
+        The job, which does not change: another feed or duty is another job.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    name = file_name(path, "path", "a path file, as 'paths/spiral_1300.toml'")
+    return read_job(name, optional_name(robot, "robot", ROBOT), assignments(overrides))
+
+
+def load_robot(robot: File) -> Robot:
+    """A robot's nominal facts: lengths, limits, controller.
+
+    Args:
+        robot: Name or file of a robot.
+
+    Raises:
+        InputError: Unknown, or anything wrong in its file.
+    """
+    return read_robot(file_name(robot, "robot", ROBOT))
+
+
+@sealed
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class Prediction:
+    """What would go wrong if the planned program ran as it is: N waypoints, K nodes of the heat model."""
+
+    job: Job
+    planned: Planned  # the whole plan, for who needs more
+    report: dict[str, Any]  # as report.json has it
+    error: Array  # (N, 6) actual against target: [m] in World, rotation vector [rad] in tool axes
+
+    @property
+    def verdict(self) -> Verdict:
+        """``predicted``: nothing has been corrected."""
+        return Verdict.PREDICTED
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a user must know."""
+        return self.planned.findings
+
+    @property
+    def time(self) -> Array:
+        """When the planned motion is at each waypoint, (N,) [s]."""
+        return self.planned.trajectory.time
+
+    @property
+    def position(self) -> Array:
+        """Targets of the TCP in World, (N, 3) [m]."""
+        return self.planned.path.target.position
+
+    @property
+    def rotation(self) -> Array:
+        """Targets of the tool's axes, as columns, (N, 3, 3)."""
+        return self.planned.path.target.rotation
+
+    @property
+    def contact(self) -> BoolArray:
+        """Whether the tool is on the part, (N,)."""
+        return self.planned.path.contact
+
+    @property
+    def theta(self) -> Array:
+        """Planned joints, DH angles, (N, 6) [rad]."""
+        return self.planned.theta
+
+    @property
+    def rise(self) -> Array:
+        """Temperature of each node above the reference, (N, K) [K]."""
+        return self.planned.rise
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """Names of the K nodes."""
+        return self.job.heat.names
+
+    def to_dataframe(self) -> Any:
+        """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a waypoint.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        with machine(None):
+            return data_frame(waypoint_columns(self.planned, None))
+
+    def plot(self, which: str = "time") -> Any:
+        """A plotly Figure: the error over ``time`` or in ``space``, the ``heat``, or the use of the ``joints``.
+
+        Raises:
+            InputError: No such figure.
+        """
+        return plotly_figure(job_figures(self.planned, None, self.report), FIGURES, which)
+
+    def files(self) -> dict[str, bytes]:
+        """Name to content of what ``cgen predict`` writes, byte for byte; nothing is written."""
+        return _report_files(self.planned, None)
+
+    def __repr__(self) -> str:
+        return f"<Prediction of {self.job.name}: {len(self.time)} waypoints, {_largest(self.report, 'before')}>"
+
+
+@sealed
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class GeneratedProgram:
+    """A corrected program, proven from its text: N positions, K nodes of the heat model."""
+
+    job: Job
+    planned: Planned
+    corrected: Corrected  # the whole result, for who needs more
+    report: dict[str, Any]  # as report.json has it
+    error: Array  # (N, 6) without correction, as predicted: [m] in World, rotation vector [rad] in tool axes
+    error_after: Array  # (N, 3) [m] in World: what the twin did with the written text
+
+    @property
+    def text(self) -> bytes:
+        """The program that the operator starts: all of it, or the main program of its pages."""
+        return self.corrected.text
+
+    @property
+    def programs(self) -> dict[str, bytes]:
+        """Name to content of every file for the controller, whatever the verdict."""
+        return dict(self.corrected.delivery.files)
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the findings come to."""
+        return self.corrected.verdict
+
+    @property
+    def inside(self) -> bool:
+        """Whether there are bounds, every one is kept, and the controller can load the program."""
+        return self.corrected.inside
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a user must know."""
+        return self.corrected.findings
+
+    @property
+    def time(self) -> Array:
+        """When the written text is at each position, (N,) [s]."""
+        return self.corrected.written.time
+
+    @property
+    def position(self) -> Array:
+        """Targets of the TCP in World, (N, 3) [m]."""
+        return self.planned.path.target.position
+
+    @property
+    def rotation(self) -> Array:
+        """Targets of the tool's axes, as columns, (N, 3, 3)."""
+        return self.planned.path.target.rotation
+
+    @property
+    def contact(self) -> BoolArray:
+        """Whether the tool is on the part, (N,)."""
+        return self.planned.path.contact
+
+    @property
+    def correction(self) -> Array:
+        """Commanded against target, (N, 6): [m] in World, rotation vector [rad] in tool axes."""
+        return self.corrected.solution.correction
+
+    @property
+    def theta(self) -> Array:
+        """Commanded joints, DH angles, (N, 6) [rad]."""
+        return self.corrected.solution.theta
+
+    @property
+    def rise(self) -> Array:
+        """Temperature of each node above the reference, (N, K) [K]."""
+        return self.planned.rise
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """Names of the K nodes."""
+        return self.job.heat.names
+
+    @property
+    def start_window(self) -> float:
+        """How late the program may start [s]."""
+        return self.corrected.start_window
+
+    def to_dataframe(self) -> Any:
+        """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a position.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        with machine(None):
+            return data_frame(waypoint_columns(self.planned, self.corrected))
+
+    def plot(self, which: str = "time") -> Any:
+        """A plotly Figure: the error over ``time`` or in ``space``, the ``heat``, or the use of the ``joints``.
+
+        Raises:
+            InputError: No such figure.
+        """
+        return plotly_figure(job_figures(self.planned, self.corrected, self.report), FIGURES, which)
+
+    def files(self, force: bool = False) -> dict[str, bytes]:
+        """Name to content of what ``cgen generate`` writes, byte for byte; nothing is written.
+
+        Args:
+            force: Give the program also outside its bounds.
+        """
+        programs = self.programs if self.inside or force else {}
+        return {**programs, **_report_files(self.planned, self.corrected)}
+
+    def __repr__(self) -> str:
+        before, after = (_largest(self.report, side) for side in ("before", "after"))
+        return f"<GeneratedProgram {self.corrected.program.name}: {before}, {after} after correction, {self.verdict}>"
+
+
+def predict(job: Job, progress: Progress | None = None, workers: int | None = None) -> Prediction:
+    """What would go wrong if the planned program ran as it is; the same as ``cgen predict``.
+
+    Args:
+        job: The planned program.
+        progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
+        workers: Threads; all cores unless said. The numbers are the same for any number.
+
+    Raises:
+        InputError: An argument of a wrong kind.
+        ImpossibleError: The robot cannot drive the path.
+        TwinError: The twin cannot drive it.
+    """
+    instance(job, Job, "predict", JOB)
+    report_progress = progress_of(progress)
+    with machine(workers):
+        planned = pipeline.predict(job, report_progress)
+        result = Prediction(job, planned, job_summary(planned, None), frozen(planned.error()))
+    logger.info("%r", result)
+    log_findings(job.name, result.findings)
+    return result
+
+
+def generate(
+    job: Job,
+    date: str = DATE,
+    pages: bool = True,
+    progress: Progress | None = None,
+    workers: int | None = None,
+) -> GeneratedProgram:
+    """The corrected program, proven from its text; the same as ``cgen generate``, and nothing is written.
+
+    Args:
+        job: The planned program.
+        date: In the program's header, YY-MM-DD.
+        pages: Whether a program that is more than the controller holds in one file becomes pages.
+        progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
+        workers: Threads; all cores unless said. The numbers are the same for any number.
+
+    Raises:
+        InputError: An argument of a wrong kind.
+        ImpossibleError: The robot cannot drive the path, or no legal correction exists.
+        JoinError: Pages, read back, are not the program.
+        TwinError: The twin cannot drive the program.
+    """
+    instance(job, Job, "generate", JOB)
+    instance(pages, bool, "pages", "give True or False")
+    header_date = checked_date(text_of(date, "date", "give YY-MM-DD, as '26-01-31'"))
+    report_progress = progress_of(progress)
+    with machine(workers):
+        planned, corrected = pipeline.generate(job, report_progress, header_date, pages)
+        result = GeneratedProgram(
+            job, planned, corrected, job_summary(planned, corrected), frozen(planned.error()),
+            frozen(at_waypoints(corrected, slice(None))),
+        )  # fmt: skip
+    logger.info("%r", result)
+    log_findings(job.name, result.findings)
+    return result
+
+
+def _report_files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes]:
+    with machine(None):
+        return {name: _joined(content) for name, content in job_reports(planned, corrected).items()}
+
+
+def _joined(content: bytes | Iterable[bytes]) -> bytes:
+    return content if isinstance(content, bytes) else b"".join(content)
+
+
+def _largest(report: dict[str, Any], side: str) -> str:
+    return f"{report[side]['total']['max_um']:.2f} um"

@@ -1,0 +1,224 @@
+"""A program that exists, in a notebook: read, corrected in place, written."""
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from compgen.core.arrays import Array, BoolArray
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Progress
+from compgen.core.toml import brief_value
+from compgen.fanuc import LsProgram, loads
+from compgen.pipelines import correct as pipeline
+from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.result import options_of
+from compgen.pipelines.history_words import load_before
+from compgen.pipelines.program_file import naming_program, read_frames, read_registers, refuse_corrected
+from compgen.pipelines.program_file import read_program as read_bytes
+from compgen.pipelines.programs_beside import programs_beside
+from compgen.pipelines.robot_choice import robot_of_program
+from compgen.pipelines.robot_file import load_cell
+from compgen.report.correction_page import FIGURES, correction_figures
+from compgen.report.correction_summary import correction_columns, correction_summary
+from compgen.report.files import correction_files
+from compgen.report.notebook.arguments import (
+    File,
+    Overrides,
+    assignments,
+    file_name,
+    file_names,
+    instance,
+    number,
+    optional_name,
+    progress_of,
+    text_of,
+)
+from compgen.report.notebook.machine import log_findings, logger, numpy_alone
+from compgen.report.notebook.sealed import sealed
+from compgen.report.notebook.tables import data_frame, plotly_figure
+from compgen.verification.verdict import Verdict
+
+PROGRAM = "a program listing, as 'PART.LS'"
+
+
+def read_program(file: File) -> LsProgram:
+    """Read a FANUC program listing, anyone's, without loss.
+
+    Args:
+        file: An .LS file.
+
+    Returns:
+        The program: ``name``, ``attributes``, ``motions``, ``positions.number`` (G,) and ``positions.value`` (G, 18)
+        as the file has them, in mm and degrees; ``data`` are its bytes.
+
+    Raises:
+        InputError: It cannot be read, or is no program listing.
+    """
+    name = file_name(file, "file", PROGRAM)
+    content = read_bytes(name)
+    with naming_program(name):
+        return loads(content)
+
+
+@sealed
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class CorrectedProgram:
+    """A program that existed, corrected in place, with its proof: M places at which the twin rode its text."""
+
+    file: str  # the program's
+    result: Correction  # the whole result, for who needs more
+    report: dict[str, Any]  # as report.json has it
+
+    @property
+    def text(self) -> bytes:
+        """The corrected program."""
+        return self.result.text
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the findings come to."""
+        return self.result.verdict
+
+    @property
+    def inside(self) -> bool:
+        """Whether a bound was given and is kept, and the controller can load the program."""
+        return self.result.inside
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a user must know."""
+        return self.result.findings
+
+    @property
+    def time(self) -> Array:
+        """When the corrected text is at each place, (M,) [s]."""
+        return self.result.ride.time
+
+    @property
+    def error(self) -> Array:
+        """Distance of the TCP from its target without correction, (M,) [m]."""
+        return self.result.error[0]
+
+    @property
+    def error_after(self) -> Array:
+        """Distance of the TCP from its target with the corrected text, (M,) [m]."""
+        return self.result.residual[0]
+
+    @property
+    def judged(self) -> BoolArray:
+        """Whether a place lies at or between corrected positions, (M,)."""
+        return self.result.judged
+
+    def to_dataframe(self) -> Any:
+        """The table of ``positions.csv`` with all digits, as a pandas DataFrame: a row a station.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        return data_frame(correction_columns(self.result))
+
+    def plot(self, which: str = "time") -> Any:
+        """A plotly Figure: the error over ``time``, the program in ``space``, or the ``heat``.
+
+        Raises:
+            InputError: No such figure, or the program has no motion to show.
+        """
+        figures = correction_figures(self.result) if len(self.time) else {}
+        return plotly_figure(figures, FIGURES, which)
+
+    def files(self, force: bool = False) -> dict[str, bytes]:
+        """Name to content of what ``cgen correct`` writes, byte for byte; nothing is written.
+
+        Args:
+            force: Give the program also outside its bounds.
+        """
+        return correction_files(self.result, Path(self.file).name, self.result.is_usable or force)
+
+    def __repr__(self) -> str:
+        return f"<CorrectedProgram {self.result.name}: {self.result.changed} positions corrected, {self.verdict}>"
+
+
+def correct(
+    program: File | bytes | LsProgram,
+    robot: File | None = None,
+    frames: File | None = None,
+    registers: File | None = None,
+    before: str | Sequence[str] = (),
+    max_um: float | None = None,
+    split: bool = False,
+    insert_um: float | None = None,
+    strict: bool = False,
+    again: bool = False,
+    mark: str = "digits",
+    overrides: Overrides | None = None,
+    progress: Progress | None = None,
+) -> CorrectedProgram:
+    """Correct a program that exists: only the numbers of its positions change; the same as ``cgen correct``.
+
+    Args:
+        program: Its file, its bytes, or what ``read_program`` returns. Programs that it calls are looked for beside
+            its file.
+        robot: Name or file of a robot; needed unless the program names its robot.
+        frames: A frames table (.toml) or SYSFRAME.VA.
+        registers: Position registers at the start: a table (.toml) or POSREG.VA.
+        before: What the cell did before, as ``"moving 200mm/s 5h"``, ``"idle 30min"`` or a .toml file; one or several.
+        max_um: Largest error allowed after correction [um].
+        split: Whether positions whose uses need different corrections are parted.
+        insert_um: Points go into straight lines that deviate by more [um].
+        strict: Whether a program with unsafe statements is refused.
+        again: Whether a program that is corrected already is taken.
+        mark: ``digits``, or ``remark``: a remark line where the digits cannot carry the mark.
+        overrides: Keys of the robot file and their values.
+        progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
+
+    Raises:
+        InputError: An argument is wrong, a frame is not known, the program carries compgen's mark.
+        TwinError: The proof cannot be made.
+    """
+    for flag, value in (("split", split), ("strict", strict), ("again", again)):
+        instance(value, bool, flag, "give True or False")
+    lengths = [
+        None if value is None else number(value, key) for key, value in (("insert_um", insert_um), ("max_um", max_um))
+    ]
+    options = options_of(split, lengths[0], strict, again, text_of(mark, "mark", "give digits or remark"), lengths[1])
+    report_progress = progress_of(progress)
+    file, content = _listing(program)
+    robot_name = optional_name(robot, "robot", "a robot's name, as 'm710ic50', or its file")
+    frames_file = optional_name(frames, "frames", "a frames table (.toml) or SYSFRAME.VA")
+    register_file = optional_name(registers, "registers", "a table of position registers (.toml) or POSREG.VA")
+    history_words = file_names(before, "before", "a history, as 'moving 200mm/s 5h', or a .toml file")
+    if file is not None and not again:
+        refuse_corrected(Path(file), content)
+    with nullcontext() if file is None else naming_program(file):
+        chosen = robot_of_program(content) if robot_name is None else robot_name
+    cell = load_cell(chosen, assignments(overrides))
+    frames_table, history = read_frames(frames_file), load_before(history_words)
+    register_table = read_registers(register_file)
+    neighbours = programs_beside(Path(file)) if file is not None else _no_program
+    with nullcontext() if file is None else naming_program(file), numpy_alone():
+        result = pipeline.correct(
+            content, cell, frames_table, history, options, report_progress, neighbours, register_table
+        )
+    corrected = CorrectedProgram(file or f"{result.name}.LS", result, correction_summary(result))
+    logger.info("%r", corrected)
+    log_findings(result.name, result.findings)
+    return corrected
+
+
+def _listing(program: object) -> tuple[str | None, bytes]:
+    """The file of a program, if it has one, and its bytes."""
+    if isinstance(program, LsProgram):
+        return None, program.data
+    if isinstance(program, bytes):
+        return None, program
+    if isinstance(program, str) and "\n" in program:
+        raise InputError(f"program: {brief_value(program)}: a listing as text; give its bytes, or its file's name")
+    name = file_name(program, "program", PROGRAM)
+    return name, read_bytes(name)
+
+
+def _no_program(name: str) -> bytes | None:
+    """Nothing lies beside a program that has no file."""
+    return None

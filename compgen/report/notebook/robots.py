@@ -1,0 +1,144 @@
+"""A robot identified from measurements, in a notebook."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Progress
+from compgen.identification import identify as pipeline
+from compgen.identification.identify import Identification
+from compgen.pipelines.identification_files import identified_robot_text, read_measurements
+from compgen.pipelines.robot_file import load_arm
+from compgen.report.identification_page import FIGURES, identification_figures, identification_html
+from compgen.report.identification_summary import identification_json, identification_summary
+from compgen.report.notebook.arguments import (
+    File,
+    file_name,
+    file_names,
+    instance,
+    number,
+    optional_name,
+    progress_of,
+)
+from compgen.report.notebook.machine import log_findings, logger, numpy_alone
+from compgen.report.notebook.sealed import sealed
+from compgen.report.notebook.tables import data_frame, plotly_figure
+
+
+@sealed
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class IdentifiedRobot:
+    """Error sources fitted to N measured places, and the verdict."""
+
+    name: str  # of the robot
+    result: Identification  # the whole result, for who needs more
+    report: dict[str, Any]  # as the JSON file has it
+    robot_file: bytes  # with the sources that were identified; whatever the verdict
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the robot file may be used."""
+        return not self.result.refused
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a user must know."""
+        return self.result.findings
+
+    @property
+    def residual(self) -> Array:
+        """Measured against modelled, (N, 3) [m] in the instrument's frame; NaN: not measured."""
+        return self.result.selected.fit.residual
+
+    @property
+    def position(self) -> Array:
+        """Measured places, (N, 3) [m] in the instrument's frame."""
+        return self.result.data.position
+
+    def to_dataframe(self) -> Any:
+        """A row for each parameter that was fitted, as a pandas DataFrame: name, value, sigma, how much was told.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        rows = self.report["parameters"]
+        return data_frame({key: [row[key] for row in rows] for key in (rows[0] if rows else ())})
+
+    def plot(self, which: str = "time") -> Any:
+        """A plotly Figure: residuals in ``space``, over ``time`` or the ``joints``; ``correlation`` of the parameters.
+
+        Raises:
+            InputError: No such figure.
+        """
+        return plotly_figure(identification_figures(self.result), FIGURES, which)
+
+    def files(self, force: bool = False) -> dict[str, bytes]:
+        """Name to content of what ``cgen identify`` writes, byte for byte; nothing is written.
+
+        Args:
+            force: Give the robot file also when it was refused.
+        """
+        reports = {
+            f"{self.name}.html": identification_html(self.result),
+            f"{self.name}.json": identification_json(self.result),
+        }
+        return {**({f"{self.name}.toml": self.robot_file} if self.accepted or force else {}), **reports}
+
+    def __repr__(self) -> str:
+        held_out = self.report["held_out_um"]["mean"]
+        return f"<IdentifiedRobot {self.name}: {self.report['verdict']}, {held_out:.1f} um on held-out poses>"
+
+
+def identify(
+    robot: File,
+    poses: File | Sequence[File] = (),
+    lines: File | Sequence[File] = (),
+    warm_up: File | Sequence[File] = (),
+    temperatures: File | None = None,
+    reference: str | float = "start",
+    force: bool = False,
+    progress: Progress | None = None,
+) -> IdentifiedRobot:
+    """Fit the error sources of a robot to measurements, and judge the fit; the same as ``cgen identify``.
+
+    Args:
+        robot: Name or file of a robot.
+        poses: CSV files of joints and measured places; one or several.
+        lines: CSV files of axis tests.
+        warm_up: CSV files of poses measured while warming.
+        temperatures: CSV log of the nodes.
+        reference: What rises in the log count from: ``start`` (cold), ``ambient``, or a temperature [degC].
+        force: Take also measurements that are refused for being too few.
+        progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
+
+    Raises:
+        InputError: An argument, a file or what it holds is wrong.
+    """
+    instance(force, bool, "force", "give True or False")
+    name = file_name(robot, "robot", "a robot's name, as 'm710ic50', or its file")
+    by_kind = (("poses", poses), ("lines", lines), ("warm_up", warm_up))
+    pose_files, line_files, warm_files = (file_names(files, key, "a CSV file") for key, files in by_kind)
+    log = optional_name(temperatures, "temperatures", "a CSV file")
+    if not pose_files and not warm_files:
+        raise InputError("--poses: missing; give at least one CSV of measured poses")
+    report_progress = progress_of(progress)
+    arm = load_arm(name)
+    with numpy_alone():
+        measurements, of_log = read_measurements(
+            arm, pose_files, line_files, warm_files, log, force, _reference(reference)
+        )
+        fitted = pipeline.identify(arm.robot, arm.known, measurements, len(arm.nodes), log is not None, report_progress)
+        result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.unlikely))
+        files = [*pose_files, *line_files, *warm_files, *([log] if log else [])]
+        text = identified_robot_text(arm, result, files).encode()
+    identified = IdentifiedRobot(arm.robot.name, result, identification_summary(result), text)
+    logger.info("%r", identified)
+    log_findings(identified.name, result.findings)
+    return identified
+
+
+def _reference(value: object) -> str:
+    """What rises count from, as the command line takes it."""
+    return value if isinstance(value, str) else repr(number(value, "reference"))

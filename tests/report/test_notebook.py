@@ -1,0 +1,467 @@
+"""The public face: what the command line gives, number for number, and what it refuses, in the same words."""
+
+import ast
+import csv
+import dataclasses
+import io
+import logging
+import pickle
+import pydoc
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+from command_line import ENVIRONMENT, run
+from numpy.testing import assert_allclose
+from shipped import ROOT, path_file
+from synthetic import made_up, measured, random_theta
+
+import compgen
+from compgen.core import evaluation
+from compgen.core.evaluation import parallel_for, run_in_background
+from compgen.core.evaluation.threads import MIN_BACKGROUND_ROWS
+from compgen.core.units import DEG, MM, UM
+from compgen.report.notebook.machine import machine
+
+LINE, CIRCLE = path_file("line_y"), path_file("circle_1300")
+STRANGER = b"""/PROG  PART
+/MN
+   1:L P[1] 100mm/sec FINE    ;
+   2:L P[2] 100mm/sec FINE    ;
+/POS
+P[1]{
+   GP1:
+\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',
+\tX =  1200.000  mm,\tY =   -50.000  mm,\tZ =  -300.000  mm,
+\tW =   180.000 deg,\tP =     0.000 deg,\tR =     0.000 deg
+};
+P[2]{
+   GP1:
+\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',
+\tX =  1200.000  mm,\tY =    50.000  mm,\tZ =  -300.000  mm,
+\tW =   180.000 deg,\tP =     0.000 deg,\tR =     0.000 deg
+};
+/END
+"""
+FRAMES = """[utool.1]
+x_mm = 0.0
+y_mm = 0.0
+z_mm = 100.0
+w_deg = 0.0
+p_deg = 0.0
+r_deg = 0.0
+"""
+
+
+def files_in(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.name != "scenarios.jsonl"}
+
+
+@pytest.fixture(scope="module")
+def prediction():
+    return compgen.predict(compgen.load_job(LINE))
+
+
+@pytest.fixture(scope="module")
+def generated():
+    return compgen.generate(compgen.load_job(LINE))
+
+
+@pytest.fixture(scope="module")
+def stranger(tmp_path_factory):
+    """A program that exists, and its frames."""
+    folder = tmp_path_factory.mktemp("stranger")
+    (folder / "PART.LS").write_bytes(STRANGER)
+    (folder / "frames.toml").write_text(FRAMES)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def corrected(stranger):
+    return compgen.correct(
+        stranger / "PART.LS", "m710ic50", frames=stranger / "frames.toml", before="moving 200mm/s 5h", max_um=50
+    )
+
+
+@pytest.fixture(scope="module")
+def grid():
+    return compgen.study(LINE, vary={"duty": np.array([0.2, 0.5]), "feed": [50, 100]}, ask="warmup")
+
+
+@pytest.fixture(scope="module")
+def poses(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("poses")
+    truth, rng = made_up(str(ROOT / "robots" / "m710ic50.toml"), 7), np.random.default_rng(70)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 60), rng)
+    pendant = truth.arm.robot.to_pendant(data.theta)[data.pose] / DEG
+    rows = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
+    for n, (q, p) in enumerate(zip(pendant, data.position / MM)):
+        numbers = [*(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]
+        rows.append(",".join([str(data.pose[n]), data.reflectors[data.reflector[n]], *numbers]))
+    file = folder / "poses.csv"
+    file.write_text("\n".join(rows) + "\n")
+    return file
+
+
+@pytest.fixture(scope="module")
+def identified(poses):
+    return compgen.identify("m710ic50", poses=poses)
+
+
+@pytest.fixture(params=["prediction", "generated", "corrected", "grid", "identified"])
+def result(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.mark.parametrize("path", [LINE, CIRCLE])
+def test_the_files_of_generate_are_those_of_the_command_line(tmp_path, path):
+    assert run("generate", path, "-o", tmp_path / "g", "-q", "--set", "process.feed_mm_s=80").returncode == 0
+    job = compgen.load_job(path, overrides={"process.feed_mm_s": 80})
+    assert compgen.generate(job).files() == files_in(tmp_path / "g")
+
+
+def test_the_files_of_predict_are_those_of_the_command_line(tmp_path, prediction):
+    assert run("predict", LINE, "-o", tmp_path / "p", "-q").returncode == 0
+    assert prediction.files() == files_in(tmp_path / "p")
+
+
+def test_a_program_outside_its_bounds_is_given_where_the_command_line_writes_it(tmp_path):
+    key, value = "bounds.max_um", 0.001
+    assert run("generate", LINE, "-o", tmp_path / "g", "-q", "--set", f"{key}={value}").returncode == 1
+    outside = compgen.generate(compgen.load_job(LINE, overrides=[f"{key}={value}"]))
+    assert outside.verdict is compgen.Verdict.OUTSIDE
+    assert not outside.inside
+    assert outside.files() == files_in(tmp_path / "g")
+    assert outside.files(force=True) == outside.files() | outside.programs
+    assert outside.programs["LINE_Y.LS"] == outside.text
+
+
+def test_the_files_of_correct_are_those_of_the_command_line(tmp_path, stranger, corrected):
+    options = ("--robot", "m710ic50", "--frames", stranger / "frames.toml", "--before", "moving 200mm/s 5h")
+    done = run("correct", stranger / "PART.LS", *options, "--max-um", "50", "-q", "-o", tmp_path / "c")
+    assert done.returncode == 0
+    assert corrected.inside
+    assert corrected.files() == files_in(tmp_path / "c")
+
+
+def test_the_files_of_a_study_are_those_of_the_command_line(tmp_path, grid):
+    options = ("--vary", "duty=0.2,0.5", "--vary", "feed=50,100", "--ask", "warmup", "--workers", "1")
+    assert run("whatif", LINE, *options, "-q", "-o", tmp_path / "w").returncode == 0
+    assert grid.files() == files_in(tmp_path / "w")
+
+
+def test_the_files_of_identify_are_those_of_the_command_line(tmp_path, poses, identified):
+    done = run("identify", "m710ic50", "--poses", poses, "-q", "-o", tmp_path / "m710ic50.toml", "--force")
+    files = files_in(tmp_path)
+    assert (done.returncode == 0) == identified.accepted
+    assert {name: files[name] for name in identified.files(force=True)} == identified.files(force=True)
+
+
+def test_processes_give_the_rows_of_this_one(grid):
+    again = compgen.study(LINE, vary={"duty": [0.2, 0.5], "feed": [50, 100]}, ask=["warmup"], workers=2)
+    assert again.rows == grid.rows
+
+
+def test_a_result_pickles(result):
+    again = pickle.loads(pickle.dumps(result))
+    assert type(again) is type(result)
+    assert again.files() == result.files()
+    assert repr(again) == repr(result)
+
+
+def test_a_result_pickled_elsewhere_gives_the_same_files(tmp_path, generated):
+    (tmp_path / "result.pickle").write_bytes(pickle.dumps(generated))
+    script = (
+        "import pickle, sys; result = pickle.load(open(sys.argv[1], 'rb')); "
+        "sys.stdout.buffer.write(result.files()['report.json'])"
+    )
+    command = [sys.executable, "-c", script, str(tmp_path / "result.pickle")]
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, check=True)
+    assert done.stdout == generated.files()["report.json"]
+
+
+def test_arrays_are_those_of_the_table_of_waypoints(generated):
+    rows = list(csv.DictReader(io.StringIO(generated.files()["waypoints.csv"].decode())))
+    N = len(rows)
+
+    def column(*names):
+        return np.array([[float(row[name]) for name in names] for row in rows])
+
+    assert generated.error.shape == generated.correction.shape == generated.theta.shape == (N, 6)
+    assert_allclose(generated.time[:, None], column("time_s"), atol=1e-6)
+    assert_allclose(generated.position / MM, column("x_mm", "y_mm", "z_mm"), atol=1e-6)
+    before, after = (column(*(f"{side}_d{a}_um" for a in "xyz")) for side in ("before", "after"))
+    assert_allclose(generated.error[:, :3] / UM, before, atol=1e-4)
+    assert_allclose(generated.error_after / UM, after, atol=1e-4)
+    assert_allclose(generated.rise, column(*(f"rise_{node}_K" for node in generated.nodes)), atol=1e-5)
+    assert np.array_equal(generated.contact[:, None], column("contact"))
+    assert_allclose(generated.correction[:, :3], -generated.error[:, :3], atol=2 * UM)
+    assert 0 < generated.start_window < 1e5
+
+
+def test_the_columns_of_a_prediction_are_its_table(prediction):
+    rows = list(csv.DictReader(io.StringIO(prediction.files()["waypoints.csv"].decode())))
+    assert prediction.error.shape == (len(rows), 6)
+    assert_allclose(prediction.error[:, 0] / UM, [float(row["before_dx_um"]) for row in rows], atol=1e-4)
+    assert prediction.verdict is compgen.Verdict.PREDICTED
+    assert prediction.rise.shape == (len(rows), len(prediction.nodes))
+    assert prediction.rotation.shape == (len(rows), 3, 3)
+
+
+def test_a_column_of_a_study_is_an_array(grid):
+    assert np.array_equal(grid.array("before.0.duty"), [0.2, 0.2, 0.5, 0.5])
+    assert np.array_equal(grid.array("before_max_um"), [row["before_max_um"] for row in grid.rows])
+    with pytest.raises(compgen.InputError, match="'nothing': unknown; known: index"):
+        grid.array("nothing")
+
+
+def test_tables_are_data_frames(result):
+    pandas = pytest.importorskip("pandas")
+    table = result.to_dataframe()
+    assert isinstance(table, pandas.DataFrame)
+    assert len(table)
+
+
+def test_a_data_frame_has_the_columns_of_the_file(generated, corrected, grid):
+    pandas = pytest.importorskip("pandas")
+    for result, name in ((generated, "waypoints.csv"), (corrected, "positions.csv"), (grid, "whatif.csv")):
+        file = pandas.read_csv(io.BytesIO(result.files()[name]))
+        table = result.to_dataframe()
+        assert list(table.columns) == list(file.columns)
+        numbers = [c for c in table.columns if table[c].dtype.kind in "if"]
+        assert len(numbers) > 6
+        assert_allclose(table[numbers].astype(float), file[numbers].astype(float), atol=1e-3)
+
+
+def test_without_pandas_a_message_says_what_to_install(result, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(compgen.InputError, match=r"pip install 'compgen\[pandas\]'"):
+        result.to_dataframe()
+
+
+FIGURES = {
+    "prediction": ["time", "space", "heat", "joints"],
+    "generated": ["time", "space", "heat", "joints"],
+    "corrected": ["time", "space", "heat"],
+    "grid": ["before.0.duty", "process.feed_mm_s", "warmup"],
+    "identified": ["time", "space", "joints", "correlation"],
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_are_plotlys(name, request):
+    result = request.getfixturevalue(name)
+    for figure in [result.plot(), *map(result.plot, FIGURES[name])]:
+        assert type(figure).__module__.startswith("plotly.")
+        assert len(figure.data)
+        assert figure.layout.title.text
+        assert figure.to_json()
+    with pytest.raises(compgen.InputError, match=f"'nothing': unknown; known: .*{FIGURES[name][0]}"):
+        result.plot("nothing")
+
+
+def test_a_program_is_written_as_it_was_read(stranger, tmp_path, generated, corrected):
+    program = compgen.read_program(stranger / "PART.LS")
+    assert program.name == "PART"
+    assert np.array_equal(program.positions.number, [1, 2])
+    assert program.positions.value[:, 0].tolist() == [1200.0, 1200.0]
+    written = tmp_path / "OUT.LS"
+    for thing, content in ((program, STRANGER), (generated, generated.text), (corrected, corrected.text), (b"x", b"x")):
+        compgen.write_program(thing, written)
+        assert written.read_bytes() == content
+    assert [p.name for p in tmp_path.iterdir()] == ["OUT.LS"]
+
+
+def test_a_program_is_corrected_from_its_bytes_or_its_listing(stranger, corrected):
+    options = {"robot": "m710ic50", "frames": stranger / "frames.toml", "before": ["moving 200mm/s 5h"], "max_um": 50}
+    for program in (STRANGER, compgen.read_program(str(stranger / "PART.LS"))):
+        assert compgen.correct(program, **options).files() == corrected.files()
+
+
+JOB = compgen.load_job(LINE)
+BAD = [
+    (compgen.load_job, (None,), {}, "path: None is no file's name"),
+    (compgen.load_job, (np.zeros(3),), {}, "path: array"),
+    (compgen.load_job, ("nowhere.toml",), {}, "nowhere.toml: no such file"),
+    (compgen.load_job, (LINE, 3), {}, "robot: 3 is no file's name"),
+    (compgen.load_job, (LINE, "nobody"), {}, "robot 'nobody' is unknown"),
+    (compgen.load_job, (LINE,), {"overrides": 3}, "overrides: 3: give a dict"),
+    (compgen.load_job, (LINE,), {"overrides": "a=1"}, "overrides: 'a=1': give a dict"),
+    (compgen.load_job, (LINE,), {"overrides": {"title": None}}, "title: None cannot stand in a file"),
+    (compgen.load_job, (LINE,), {"overrides": {"title": object()}}, "cannot stand in a file"),
+    (compgen.load_job, (LINE,), {"overrides": {3: 1}}, "overrides: 3 is no key"),
+    (compgen.load_job, (LINE,), {"overrides": {"a=b": 1}}, "'a=b' is no key"),
+    (compgen.load_job, (LINE,), {"overrides": {"proces.feed": 1}}, "unknown key; did you mean 'process'"),
+    (compgen.load_job, (LINE,), {"overrides": {"process.feed_mm_s": np.nan}}, "nan is not a number"),
+    (compgen.load_robot, (None,), {}, "robot: None is no file's name"),
+    (compgen.load_robot, (JOB.robot,), {}, "is no file's name"),
+    (compgen.predict, (None,), {}, "predict: None is no Job; give what compgen.load_job returns"),
+    (compgen.predict, (LINE,), {}, "is no Job; give what"),
+    (compgen.predict, (JOB,), {"progress": 3}, "progress: 3 cannot be called"),
+    (compgen.predict, (JOB,), {"workers": 0}, "workers: 0: must be a whole number from 1 to 64"),
+    (compgen.predict, (JOB,), {"workers": True}, "workers: True"),
+    (compgen.predict, (JOB,), {"workers": 1.5}, "workers: 1.5"),
+    (compgen.generate, (JOB.robot,), {}, "is no Job"),
+    (compgen.generate, (JOB,), {"date": "2026-01-01"}, "--date 2026-01-01: not a date YY-MM-DD"),
+    (compgen.generate, (JOB,), {"date": None}, "date: None is no text"),
+    (compgen.generate, (JOB,), {"pages": "no"}, "pages: 'no' is no bool"),
+    (compgen.read_program, (None,), {}, "file: None is no file's name"),
+    (compgen.read_program, ("nowhere.LS",), {}, "nowhere.LS: cannot be read"),
+    (compgen.read_program, (LINE,), {}, "line_y.toml: program: line 1: it does not begin with /PROG"),
+    (compgen.correct, (None,), {}, "program: None is no file's name"),
+    (compgen.correct, ("/PROG X\n",), {}, "a listing as text; give its bytes"),
+    (compgen.correct, (b"",), {}, "program: line 1: it does not begin with /PROG"),
+    (compgen.correct, (STRANGER,), {}, "which robot is it for"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"max_um": "3"}, "max_um: '3' is not a number"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"max_um": -1}, "--max-um -1: must be 0.1 to 1e"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"insert_um": np.nan}, "--insert nan: must be"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"mark": "ink"}, "--mark 'ink': must be digits or remark"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"split": 1}, "split: 1 is no bool"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"before": 3}, "before: 3"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"before": "dancing 3h"}, "'dancing' is not understood"),
+    (compgen.correct, (STRANGER, "m710ic50"), {"frames": "nowhere.toml"}, "nowhere.toml: cannot be read"),
+    (compgen.identify, ("m710ic50",), {}, "--poses: missing"),
+    (compgen.identify, ("m710ic50", np.zeros((3, 6))), {}, "poses: array"),
+    (compgen.identify, ("m710ic50", "nowhere.csv"), {}, "nowhere.csv: cannot be read"),
+    (compgen.identify, ("m710ic50", "nowhere.csv"), {"force": 1}, "force: 1 is no bool"),
+    (compgen.study, (LINE,), {}, "nothing to study"),
+    (compgen.study, (JOB,), {"vary": {"duty": [1]}}, "path: Job"),
+    (compgen.study, (LINE,), {"vary": {"duty": 0.5}}, "vary: duty: 0.5: give a list of values"),
+    (compgen.study, (LINE,), {"vary": {"duty": []}}, "no values: the grid is empty"),
+    (compgen.study, (LINE,), {"vary": {"dutty": [1]}}, "unknown key; did you mean 'duty'"),
+    (compgen.study, (LINE,), {"vary": "duty=1"}, "vary: 'duty=1': give a dict"),
+    (compgen.study, (LINE,), {"ask": "why"}, "--ask why: unknown; known: warmup"),
+    (compgen.study, (LINE,), {"ask": "warmup", "within_um": 0}, "--within-um 0: must be above 0"),
+    (compgen.study, (LINE,), {"ask": "passes", "feeds_mm_s": 3}, "feeds_mm_s: 3: give a list of numbers"),
+    (compgen.study, (LINE,), {"vary": {"duty": [1]}, "workers": -1}, "workers: -1"),
+    (compgen.write_program, (3, "x.LS"), {}, "program: 3 is no program"),
+    (compgen.write_program, (b"x", None), {}, "file: None"),
+    (compgen.write_program, (b"x", "/nowhere/x.LS"), {}, "cannot be written"),
+    (dataclasses.replace, (JOB.robot,), {"a": np.zeros(4)}, "Robot.a: shape (4,), expected (6,)"),
+    (dataclasses.replace, (JOB.robot,), {"a": "here"}, "Robot.a: no array of numbers"),
+]
+
+
+@pytest.mark.parametrize(("function", "args", "keywords", "words"), BAD)
+def test_bad_input_is_refused_in_one_line(function, args, keywords, words):
+    with pytest.raises(compgen.InputError) as refusal:
+        function(*args, **keywords)
+    text = str(refusal.value)
+    assert words in text
+    assert "\n" not in text
+    assert len(text) <= 300
+
+
+@pytest.mark.parametrize("override", ["process.feed_mm_s=0", "proces.feed=3", "path.radius_mm=1e6", "tool.number=0"])
+def test_a_refusal_says_what_the_command_line_says(override):
+    done = run("generate", CIRCLE, "--set", override, "--set", "tool.z_mm=10", "-q")
+    with pytest.raises(compgen.CompgenError) as refusal:
+        compgen.generate(compgen.load_job(CIRCLE, overrides=[override, "tool.z_mm=10"]))
+    assert done.stderr == f"cgen: {refusal.value}\n"
+    assert done.returncode == refusal.value.exit_code
+
+
+def test_a_result_does_not_change(result):
+    for name in ("report", "anything"):
+        with pytest.raises(compgen.FrozenError, match=f"{name}: a result does not change"):
+            setattr(result, name, None)
+        with pytest.raises(compgen.FrozenError):
+            delattr(result, name)
+
+
+def test_arrays_of_a_result_cannot_be_written(prediction, generated):
+    for array in (prediction.error, prediction.position, generated.correction, generated.theta, generated.error_after):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0.0
+
+
+class Stop(BaseException):
+    """What a callback may raise."""
+
+
+@pytest.mark.parametrize("exception", [Stop, KeyboardInterrupt, ValueError])
+@pytest.mark.parametrize("stage", ["path", "twin before", "correction", "twin after", "scenarios"])
+def test_what_a_callback_raises_ends_the_run_and_leaves_nothing_behind(exception, stage):
+    def progress(name, share):
+        if name == stage:
+            raise exception
+
+    before, machine_before = threading.enumerate(), evaluation.worker_count()
+
+    def run_to_the_stage():
+        if stage == "scenarios":
+            compgen.study(LINE, vary={"duty": [0.1, 0.2], "feed": [50, 60]}, progress=progress, workers=2)
+        else:
+            compgen.generate(JOB, progress=progress, workers=2)
+
+    with pytest.raises(exception):
+        run_to_the_stage()
+    assert threading.enumerate() == before
+    assert evaluation.worker_count() == machine_before
+
+
+def test_an_interrupt_ends_what_runs_in_the_background():
+    started, before = threading.Event(), threading.enumerate()
+
+    def endless():
+        while True:
+            started.set()
+            parallel_for(10, lambda start, stop: None)
+
+    def interrupted():
+        with machine(2):
+            run_in_background(endless, MIN_BACKGROUND_ROWS)
+            started.wait()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert threading.enumerate() == before
+
+
+def test_stages_are_told_as_shares():
+    calls = []
+    compgen.generate(JOB, progress=lambda stage, share: calls.append((stage, share)))
+    assert {"correction", "twin after"} <= {stage for stage, _ in calls}
+    assert all(0 <= share <= 1 for _, share in calls)
+
+
+def test_findings_are_logged_and_nothing_is_printed(caplog, capfd):
+    with caplog.at_level(logging.INFO, logger="compgen"):
+        outside = compgen.generate(compgen.load_job(LINE, overrides={"bounds.max_um": 0.001}))
+    records = [(r.levelno, r.getMessage()) for r in caplog.records if r.name == "compgen"]
+    broken = next(f for f in outside.findings if f.code == "bounds.max_um")
+    assert (logging.WARNING, f"line_y: bounds.max_um: {broken.message}") in records
+    assert any(level == logging.INFO and "LINE_Y" in text for level, text in records)
+    assert capfd.readouterr() == ("", "")
+    assert any(isinstance(h, logging.NullHandler) for h in logging.getLogger("compgen").handlers)
+
+
+def test_the_package_loads_nothing_until_it_is_used():
+    names = ("numpy", "casadi", "logging", "typing")
+    script = f"import sys, compgen; print(compgen.__version__, *(m for m in {names} if m in sys.modules))"
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", script], env=ENVIRONMENT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == [compgen.__version__]
+
+
+def test_type_checkers_see_every_public_name_where_it_lives():
+    tree = ast.parse((ROOT / "compgen" / "__init__.py").read_text())
+    block = next(node for node in tree.body if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
+    seen = {alias.asname: node.module for node in block.body for alias in node.names if alias.asname == alias.name}
+    assert seen == compgen._MODULES
+    assert (ROOT / "compgen" / "py.typed").is_file()
+
+
+def test_every_public_name_is_listed_and_documented():
+    assert set(compgen.__all__) < set(dir(compgen))
+    for name in compgen.__all__:
+        assert getattr(compgen, name).__doc__, name
+    text = pydoc.render_doc(compgen, renderer=pydoc.plaintext)
+    for name in ("generate", "study", "write_program"):
+        assert f"\n    {name}(" in text
+    with pytest.raises(AttributeError, match="no attribute 'predikt'"):
+        _ = compgen.predikt
