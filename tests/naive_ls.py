@@ -17,6 +17,7 @@ class Group:
     uf: int | None = None
     ut: int | None = None
     config: str | None = None
+    remote: bool = False  # RX to RR, kept as X to R
 
 
 @dataclass
@@ -108,6 +109,9 @@ def statements(lines: list[str]) -> list[str]:
 
 
 def starts_target(text: str) -> bool:
+    if text[:4].upper() == "PAL_":
+        digits, bracket, _ = text[4:].partition("[")
+        return bool(bracket) and 0 < len(digits) < 10 and all(c in "0123456789" for c in digits)
     return text[:2].upper() == "P[" or text[:3].upper() == "PR["
 
 
@@ -205,6 +209,8 @@ def positions(lines: list[str]) -> dict[int, Position]:
                 axis, _, text = text.partition("=")
                 value, text = after_mark("=" + text, "=")
                 axis = axis.strip(BLANKS).upper()
+                if len(axis) == 2 and axis[0] == "R" and axis[1] in "XYZWPR":
+                    axis, group.remote = axis[1], True
                 if axis not in AXES:
                     raise ValueError(f"not an axis: {axis!r}")
                 group.axes[axis] = None if "*" in value else float(value)

@@ -30,6 +30,7 @@ def assert_readers_agree(data):
         assert p.name[i] == points[number].name
         assert (p.uframe[i], p.utool[i]) == tuple(NO_NUMBER if f is None else f for f in (here.uf, here.ut))
         assert p.config[i] == here.config
+        assert bool(p.remote[i]) == here.remote
         assert here.config is None or read.text(p.config_span[i]) == here.config
         written = {axis for axis, (start, end) in zip(AXES, p.span[i]) if end > start}
         assert written == set(here.axes)
@@ -90,6 +91,8 @@ def contradiction(data: bytes, read: LsProgram) -> str | None:
         frames = tuple(NO_NUMBER if f is None else f for f in (here.uf, here.ut))
         if (p.name[i], p.config[i], (p.uframe[i], p.utool[i])) != (points[number].name, here.config, frames):
             return "another name, CONFIG or frame by the second reader"
+        if bool(p.remote[i]) != here.remote:
+            return "remote TCP by one reader only"
         values = {axis: here.axes.get(axis) for axis in AXES}
         if any(not (np.isnan(v) if values[a] is None else v == values[a]) for a, v in zip(AXES, p.value[i])):
             return "another number by the second reader"

@@ -58,11 +58,11 @@ def printed_number(draw):
 @st.composite
 def printed_group(draw, number):
     blank = draw(st.sampled_from(["", " ", "\t", "  "]))
-    form = draw(st.sampled_from(["cartesian", "joint"]))
+    form = draw(st.sampled_from(["cartesian", "joint", "remote"]))
     frames = [draw(st.sampled_from(["0", "1", "9", "F"])) for _ in range(2)]
     text = f"   GP{number}:\n\tUF{blank}:{blank}{frames[0]}, UT{blank}:{blank}{frames[1]},\t"
-    if form == "cartesian":
-        names = ["X", "Y", "Z", "W", "P", "R"]
+    if form != "joint":
+        names = ["X", "Y", "Z", "W", "P", "R"] if form == "cartesian" else ["RX", "RY", "RZ", "RW", "RP", "RR"]
         configs = ["N U T, 0, 0, 0", "F D B, -1, 0, 1", "", "R, 0, 0, 0", "N   U  T, 0,0,0"]
         text += f"\tCONFIG{blank}:{blank}'{draw(st.sampled_from(configs))}',"
     else:
@@ -84,13 +84,14 @@ def printed_move(draw, number):
     blanks = st.sampled_from([" ", "  ", "\t"])
     target = st.one_of(
         st.builds("P[{}{}]".format, st.integers(1, 300), NAMES.map(lambda n: f":{n}" if n else "")),
-        st.sampled_from(["PR[1]", "PR[2:a]b]", "P[R[5]]", "PR[GP2:4]", "PR[R[R[1]]]"]),
+        st.sampled_from(["PR[1]", "PR[2:a]b]", "P[R[5]]", "PR[GP2:4]", "PR[R[R[1]]]", "PAL_1[A_1]", "PAL_12[BTM]"]),
     )
     letter = draw(st.sampled_from("JLLLCAS"))
     text = letter + draw(blanks) + draw(target)
     if letter == "C":
         text += draw(st.sampled_from([" ", "    \n    :  ", "\n:"])) + draw(target)
     words = [draw(SPEEDS), draw(ENDS), *draw(OPTIONS)]
+    blanks = st.sampled_from([" ", "  ", "\t", *(["    \n    :  "] if letter == "C" else [])])  # over several lines
     before = draw(st.sampled_from(["", "  ", " ", "  //", "  // "]))
     text = before + text + "".join(draw(blanks) + word for word in words)
     ends = ["    ;", ";", " ; note: J P[1] 5% FINE", *([] if letter == "C" else [""])]

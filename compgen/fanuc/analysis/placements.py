@@ -242,9 +242,11 @@ class _Reader:
                 new["R", number] = value
         elif kind == "PR":
             if number is None:
-                return {k: v for k, v in state.items() if k[0] != "PR"}
+                return _without_all(state, self._may_be_joint(right, state))
             if component is None:
-                new["PR", number] = evaluate_register(right, values)
+                register = evaluate_register(right, values)
+                joint = register == UNKNOWN and self._may_be_joint(right, state)
+                new["PR", number] = Register(JOINT) if joint else register
             else:
                 new["PR", number] = with_component(values.register(number), component, evaluate_number(right, values))
         elif kind in _KINDS:
@@ -255,6 +257,13 @@ class _Reader:
                 register = evaluate_register(right, values)
                 new[kind, number] = register if self.numbers(register, right) else None
         return new
+
+    def _may_be_joint(self, text: str, state: State) -> bool:
+        """Whether an expression that is not known may be in joint form: its registers are, or the robot's joints."""
+        values, named = self.values(state), _MENTIONED.findall(text)
+        registers = [v for k, v in state.items() if k[0] == "PR"] if "" in named else []
+        registers += [values.register(int(n)) for n in named if n]
+        return "JPOS" in text.upper() or any(isinstance(v, Register) and v.form == JOINT for v in registers)
 
     def _after_condition(self, kind: str, text: str, state: State) -> State:
         new = {k: v for k, v in state.items() if k[0] != kind}
@@ -371,14 +380,28 @@ def _without_mentioned(text: str, state: State) -> State:
     """A state without the position registers that a text names; without all where it names one found at run time."""
     named = _MENTIONED.findall(text)
     if "" in named or re.search(r"\bSearch\b", text, re.IGNORECASE):
-        return {k: v for k, v in state.items() if k[0] != "PR"}
+        return _without_all(state)
     lost = {("PR", int(n)) for n in named}
-    return {k: v for k, v in state.items() if k not in lost} if lost & set(state) else state
+    return {k: _lost(v) if k in lost else v for k, v in state.items()} if lost & set(state) else state
+
+
+def _without_all(state: State, joint: bool = False) -> State:
+    """A state that knows no position register; ``joint``: any of them may be in joint form now."""
+    new = {k: _lost(v) if k[0] == "PR" else v for k, v in state.items()}
+    if not joint:
+        return new
+    return {k: v for k, v in new.items() if k[0] != "PR"} | {("PR", ANY): Register(JOINT)}
+
+
+def _lost(value: Register | float | None) -> Register:
+    """What is left of a register whose numbers are not known any more: it may still be in joint form."""
+    return Register(JOINT) if isinstance(value, Register) and value.form == JOINT else UNKNOWN
 
 
 def _behind_a_call(state: State) -> State:
     """What is left behind a program that may write all registers, and the frames that are written here as well."""
-    return {k: (None if k[0] in _KINDS else v) for k, v in state.items() if k[0] not in ("PR", "R")}
+    kept = {k: (None if k[0] in _KINDS else v) for k, v in state.items() if k[0] != "R"}
+    return _without_all(kept)
 
 
 def _meet(a: State, b: State) -> State:
@@ -393,7 +416,7 @@ def _meet(a: State, b: State) -> State:
         elif kind in _KINDS:
             met[key] = None
         elif kind == "PR":
-            x, y = (s.get(key, UNKNOWN) for s in (a, b))
+            x, y = (s.get(key, s.get(("PR", ANY), UNKNOWN)) for s in (a, b))
             if isinstance(x, Register) and isinstance(y, Register):
                 form = x.form if x.form == y.form else (JOINT if JOINT in (x.form, y.form) else EITHER)
                 met[key] = Register(form, tuple(v if v == w else None for v, w in zip(x.values, y.values)))

@@ -13,7 +13,7 @@ from compgen.fanuc.registers import CARTESIAN, EITHER, JOINT, Register
 
 Key = tuple[str, int]  # kind and number: ("PR", 5), ("R", 1), ("UFRAME", 4), ("UTOOL", 2), ("OFFSET", 0)
 UNKNOWN = Register()
-ANY = -1  # some frame, found at run time
+ANY = -1  # some frame, found at run time; of registers, those that are not named
 _NAME = re.compile(r"\s*(PR|R|P|UFRAME|UTOOL)\[", re.IGNORECASE)
 _INDEX = re.compile(r"\s*(\d{1,9})\s*(?:,\s*([1-6])\s*)?(?::.*)?$", re.DOTALL)
 _NUMBER = re.compile(r"\s*(\d+\.?\d*|\.\d+)")
@@ -25,7 +25,7 @@ class Values:
     """What is known at one place of a program.
 
     Of a frame or tool that is missing the value is that of the table, unless ``(kind, ANY)`` is there; of anything else
-    that is missing none is known.
+    that is missing none is known. A register that may be in joint form stays so until it is written whole.
     """
 
     known: Mapping[Key, Register | float | None]
@@ -34,7 +34,7 @@ class Values:
 
     def register(self, number: int) -> Register:
         """A position register."""
-        value = self.known.get(("PR", number), UNKNOWN)
+        value = self.known.get(("PR", number), self.known.get(("PR", ANY), UNKNOWN))
         return value if isinstance(value, Register) else UNKNOWN
 
     def frame_value(self, kind: str, number: int) -> Register:
