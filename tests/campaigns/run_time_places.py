@@ -374,9 +374,9 @@ def judge(seed, robot):
             if pose is None or isinstance(pose, str):
                 return f"seed {seed}: line {at + 1}: {lines[at]}: free, and it ends elsewhere", text, compared, shifted
             k = drive.pose[s]
-            there = np.allclose(poses.position[k], pose[:3, 3] * MM, atol=1e-9)
-            there &= np.allclose(poses.rotation[k], pose[:3, :3], atol=1e-9)
-            with_tool = np.allclose(poses.tool_of(int(poses.tool[k]))[0], tool[:3, 3] * MM, atol=1e-9)
+            there = np.allclose(poses.tcp.position[k], pose[:3, 3] * MM, atol=1e-9)
+            there &= np.allclose(poses.tcp.rotation[k], pose[:3, :3], atol=1e-9)
+            with_tool = np.allclose(poses.tools.position[poses.tool[k]], tool[:3, 3] * MM, atol=1e-9)
             if not (there and with_tool):
                 return (
                     f"seed {seed}: line {at + 1}: {lines[at]}: free, and a run leads elsewhere",
