@@ -371,6 +371,11 @@ def test_a_result_does_not_change(result):
             delattr(result, name)
 
 
+def test_a_job_does_not_change():
+    with pytest.raises(compgen.FrozenError, match=r"Job.bounds: a job does not change; give overrides"):
+        JOB.bounds = None
+
+
 def test_arrays_of_a_result_cannot_be_written(prediction, generated):
     for array in (prediction.error, prediction.position, generated.correction, generated.theta, generated.error_after):
         with pytest.raises(ValueError, match="read-only"):

@@ -7,6 +7,7 @@ from typing import Any
 from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.dates import checked_date
 from compgen.core.findings import Finding, Progress
+from compgen.core.sealed import RESULT, seal
 from compgen.pipelines import generate as pipeline
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
@@ -27,7 +28,6 @@ from compgen.report.notebook.arguments import (
     text_of,
 )
 from compgen.report.notebook.machine import log_findings, logger, machine
-from compgen.report.notebook.sealed import sealed
 from compgen.report.notebook.tables import data_frame, plotly_figure
 from compgen.report.waypoints_csv import at_waypoints, waypoint_columns
 from compgen.robot.robot import Robot
@@ -68,7 +68,6 @@ def load_robot(robot: File) -> Robot:
     return read_robot(file_name(robot, "robot", ROBOT))
 
 
-@sealed
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Prediction:
     """What would go wrong if the planned program ran as it is: N waypoints, K nodes of the heat model."""
@@ -148,7 +147,6 @@ class Prediction:
         return f"<Prediction of {self.job.name}: {len(self.time)} waypoints, {_largest(self.report, 'before')}>"
 
 
-@sealed
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class GeneratedProgram:
     """A corrected program, proven from its text: N positions, K nodes of the heat model."""
@@ -259,6 +257,11 @@ class GeneratedProgram:
     def __repr__(self) -> str:
         before, after = (_largest(self.report, side) for side in ("before", "after"))
         return f"<GeneratedProgram {self.corrected.program.name}: {before}, {after} after correction, {self.verdict}>"
+
+
+seal(Job, "a job", "give overrides to compgen.load_job for another one")
+seal(Prediction, *RESULT)
+seal(GeneratedProgram, *RESULT)
 
 
 def predict(job: Job, progress: Progress | None = None, workers: int | None = None) -> Prediction:

@@ -9,6 +9,7 @@ from typing import Any
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Progress
+from compgen.core.sealed import RESULT, seal
 from compgen.core.toml import brief_value
 from compgen.fanuc import LsProgram, loads
 from compgen.pipelines import correct as pipeline
@@ -36,7 +37,6 @@ from compgen.report.notebook.arguments import (
     text_of,
 )
 from compgen.report.notebook.machine import log_findings, logger, numpy_alone
-from compgen.report.notebook.sealed import sealed
 from compgen.report.notebook.tables import data_frame, plotly_figure
 from compgen.verification.verdict import Verdict
 
@@ -62,7 +62,6 @@ def read_program(file: File) -> LsProgram:
         return loads(content)
 
 
-@sealed
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class CorrectedProgram:
     """A program that existed, corrected in place, with its proof: M places at which the twin rode its text."""
@@ -138,6 +137,9 @@ class CorrectedProgram:
 
     def __repr__(self) -> str:
         return f"<CorrectedProgram {self.result.name}: {self.result.changed} positions corrected, {self.verdict}>"
+
+
+seal(CorrectedProgram, *RESULT)
 
 
 def correct(

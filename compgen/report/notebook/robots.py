@@ -7,6 +7,7 @@ from typing import Any
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Progress
+from compgen.core.sealed import RESULT, seal
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
 from compgen.pipelines.identification_files import identified_robot_text, read_measurements
@@ -23,11 +24,9 @@ from compgen.report.notebook.arguments import (
     progress_of,
 )
 from compgen.report.notebook.machine import log_findings, logger, numpy_alone
-from compgen.report.notebook.sealed import sealed
 from compgen.report.notebook.tables import data_frame, plotly_figure
 
 
-@sealed
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class IdentifiedRobot:
     """Error sources fitted to N measured places, and the verdict."""
@@ -89,6 +88,9 @@ class IdentifiedRobot:
     def __repr__(self) -> str:
         held_out = self.report["held_out_um"]["mean"]
         return f"<IdentifiedRobot {self.name}: {self.report['verdict']}, {held_out:.1f} um on held-out poses>"
+
+
+seal(IdentifiedRobot, *RESULT)
 
 
 def identify(

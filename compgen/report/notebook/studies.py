@@ -8,6 +8,7 @@ import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Progress
+from compgen.core.sealed import RESULT, seal
 from compgen.core.toml import brief_value
 from compgen.core.units import UM
 from compgen.pipelines.study import Answer, Row, Study, build, run
@@ -29,7 +30,6 @@ from compgen.report.notebook.arguments import (
     whole_number,
 )
 from compgen.report.notebook.machine import logger, numpy_alone
-from compgen.report.notebook.sealed import sealed
 from compgen.report.notebook.tables import data_frame, plotly_figure
 from compgen.report.study_page import TITLES, answer_figure, error_against
 from compgen.report.study_tables import column_names
@@ -38,7 +38,6 @@ MAX_PROCESSES = 1024
 EXAMPLE = "{'duty': [0.2, 0.5]}"
 
 
-@sealed
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class StudyResult:
     """A row for each scenario, in the order of the grid, and the answers to the questions."""
@@ -101,6 +100,9 @@ class StudyResult:
 
     def __repr__(self) -> str:
         return f"<StudyResult of {self.path}: {'; '.join(self.sentences)}>"
+
+
+seal(StudyResult, *RESULT)
 
 
 def study(
