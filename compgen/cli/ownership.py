@@ -83,23 +83,27 @@ def check_pages_folder(folder: Path, files: set[str], own_names: set[str]) -> No
     _check_foreign(folder, "pages", sorted(files - own_names))
 
 
-def check_planned_poses(folder: Path, program: str) -> None:
+def check_planned_poses(folder: Path, program: str, reversals: str) -> None:
     """Raises InputError when poses that are planned anew would replace another robot's, or measurements.
 
     Args:
         folder: Where results go.
         program: The file that drives to the poses.
+        reversals: The file that drives to those of the reversal runs.
     """
     if not _contains(folder / program, b'= "poses to measure"'):
         _check_foreign(folder, "plan-poses", [program, "poses.csv", "expected.csv"])
-    try:
-        lines = read_regular(folder / "poses.csv").splitlines()[1:]
-    except FileNotFoundError:
-        return
-    except OSError:
-        lines = [b"?"]
-    if not all(line.endswith(b",,,") for line in lines):
-        raise _refusal(folder, "poses.csv in it has measurements; move it away, or")
+    if not _contains(folder / reversals, b'= "reversal runs"'):
+        _check_foreign(folder, "plan-poses", [reversals, "reversals.csv"])
+    for name in ("poses.csv", "reversals.csv"):
+        try:
+            lines = read_regular(folder / name).splitlines()[1:]
+        except FileNotFoundError:
+            continue
+        except OSError:
+            lines = [b"?"]
+        if not all(line.endswith(b",,,") for line in lines):
+            raise _refusal(folder, f"{name} in it has measurements; move it away, or")
 
 
 def check_identified(target: Path) -> None:

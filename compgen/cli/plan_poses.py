@@ -33,6 +33,10 @@ def plan_poses(
     view: Annotated[float, typer.Option("--view", help="Widest angle at which reflectors are seen, deg.")] = 60.0,
     noise: Annotated[float, typer.Option("--noise", help="Of one measured coordinate, um.")] = 30.0,
     share: Annotated[float, typer.Option("--range", help="Share of each joint's range to use.")] = 0.9,
+    reversals: Annotated[
+        bool,
+        typer.Option("--reversals/--no-reversals", help="Runs of small steps that tell how far play reaches."),
+    ] = True,
     wait: Annotated[float, typer.Option("--wait", help="Seconds at each pose.")] = 3.0,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_poses.")] = None,
     date: Date = DEFAULT_DATE,
@@ -55,7 +59,8 @@ def plan_poses(
     arm = load_arm(robot)
     folder = output_folder(f"{arm.robot.name}_poses", output)
     program = program_name(f"{arm.robot.name}_poses", arm.robot.controller.name_length)
-    check_planned_poses(folder, f"{program}.LS")
+    turning = program_name(f"{arm.robot.name}_reversals", arm.robot.controller.name_length)
+    check_planned_poses(folder, f"{program}.LS", f"{turning}.LS")
     reach = float(np.abs(arm.robot.a).sum() + np.abs(arm.robot.d).sum()) / MM
     box_mm = _numbers("--box", box, 6) if box is not None else [-reach] * 3 + [reach] * 3
     low, high = np.array(box_mm[:3]), np.array(box_mm[3:])
@@ -82,17 +87,23 @@ def plan_poses(
     model = build_model(arm.robot, parts, len(arm.nodes))
     with show_progress(quiet) as progress:
         plan = pose_planning.plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
+    runs = pose_planning.plan_reversals(arm.robot, model, len(arm.nodes), site, plan) if reversals else []
     pendant = np.round(arm.robot.to_pendant(plan.theta) / DEG, 3)
     measuring = {f"{program}.LS": measuring_program(program, "poses to measure", checked_date(date), pendant, wait)}
     tables = {
-        "poses.csv": poses_csv(pendant, len(reflectors_mm)),
+        "poses.csv": poses_csv(pendant, [range(len(reflectors_mm))] * count),
         "expected.csv": expected_csv(model.parameters, plan),
     }
+    if runs:
+        turned = np.round(arm.robot.to_pendant(np.vstack([poses for poses, _ in runs])) / DEG, 3)
+        targets = [[target] for poses, target in runs for _ in poses]
+        text = measuring_program(turning, "reversal runs", checked_date(date), turned, wait)
+        measuring[f"{turning}.LS"], tables["reversals.csv"] = text, poses_csv(turned, targets)
     files = {**measuring, **tables}
-    publish(folder, measuring, tables, set(files))
+    publish(folder, measuring, tables, {*files, f"{turning}.LS", "reversals.csv"})
     if not quiet:
         unlikely = [*arm.unlikely, *(f for given in lengths for f in unlikely_lengths(*given))]
-        show_pose_plan(model.parameters, plan, folder, sorted(files), unlikely)
+        show_pose_plan(model.parameters, plan, len(runs), folder, sorted(files), unlikely)
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:

@@ -14,12 +14,12 @@ from compgen.identification.model import FreeParameter
 from compgen.identification.pose_planning import PosePlan
 
 
-def poses_csv(pendant: Array, reflectors: int) -> bytes:
-    """The poses (K, 6) [deg] as identify reads them, the measured columns left to fill in."""
+def poses_csv(pendant: Array, targets: Sequence[Sequence[int]]) -> bytes:
+    """The poses (K, 6) [deg] and the reflectors to measure at each, from 0, as identify reads them, to be filled in."""
     lines = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
     for n, row in enumerate(pendant):
         joints = ",".join(f"{v:.3f}" for v in row)
-        lines += [f"{n},r{r + 1},{joints},,," for r in range(reflectors)]
+        lines += [f"{n},r{r + 1},{joints},,," for r in targets[n]]
     return ("\n".join(lines) + "\n").encode()
 
 
@@ -34,7 +34,12 @@ def expected_csv(terms: Sequence[FreeParameter], plan: PosePlan) -> bytes:
 
 
 def show_pose_plan(
-    terms: Sequence[FreeParameter], plan: PosePlan, folder: Path, files: list[str], findings: Sequence[Finding]
+    terms: Sequence[FreeParameter],
+    plan: PosePlan,
+    runs: int,
+    folder: Path,
+    files: list[str],
+    findings: Sequence[Finding],
 ) -> None:
     """Print how well each parameter will be known, findings, and the files."""
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
@@ -45,4 +50,5 @@ def show_pose_plan(
     console.print(table)
     for finding in findings:
         console.print(f"{finding.level.value}: {finding.message}")
-    console.print(f"{len(plan.theta)} poses; wrote {', '.join(files)} to {folder}")
+    reversals = f", then reversal runs of {runs} joints" if runs else ""
+    console.print(f"{len(plan.theta)} poses{reversals}; wrote {', '.join(files)} to {folder}")

@@ -2,10 +2,12 @@ r"""The direction that each joint, and the TCP, has come from: a state with a me
 
 Joint i that turns by d theta takes its state u_i towards the side it moves to (Dahl 1968),
 
-    du_i = (sign(d theta_i) - u_i) |d theta_i| / w_i
+    du_i = (sign(d theta_i) - u_i) |d theta_i| / w_i                        law "dahl"
+    u_i <- min(max(u_i + d theta_i / w_i, -1), 1)                           law "play" (the play operator)
 
 and keeps it while it stands, so that u does not depend on speed, stays within [-1, 1], and has no step at a reversal:
-after it, 63 % of the change is done over w_i, 95 % over 3 w_i. At a FINE stop u has the value of the motion before it;
+after it, by Dahl 63 % of the change is done over w_i, 95 % over 3 w_i, with play half over w_i and all over 2 w_i. At a
+FINE stop u has the value of the motion before it;
 a reversal there changes it during the motion after it. The TCP's travel t follows the unit vector e along its path over
 a width W, dt = (e - t) ds / W. Before the first waypoint nothing is known and both are zero: they settle within three
 widths of motion (``unknown_share`` says how much is still unknown).
@@ -17,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, own
-from compgen.error_model.source import DirectionDependent, ReversalWidths, Source
+from compgen.error_model.source import DirectionDependent, Law, ReversalWidths, Source
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +45,8 @@ def reversal_widths(sources: Sequence[Source]) -> ReversalWidths | None:
     widths = [source.reversal_widths() for source in sources if isinstance(source, DirectionDependent)]
     if not widths:
         return None
-    return ReversalWidths(np.min([w.joint for w in widths], axis=0), np.min([w.travel for w in widths], axis=0))
+    law: Law = "play" if any(w.law == "play" for w in widths) else "dahl"
+    return ReversalWidths(np.min([w.joint for w in widths], axis=0), np.min([w.travel for w in widths], axis=0), law)
 
 
 def direction_states(
@@ -65,20 +68,50 @@ def direction_states(
     turn, step = np.diff(theta, axis=0), np.diff(position, axis=0)
     length = np.linalg.norm(step, axis=1, keepdims=True)
     tangent = step / np.where(length > 0, length, 1.0)
-    return DirectionState(
-        first_order_lag(np.sign(turn), np.exp(-np.abs(turn) / widths.joint), before.direction[-1]),
-        first_order_lag(tangent, np.exp(-length / widths.travel), before.travel[-1]),
-    )
+    if widths.law == "play":
+        direction = play_operator(turn / widths.joint, before.direction[-1])
+    else:
+        direction = first_order_lag(np.sign(turn), np.exp(-np.abs(turn) / widths.joint), before.direction[-1])
+    return DirectionState(direction, first_order_lag(tangent, np.exp(-length / widths.travel), before.travel[-1]))
 
 
 def unknown_share(widths: ReversalWidths | None, theta: Array, position: Array) -> DirectionState:
     """How much of the unknown motion before the first waypoint is left in u and t, (N, 6) and (N, 3) [0, 1]."""
     if widths is None:
         return NO_DIRECTION
-    turned = np.abs(np.diff(theta, axis=0, prepend=theta[:1])).cumsum(axis=0)
     length = np.linalg.norm(np.diff(position, axis=0, prepend=position[:1]), axis=1).cumsum()
-    shares = np.exp(-turned / widths.joint), np.exp(-length[:, None] / widths.travel)
+    if widths.law == "play":  # how far the two farthest states before are still apart
+        turn = np.diff(theta, axis=0) / widths.joint
+        joint = (play_operator(turn, np.ones(6)) - play_operator(turn, -np.ones(6))) / 2
+    else:
+        joint = np.exp(-np.abs(np.diff(theta, axis=0, prepend=theta[:1])).cumsum(axis=0) / widths.joint)
+    shares = joint, np.exp(-length[:, None] / widths.travel)
     return DirectionState(*(np.where(np.isinf(w), 0.0, x) for w, x in zip((widths.joint, widths.travel), shares)))
+
+
+def play_operator(step: Array, start: Array | float = 0.0) -> Array:
+    """x_0 = start, x_{n+1} = min(max(x_n + step_n, -1), 1), for all n at once, (N - 1, k) to (N, k).
+
+    Two such steps, one after the other, are one shift with two bounds again: composed in stretches as below.
+    """
+    steps, k = step.shape
+    size = max(1, int(np.sqrt(steps)))
+    count = -(-steps // size)
+    shift = np.zeros((count * size, k))
+    shift[:steps] = step
+    shift = np.swapaxes(shift.reshape(count, size, k), 0, 1).copy()
+    low, high = np.full_like(shift, -1.0), np.full_like(shift, 1.0)
+    for n in range(1, size):
+        low[n], high[n] = (np.clip(bound[n - 1] + shift[n], -1, 1) for bound in (low, high))
+        shift[n] += shift[n - 1]
+    begin = np.empty((count + 1, k))
+    begin[0] = start
+    for n in range(count):
+        begin[n + 1] = np.clip(begin[n] + shift[-1, n], low[-1, n], high[-1, n])
+    x = np.empty((steps + 1, k))
+    x[0] = start
+    x[1:] = np.swapaxes(np.clip(begin[:-1] + shift, low, high), 0, 1).reshape(-1, k)[:steps]
+    return x
 
 
 def first_order_lag(goal: Array, keep: Array, start: Array | float = 0.0) -> Array:

@@ -67,7 +67,10 @@ def source_of(kind: type[Source], table: SourceTable, arm: ArmFacts, key: str) -
     given: dict[str, Any] = {c.field: np.array(getattr(table, c.key)) * c.unit for c in kind.PARAMETERS}
     for fact in kind.FACTS:
         value = getattr(table, fact.key)
-        given[fact.field] = tuple(value) if fact.unit is None else np.array(value) * fact.unit
+        if fact.unit is None:
+            given[fact.field] = value if isinstance(value, str) else tuple(value)
+        else:
+            given[fact.field] = np.array(value) * fact.unit
     make: Any = kind
     try:
         source: Source = make(**given, **derived)

@@ -121,7 +121,9 @@ class HysteresisTable(SourceTable):
     windup_urad_Nm: SixRates = 6 * [0.0]
     """Half-width of the windup per torque on the gear."""
     width_mdeg: SixWidths
-    """How far a joint turns, after a reversal, until 63 % of the change is done."""
+    """How far a joint turns, after a reversal, until 63 % of the change is done; with the play law half of its way."""
+    law: Literal["dahl", "play"] = "dahl"
+    """How the change goes on after a reversal: dahl fades, play is a straight ramp with an end."""
 
 
 class FrameTable(SourceTable):

@@ -13,6 +13,8 @@ from compgen.error_model.schema import SourceTable
 from compgen.robot.kinematics import Chain
 from compgen.robot.robot import Robot
 
+#: how the direction that a joint has come from follows its motion, as ``direction_memory`` has it
+Law = Literal["dahl", "play"]
 #: the steps of identification's ladder of models; "temperature" is in every model but the one of frames only
 Rung = Literal["temperature", "joint zeros", "geometry", "joints", "ripple"]
 
@@ -48,7 +50,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """A field of a source that its table gives and that no measurement fits; ``value_SI = value_file * unit``."""
+    """A field of a source that its table gives and that no pose fits; ``value_SI = value_file * unit``."""
 
     field: str
     key: str
@@ -131,6 +133,7 @@ class ReversalWidths:
 
     joint: Array  # (6,) [rad]
     travel: Array  # (3,) [m] of the TCP along each World axis
+    law: Law = "dahl"  # of the joints
 
     def __post_init__(self) -> None:
         own(self, joint=(6,), travel=(3,))

@@ -16,6 +16,7 @@ from compgen.robot.robot import Robot
 TOLERANCE = 1e-6  # m, rad
 NEGLIGIBLE = 1e-6  # m of unknown hysteresis at the tool
 SETTLED = 1e-7  # m of it that one joint or axis may leave
+PLAYED = 2.2  # widths of motion after which the play operator is through: two, and some for rounding
 LEAST_DEPTH = 3.0  # widths of motion, also where play moves the TCP by next to nothing and turns the tool alone
 
 
@@ -90,6 +91,8 @@ def settling(sources: Sequence[Source], model: ErrorModel, theta: Array) -> tupl
     halves = np.linalg.norm(place[1:] - place[0], axis=1)
     depth = np.maximum(np.log(np.maximum(halves / SETTLED, 1.0)), LEAST_DEPTH)
     turn, travel = (np.where(np.isfinite(w), w, 0.0) for w in (widths.joint, widths.travel))
+    if widths.law == "play":
+        depth[:6] = PLAYED
     return turn * depth[:6], float((travel * depth[6:]).max())
 
 

@@ -10,6 +10,7 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
+from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.cross_validation import CrossValidation, cross_validate, improvement_interval
@@ -20,6 +21,13 @@ from compgen.identification.model import ArmModel, SymbolicSource, WarmUpState, 
 from compgen.identification.parameters import CandidateModel, candidate_models, symbolic_sources, warm_up_states
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import STILL
+from compgen.identification.reversals import (
+    fit_lost_motion,
+    lost_motion_findings,
+    with_directions,
+    with_lost_motion,
+    without_run_interiors,
+)
 from compgen.identification.thermal_terms import needed_terms
 from compgen.robot.robot import Robot
 
@@ -114,6 +122,10 @@ def identify(
     states = warm_up_states(known, nodes) if warm and not temperatures else ()
     offered = nodes_to_offer(facts, states, data.modelled) if warm and facts is not None else ()
     sources = symbolic_sources(robot, known, moved, warm, temperatures, facts, offered)
+    lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
+    if lost_motion is not None:
+        sources = with_lost_motion(sources, lost_motion)
+        data = without_run_interiors(with_directions(data, lost_motion.widths))
     model = build_model(robot, sources, nodes, states, data.modelled)
     check_plausible(robot, model, data)
     names, _ = model.groups()
@@ -130,11 +142,17 @@ def identify(
     progress("judge", 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
     findings = [*judge(robot, model, data, candidates[0], candidates[best], identifiability, moved), *held]
+    findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
         robot, model, data, tuple(candidates), best, identifiability, tuple(findings), identified, box
     )
+
+
+def is_fitted(source: SymbolicSource, chosen: FittedCandidate) -> bool:
+    """Whether a model has any of a source's parameters."""
+    return any(parameter.group in chosen.candidate.groups for parameter in source.parameters)
 
 
 def nodes_to_offer(facts: ArmFacts, states: Sequence[WarmUpState], modelled: Sequence[int]) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
-from compgen.core.units import MM
+from compgen.core.units import DEG, MM
 from compgen.identification.fit import FRAME_PRECISION
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.linearisation import linearise
@@ -27,6 +27,9 @@ from compgen.robot.robot import Robot
 CANDIDATES = 1500
 DRAWS = 200_000
 EXCHANGES = 3  # rounds over all poses
+#: of a reversal run, from its turn: small ones where play is run through, large ones that show the curve
+REVERSAL_STEPS = np.array([0.03, 0.07, 0.12, 0.18, 0.26, 0.4, 0.7, 1.2]) * DEG
+REVERSAL_ENTRY = 1.0 * DEG  # from where a run comes to its turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +81,39 @@ def plan_poses(
     return PosePlan(theta[rows], sigma, model.prior)
 
 
+def plan_reversals(robot: Robot, model: ArmModel, nodes: int, site: Site, plan: PosePlan) -> list[tuple[Array, int]]:
+    """Reversal runs: for each joint a turn in small steps, both ways, all others standing.
+
+    Each begins on the pose of the plan where the joint moves a reflector farthest, if the whole run is inside limits
+    and seen: it comes from below, goes down in growing steps and up in growing steps.
+
+    Returns:
+        Poses (18, 6) [rad] and the reflector, of each joint that has such a pose.
+    """
+    offsets = np.concatenate([[-REVERSAL_STEPS[-1] - REVERSAL_ENTRY, 0.0], -REVERSAL_STEPS])
+    offsets = np.concatenate([offsets, REVERSAL_STEPS - REVERSAL_STEPS[-1]])
+    runs = []
+    for joint in range(6):
+        steps = np.zeros((len(offsets), 6))
+        steps[:, joint] = offsets
+        ahead = plan.theta + REVERSAL_STEPS[0] * np.eye(6)[joint]
+        moved = _reflectors(model, nodes, site, ahead) - _reflectors(model, nodes, site, plan.theta)
+        lever = np.linalg.norm(moved, axis=2)  # (n, R)
+        for m in np.argsort(-lever.max(axis=1), kind="stable"):
+            poses = plan.theta[m] + steps
+            inside = (poses >= robot.lower).all() and (poses <= robot.upper).all()
+            if inside and _visible(model, nodes, site, poses).all():
+                runs.append((poses, int(np.argmax(lever[m]))))
+                break
+    return runs
+
+
+def _reflectors(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
+    """Where the reflectors are at poses, (M, R, 3) [m]."""
+    position, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))
+    return np.asarray(position[:, None] + np.einsum("nij,rj->nri", rotation, site.reflector))
+
+
 def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, count: int) -> Array:
     """Random poses inside the limits whose reflectors are visible, (n, 6) [rad]."""
     rng = np.random.default_rng(1)  # the same plan at every run
@@ -102,8 +138,8 @@ def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, coun
 
 def _visible(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
     """Which poses have all reflectors in the box and facing the instrument, (M,)."""
-    position, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))
-    position_of_reflector = position[:, None] + np.einsum("nij,rj->nri", rotation, site.reflector)
+    position_of_reflector = _reflectors(model, nodes, site, theta)
+    _, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))
     visible = ((position_of_reflector >= site.box[0]) & (position_of_reflector <= site.box[1])).all(axis=(1, 2))
     if site.instrument is not None:
         line_of_sight = site.instrument - position_of_reflector

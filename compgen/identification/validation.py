@@ -13,6 +13,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray
 from compgen.core.findings import Finding, Level
 from compgen.core.units import UM
+from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
 from compgen.error_model.sources.measured_map import AxisMap
 from compgen.error_model.uncertainty import UncertainSource
@@ -22,6 +23,7 @@ from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, build_model
 from compgen.identification.parameters import without_force
 from compgen.identification.plausibility import check_plausible, check_row_count
+from compgen.identification.reversals import has_runs, with_directions
 from compgen.robot.robot import Robot
 
 FEWEST = 10  # rows from which one can be told to be far from the others
@@ -81,6 +83,8 @@ def validate(
         for k in map(without_force, known)
         if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
     ]
+    if has_runs(data) and (widths := reversal_widths([s.source for s in sources])):
+        data = with_directions(data, widths)
     nominal, identified = build_model(robot, [], nodes), build_model(robot, sources, nodes)
     check_plausible(robot, nominal if frames is None else identified, data, frames)
     if frames is None:

@@ -54,6 +54,7 @@ def faults_of(sources: Sequence[Source]) -> Faults | None:
                 fields["ripple_orders"] = source.order
             case Hysteresis():
                 fields |= {"backlash": source.backlash, "windup": source.windup, "reversal_width": source.width}
+                fields["reversal_law"] = source.law
                 fields |= _load_fields(source.loads)
             case BaseFrame():
                 fields["base_frame"] = np.concatenate([source.position, source.rotation])

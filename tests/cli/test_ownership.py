@@ -91,7 +91,9 @@ def test_planned_poses_keep_what_they_have_not_written(name, tmp_path):
 def test_planned_poses_keep_another_robots(tmp_path):
     assert run("plan-poses", "m710ic50", "-n", "12", "-q", "-o", tmp_path).returncode == 0
     before = content(tmp_path)
-    assert set(before) == {"M710IC50_POSES.LS", "poses.csv", "expected.csv"}
+    assert set(before) == {
+        "M710IC50_POSES.LS", "poses.csv", "expected.csv", "M710IC50_REVERSALS.LS", "reversals.csv"
+    }  # fmt: skip
     refused(run("plan-poses", "ur5", "-n", "12", "-q", "-o", tmp_path), 2, "poses.csv in it is not what", "-o")
     assert content(tmp_path) == before
 

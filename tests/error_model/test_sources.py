@@ -17,13 +17,14 @@ from compgen.error_model.direction_memory import (
     DirectionState,
     direction_states,
     first_order_lag,
+    play_operator,
     reversal_widths,
     unknown_share,
 )
 from compgen.error_model.expressions import rotation_expr
 from compgen.error_model.loads import Loads
 from compgen.error_model.model import build_error_model
-from compgen.error_model.source import State
+from compgen.error_model.source import ReversalWidths, State
 from compgen.error_model.sources import ORDER
 from compgen.error_model.sources.compliance import JointCompliance
 from compgen.error_model.sources.frames import BaseFrame, ToolFrame
@@ -406,6 +407,28 @@ def test_relaxed_is_the_recursion(steps):
     for n, row in enumerate(result[1:]):
         x = goal[n] + keep[n] * (x - goal[n])
         assert_allclose(row, x, atol=1e-14)
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2, 3, 37, 100])
+def test_play_is_the_recursion(steps):
+    rng = np.random.default_rng(2)
+    step, x = rng.normal(size=(steps, 3)), rng.uniform(-1, 1, 3)
+    result = play_operator(step, x)
+    assert result.shape == (steps + 1, 3)
+    for n, row in enumerate(result[1:]):
+        x = np.clip(x + step[n], -1, 1)
+        assert_allclose(row, x, atol=1e-14)
+
+
+def test_play_changes_over_two_widths_and_then_not_at_all():
+    widths = ReversalWidths(np.full(6, 0.2 * DEG), np.full(3, np.inf), "play")
+    turn = np.array([0, 1.0, 0.9, 0.8, 0.6, 0.4])[:, None] * np.ones(6) * DEG
+    states = direction_states(widths, turn, np.zeros((6, 3)))
+    assert_allclose(states.direction[:, 0], [0, 1, 0.5, 0, -1, -1], atol=1e-12)
+    left = unknown_share(widths, turn, np.zeros((6, 3))).direction[:, 0]
+    assert_allclose(left, [1, 0, 0, 0, 0, 0], atol=1e-12)
+    small = np.array([0, 0.1, 0.0, 0.1, 0.0])[:, None] * np.ones(6) * DEG
+    assert_allclose(unknown_share(widths, small, np.zeros((5, 3))).direction[:, 0], [1, 0.75, 0.75, 0.75, 0.75])
 
 
 def test_what_is_unknown_of_the_start_fades_with_motion(cell):

@@ -62,16 +62,18 @@ def test_a_tool_grows_along_its_axis_and_a_fixture_drifts_away_from_it():
 
 def test_a_column_lifts_the_arm_and_a_base_moves_it():
     nominal, actual, _ = poses(BASE, kind=ThermalShift)
-    assert_allclose(actual[0] - nominal[0], np.tile([-0.5 * UM * 4, 2 * UM * 12, 6.4 * UM * 10], (40, 1)), atol=1e-12)
+    assert_allclose(
+        actual.position - nominal.position, np.tile([-0.5 * UM * 4, 2 * UM * 12, 6.4 * UM * 10], (40, 1)), atol=1e-12
+    )
 
 
 def test_links_without_a_profile_grow_along_themselves_away_from_zero():
     """At the pendant's zero: the shoulder lies ahead, the elbow's offset upwards, the forearm and the flange ahead."""
     cell = load_cell("m710ic50", [LENGTHS])
     (source,) = (s for s in cell.sources if isinstance(s, ThermalShift))
-    model = build_error_model(cell.robot, [source], 5, np.zeros(3), np.eye(3))
+    model = build_error_model(cell.robot, [source], 5, Pose(np.zeros(3), np.eye(3)))
     zero = cell.robot.pendant_zero[None]
-    moved = model.actual_pose(zero, RISE)[0] - model.nominal_pose(zero)[0]
+    moved = model.actual_pose(zero, RISE).position - model.nominal_pose(zero).position
     assert_allclose(moved, [[(1.7 * 10 + 3 * 3 + 2 * 2) * UM, 0, 1.9 * 12 * UM]], atol=1e-12)
 
 

@@ -12,6 +12,7 @@ from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import build_error_model
+from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.pipelines.robot_file import load_cell
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
@@ -76,6 +77,31 @@ def test_the_faults_come_from_the_motion_executed(cell):
     forwards = chain_and_twin(cell, cell.sources, theta, rise)[1].position
     backwards = chain_and_twin(cell, cell.sources, theta[::-1], rise[::-1])[1].position
     assert np.linalg.norm(forwards - backwards[::-1], axis=1).max() > 30 * UM
+
+
+def test_chain_and_twin_agree_on_the_play_law(cell):
+    play = tuple(replace(s, law="play") if isinstance(s, Hysteresis) else s for s in cell.sources)
+    theta, rise = motion(cell)
+    chain, twin_pose, _ = chain_and_twin(cell, play, theta, rise)
+    assert np.abs(chain.position - twin_pose.position).max() < ATOL_M
+    dahl = chain_and_twin(cell, cell.sources, theta, rise)[0]
+    assert np.abs(chain.position - dahl.position).max() > 5 * UM  # the law does something
+
+
+@pytest.mark.parametrize("parts", [1, 2, 7])
+def test_play_walked_in_parts_is_the_recursion(parts):
+    rng = np.random.default_rng(4)
+    theta, width = rng.normal(size=(101, 6)).cumsum(axis=0), np.full(6, 1.5)
+    u = np.clip(rng.normal(size=6), -1, 1)
+    expected = [u]
+    for step in np.diff(theta, axis=0):
+        expected.append(np.clip(expected[-1] + step / width, -1, 1))
+    walked, state = [u[None]], u
+    for rows in np.array_split(np.arange(100), parts):
+        walked.append(joint_side(theta[rows[0] : rows[-1] + 2], width, state, "play")[1:])
+        state = walked[-1][-1]
+    np.testing.assert_allclose(np.vstack(walked), expected, atol=1e-13)
+    assert (np.abs(expected) == 1).any()
 
 
 def test_the_side_a_joint_came_from_is_the_dahl_state():

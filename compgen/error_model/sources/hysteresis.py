@@ -4,7 +4,8 @@ r"""Backlash and friction: a joint that came from below stands behind one that c
 
 b is half the backlash, w the windup of the gear under friction that grows with the load tau (``loads``), u in [-1, 1]
 the direction that joint i has come from. u has a memory (``direction_memory``): after a reversal it changes over the
-joint's own presliding distance. Source: Dahl (1968) for the blend, Gautier and Khalil's load-dependent friction for w;
+joint's own presliding distance. Source: Dahl (1968) for the blend that fades, the play operator (Krasnosel'skii and
+Pokrovskii 1989) for the one that ends, Gautier and Khalil's load-dependent friction for w;
 the reference study's hysteresis, 50 to 350 um, which it gives as a half-width. The repeatable part only.
 """
 
@@ -24,6 +25,7 @@ from compgen.error_model.source import (
     Entry,
     Fact,
     Fitting,
+    Law,
     Parameter,
     ReversalWidths,
     State,
@@ -41,13 +43,14 @@ class Hysteresis:
     windup: Any  # (6,) [rad/(N m)] half-width per load
     width: Array  # (6,) [rad] of the blend after a reversal
     loads: Loads
+    law: Law = "dahl"  # how u follows the joint's motion
 
     NAME: ClassVar[str] = "hysteresis"
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("backlash", "backlash_mdeg", (6,), MDEG, 3 * MDEG, "half the width, of each joint"),
         Parameter("windup", "windup_urad_Nm", (6,), URAD, 0.02 * URAD, "half the width per load about the joint"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = (Fact("width", "width_mdeg", MDEG),)
+    FACTS: ClassVar[tuple[Fact, ...]] = (Fact("width", "width_mdeg", MDEG), Fact("law", "law", None))
     FITTING: ClassVar[Fitting | None] = Fitting("joints", HysteresisTable(width_mdeg=6 * [200.0]))
 
     def __post_init__(self) -> None:
@@ -61,7 +64,7 @@ class Hysteresis:
 
     def reversal_widths(self) -> ReversalWidths:
         """The joints' own; nothing depends on the TCP's travel."""
-        return ReversalWidths(self.width, np.full(3, np.inf))
+        return ReversalWidths(self.width, np.full(3, np.inf), self.law)
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """The joints that move; windup only where they carry something."""

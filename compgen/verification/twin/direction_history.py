@@ -5,7 +5,8 @@ direction of travel t follows the unit vector e along its path over a width W:
 
     du_i = (sign(d theta_i) - u_i) |d theta_i| / w_i,      dt = (e - t) ds / W
 
-Over a step each is x_{m+1} = k_m x_m + (1 - k_m) goal_m with k_m = exp(-|step| / width). Nothing is known before the
+or, by the law "play", u_i follows theta_i / w_i until it meets -1 or 1 and stays there. Over a step of the first kind
+each is x_{m+1} = k_m x_m + (1 - k_m) goal_m with k_m = exp(-|step| / width). Nothing is known before the
 first sample: both begin at zero.
 """
 
@@ -26,9 +27,11 @@ class DirectionHistory:
     travel: tuple[Array, ...] = ()  # t, (3,) for the width of each measured axis
 
 
-def joint_side(theta: Array, width: Array, start: Array) -> Array:
+def joint_side(theta: Array, width: Array, start: Array, law: str = "dahl") -> Array:
     """u of each joint at samples, from ``start`` (6,) at the first of them, (M, 6) [-1, 1]."""
     step = np.diff(theta, axis=0)
+    if law == "play":
+        return _between_stops(step / width, start)
     keep = np.exp(-np.abs(step) / width)
     return _recurrence(keep, (1 - keep) * np.sign(step), start)
 
@@ -60,5 +63,31 @@ def _recurrence(keep: Array, gain: Array, start: Array) -> Array:
     begin = start
     for k in range(count):
         states[k] = factor[k] * begin + offset[k]
+        begin = states[k, -1]
+    return np.vstack([start, states.reshape(-1, width)[:steps]])
+
+
+def _between_stops(step: Array, start: Array) -> Array:
+    """A pointer pushed by steps (M - 1, k) between stops at -1 and 1, from ``start`` (k,), (M, k).
+
+    Stretches are walked side by side by two pointers, from either stop, and by one without stops; a pointer that begins
+    in between is where the free one has taken it, unless that is beyond the two.
+    """
+    steps, width = step.shape
+    size = max(1, int(np.sqrt(steps)))
+    count = -(-steps // size)
+    pushes = np.zeros((count * size, width))
+    pushes[:steps] = step
+    pushes = pushes.reshape(count, size, width)
+    lower, upper, free = (np.empty_like(pushes) for _ in range(3))
+    pointers = [np.full((count, width), place) for place in (-1.0, 1.0, 0.0)]
+    for n in range(size):
+        pointers = [pointer + pushes[:, n] for pointer in pointers]
+        pointers[:2] = [np.minimum(np.maximum(pointer, -1.0), 1.0) for pointer in pointers[:2]]
+        lower[:, n], upper[:, n], free[:, n] = pointers
+    states = np.empty((count, size, width))
+    begin = start
+    for k in range(count):
+        states[k] = np.minimum(np.maximum(begin + free[k], lower[k]), upper[k])
         begin = states[k, -1]
     return np.vstack([start, states.reshape(-1, width)[:steps]])

@@ -47,6 +47,7 @@ class Faults:
     backlash: Array = field(default_factory=lambda: np.zeros(6))  # [rad]
     windup: Array = field(default_factory=lambda: np.zeros(6))  # [rad/(N m)]
     reversal_width: Array = field(default_factory=lambda: np.ones(6))  # [rad]
+    reversal_law: str = "dahl"  # or "play"
     base_frame: Array = field(default_factory=lambda: np.zeros(6))  # position [m], rotation vector [rad] in World
     tool_frame: Array = field(default_factory=lambda: np.zeros(6))  # position [m], rotation vector [rad] in the flange
     thermal_distortions: tuple[ThermalDistortion, ...] = ()

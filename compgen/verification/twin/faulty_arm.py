@@ -79,7 +79,8 @@ class FaultyArm:
         torque, nominal = self._load_torque(theta, tool)
         first_theta = theta[0] if history.theta is None else history.theta
         first_position = nominal[0] if history.position is None else history.position
-        side = joint_side(np.vstack([first_theta, theta]), self.faults.reversal_width, history.side)[1:]
+        reversals = self.faults.reversal_width, history.side, self.faults.reversal_law
+        side = joint_side(np.vstack([first_theta, theta]), *reversals)[1:]
         before = history.travel or tuple(np.zeros(3) for _ in self.faults.axis_deviations)
         travel = tuple(
             travel_direction(np.vstack([first_position, nominal]), deviation.width, start)[1:]

@@ -1,0 +1,152 @@
+"""Widths of lost motion: found from small steps either side of a turn, with the law that made them; held where not."""
+
+import csv
+import json
+import tomllib
+
+import numpy as np
+import pytest
+from command_line import run
+from shipped import ROOT
+
+from compgen.core.units import DEG, MDEG, UM
+from compgen.error_model.source import ReversalWidths
+from compgen.identification.measurements import Measurements
+from compgen.identification.pose_files import motion_directions
+from compgen.identification.reversals import fit_lost_motion, with_directions, without_run_interiors
+from compgen.pipelines.robot_file import load_arm
+from compgen.robot.kinematics import flange_pose
+
+BACKLASH = np.array([2.5, 2.0, 2.5, 6.0, 7.0, 8.0]) * MDEG
+WIDTH = np.array([0.12, 0.2, 0.15, 0.25, 0.1, 0.18]) * DEG
+REFLECTORS = np.array([[0.06, 0.2, 0.1], [-0.1, 0.1, 0.15]])
+ASSUMED = ReversalWidths(np.full(6, 0.2 * DEG), np.full(3, np.inf))
+
+
+def side(theta, width, law):
+    """The memory of one joint's motion, walked in steps of a thousandth of the width."""
+    u, sides = 0.0, [0.0]
+    for begin, end in zip(theta[:-1], theta[1:]):
+        count = max(1, int(np.ceil(abs(end - begin) / width * 1000)))
+        if count > 20_000:  # far beyond the width
+            u = float(np.sign(end - begin))
+        else:
+            step = (end - begin) / width / count
+            for _ in range(count):
+                u = min(max(u + step, -1.0), 1.0) if law == "play" else u + (np.sign(step) - u) * abs(step)
+        sides.append(u)
+    return np.array(sides)
+
+
+def measured(robot, theta, law, noise, seed, backlash=BACKLASH, width=WIDTH):
+    """Places of the reflectors on an arm whose joints lag, (M, R, 3) [m]."""
+    sides = np.column_stack([side(theta[:, i], width[i], law) for i in range(6)])
+    flange = flange_pose(robot, theta - sides * backlash)
+    places = flange.position[:, None] + np.einsum("nij,rj->nri", flange.rotation, REFLECTORS)
+    return places + np.random.default_rng(seed).normal(0, noise, places.shape)
+
+
+def measurements(theta, places):
+    M, R = places.shape[:2]
+    N = M * R
+    return Measurements(
+        theta=theta, rise=np.zeros((M, 0)), direction=motion_directions(theta), time=np.arange(M) * 10.0,
+        warm=np.zeros(M), pose=np.repeat(np.arange(M), R), instrument=np.zeros(N, dtype=int),
+        reflector=np.tile(np.arange(R), M), position=places.reshape(-1, 3), rotation=np.full((N, 3, 3), np.nan),
+        sigma=np.ones(N), label=("",) * N, reflectors=("a", "b"), instruments=("tracker",), aligned=np.array([False]),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plan")
+    words = ["--reflector", "60 200 100", "--reflector", "-100 100 150", "-n", "30", "-q"]
+    assert run("plan-poses", "m710ic50", *words, "-o", folder).returncode == 0
+    return folder
+
+
+def joints_of(robot, file):
+    rows = list(csv.DictReader(file.read_text().splitlines()))
+    order = [int(row["order"]) for row in rows]
+    _, first = np.unique(order, return_index=True)
+    pendant = np.array([[float(rows[i][f"j{k}_deg"]) for k in range(1, 7)] for i in first])
+    return robot.to_theta(pendant * DEG), rows
+
+
+def test_a_run_goes_either_side_of_a_turn_in_small_steps(plan):
+    robot = load_arm("m710ic50").robot
+    theta, rows = joints_of(robot, plan / "reversals.csv")
+    assert len(theta) == 6 * 18
+    turn = np.diff(theta, axis=0)
+    assert (np.abs(turn) < 2.5 * DEG).all(axis=1).sum() == 6 * 17
+    assert {row["target"] for row in rows} <= {"r1", "r2"}
+    program = (plan / "M710IC50_REVERSALS.LS").read_text()
+    assert program.count("FINE") == len(theta)
+
+
+@pytest.mark.parametrize("law", ["dahl", "play"])
+@pytest.mark.parametrize("seed", range(3))
+def test_width_half_width_and_law_are_found(plan, law, seed):
+    robot = load_arm("m710ic50").robot
+    theta, _ = joints_of(robot, plan / "reversals.csv")
+    motion = fit_lost_motion(measurements(theta, measured(robot, theta, law, 10 * UM, seed)), ASSUMED)
+    assert motion.law == law
+    known = np.flatnonzero(motion.measured)
+    assert len(known) >= 3
+    assert {0, 1} & set(known.tolist())
+    off = np.log(motion.width[known] / WIDTH[known]) / motion.width_sigma[known]
+    assert np.abs(off).max() < 3.5
+    assert np.abs((motion.half_width - BACKLASH)[known] / motion.half_sigma[known]).max() < 3.5
+    assert (motion.half_sigma / motion.half_width)[known].max() < 0.36
+
+
+def test_without_play_no_width_is_known(plan):
+    robot = load_arm("m710ic50").robot
+    theta, _ = joints_of(robot, plan / "reversals.csv")
+    motion = fit_lost_motion(measurements(theta, measured(robot, theta, "dahl", 10 * UM, 1, 0 * BACKLASH)), ASSUMED)
+    assert motion.measured.sum() <= 1
+
+
+def test_poses_far_apart_are_no_run(plan):
+    robot = load_arm("m710ic50").robot
+    theta, _ = joints_of(robot, plan / "poses.csv")
+    assert fit_lost_motion(measurements(theta, measured(robot, theta, "dahl", 10 * UM, 1)), ASSUMED) is None
+
+
+def test_of_a_run_only_the_poses_at_its_ends_count_as_poses(plan):
+    robot = load_arm("m710ic50").robot
+    theta, _ = joints_of(robot, plan / "reversals.csv")
+    data = measurements(theta, measured(robot, theta, "dahl", 10 * UM, 1))
+    kept = without_run_interiors(with_directions(data, fit_lost_motion(data, ASSUMED).widths))
+    assert 6 * 2 * 2 <= len(kept.pose) < 0.7 * len(data.pose)
+
+
+@pytest.mark.parametrize("law", ["dahl", "play"])
+def test_identify_writes_the_widths_and_the_law(plan, tmp_path, law):
+    arm = load_arm("m710ic50")
+    for file, seed in (("poses.csv", 5), ("reversals.csv", 6)):
+        theta, rows = joints_of(arm.robot, plan / file)
+        places = measured(arm.robot, theta, law, 10 * UM, seed) * 1000
+        first = int(rows[0]["order"])
+        for row in rows:
+            place = places[int(row["order"]) - first, int(row["target"][1:]) - 1]
+            row.update(zip(("x_mm", "y_mm", "z_mm"), (f"{v:.4f}" for v in place)))
+        with (tmp_path / file).open("w", newline="") as out:
+            writer = csv.DictWriter(out, rows[0])
+            writer.writeheader()
+            writer.writerows(rows)
+    target = tmp_path / "robot.toml"
+    words = ["--poses", tmp_path / "poses.csv", "--poses", tmp_path / "reversals.csv", "-o", target, "--json"]
+    result = run("identify", ROOT / "robots" / "m710ic50.toml", *words)
+    assert result.returncode == 0, result.stderr + result.stdout[-3000:]
+    table = tomllib.loads(target.read_text())["sources"]["hysteresis"]
+    assert table["law"] == law
+    assert abs(np.log(table["width_mdeg"][0] * MDEG / WIDTH[0])) < 0.8
+    assert table["backlash_mdeg"][:3] == pytest.approx((BACKLASH[:3] / MDEG).tolist(), rel=0.35)
+    codes = {f["code"] for f in json.loads(result.stdout)["findings"]}
+    assert "reversals.width" in codes
+    assert (
+        run("inspect", ROOT / "nothing.LS", "--robot", target).returncode == 2
+    )  # the file loads: the program is missing
+    only = run("identify", ROOT / "robots" / "m710ic50.toml", *words[:2], "-o", tmp_path / "held.toml", "--json")
+    assert "reversals.held" in {f["code"] for f in json.loads(only.stdout)["findings"]}
