@@ -201,7 +201,7 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     truth, folder, target, _ = made
     real = real_sources(truth, folder)
     job = replace(load_job(path_file("circle_1300"), robot=str(target), overrides=WIDE), before=())
-    _, corrected = generate.generate(job, quiet)
+    planned, corrected = generate.generate(job, quiet)
     uncorrected = generate.predict(replace(job, sources=real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
     facts = (job.robot, job.heat, job.profiles, job.tool.pose)
@@ -212,7 +212,7 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     difference = real_run.actual.position - aligned(predicted.actual.position, real_run.actual.position)
     residual = corrected.deviation.total()
     assert np.quantile(np.linalg.norm(difference, axis=1), 0.99) + np.quantile(residual, 0.99) < 3 * NOISE
-    as_identified = deviation_from_path(uncorrected.path, [real_run], len(real_run.time))
+    as_identified = deviation_from_path(planned.path, [real_run], len(real_run.time))
     assert np.quantile(as_identified.total(), 0.99) < 6 * NOISE  # with World as it was identified
 
 
