@@ -6,7 +6,7 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from compgen.cli.ownership import check_job_folder
-from compgen.cli.publish import files_of_earlier_run, publish
+from compgen.cli.publish import publish
 from compgen.core.findings import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines.job import Job
@@ -29,7 +29,7 @@ def publish_job(
         for k, (name, content) in enumerate(reports.items())
     }
     own_names = {f"{program}.LS", *programs, *reports}
-    publish(folder, programs, contents, own_names | files_of_earlier_run(folder / f"{program}{MANIFEST_SUFFIX}"))
+    publish(folder, programs, contents, own_names, f"{program}{MANIFEST_SUFFIX}")
 
 
 def _with_progress(content: bytes | Iterable[bytes], progress: Progress, share: float) -> Iterable[bytes]:

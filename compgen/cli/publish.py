@@ -3,8 +3,8 @@
 A run's files are written into a hidden folder first. When the target is new, or holds only an earlier run's files,
 the hidden folder takes its place in one step of the file system. A target that holds anything else is never moved: the
 earlier reports go, the program takes the place of its predecessor in one step, and the new reports follow, so that a
-program is never lost and never stands beside a report that does not prove it. What is not ours is never copied, moved
-or deleted. Used by the command line only.
+program is never lost and never stands beside a report that does not prove it. Runs on the same folder put their files
+there one after the other. What is not ours is never copied, moved or deleted. Used by the command line only.
 """
 
 import ctypes
@@ -17,6 +17,7 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
+from compgen.cli.folder_lock import alone_in
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
@@ -55,8 +56,9 @@ def publish(
     programs: Mapping[str, bytes | Iterable[bytes]],
     reports: Mapping[str, bytes | Iterable[bytes]],
     own_names: set[str],
+    manifest: str = "",
 ) -> None:
-    """Put files into a folder.
+    """Put files into a folder, while no other run puts files there.
 
     Args:
         folder: Made when absent.
@@ -65,20 +67,41 @@ def publish(
         reports: Name to content of what describes them, first the record that tells whose files these are: it is
             written before the others and removed after them.
         own_names: Names that belong to this run; those not in the files vanish, everything else in the folder stays.
+        manifest: Name of the manifest of an earlier run's pages: what it names belongs to this run too.
 
     Raises:
         InputError: The folder cannot be written; nothing has changed.
     """
     interrupts.raise_on_signal()
-    stage: Path | None = None
     missing: list[Path] = []
     try:
         target = folder.resolve()
-        new = not target.exists()
-        if new:
+        if not target.exists():
             missing = [p for p in target.parents if not p.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
-        check_names(folder, own_names)
+        with alone_in(target):
+            if manifest:
+                own_names = own_names | files_of_earlier_run(target / manifest)
+            check_names(folder, own_names)
+            _put(target, programs, reports, own_names)
+    except OSError as failure:
+        raise _refusal(folder, failure.strerror or str(failure)) from failure
+    finally:
+        with suppress(OSError):  # folders made for nothing; the first with something in it stays
+            for parent in missing:
+                parent.rmdir()
+
+
+def _put(
+    target: Path,
+    programs: Mapping[str, bytes | Iterable[bytes]],
+    reports: Mapping[str, bytes | Iterable[bytes]],
+    own_names: set[str],
+) -> None:
+    """Write files into a hidden folder, and put them in their places."""
+    stage: Path | None = None
+    new = not target.exists()
+    try:
         _remove_leftovers(target.parent, f".{target.name}{_MARK}")
         _remove_leftovers(target, _MARK)
         beside = new or _replaceable(target, own_names)
@@ -100,14 +123,9 @@ def publish(
                 _replace_files(stage, target, list(programs), list(reports), own_names)
         else:
             _replace_files(stage, target, list(programs), list(reports), own_names)
-    except OSError as failure:
-        raise _refusal(folder, failure.strerror or str(failure)) from failure
     finally:
         if stage is not None:
             _remove(stage)
-        with suppress(OSError):  # folders made for nothing; the first with something in it stays
-            for parent in missing:
-                parent.rmdir()
 
 
 def check_names(folder: Path, names: Iterable[str]) -> None:

@@ -135,17 +135,17 @@ def run(line: list[str], world: Path, stop: Stop) -> End:
     else:
         child = os.fork()
         if not child:
-            _be_the_command(line, world, stop)
+            be_the_command(line, world, stop)
     if stop.seconds:
         time.sleep(stop.seconds)
         os.kill(child, SIGNALS[stop.what])
-    code = os.waitstatus_to_exitcode(_waited(child))
+    code = os.waitstatus_to_exitcode(waited(child))
     events = steps.read_text().splitlines() if steps.exists() else []
     steps.unlink(missing_ok=True)
     return End(code, said.read_text(errors="replace"), events, time.monotonic() - start)
 
 
-def _waited(child: int) -> int:
+def waited(child: int) -> int:
     signal.signal(signal.SIGALRM, lambda *_: os.kill(child, signal.SIGKILL))
     signal.alarm(HANGS_S)
     try:
@@ -154,13 +154,13 @@ def _waited(child: int) -> int:
         signal.alarm(0)
 
 
-def _be_the_command(line: list[str], world: Path, stop: Stop) -> None:
+def be_the_command(line: list[str], world: Path, stop: Stop, number: str = "") -> None:
     """The forked process: the command line, with somebody who counts its steps and comes at one of them."""
     code = 70
     try:
         os.chdir(world / "in")
-        error = os.open(world / "stderr", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        book = os.open(world / "steps", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        error = os.open(world / f"stderr{number}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        book = os.open(world / f"steps{number}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         os.dup2(error, 1)
         os.dup2(error, 2)
         sys.stdout, sys.stderr = os.fdopen(1, "w", closefd=False), os.fdopen(2, "w", closefd=False)
@@ -327,13 +327,14 @@ class Campaign:
         os.environ["XDG_CACHE_HOME"] = str(folder / "cache")
         self.older: dict[str, dict[str, bytes]] = {}
         self.whole: dict[str, dict[str, bytes]] = {}
+        self.finished: dict[tuple[str, bool], dict[str, bytes]] = {}  # by command, and whether it is the older one
         self.ends: dict[tuple[str, str], End] = {}
         self._next: dict[tuple, list[str]] = {}
         for name, command in commands.items():
-            world = self._world("reference")
+            world = self.world("reference")
             first = run(command.line(world / "out", older=True), world, Stop())
             assert first.code in (0, 1), f"{name}: exit {first.code}: {first.error}"
-            self.older[name] = content(world / "out")
+            self.older[name] = self.finished[name, True] = content(world / "out")
             if name == "whatif":  # what a study that was stopped has left
                 lines = self.older[name][study_journal.NAME].split(b"\n")
                 self.older[name] = {study_journal.NAME: b"\n".join(lines[:3]) + b"\n" + lines[3][:20]}
@@ -341,22 +342,26 @@ class Campaign:
                 world = self._prepared(name, situation)
                 self.ends[name, situation] = run(command.line(world / "out"), world, Stop())
                 self.whole[name] = {n: c for n, c in content(world / "out").items() if n not in FOREIGN}
+                self.finished[name, False] = self.whole[name]
         self.boundaries = [(n, s, k) for (n, s), end in self.ends.items() for k in range(1, len(end.steps) + 1)]
         random.Random(0).shuffle(self.boundaries)
 
-    def _world(self, name: str) -> Path:
+    def world(self, name: str) -> Path:
         world = self._folder / name
         shutil.rmtree(world, ignore_errors=True)
         shutil.copytree(self._inputs, world / "in")
         return world
 
     def _prepared(self, name: str, situation: str) -> Path:
-        world = self._world("world")
-        files = {**(self.older[name] if situation != "new" else {}), **(FOREIGN if situation == "foreign" else {})}
-        for file, data in files.items():
+        world = self.world("world")
+        for file, data in self.files_before(name, situation).items():
             (world / "out" / file).parent.mkdir(parents=True, exist_ok=True)
             (world / "out" / file).write_bytes(data)
         return world
+
+    def files_before(self, name: str, situation: str) -> dict[str, bytes]:
+        """What a folder holds before a run."""
+        return {**(self.older[name] if situation != "new" else {}), **(FOREIGN if situation == "foreign" else {})}
 
     def drawn(self, seed: int) -> tuple[str, str, Stop]:
         """A command, what its folder holds, and the stop."""

@@ -1,16 +1,20 @@
 """Whole outputs, and nothing of anybody else's touched."""
 
+import json
 import os
 import platform
 import signal
 import subprocess
 import sys
+import threading
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 from shipped import ROOT
 
 from compgen.cli import publish
+from compgen.cli.folder_lock import alone_in
 from compgen.core.exceptions import InputError
 
 OURS = {"A.LS", "page.html", "report.json"}
@@ -98,6 +102,61 @@ def test_several_programs_begin_without_their_main_program(tmp_path, monkeypatch
     monkeypatch.setattr(Path, "replace", lambda self, to: replaced.append(content(tmp_path)) or os.rename(self, to))
     publish.publish(tmp_path, {"C.LS": b"new", "A.LS": b"new"}, {}, OURS | {"B.LS", "C.LS"})
     assert [sorted(n for n in files if n.endswith(".LS") and "/" not in n) for files in replaced] == [[], ["C.LS"]]
+
+
+def test_runs_on_the_same_folder_put_their_files_there_one_after_the_other(tmp_path, monkeypatch):
+    """Else the pages of one stand beside the main program of another."""
+    (tmp_path / "mine").write_text("mine")
+    publish.publish(tmp_path, {"P_01.LS": b"old", "P_02.LS": b"old", "P.LS": b"old"}, {}, set())
+    replace_files, second = publish._replace_files, []
+
+    def interrupted_by_another(*arguments):
+        if not second:
+            new = {"P_01.LS": b"second", "P.LS": b"second"}
+            second.append(threading.Thread(target=publish.publish, args=(tmp_path, new, {}, {*new, "P_02.LS"})))
+            second[0].start()
+            second[0].join(0.3)
+            assert second[0].is_alive()
+        replace_files(*arguments)
+
+    monkeypatch.setattr(publish, "_replace_files", interrupted_by_another)
+    first = {"P_01.LS": b"first", "P_02.LS": b"first", "P.LS": b"first"}
+    publish.publish(tmp_path, first, {}, {*first})
+    second[0].join()
+    assert content(tmp_path) == {"mine": b"mine", "P_01.LS": b"second", "P.LS": b"second"}
+
+
+def test_pages_that_another_run_has_written_meanwhile_go_with_its_manifest(tmp_path):
+    def manifest(*pages):
+        record = {"main": entry("P.LS"), "pages": [entry(page) for page in pages]}
+        return json.dumps(record).encode()
+
+    def entry(name):
+        return {"file": name, "sha256": sha256(name.encode()).hexdigest()}
+
+    def files(*pages):
+        return {**{name: name.encode() for name in (*pages, "P.LS")}, "P.pages.json": manifest(*pages)}
+
+    (tmp_path / "mine").write_text("mine")
+    publish.publish(tmp_path, files("P_01.LS", "P_02.LS"), {}, set(), "P.pages.json")
+    publish.publish(tmp_path, files("P_01.LS"), {}, set(), "P.pages.json")
+    assert set(content(tmp_path)) == {"mine", "P.LS", "P_01.LS", "P.pages.json"}
+
+
+def test_a_folder_that_has_lost_its_name_is_locked_again_under_it(tmp_path, monkeypatch):
+    out, away = tmp_path / "out", tmp_path / "away"
+    out.mkdir()
+    locks = []
+
+    def flock(handle, how):
+        locks.append(os.fstat(handle).st_ino)
+        if len(locks) == 1:  # another run puts its folder there while this one waits
+            out.rename(away)
+            out.mkdir()
+
+    monkeypatch.setattr("compgen.cli.folder_lock.fcntl.flock", flock)
+    with alone_in(out):
+        assert locks == [away.stat().st_ino, out.stat().st_ino]
 
 
 def test_one_file_follows_no_link(tmp_path):
