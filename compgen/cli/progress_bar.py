@@ -27,7 +27,7 @@ LEAST_SHARE = 0.03  # from which on the time left is more than a guess
 
 
 @contextmanager
-def show_progress(quiet: bool, weights: Mapping[str, float] | None = None) -> Iterator[Progress]:
+def show_progress(quiet: bool, weights: Mapping[str, float] | None = None, delay: float = DELAY) -> Iterator[Progress]:
     """A bar for the whole run, on a terminal only; errors come after it has gone.
 
     Args:
@@ -39,7 +39,7 @@ def show_progress(quiet: bool, weights: Mapping[str, float] | None = None) -> It
     if quiet or not console.is_terminal:
         yield lambda stage, share: interrupts.raise_if_interrupted()
         return
-    bar = _StageBar(console, weights)
+    bar = _StageBar(console, weights, delay)
     try:
         yield bar.update
     finally:
@@ -47,10 +47,10 @@ def show_progress(quiet: bool, weights: Mapping[str, float] | None = None) -> It
 
 
 class _StageBar:
-    """One bar over all stages, shown from ``DELAY`` on; its share never falls."""
+    """One bar over all stages, shown after a delay [s]; its share never falls."""
 
-    def __init__(self, console: Console, weights: Mapping[str, float] | None) -> None:
-        self._weights = weights
+    def __init__(self, console: Console, weights: Mapping[str, float] | None, delay: float) -> None:
+        self._weights, self._delay = weights, delay
         self._start = time.monotonic()
         self._share = 0.0
         self._waypoints = 0
@@ -68,7 +68,7 @@ class _StageBar:
         self._share = max(self._share, overall_share(self._weights, name, share))
         now = time.monotonic()
         elapsed = now - self._start
-        if elapsed < DELAY:
+        if elapsed < self._delay:
             return
         if not self._bar.task_ids:
             self._bar.add_task(name, total=1.0, rate="", left=None, updated=now)

@@ -94,6 +94,8 @@ def enforce_limits(
     correction: Array,
     violating: BoolArray,
     progress: Callable[[float], None] = lambda share: None,
+    window: int = WINDOW,
+    max_window: int = MAX_WINDOW,
 ) -> LegalCorrection:
     """The best legal correction, solved again around the waypoints that break a limit.
 
@@ -103,6 +105,8 @@ def enforce_limits(
         correction: The solution without limits, (N, 6).
         violating: Waypoints that break a limit, (N,).
         progress: Called with the share done.
+        window: Waypoints solved together.
+        max_window: Where they cannot be parted without a limit binding across.
 
     Returns:
         The correction, the limits that bind, and whether all is legal.
@@ -114,7 +118,7 @@ def enforce_limits(
         free = neighbourhood(problem.arc, violating, distance)
         rows = np.flatnonzero(neighbourhood(problem.arc, free, 0.0))  # two waypoints on either side tie the ends
         part, part_free = problem.window(rows), free[rows]
-        optimum = _solve_windows(part, settings, correction[rows], part_free, distance, progress)
+        optimum = _solve_windows(part, settings, correction[rows], part_free, distance, progress, (window, max_window))
         solved = optimum.correction
         broken = find_violations(part, settings, solved)
         active = active_limits(part, settings, solved)
@@ -139,23 +143,25 @@ def _solve_windows(
     free: BoolArray,
     overlap: float,
     progress: Callable[[float], None],
+    sizes: tuple[int, int],
 ) -> Optimum:
     """The correction of the free waypoints (N,), in bounded memory.
 
     One window after the other is tied to what the one before settled, and runs on by the overlap [m] beyond its own
-    end. A window ends where nothing is free, if there is such a place before ``MAX_WINDOW``. Else what is solved in
+    end. A window ends where nothing is free, if there is such a place before the larger size. Else what is solved in
     the overlap is thrown away: there what comes later has no more influence on what is kept. Only a rate that binds
     without a break past all that carries influence farther: that solution is legal, micrometres off the best.
     """
     N, arc = len(free), problem.arc
+    usual, longest = sizes
     correction, begin = start.copy(), 0
     while begin < N:
-        end = min(N, begin + WINDOW)
+        end = min(N, begin + usual)
         if end < N and free[end]:
-            gap = np.flatnonzero(~free[end : begin + MAX_WINDOW])
-            end = end + int(gap[0]) if len(gap) else min(N, begin + MAX_WINDOW)
+            gap = np.flatnonzero(~free[end : begin + longest])
+            end = end + int(gap[0]) if len(gap) else min(N, begin + longest)
         last = min(N, max(int(np.searchsorted(arc, arc[end - 1] + overlap, "right")), end + 2))
-        if last - begin < WINDOW + WINDOW // 2 and N == last:
+        if last - begin < usual + usual // 2 and N == last:
             end = N  # the rest is no window of its own
         first = max(0, begin - 2)
         window_free = free[first:last].copy()

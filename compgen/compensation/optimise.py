@@ -20,7 +20,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from compgen.compensation.limits import enforce_limits, find_violations
+from compgen.compensation.limits import MAX_WINDOW, WINDOW, enforce_limits, find_violations
 from compgen.compensation.problem import Joints, Problem, Settings
 from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.compensation.solution import Solution, Status
@@ -32,13 +32,23 @@ MAX_ITERATIONS = 20
 __all__ = ["Solution", "Status", "optimise"]
 
 
-def optimise(problem: Problem, settings: Settings, progress: Callable[[float], None] = lambda share: None) -> Solution:
+def optimise(
+    problem: Problem,
+    settings: Settings,
+    progress: Callable[[float], None] = lambda share: None,
+    step_tolerance: float = STEP_TOLERANCE,
+    window: int = WINDOW,
+    max_window: int = MAX_WINDOW,
+) -> Solution:
     """Best legal correction of a program.
 
     Args:
         problem: Targets, joints and temperatures.
         settings: Smoothness and limits.
         progress: Called with the share done.
+        step_tolerance: Step [m], and [rad] times lever, that is taken for none.
+        window: Waypoints solved together where a limit binds.
+        max_window: Where they cannot be parted without a limit binding across.
 
     Returns:
         The correction. Where a limit binds, ``status`` is LIMITED and ``active_limits`` names waypoints and limits.
@@ -53,15 +63,15 @@ def optimise(problem: Problem, settings: Settings, progress: Callable[[float], N
         progress(min(0.9, iterations / 5))
         next_z = correction - residual
         step = _largest_component(next_z - z, settings.lever)
-        if step <= STEP_TOLERANCE or iterations == MAX_ITERATIONS or not np.isfinite(step):
+        if step <= step_tolerance or iterations == MAX_ITERATIONS or not np.isfinite(step):
             break
         z = next_z
     active_limits: tuple[tuple[int, str], ...] = ()
-    status = Status.CONVERGED if step <= STEP_TOLERANCE else Status.UNSETTLED
+    status = Status.CONVERGED if step <= step_tolerance else Status.UNSETTLED
     violating = find_violations(problem, settings, correction, Joints(theta, margin))
     if violating.any():
         unlimited = correction
-        legal = enforce_limits(problem, settings, unlimited, violating, progress)
+        legal = enforce_limits(problem, settings, unlimited, violating, progress, window, max_window)
         correction, active_limits = legal.correction, legal.active_limits
         status = legal.status if status is Status.CONVERGED else status
         changed = np.flatnonzero((unlimited != correction).any(axis=1))

@@ -79,7 +79,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
     manifest = manifest_json(paged, capacity, head, page_facts)
     files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
     whole, _ = interpret_pages(*check_manifest(manifest, files))
-    _require_equal(whole, program)
+    require_equal(whole, program)
     whole = replace(whole, name=paged.name)
     return Delivery(tuple(files.items()), whole, paged, tuple(starts))
 
@@ -137,11 +137,11 @@ def _ascii(lines: Iterable[str]) -> list[str]:
     return [line.encode("ascii", "replace").decode() for line in lines]
 
 
-def _require_equal(whole: Program, undivided: Program) -> None:
+def require_equal(whole: Program, undivided: Program, block_rows: int = BLOCK_ROWS) -> None:
     """Raises JoinError unless a program read back equals the undivided one as it would be written."""
     N = len(undivided.position)
-    for first in range(0, N, BLOCK_ROWS):
-        last = min(first + BLOCK_ROWS, N) - 1
+    for first in range(0, N, block_rows):
+        last = min(first + block_rows, N) - 1
         read, meant = excerpt(whole, first, last), fanuc.as_written(excerpt(undivided, first, last))
         for field in ("position", "rotation", "turns", "speed", "fine"):
             if not np.array_equal(getattr(read, field), getattr(meant, field)):

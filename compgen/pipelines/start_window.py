@@ -27,7 +27,9 @@ class Course:
     motion: DirectionState  # of the sources
 
 
-def windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state: Array) -> Array:
+def windows(
+    job: Job, model: ErrorModel, course: Course, first: IntArray, state: Array, together: int = TOGETHER
+) -> Array:
     """How long the robot may wait at waypoints before that adds more than ``job.start_drift`` anywhere behind them.
 
     A delay changes the state there and the air on the way; both differences fade during what follows with each mode's
@@ -39,16 +41,17 @@ def windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state:
         course: The whole program.
         first: Where the robot waits, (P,); each by itself, not one after the other.
         state: Thermal state there, (P, S).
+        together: Places that are looked at side by side.
 
     Returns:
         (P,) [s]; at most ``LONGEST`` once it is reached.
     """
-    parts = [slice(k, k + TOGETHER) for k in range(0, len(first), TOGETHER)]
+    parts = [slice(k, k + together) for k in range(0, len(first), together)]
     return np.concatenate([_windows(job, model, course, first[part], state[part]) for part in parts])
 
 
 def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state: Array) -> Array:
-    """``windows`` for at most ``TOGETHER`` places, by bisection of all at once."""
+    """``windows`` for a few places, by bisection of all at once."""
     samples = np.array([np.linspace(n, len(course.time) - 1, SAMPLES).astype(int) for n in first])  # (P, SAMPLES)
     rows = samples.ravel()
     begin, time = course.time[first], course.time[samples]

@@ -8,6 +8,7 @@ import numpy as np
 from compgen.fanuc.listing.listing import LsProgram, dumps, loads
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.listing.positions import AXES
+from compgen.fanuc.listing.templates import FEW_TEXTS
 
 
 def moves_of(read):
@@ -15,8 +16,8 @@ def moves_of(read):
     return list(zip(m.letter, m.target, m.speed, m.termination))
 
 
-def assert_readers_agree(data):
-    read = loads(data)
+def assert_readers_agree(data, few_texts=FEW_TEXTS):
+    read = loads(data, few_texts)
     points, moves = naive_ls.read(data)
     assert dumps(read) == data
     assert moves_of(read) == [(m.letter, m.targets, m.speed, m.termination) for m in moves]

@@ -13,7 +13,6 @@ import time
 import tracemalloc
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -29,8 +28,8 @@ from shrinking import shrunk  # noqa: E402
 from compgen.core.exceptions import CompgenError  # noqa: E402
 from compgen.fanuc.analysis import inspection  # noqa: E402
 from compgen.fanuc.frames import default_frames  # noqa: E402
-from compgen.fanuc.listing import templates  # noqa: E402
 from compgen.fanuc.listing.listing import LsProgram, dumps, loads  # noqa: E402
+from compgen.fanuc.listing.templates import FEW_TEXTS  # noqa: E402
 from compgen.pipelines.robot_file import load_robot  # noqa: E402
 
 SAMPLES = TESTS.parents[1] / "shared" / "fanuc" / "samples"
@@ -88,23 +87,12 @@ def mutated(rng: random.Random, pool: list[bytes]) -> bytes:
     return bytes(data)
 
 
-@contextmanager
-def columns_from(few: int) -> Iterator[None]:
-    """Read by columns whatever has at least so many lines or positions."""
-    usual, templates.FEW_TEXTS = templates.FEW_TEXTS, few
-    try:
-        yield
-    finally:
-        templates.FEW_TEXTS = usual
-
-
 def read_or_refused(data: bytes, few: int) -> LsProgram | str:
     """The program, or why there is none."""
-    with columns_from(few):
-        try:
-            return loads(data)
-        except CompgenError as refused:
-            return str(refused)
+    try:
+        return loads(data, few)
+    except CompgenError as refused:
+        return str(refused)
 
 
 def disagreement(data: bytes) -> str:
@@ -177,9 +165,8 @@ def print_programs(count: int, seed: int) -> None:
     """
 
     def judge(data: bytes) -> None:
-        assert_readers_agree(data)
-        with columns_from(0):
-            assert_readers_agree(data)
+        for few in (FEW_TEXTS, 0):
+            assert_readers_agree(data, few)
 
     for first in range(0, count, AT_ONCE):  # hypothesis keeps what it drew: a few at a time stay small
         settings = hypothesis.settings(max_examples=min(AT_ONCE, count - first), **QUIET)

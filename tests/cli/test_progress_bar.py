@@ -91,8 +91,7 @@ def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeyp
 
 def test_quiet_shows_no_bar_on_a_terminal_either(monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setattr(progress_bar, "DELAY", 0.0)
-    with progress_bar.show_progress(True, {"path": 1}) as progress:
+    with progress_bar.show_progress(True, {"path": 1}, delay=0.0) as progress:
         progress("path", 0.5)
     assert capsys.readouterr().err == ""
 

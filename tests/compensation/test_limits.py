@@ -82,24 +82,20 @@ def test_windows_give_the_optimum_of_the_whole(circle, monkeypatch):
     part = circle.window(slice(3, 1003))
     settings = Settings(clamp_position=clamp_of(part, 0.5))
     one = optimise.optimise(part, settings)
-    monkeypatch.setattr(limits, "WINDOW", 40)
-    monkeypatch.setattr(limits, "MAX_WINDOW", 40)
     lengths, solve = [], limited_correction.solve
     monkeypatch.setattr(limited_correction, "solve", lambda *a: lengths.append(len(a[3])) or solve(*a))
-    many = optimise.optimise(part, settings)
+    many = optimise.optimise(part, settings, window=40, max_window=40)
     assert len(lengths) > 4
     assert max(lengths) < 100
     assert np.abs(many.correction - one.correction)[:, :3].max() < ATOL_M
     assert many.active_limits == one.active_limits
 
 
-def test_windows_end_where_nothing_is_solved(circle, monkeypatch):
+def test_windows_end_where_nothing_is_solved(circle):
     """A rate that binds for long without a break carries influence along: it is not cut there."""
     part = circle.window(slice(3, 1003))
     settings = Settings(rate=slope_of(part, 0.5))
-    monkeypatch.setattr(limits, "WINDOW", 100)
-    monkeypatch.setattr(limits, "MAX_WINDOW", 1000)
-    solution = optimise.optimise(part, settings)
+    solution = optimise.optimise(part, settings, window=100, max_window=1000)
     assert solution.status is optimise.Status.LIMITED
     assert np.abs(solution.correction - solve_whole(part, settings))[:, :3].max() < ATOL_M
 

@@ -43,15 +43,14 @@ def test_each_step_shrinks_about_a_thousandfold(circle):
     assert optimise.optimise(circle, Settings()).iterations <= 5
 
 
-def test_what_a_further_step_would_change_is_known_without_it(circle, monkeypatch):
+def test_what_a_further_step_would_change_is_known_without_it(circle):
     rise = circle.rise + np.random.default_rng(7).normal(size=circle.rise.shape)  # K, for smoothing to bite
     rough, settings = replace(circle, rise=rise), Settings(curvature_period=50e-3)
     lever = np.array([1, 1, 1, *3 * [settings.lever]])
     solution = optimise.optimise(rough, settings)
     assert solution.iterations == 2
     assert optimise.optimise(circle, Settings()).iterations == 1
-    monkeypatch.setattr(optimise, "STEP_TOLERANCE", solution.last_step / 2)
-    further = optimise.optimise(rough, settings)
+    further = optimise.optimise(rough, settings, step_tolerance=solution.last_step / 2)
     assert further.iterations == 3
     moved = np.abs((further.correction - solution.correction) * lever).max()
     assert 1e-15 < moved <= 1.5 * solution.last_step <= 1.5e-11  # m

@@ -9,6 +9,7 @@ from compgen import fanuc
 from compgen.core.exceptions import CompgenError
 from compgen.fanuc.analysis import inspection
 from compgen.fanuc.frames import default_frames
+from compgen.fanuc.listing.templates import FEW_TEXTS
 from compgen.pipelines.robot_file import load_robot
 
 GOOD = b"""/PROG  GOOD
@@ -86,8 +87,8 @@ TOLD = {
 }  # fmt: skip
 
 
-def findings(data):
-    return inspection.inspect(fanuc.loads(data), load_robot("m710ic50"), default_frames())["unsafe"]
+def findings(data, few_texts=FEW_TEXTS):
+    return inspection.inspect(fanuc.loads(data, few_texts), load_robot("m710ic50"), default_frames())["unsafe"]
 
 
 def test_the_program_behind_all_these_is_good():
@@ -114,13 +115,9 @@ def test_is_told_with_its_line(name):
 
 
 @pytest.mark.parametrize("name", TOLD)
-def test_is_told_alike_when_read_by_columns(name, monkeypatch):
-    from compgen.fanuc.listing import templates
-
+def test_is_told_alike_when_read_by_columns(name):
     data, _, _ = TOLD[name]
-    usual = findings(data)
-    monkeypatch.setattr(templates, "FEW_TEXTS", 0)
-    assert findings(data) == usual
+    assert findings(data, 0) == findings(data)
 
 
 @pytest.mark.parametrize("speed", [b"9" * 400 + b"mm/sec", b"0mm/sec", b"." + b"0" * 400 + b"1sec", b"1e5mm/sec"])

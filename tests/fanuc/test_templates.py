@@ -90,30 +90,28 @@ TEXTS = {
 }
 
 
-def both(data, monkeypatch):
+def both(data):
     """What the columns read and what the careful reader reads."""
     read = []
     for few in (100, sys.maxsize):
-        monkeypatch.setattr(templates, "FEW_TEXTS", few)
         try:
-            read.append(loads(data))
+            read.append(loads(data, few))
         except InputError as refused:
             read.append(str(refused))
     return read
 
 
 @pytest.mark.parametrize("style", TEXTS)
-def test_columns_read_what_the_careful_reader_reads(style, monkeypatch):
-    quick, careful = both(TEXTS[style], monkeypatch)
+def test_columns_read_what_the_careful_reader_reads(style):
+    quick, careful = both(TEXTS[style])
     assert len(quick.motions.line) >= ROWS
     assert len(quick.positions.number) >= ROWS
     assert differences(quick, careful) == []
 
 
 @pytest.mark.parametrize("style", ["our own", "two groups", "names", "no leading zeros", "arcs"])
-def test_a_second_reader_agrees_on_long_programs(style, monkeypatch):
-    monkeypatch.setattr(templates, "FEW_TEXTS", 100)
-    assert_readers_agree(TEXTS[style])
+def test_a_second_reader_agrees_on_long_programs(style):
+    assert_readers_agree(TEXTS[style], 100)
 
 
 @pytest.mark.parametrize("style", TEXTS)
@@ -122,8 +120,7 @@ def test_a_regular_program_is_hardly_read_one_by_one(style, monkeypatch):
     for module, name in ((positions, "parse_block"), (statement_parser, "_take_targets")):
         usual = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *a, usual=usual: count.append(1) or usual(*a))
-    monkeypatch.setattr(templates, "FEW_TEXTS", 100)
-    loads(TEXTS[style])
+    loads(TEXTS[style], 100)
     assert len(count) <= ALLOWED_CAREFULLY
 
 
@@ -146,14 +143,14 @@ WOUNDS = {
 
 
 @pytest.mark.parametrize("wound", WOUNDS)
-def test_one_odd_text_among_many_is_read_as_it_is(wound, monkeypatch):
+def test_one_odd_text_among_many_is_read_as_it_is(wound):
     old, new = (text.replace(b"%d", b"777") for text in WOUNDS[wound])
     data = TEXTS["our own"]
     at = data.index(b"P[777]{") if old in data[data.index(b"P[777]{") :] else 0
     at = data.index(b"P[777]") if b":L" in old or b"sec" in old or old == b"    ;" else at
     at = data.index(old, max(at - 3, 0))
     changed = data[:at] + new + data[at + len(old) :]
-    quick, careful = both(changed, monkeypatch)
+    quick, careful = both(changed)
     if isinstance(quick, str) or isinstance(careful, str):
         assert quick == careful
     else:
@@ -161,19 +158,17 @@ def test_one_odd_text_among_many_is_read_as_it_is(wound, monkeypatch):
         assert differences(quick, loads(data)) != []
 
 
-def test_columns_are_quicker_and_memory_is_bounded(monkeypatch):
+def test_columns_are_quicker_and_memory_is_bounded():
     mn, pos = "".join(lines(ROWS_TIMED, LINEAR)), "".join(cartesian(ROWS_TIMED))
     data = ("/PROG  LONG\n/ATTR\n/MN\n" + mn + "/POS\n" + pos + "/END\n").encode()
     took = []
     for few in (100, sys.maxsize):
-        monkeypatch.setattr(templates, "FEW_TEXTS", few)
         start = time.process_time()
-        loads(data)
+        loads(data, few)
         took.append(time.process_time() - start)
     assert took[1] > TIMES_FASTER * took[0]
-    monkeypatch.setattr(templates, "FEW_TEXTS", 100)
     tracemalloc.start()
-    loads(data)
+    loads(data, 100)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < BYTES_PER_BYTE * len(data)
@@ -198,10 +193,9 @@ def test_a_shape_needs_to_know_where_its_holes_end():
     assert position_parser.AXES is positions.AXES
 
 
-def test_places_at_a_chunks_end_are_found(monkeypatch):
-    monkeypatch.setattr(templates, "_CHUNK", 7)
+def test_places_at_a_chunks_end_are_found():
     text = b"ab-ab" * 40
     places = templates.find_places(
-        templates.padded(text), 0, len(text), lambda d: (d[:-1] == ord("a")) & (d[1:] == ord("b"))
+        templates.padded(text), 0, len(text), lambda d: (d[:-1] == ord("a")) & (d[1:] == ord("b")), 7
     )
     assert places.tolist() == [n for n in range(len(text)) if text[n : n + 2] == b"ab"]

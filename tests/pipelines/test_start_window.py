@@ -54,8 +54,7 @@ def one_by_one(planned, solution, first):
         ("compensation.start_drift_um=400",),
     ],
 )
-def test_side_by_side_is_as_one_by_one(overrides, monkeypatch):
-    monkeypatch.setattr(start_window, "TOGETHER", 4)
+def test_side_by_side_is_as_one_by_one(overrides):
     planned, solution = asked(*overrides)
     N = len(planned.theta)
     first = np.array([0, 1, N // 5, N // 3, N // 2, N - 300, N - 2])

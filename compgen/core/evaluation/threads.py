@@ -131,7 +131,7 @@ class Background(Generic[T]):
         _this_thread.cancelled = self._cancelled
         try:
             self._future.set_result(task())
-        except (Exception, Cancelled) as exception:  # raised again where the result is asked for
+        except (Exception, Cancelled) as exception:  # noqa: BLE001  raised again where the result is asked for
             self._future.set_exception(exception)
         finally:
             vars(_this_thread).clear()

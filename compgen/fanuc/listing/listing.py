@@ -17,6 +17,7 @@ from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.lines import end_of_line, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
 from compgen.fanuc.listing.positions import Positions, read_positions
+from compgen.fanuc.listing.templates import FEW_TEXTS
 from compgen.fanuc.vocabulary import CONTINUATION, REMARKS
 
 _BEGIN = rb"(?:\A|(?<=[\r\n]))"  # of a line: ^ knows no lone CR
@@ -49,11 +50,12 @@ class LsProgram:
         return self.data[start:end].decode("latin-1")
 
 
-def loads(data: bytes) -> LsProgram:
+def loads(data: bytes, few_texts: int = FEW_TEXTS) -> LsProgram:
     """Read a program file.
 
     Args:
         data: The file's bytes, any line ends, any single-byte code page.
+        few_texts: Lines or positions up to which they are read one by one; more are read by columns, to the same.
 
     Returns:
         The program; ``dumps`` gives the same bytes back.
@@ -68,8 +70,8 @@ def loads(data: bytes) -> LsProgram:
         (k.decode("latin-1"), v.decode("latin-1").strip().removesuffix(";").rstrip())
         for k, v in _ATTRIBUTE.findall(head)
     )
-    motions, statements, place, remarks = read_motions(data, *sections["MN"])
-    positions = read_positions(data, *sections["POS"])
+    motions, statements, place, remarks = read_motions(data, *sections["MN"], few_texts)
+    positions = read_positions(data, *sections["POS"], few_texts)
     return LsProgram(
         data=data,
         name=name_line.group(1).decode("latin-1") if name_line else "",

@@ -42,7 +42,9 @@ class Motions:
     speed_span: IntArray  # (M, 2)
 
 
-def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, IntArray, tuple[str, ...]]:
+def read_motions(
+    data: bytes, start: int, end: int, few_texts: int = templates.FEW_TEXTS
+) -> tuple[Motions, IntArray, IntArray, tuple[str, ...]]:
     """The motions in /MN, the line and the byte at which each statement begins, and the remarks.
 
     Raises:
@@ -54,9 +56,9 @@ def read_motions(data: bytes, start: int, end: int) -> tuple[Motions, IntArray, 
     long = np.flatnonzero(np.diff(lines) > LONGEST_STATEMENT)
     if len(long):
         raise too_long(first + int(long[0]))
-    unit = _statement_starts(view, lines)
+    unit = _statement_starts(view, lines) if len(lines) > few_texts else np.arange(len(lines))
     bounds = lines[unit]
-    groups = group_statements(data, view, lines, unit) if len(unit) > templates.FEW_TEXTS else []
+    groups = group_statements(data, view, lines, unit) if len(unit) > few_texts else []
     matched, numbered = np.zeros(len(unit), dtype=bool), np.zeros(len(unit), dtype=bool)
     for template, matches in groups:
         matched[matches.which], numbered[matches.which] = True, template.numbered
@@ -88,8 +90,6 @@ def _statement_starts(view: Bytes, lines: IntArray) -> IntArray:
 
     A guess by the first and the last characters only; the parser decides.
     """
-    if len(lines) <= templates.FEW_TEXTS:
-        return np.arange(len(lines))
     head, tail = (
         templates.windows(view, lines[:-1], _ENDS_WIDTH),
         templates.windows(view, np.maximum(lines[:-1] - _ENDS_WIDTH, 0), _ENDS_WIDTH),

@@ -52,7 +52,7 @@ class _BlockTemplate:
     behind: int  # bytes behind the position
 
 
-def read_positions(data: bytes, start: int, end: int) -> Positions:
+def read_positions(data: bytes, start: int, end: int, few_texts: int = templates.FEW_TEXTS) -> Positions:
     """The positions in /POS.
 
     Raises:
@@ -60,7 +60,7 @@ def read_positions(data: bytes, start: int, end: int) -> Positions:
     """
     view = templates.padded(data)
     bounds = _block_starts(view, start, end)
-    groups = _group_blocks(data, view, bounds) if len(bounds) > templates.FEW_TEXTS else []
+    groups = _group_blocks(data, view, bounds) if len(bounds) > few_texts else []
     matched = np.zeros(len(bounds), dtype=bool)
     for _, matches in groups:
         matched[matches.which] = True

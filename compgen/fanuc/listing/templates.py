@@ -21,7 +21,7 @@ Field = tuple[int, int, int]  # kind, first byte, behind the last; blanks in fro
 
 FEW_TEXTS = 1000  # texts: below it the parser is as quick
 _ROWS = 8192  # texts at a time: they stay in cache
-_CHUNK = 1 << 16  # bytes at a time
+CHUNK = 1 << 16  # bytes at a time
 _PAD = 80  # zero bytes behind the last text, so that a look ahead stays inside
 _WIDTH = {DIGITS: 20, DECIMAL: 28, NUMBER: 28, STARS: 20, TEXT: 64}  # characters of a field, blanks in front included
 _MOST_DIGITS = {DIGITS: 9, DECIMAL: 15, NUMBER: 15, STARS: 12}
@@ -54,9 +54,11 @@ def padded(data: bytes | memoryview) -> Bytes:
     return out
 
 
-def find_places(data: Bytes, start: int, end: int, is_start: Callable[[Bytes], BoolArray]) -> IntArray:
+def find_places(
+    data: Bytes, start: int, end: int, is_start: Callable[[Bytes], BoolArray], chunk: int = CHUNK
+) -> IntArray:
     """Places at which a test of a byte and the next is true; the test gets a chunk and one byte more."""
-    places = [np.flatnonzero(is_start(data[at : min(at + _CHUNK, end) + 1])) + at for at in range(start, end, _CHUNK)]
+    places = [np.flatnonzero(is_start(data[at : min(at + chunk, end) + 1])) + at for at in range(start, end, chunk)]
     return np.concatenate(places) if places else np.zeros(0, dtype=np.int64)
 
 
