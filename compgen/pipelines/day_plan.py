@@ -10,6 +10,7 @@ from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import plan_written_motion
 from compgen.thermal import Duty, JointMotion
 from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.history import STANDING, History
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.schedule import Shift, Step, expand_steps
 
@@ -38,14 +39,14 @@ class Programs:
         return self._motions[name, feed]
 
 
-def plan(
+def plan_history(
     job: Job, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float, load: Callable[[str], Job]
-) -> Job:
-    """The job with its ``before``, ``cycle`` and ``after``.
+) -> History:
+    """What a job's cell does, with the heat of each stretch.
 
     Args:
-        job: Without them.
-        parts: The steps of the three.
+        job: Its program, robot and air; what its history says beside the air is not looked at.
+        parts: The steps before, in and after the cycle.
         shifts: Of a day.
         clock: When ``before`` begins, [s] of the day.
         load: Reads another path file by name.
@@ -86,9 +87,9 @@ def plan(
         clock += sum(d.duration for _, d in pieces)
         spread.append([(step, warmed(step, duty)) for step, duty in pieces])
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
-    standing = replace(Duty("idle", 0.0, 1.0), loss=loss("", job.feed)[1])
+    standing = replace(STANDING, loss=loss("", job.feed)[1])
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
-    return replace(job, before=before, cycle=cycle, after=after, runs=runs, standing=standing)
+    return History(before, cycle, after, runs, standing, job.history.air)
 
 
 def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:

@@ -147,11 +147,11 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         plan = plan_motion(job, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
-    rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.air, job.clock)
+    rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.history.air, job.history.clock)
 
     def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
         program = planned_program(job, path, theta, trajectory, date)
-        prepared = prepare(twin_of(job), program, job.before, job.air)
+        prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
         written = read_motion(prepared, np.diff(path.arc), plan.feed)
         return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
@@ -159,7 +159,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     twin_result = run_in_background(drive_uncorrected, len(theta))
     notes = [
         Finding(Level.WARNING, "thermal.box", text)
-        for text in job.heat.extrapolations(job.before, job.feed, trajectory.time[-1], rise)
+        for text in job.heat.extrapolations(job.history.before, job.feed, trajectory.time[-1], rise)
     ]
     places = path.target.position
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
@@ -167,7 +167,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += joint_box_findings(job.robot, job.joint_box, theta[on_part])
     notes += unknown_start_findings(job.robot, job.sources, model, theta, places, rise, motion, path.contact)
     notes += [*frame_findings(job.frame, job.robot_file_hash), *job.unlikely]
-    if not job.before:
+    if not job.history.before:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"
@@ -228,7 +228,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     del program, commanded
     planned.deviation()
     text = delivered.program
-    prepared = prepare(twin_of(job), text, job.before, job.air)
+    prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
     written = read_motion(prepared, np.diff(path.arc), planned.feed)
     chunks = prepared.chunks(lambda share: progress("twin after", share))
     deviation = deviation_from_path(path, chunks, prepared.sample_count)
@@ -248,8 +248,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
             Finding(Level.WARNING, "compensation.mid_spatial", f"{message}; raise compensation.curvature_period_mm")
         )
     return planned, Corrected(
-        solution, trajectory, text, delivered, prepared.twin, job.before, job.air, prepared.first_samples(),
-        deviation, written, window, ripple, tuple(verdict),
+        solution, trajectory, text, delivered, prepared.twin, job.history.before, job.history.air,
+        prepared.first_samples(), deviation, written, window, ripple, tuple(verdict),
     )  # fmt: skip
 
 
@@ -305,7 +305,7 @@ def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Arra
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job, trajectory = planned.job, planned.trajectory
     driven = Driven(trajectory.time, planned.theta, trajectory.driven_speed)
-    state = states_at(job.heat, job.state(), driven, first, job.air, job.clock)
+    state = states_at(job.heat, job.state(), driven, first, job.history.air, job.history.clock)
     course = Course(trajectory.time, solution.theta, planned.rise, planned.motion)
     return windows(job, planned.model, course, first, state)
 

@@ -17,8 +17,8 @@ from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.surfaces import Quadric
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
-from compgen.thermal import Ambient, Duty, NodeModel, Profile
-from compgen.thermal import state_after as run_through
+from compgen.thermal import NodeModel, Profile
+from compgen.thermal.history import History
 from compgen.thermal.network import NetworkModel
 from compgen.verification.verdict import Bounds
 
@@ -71,12 +71,7 @@ class Job:
     posture: Posture
     settings: Settings
     start_drift: float  # [m] how much a late start may add
-    before: tuple[Duty, ...]
-    cycle: tuple[Duty, ...]  # the program's own runs and what is between them; empty: one run
-    after: tuple[Duty, ...]
-    runs: tuple[float, ...]  # [s] when each run of the program begins, counted from the first
-    standing: Duty  # one second of servo on before the program
-    air: Ambient  # from the first duty of ``before`` on
+    history: History  # what the cell does before this program and around its runs
     bounds: Bounds
     robot: Robot
     heat: NodeModel | NetworkModel
@@ -95,14 +90,9 @@ class Job:
         """Where the part stands; None: its frame is World."""
         return None if self.frame is None else self.frame.place
 
-    @property
-    def clock(self) -> float:
-        """When the program starts, counted from the first duty of ``before`` [s]."""
-        return sum(d.duration for d in self.before)
-
     def state(self) -> Array:
         """Thermal state when the program starts, (S,)."""
-        return run_through(self.heat, self.before, air=self.air)
+        return self.history.state(self.heat)
 
     def start_rise(self) -> Array:
         """Rises when the program starts, (K,) [K]."""

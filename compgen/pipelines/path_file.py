@@ -19,7 +19,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
-from compgen.pipelines.day_plan import plan
+from compgen.pipelines.day_plan import plan_history
 from compgen.pipelines.job import Job, Tool
 from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
 from compgen.pipelines.part_frame import frame_of
@@ -35,8 +35,9 @@ from compgen.planning.tables import (
     surface_from_table,
 )
 from compgen.robot.inverse_kinematics import Posture
-from compgen.thermal import Ambient, Duty, tables
+from compgen.thermal import Ambient, tables
 from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.history import History
 from compgen.thermal.log_fit import fit_log
 from compgen.thermal.network import NetworkModel
 from compgen.verification.tables import bounds_of
@@ -104,11 +105,6 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
     boundary = boundary_from_table(path.boundary, str(source))
     pattern, edge = pattern_from_table(path.path, boundary, str(source))
     job = Job(
-        air=air,
-        cycle=(),
-        after=(),
-        runs=(0.0,),
-        standing=Duty("idle", 0.0, 1.0),
         name=source.stem,
         source=str(source),
         title=path.title,
@@ -130,7 +126,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
         settings=settings_of(path.compensation, path.tool.axisymmetric),
         start_drift=path.compensation.start_drift_um * UM,
-        before=(),
+        history=History(air=air),
         bounds=bounds_of(path.bounds),
         robot=cell.robot,
         heat=cell.heat,
@@ -153,7 +149,8 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
     def load(name: str) -> Job:
         return _read(find_program(name, str(source)), str(robot_source), for_robot, alone=True)
 
-    job = plan(job, parts, tables.shifts_of(path.shift, str(source)), path.ambient.clock_h * HOUR, load)
+    history = plan_history(job, parts, tables.shifts_of(path.shift, str(source)), path.ambient.clock_h * HOUR, load)
+    job = replace(job, history=history)
     if read is None:
         return job
     loss: tuple[float, ...] = ()

@@ -60,7 +60,7 @@ def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state
     def is_allowed(delay: Array, which: IntArray) -> Array:
         """Whether delays at some of the places are allowed."""
         rows = samples[which].ravel()
-        late = late_rise(job, delay, time[which] - begin[which, None], state[which], job.clock + begin[which])
+        late = late_rise(job, delay, time[which] - begin[which, None], state[which], job.history.clock + begin[which])
         rise = course.rise[rows] + late.reshape(len(rows), -1)
         moved = model.actual_pose(course.theta[rows], rise, course.motion.at(rows)).position
         drift = np.linalg.norm(moved.reshape(-1, SAMPLES, 3) - now.reshape(-1, SAMPLES, 3)[which], axis=2).max(axis=1)
@@ -96,15 +96,15 @@ def late_rise(job: Job, delay: Array | float, time: Array, state: Array, clock: 
         (..., M, K) [K].
     """
     heat, delay = job.heat, np.asarray(delay)
-    goal = heat.steady_state(job.standing)
+    goal = heat.steady_state(job.history.standing)
     change = goal + (state - goal) * np.exp(-delay[..., None] * heat.rate) - state
     later = np.exp(-time[..., None] * heat.rate)
-    if job.air.is_still:
+    if job.history.air.is_still:
         return np.asarray((later * change[..., None, :]) @ heat.outputs.T)
     air = np.empty_like(later)
     for n, begin in np.ndenumerate(np.broadcast_to(clock, delay.shape)):
         behind = begin + delay[n]
-        change[n] += heat.ambient * job.air.response(heat.rate, begin, np.array([behind]))[0]
-        now, then = (job.air.response(heat.rate, start, start + time[n]) for start in (begin, behind))
+        change[n] += heat.ambient * job.history.air.response(heat.rate, begin, np.array([behind]))[0]
+        now, then = (job.history.air.response(heat.rate, start, start + time[n]) for start in (begin, behind))
         air[n] = heat.ambient * (then - now)
     return np.asarray((later * change[..., None, :] + air) @ heat.outputs.T)

@@ -98,7 +98,9 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "position_mm": (job.tool.pose.position / MM).tolist(),
             "rotation": job.tool.pose.rotation.tolist(),
         },
-        "before": [{"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / HOUR} for d in job.before],
+        "before": [
+            {"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / HOUR} for d in job.history.before
+        ],
         "joint_range_deg": _joint_range(planned, corrected),
     }
     return report

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, own
-
-DAY = 86400.0  # s
+from compgen.core.units import DAY
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from compgen.core.exceptions import InputError
-from compgen.core.units import HOUR
-from compgen.thermal.ambient import DAY
+from compgen.core.units import DAY, HOUR
 from compgen.thermal.duty import Duty
 
 MAX_STRETCHES = 200_000  # stretches

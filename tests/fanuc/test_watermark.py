@@ -268,10 +268,10 @@ def test_what_generate_writes_is_refused_and_its_planned_program_is_not():
     frames = Frames({0: IDENTITY}, {0: IDENTITY, 1: job.tool.pose})
     cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
     with pytest.raises(InputError, match=r"its remark says 'compgen .*--again"):
-        correct(done.text, cell, frames, job.before, Options(), quiet)
-    assert correct(done.text, cell, frames, job.before, Options(again=True), quiet).changed
+        correct(done.text, cell, frames, job.history.before, Options(), quiet)
+    assert correct(done.text, cell, frames, job.history.before, Options(again=True), quiet).changed
     text = compose(planned_program(job, planned.path, planned.theta, planned.trajectory))
-    assert correct(text, cell, frames, job.before, Options(), quiet).changed
+    assert correct(text, cell, frames, job.history.before, Options(), quiet).changed
 
 
 # The way back ------------------------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ from compgen.identification.parameters import symbolic_sources
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.robot_file import load_cell
+from compgen.thermal.history import History
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin, execute
@@ -200,7 +201,7 @@ def test_validate_needs_no_fit_on_the_same_instrument(made):
 def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     truth, folder, target, _ = made
     real = real_sources(truth, folder)
-    job = replace(load_job(path_file("circle_1300"), robot=str(target), overrides=WIDE), before=())
+    job = replace(load_job(path_file("circle_1300"), robot=str(target), overrides=WIDE), history=History())
     planned, corrected = generate.generate(job, quiet)
     uncorrected = generate.predict(replace(job, sources=real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM

@@ -101,7 +101,7 @@ def test_a_wrong_correction_is_found_outside():
     found = judge(cold, job.bounds)
     assert {f.code for f in found} == {"bounds.max_um", "bounds.normal_um"}
     shifted = replace(corrected.program, position=corrected.program.position + np.array([0, 0, 3e-6]))
-    raised = deviation_of(planned, shifted, job.before)
+    raised = deviation_of(planned, shifted, job.history.before)
     assert raised.normal.mean() == pytest.approx(3e-6, abs=0.1e-6)
 
 
@@ -112,9 +112,9 @@ def test_start_window_is_when_drift_reaches_the_setting():
 
     job = load_job(path_file("line_x"))
     planned, corrected = generate.generate(job, quiet)
-    late = (*job.before, Duty("idle", 0.0, corrected.start_window))
+    late = (*job.history.before, Duty("idle", 0.0, corrected.start_window))
     drift = deviation_of(planned, corrected.program, late)
-    exact = deviation_of(planned, corrected.program, job.before)
+    exact = deviation_of(planned, corrected.program, job.history.before)
     moved = np.linalg.norm(drift.error - exact.error, axis=1).max()
     assert moved == pytest.approx(job.start_drift, rel=0.02)
     assert replace(job, start_drift=1e-6).start_drift < job.start_drift

@@ -422,7 +422,9 @@ def test_a_planned_program_agrees_with_generate():
         before, done = generate.generate(job, quiet)
         planned = compose(planned_program(job, before.path, before.theta, before.trajectory))
         cell = load_cell(str(ROOT / "robots" / "m710ic50.toml"))
-        result = correct(planned, cell, Frames({0: STILL}, {0: STILL, 1: job.tool.pose}), job.before, Options(), quiet)
+        result = correct(
+            planned, cell, Frames({0: STILL}, {0: STILL, 1: job.tool.pose}), job.history.before, Options(), quiet
+        )
         written, expected = (naive_ls.read(t)[0] for t in (result.text, done.text))
         assert set(written) == set(expected)
         away = [math.dist(*([p[n].groups[1].axes[a] for a in "XYZ"] for p in (written, expected))) for n in written]

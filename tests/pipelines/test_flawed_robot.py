@@ -201,7 +201,9 @@ def test_an_existing_program_is_corrected_with_the_direction_it_comes_from(raste
     program, _ = compose_program(job, path.target, planned.theta, planned.trajectory, path, DATE, None)
     text = fanuc.compose(program)
     cell = load_cell(robot)
-    result = correct.correct(text, cell, default_frames(), planned.job.before, correct.Options(split=split), quiet)
+    result = correct.correct(
+        text, cell, default_frames(), planned.job.history.before, correct.Options(split=split), quiet
+    )
     assert result.error[0][result.judged].max() > 900 * UM
     assert result.residual[0][result.judged].max() < 3 * UM
     assert {"sources.start"} <= codes(result.findings)

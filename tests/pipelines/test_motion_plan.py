@@ -28,7 +28,7 @@ def test_a_run_before_lasts_as_long_as_the_run_itself(name, spacing_mm):
     own = f'before=[{{state="moving",feed_mm_s={feed!r},repeat={REPEATS}}}]'
     job = load_job(path_file(name), None, [own, f"process.spacing_mm={spacing_mm}"])
     planned = predict(job, quiet)
-    assert_allclose(job.clock, REPEATS * planned.trajectory.time[-1], rtol=1e-12)
+    assert_allclose(job.history.clock, REPEATS * planned.trajectory.time[-1], rtol=1e-12)
     if name == "line_y" and spacing_mm == 0.5:
         assert planned.trajectory.time[-1] > 20  # s: waypoints closer than the controller's period slow it down
 
@@ -41,7 +41,7 @@ def test_so_it_does_for_a_program_of_another_file(tmp_path):
     robot = str(ROOT / "robots" / "m710ic50.toml")
     job = load_job(str(first), robot, ['before=[{state="moving",program="dense",repeat=2}]'])
     alone = predict(load_job(str(tmp_path / "dense.toml"), robot), quiet)
-    assert_allclose(job.clock, 2 * alone.trajectory.time[-1], rtol=1e-12)
+    assert_allclose(job.history.clock, 2 * alone.trajectory.time[-1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -50,14 +50,14 @@ def test_so_it_does_where_sources_ask_for_more_waypoints(name, flawed):
     planned = predict(job, quiet)
     plain = load_job(path_file(name))
     assert len(planned.theta) > len(plan_motion(plain, plain.feed, quiet).theta)
-    assert_allclose(job.clock, REPEATS * planned.trajectory.time[-1], rtol=1e-12)
+    assert_allclose(job.history.clock, REPEATS * planned.trajectory.time[-1], rtol=1e-12)
 
 
 def test_so_it_does_where_waypoints_are_thinned():
     own = 'before=[{state="moving",feed_mm_s=200,repeat=1}]'
     job = load_job(path_file("line_y"), None, [own, "process.spacing_mm=0.5", "process.thin_um=1.0"])
     _, corrected = generate(job, quiet)
-    assert_allclose(job.clock, corrected.trajectory.time[-1], rtol=1e-3)
+    assert_allclose(job.history.clock, corrected.trajectory.time[-1], rtol=1e-3)
     assert corrected.trajectory.time[-1] < 10  # s
 
 

@@ -168,7 +168,7 @@ def test_the_delivered_pages_are_the_program_and_the_twin_rides_them(made):
     for field in ("position", "rotation", "turns", "speed", "fine"):
         assert_array_equal(getattr(corrected.program, field), getattr(undivided, field), err_msg=field)
     job = load_job(path_file("line_x"), None, SMALL)
-    execution = execute(twin_of(job), undivided, job.before)
+    execution = execute(twin_of(job), undivided, job.history.before)
     paged = corrected.execution()
     for field in ("time", "rise", "theta"):
         assert_array_equal(getattr(paged, field), getattr(execution, field), err_msg=field)

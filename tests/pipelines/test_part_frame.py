@@ -68,7 +68,7 @@ def test_the_text_is_written_in_the_user_frame_and_proven_in_it(made):
     assert corrected.deviation.total().max() < 25 * UM  # chord of 20 um
     # the same text, read by an arm whose register is elsewhere, is off by as much
     other = job_moved(job, [1e-3, 0, 0])
-    flown = execute(twin_of(other), corrected.program, job.before, air=job.air)
+    flown = execute(twin_of(other), corrected.program, job.history.before, air=job.history.air)
     off = deviation_from_path(planned.path, [flown], len(flown.time))
     assert off.total().max() == pytest.approx(1e-3, abs=30 * UM)
 

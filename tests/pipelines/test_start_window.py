@@ -26,10 +26,10 @@ def one_by_one(planned, solution, first):
     some = np.unique(np.linspace(first, len(time) - 1, start_window.SAMPLES).astype(int))
     theta, rise, motion = solution.theta[some], planned.rise[some], planned.motion.at(some)
     driven = JointMotion(time[: first + 1], planned.theta[: first + 1], planned.trajectory.driven_speed[:first])
-    state = rises_during(job.heat, job.state(), driven, job.air, job.clock)[1] if first else job.state()
+    state = rises_during(job.heat, job.state(), driven, job.history.air, job.history.clock)[1] if first else job.state()
 
     def drift(delay):
-        late = start_window.late_rise(job, delay, time[some] - time[first], state, job.clock + time[first])
+        late = start_window.late_rise(job, delay, time[some] - time[first], state, job.history.clock + time[first])
         moved = planned.model.actual_pose(theta, rise + late, motion).position
         return np.linalg.norm(moved - planned.model.actual_pose(theta, rise, motion).position, axis=1).max()
 
@@ -65,7 +65,9 @@ def test_side_by_side_is_as_one_by_one(overrides):
     assert generate.start_window(planned, solution) == found[0]
     course = start_window.Course(planned.trajectory.time, solution.theta, planned.rise, planned.motion)
     driven = JointMotion(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
-    state = states_at(planned.job.heat, planned.job.state(), driven, first, planned.job.air, planned.job.clock)
+    state = states_at(
+        planned.job.heat, planned.job.state(), driven, first, planned.job.history.air, planned.job.history.clock
+    )
     turned = start_window.windows(planned.job, planned.model, course, first[::-1], state[::-1])
     assert_allclose(turned[::-1], found, rtol=1e-8)
     if "400" in "".join(overrides):
@@ -80,6 +82,6 @@ def test_states_on_the_way_give_the_rises_there(overrides):
     job, trajectory = planned.job, planned.trajectory
     driven = JointMotion(trajectory.time, planned.theta, trajectory.driven_speed)
     which = np.array([0, 3, 1023, 1024, 1025, 2000, len(planned.theta) - 1])
-    states = states_at(job.heat, job.state(), driven, which, job.air, job.clock)
+    states = states_at(job.heat, job.state(), driven, which, job.history.air, job.history.clock)
     assert_allclose(states @ job.heat.outputs.T, planned.rise[which], rtol=1e-12)
     assert np.ptp(planned.rise[which], axis=0).min() > 0.01

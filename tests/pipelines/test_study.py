@@ -27,6 +27,7 @@ from compgen.pipelines.study.evaluate import execute_with, geometry_key, lay_out
 from compgen.pipelines.study.questions import passes
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import answer_csv, headline, study_csv
+from compgen.thermal.history import History
 from compgen.verification.deviation import deviation_from_path, statistics
 
 PATH = path_file("line_y")
@@ -356,7 +357,7 @@ def test_steady_is_ninety_five_percent_of_the_end(line):
 
 
 def test_passes_take_the_quickest_that_stays_inside(line):
-    cold = replace(line, before=())
+    cold = replace(line, history=History())
 
     def plan(job, feed):
         return replace(load_job(job.source, overrides=["before=[]", f"process.feed_mm_s={feed * 1e3}"]))

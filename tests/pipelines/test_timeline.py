@@ -49,7 +49,7 @@ def test_a_file_for_the_first_run_leaves_more_in_each_later_one(day):
 
 
 def test_the_day_ends_with_its_last_duty_and_misses_no_edge(job, day):
-    end = sum(d.duration for d in (*job.before, *job.cycle))
+    end = sum(d.duration for d in (*job.history.before, *job.history.cycle))
     assert_allclose([day.time[0], day.time[-1]], [0, end])
     assert set(np.round(day.run[1:], 6)) <= set(np.round(day.time, 6))
     assert_allclose(day.rise[np.searchsorted(day.time, day.start)], day.run_rise[0], atol=1e-9)

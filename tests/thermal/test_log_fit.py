@@ -134,8 +134,8 @@ def test_sensors_are_named_by_part_or_by_node_and_the_air_may_miss(tmp_path):
 
 def test_the_air_stays_as_the_log_left_it_unless_told(tmp_path):
     file = write(tmp_path, HEAD, rows_of((3.0,) * 4, ambient=23.0))
-    assert load_job(file).air.at(np.array([0.0]))[0] == pytest.approx(3.0)
-    assert load_job(file, overrides=["ambient.value_degC=21"]).air.at(np.array([0.0]))[0] == pytest.approx(1.0)
+    assert load_job(file).history.air.at(np.array([0.0]))[0] == pytest.approx(3.0)
+    assert load_job(file, overrides=["ambient.value_degC=21"]).history.air.at(np.array([0.0]))[0] == pytest.approx(1.0)
 
 
 def test_the_log_is_an_input_like_any_other(tmp_path):

@@ -157,7 +157,7 @@ def test_shipped_parameters_are_the_fit(heat):
 
 
 def test_first_three_hours_are_linear_and_sixteen_cool(warm, heat):
-    duty = warm.before[0]
+    duty = warm.history.before[0]
     hours = np.linspace(0, 3, 60)
     rises = rise_history(heat, [replace(duty, duration=3 * HOUR)], hours * HOUR)
     for name in ("j2", "j3", "link1", "wrist"):
@@ -207,9 +207,9 @@ def test_losses_are_power_times_shares(warm, heat):
 
 def test_mean_of_a_program_warms_like_the_program(warm, heat):
     motion = plan_written_motion(warm, warm.feed).joint_motion
-    _, end = rises_during(heat, state_after(heat, warm.before), motion)
-    mean = replace(warm.before[0], duration=float(motion.time[-1]))
-    assert_allclose(heat.outputs @ end, heat.outputs @ state_after(heat, [*warm.before, mean]), atol=2e-3)  # K
+    _, end = rises_during(heat, state_after(heat, warm.history.before), motion)
+    mean = replace(warm.history.before[0], duration=float(motion.time[-1]))
+    assert_allclose(heat.outputs @ end, heat.outputs @ state_after(heat, [*warm.history.before, mean]), atol=2e-3)  # K
 
 
 def test_along_a_link_the_means_are_those_that_grow(heat, warm):

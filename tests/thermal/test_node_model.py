@@ -136,16 +136,16 @@ def test_profiles_are_linear_in_the_node_rises(job):
 
 
 def test_cold_is_outside_the_box_as_heat_is(job):
-    cold = job.heat.extrapolations(job.before, 0.2, 60.0, np.full((2, 5), [[-38.0], [1.0]]))
+    cold = job.heat.extrapolations(job.history.before, 0.2, 60.0, np.full((2, 5), [[-38.0], [1.0]]))
     assert cold == [f"a rise of -38.0 K lies further below zero than the {job.heat.box_rise:g} K measured above it"]
-    assert job.heat.extrapolations(job.before, 0.2, 60.0, np.full((1, 5), -5.0)) == []
+    assert job.heat.extrapolations(job.history.before, 0.2, 60.0, np.full((1, 5), -5.0)) == []
 
 
 def test_a_job_outside_the_box_says_so(job):
-    assert job.heat.extrapolations(job.before, 0.2, 60.0, np.full((1, 5), 13.0)) == []
+    assert job.heat.extrapolations(job.history.before, 0.2, 60.0, np.full((1, 5), 13.0)) == []
     messages = job.heat.extrapolations([Duty("moving", 0.3, 8 * HOUR)], 0.001, 0.0, np.full((1, 5), 20.0))
     assert len(messages) == 4
-    assert len(job.heat.extrapolations(job.before, 0.2, HOUR, np.full((1, 5), 13.0))) == 1  # 7 h by its end
+    assert len(job.heat.extrapolations(job.history.before, 0.2, HOUR, np.full((1, 5), 13.0))) == 1  # 7 h by its end
     hot_before = [Duty("moving", 0.2, 24 * HOUR), Duty("off", 0.0, 48 * HOUR)]
     assert any(" K is above" in t for t in job.heat.extrapolations(hot_before, 0.2, 0.0, np.zeros((1, 5))))
     assert all("mm/s" in t or " h " in t or " K " in t for t in messages)

@@ -11,10 +11,9 @@ from numpy.testing import assert_allclose
 from shipped import path_file
 
 from compgen.core.exceptions import InputError
-from compgen.core.units import HOUR
+from compgen.core.units import DAY, HOUR
 from compgen.pipelines.path_file import load_job
 from compgen.thermal import Ambient, rise_history, state_after, still_air
-from compgen.thermal.ambient import DAY
 from compgen.thermal.schedule import Shift, Step, expand_steps
 
 PATH = path_file("line_y")
@@ -35,18 +34,18 @@ def test_a_steady_duty_ratio_lies_between_idle_and_full():
 
 def test_repeats_with_dwell_are_runs_and_rests_in_turn():
     job = job_with('before=[{state="moving", feed_mm_s=200, repeat=3, dwell_s=40}]')
-    run, rest = job.before[0], job.before[1]
-    assert [d.state for d in job.before] == ["moving", "idle"] * 3
+    run, rest = job.history.before[0], job.history.before[1]
+    assert [d.state for d in job.history.before] == ["moving", "idle"] * 3
     assert run.duration == pytest.approx(9, abs=3)  # s, the line's own time
     assert rest.duration == 40
     off = job_with('before=[{state="moving", feed_mm_s=200, repeat=3, dwell_s=40, dwell="off"}]')
-    assert [d.state for d in off.before] == ["moving", "off"] * 3
+    assert [d.state for d in off.history.before] == ["moving", "off"] * 3
     assert np.all(off.start_rise() < job.start_rise())
 
 
 def test_short_cycles_warm_like_their_duty_ratio():
     cycles = job_with('before=[{state="moving", feed_mm_s=200, repeat=500, dwell_s=20}]')
-    run = cycles.before[0].duration
+    run = cycles.history.before[0].duration
     hours = 500 * (run + 20) / HOUR
     ratio = job_with(f'before=[{{state="moving", feed_mm_s=200, duration_h={hours!r}, duty={run / (run + 20)!r}}}]')
     assert_allclose(cycles.start_rise(), ratio.start_rise(), rtol=2e-3)
@@ -54,9 +53,9 @@ def test_short_cycles_warm_like_their_duty_ratio():
 
 def test_a_named_program_runs_at_its_own_feed_unless_told():
     named = job_with('before=[{state="moving", program="circle_1300", duration_h=6}]')
-    assert named.before[0].feed == 0.2
+    assert named.history.before[0].feed == 0.2
     slower = job_with('before=[{state="moving", program="circle_1300", feed_mm_s=50, duration_h=6}]')
-    assert slower.before[0].feed == 0.05
+    assert slower.history.before[0].feed == 0.05
 
 
 def test_shifts_move_rest_in_breaks_and_switch_off_between():
@@ -64,7 +63,7 @@ def test_shifts_move_rest_in_breaks_and_switch_off_between():
         'before=[{state="moving", feed_mm_s=100, duration_h=24, shifts=true}]',
         "shift=[{from_h=6, to_h=14, breaks_h=[[9, 9.5]]}]",
     )
-    assert [(d.state, d.duration / HOUR) for d in job.before] == [
+    assert [(d.state, d.duration / HOUR) for d in job.history.before] == [
         ("off", 6), ("moving", 3), ("idle", 0.5), ("moving", 4.5), ("off", 10)
     ]  # fmt: skip
 
@@ -93,10 +92,10 @@ def test_cycle_tells_when_each_run_begins():
         'cycle=[{state="moving", repeat=2, dwell_s=60}, {state="off", duration_h=1}, {state="moving", repeat=1}]',
         'after=[{state="off", duration_h=16}]',
     )
-    run = job.cycle[0].duration
-    assert_allclose(job.runs, [0, run + 60, 2 * (run + 60) + HOUR], rtol=1e-12)
-    assert [d.state for d in job.after] == ["off"]
-    assert job_with().runs == (0.0,)
+    run = job.history.cycle[0].duration
+    assert_allclose(job.history.runs, [0, run + 60, 2 * (run + 60) + HOUR], rtol=1e-12)
+    assert [d.state for d in job.history.after] == ["off"]
+    assert job_with().history.runs == (0.0,)
 
 
 @pytest.mark.parametrize(
@@ -196,8 +195,8 @@ def test_history_passes_through_the_states_after_each_duty(job):
         '{state="moving", feed_mm_s=20, duration_h=3}]',
         'ambient={kind="wave", amplitude_K=1.5}',
     )
-    ends = np.cumsum([d.duration for d in day.before])
-    rises = rise_history(heat, day.before, np.concatenate([[0.0], ends]), air=day.air)
+    ends = np.cumsum([d.duration for d in day.history.before])
+    rises = rise_history(heat, day.history.before, np.concatenate([[0.0], ends]), air=day.history.air)
     for n in range(4):
-        assert_allclose(rises[n], state_after(heat, day.before[:n], air=day.air), atol=1e-12)
+        assert_allclose(rises[n], state_after(heat, day.history.before[:n], air=day.history.air), atol=1e-12)
     assert_allclose(rises[-1], day.start_rise())

@@ -68,7 +68,7 @@ def test_heat_is_the_nodes_own_equation(generated):
 def test_a_longer_wait_before_is_another_state(generated):
     job, _, corrected = generated
     twin = twin_of(job)
-    late = execute(twin, corrected.program, (*job.before, Duty("off", 0.0, 3600.0)))
+    late = execute(twin, corrected.program, (*job.history.before, Duty("off", 0.0, 3600.0)))
     assert np.all(late.rise[0] < corrected.execution().rise[0])
 
 
@@ -76,7 +76,7 @@ def test_another_posture_in_config_is_refused(generated):
     job, _, corrected = generated
     other = replace(corrected.program, posture=replace(corrected.program.posture, up=False))
     with pytest.raises(TwinError, match="beyond its limit"):
-        execute(twin_of(job), other, job.before)
+        execute(twin_of(job), other, job.history.before)
 
 
 def test_a_wrong_turn_is_refused(generated):
@@ -86,7 +86,7 @@ def test_a_wrong_turn_is_refused(generated):
     assert j6.min() < -0.1
     turns[np.argmin(j6), 2] = 1
     with pytest.raises(TwinError, match="over 90 deg"):
-        execute(twin_of(job), replace(corrected.program, turns=turns), job.before)
+        execute(twin_of(job), replace(corrected.program, turns=turns), job.history.before)
 
 
 def test_a_place_out_of_reach_is_refused(generated):
@@ -94,7 +94,7 @@ def test_a_place_out_of_reach_is_refused(generated):
     position = corrected.program.position.copy()
     position[7] = [2.5, 0, 0.2]
     with pytest.raises(TwinError, match="P\\[8\\]"):
-        execute(twin_of(job), replace(corrected.program, position=position), job.before)
+        execute(twin_of(job), replace(corrected.program, position=position), job.history.before)
 
 
 @pytest.mark.parametrize("spin", [0.0, 90.0, 179.9999999, 180.0, -180.0])

@@ -53,7 +53,11 @@ def test_a_step_of_the_written_speed_is_asked_of_the_joints():
     speed = np.array(corrected.program.speed)
     speed[middle:-4] *= 208 / 393
     smooth, stepped = (
-        read_motion(prepare(twin_of(job), replace(corrected.program, speed=v), job.before, job.air), gaps, job.feed)
+        read_motion(
+            prepare(twin_of(job), replace(corrected.program, speed=v), job.history.before, job.history.air),
+            gaps,
+            job.feed,
+        )
         for v in (corrected.program.speed, speed)
     )
     theta, t = corrected.execution().theta[corrected.samples], gaps / speed

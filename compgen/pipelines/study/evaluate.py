@@ -56,7 +56,7 @@ class Geometry:
 
     def rises(self, job: Job) -> Array:
         """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
-        reheated = self.prepared.reheated(twin_of(job), job.before, job.air)
+        reheated = self.prepared.reheated(twin_of(job), job.history.before, job.history.air)
         return reheated.rise_and_growth(self.segment, self.fraction, self.now)[0]
 
 
@@ -97,7 +97,7 @@ def lay_out(job: Job) -> Geometry:
     """Plan a job and execute its uncorrected text once, pinocchio confirming."""
     planned = generate.predict(job, lambda stage, share: None)
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
-    prepared = prepare(twin_of(job), program, job.before, job.air)
+    prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
     execution = prepared.execute()
     return Geometry(job, planned.path, prepared, execution.segment, execution.fraction, execution.time, execution.theta)
 

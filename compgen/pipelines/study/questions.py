@@ -17,7 +17,7 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.job import Job
 from compgen.pipelines.start_window import late_rise
 from compgen.pipelines.study.evaluate import displacement, execute_with, lay_out
-from compgen.thermal import Ambient, Duty, rise_history, rises_during, state_after
+from compgen.thermal import Duty, rise_history, rises_during, state_after
 
 LONGEST = 48.0 * HOUR
 MOST_PASSES = 6
@@ -41,12 +41,16 @@ def warmup(job: Job, limit: float) -> Answer:
     state at the start would see it.
     """
     geometry, moving = lay_out(job), _moving(job)
-    start = tuple(d for d in job.before if d is not moving) if moving in job.before else ()
+    start = tuple(d for d in job.history.before if d is not moving) if moving in job.history.before else ()
 
     def drift(duration: float) -> float:
         duties = (*start, replace(moving, duration=duration))
         rises, _ = rises_during(
-            job.heat, state_after(job.heat, duties, air=job.air), geometry.motion, job.air, _clock(duties)
+            job.heat,
+            state_after(job.heat, duties, air=job.history.air),
+            geometry.motion,
+            job.history.air,
+            _clock(duties),
         )
         return _largest(displacement(job, geometry, rises[-1]) - displacement(job, geometry, rises[0]))
 
@@ -68,11 +72,13 @@ def validity(job: Job, limit: float) -> Answer:
     base = displacement(job, thin, rise)
 
     def late(delay: float) -> float:
-        return _largest(displacement(job, thin, rise + late_rise(job, delay, thin.now, job.state(), job.clock)) - base)
+        later = late_rise(job, delay, thin.now, job.state(), job.history.clock)
+        return _largest(displacement(job, thin, rise + later) - base)
 
     def warmer(kelvin: float) -> float:
-        air = Ambient(job.air.time, job.air.rise + kelvin, job.air.amplitude, job.air.period, job.air.peak)
-        return _largest(displacement(job, thin, thin.rises(replace(job, air=air))) - base)
+        air = replace(job.history.air, rise=job.history.air.rise + kelvin)
+        warmed = replace(job, history=replace(job.history, air=air))
+        return _largest(displacement(job, thin, thin.rises(warmed)) - base)
 
     minutes = np.concatenate([np.arange(0.0, 60.0, 5.0), np.arange(60.0, 961.0, 20.0)])
     delays = np.array([late(m * MINUTE) for m in minutes])
@@ -159,15 +165,11 @@ def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job
         laid = [lay_out(job) for job in paced]
         some = [g.thinned(150) for g in laid]
         for order in sorted(set(permutations(range(len(jobs)))), key=lambda o: o):
-            state, clock, worst, spent = (
-                state_after(paced[0].heat, paced[0].before, air=paced[0].air),
-                paced[0].clock,
-                0.0,
-                0.0,
-            )
+            heat, history = paced[0].heat, paced[0].history
+            state, worst, spent = history.state(heat), 0.0, 0.0
             for n in order:
                 motion = laid[n].motion
-                rises, end = rises_during(paced[0].heat, state, motion, paced[0].air, clock + spent)
+                rises, end = rises_during(heat, state, motion, history.air, history.clock + spent)
                 at = np.array([np.interp(some[n].now, motion.time, c) for c in rises.T]).T
                 worst = max(worst, _largest(displacement(paced[n], some[n], at)))
                 state, spent = end, spent + float(motion.time[-1])
@@ -199,10 +201,10 @@ def ask(key: str, job: Job, limit: float) -> Answer:
 
 def _moving(job: Job) -> Duty:
     """The last stretch of motion before the program; without one the program itself, at its own feed."""
-    moving = [d for d in job.before if d.state == "moving"]
+    moving = [d for d in job.history.before if d.state == "moving"]
     if moving:
         return moving[-1]
-    if job.standing.loss:
+    if job.history.standing.loss:
         raise InputError(f"{job.source}: before: no motion to ask about; give a [[before]] with state = 'moving'")
     return Duty("moving", job.feed, HOUR)
 

@@ -39,17 +39,19 @@ def timeline(job: Job) -> Timeline:
     differs from run to run.
     """
     geometry = lay_out(job)
-    cycle = job.cycle
-    duties = [*job.before, *cycle, *job.after]
-    end = max(sum(d.duration for d in duties), job.clock + float(geometry.prepared.time[-1]))
+    history = job.history
+    duties = [*history.before, *history.cycle, *history.after]
+    end = max(sum(d.duration for d in duties), history.clock + float(geometry.prepared.time[-1]))
     edges = np.cumsum([0.0, *(d.duration for d in duties)])
     even = np.linspace(0.0, end, POINTS)
     time = np.unique(np.concatenate([even, edges[edges <= end] if len(edges) < POINTS else even]))
-    starts = job.clock + np.array(job.runs)
-    rise = rise_history(job.heat, duties, time, air=job.air)
-    run_rise = rise_history(job.heat, duties, starts, air=job.air)
+    starts = history.clock + np.array(history.runs)
+    rise = rise_history(job.heat, duties, time, air=history.air)
+    run_rise = rise_history(job.heat, duties, starts, air=history.air)
     thin = geometry.thinned(200)
     shifts = [displacement(job, thin, r) for r in run_rise]
     largest = [float(np.linalg.norm(s, axis=1).max()) for s in shifts]
     left = [float(np.linalg.norm(s - shifts[0], axis=1).max()) for s in shifts]
-    return Timeline(time, rise, job.air.at(time), job.clock, starts, run_rise, np.array(largest), np.array(left))
+    return Timeline(
+        time, rise, history.air.at(time), history.clock, starts, run_rise, np.array(largest), np.array(left)
+    )
