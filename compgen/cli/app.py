@@ -18,6 +18,7 @@ from compgen.cli.jobs import check, generate, predict
 from compgen.cli.pages import pages
 from compgen.cli.plan_poses import plan_poses
 from compgen.cli.schema import schema
+from compgen.cli.teach_frame import teach_frame
 from compgen.cli.whatif import whatif
 
 app = typer.Typer(
@@ -46,6 +47,7 @@ for command in (
     whatif,
     identify,
     validate,
+    teach_frame,
     plan_poses,
     init,
     schema,

@@ -47,7 +47,7 @@ def read_measurements(
     if log is not None:
         logged = []
         for part in warm or cold:
-            part, of_part = with_temperatures(part, log, arm.heat, arm.sensors, _reference(reference))
+            part, of_part = with_temperatures(part, log, arm.heat, arm.sensors, rise_reference(reference))
             logged.append(part)
             findings += [finding for finding in of_part if finding not in findings]
         cold, warm = (cold, logged) if warm else (logged, [])
@@ -57,7 +57,7 @@ def read_measurements(
     return with_one_frame_a_name(concatenate(measured)), findings
 
 
-def _reference(text: str) -> Reference:
+def rise_reference(text: str) -> Reference:
     """What rises count from, as an option says it."""
     if text in ("start", "ambient"):
         return "start" if text == "start" else "ambient"

@@ -1,0 +1,86 @@
+"""Command teach-frame: where a part stands, from spheres that the identified, warm arm has touched."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from compgen.cli.identify import Json, ReferenceOption, RobotArgument, Temperatures
+from compgen.cli.ownership import check_own_file
+from compgen.cli.publish import check_names, check_writable, publish
+from compgen.core.exceptions import InputError
+
+
+def teach_frame(
+    robot: RobotArgument,
+    touches: Annotated[str | None, typer.Option("--touches", help="CSV of touches.")] = None,
+    artefact: Annotated[
+        str | None, typer.Option("--artefact", help="TOML of spheres and probe; default artefact.toml beside the CSV.")
+    ] = None,
+    temperatures: Temperatures = None,
+    reference: ReferenceOption = "start",
+    number: Annotated[int, typer.Option("--number", help="UFRAME number.", min=1, max=9)] = 1,
+    frames: Annotated[
+        str | None, typer.Option("--frames", help="Frames table or SYSFRAME.VA, for touches in a user frame.")
+    ] = None,
+    nominal: Annotated[bool, typer.Option("--nominal", help="As the pendant would: without the model.")] = False,
+    output: Annotated[
+        str | None,
+        typer.Option("-o", "--output", help="The frame's file; default outputs/frames/<robot>_<number>.toml."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Compute a part's user frame from spheres that the identified, warm arm has touched."""
+    from compgen.fanuc.frames import default_frames, load_frames
+    from compgen.pipelines import teach_frame as teaching
+    from compgen.pipelines.identification_files import rise_reference
+    from compgen.pipelines.robot_file import load_arm
+
+    if touches is None:
+        raise InputError("--touches: missing; give the CSV of touches")
+    if artefact is None:
+        artefact = str(Path(touches).with_name("artefact.toml"))
+    arm = load_arm(robot)
+    target = Path(output) if output is not None else Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml"
+    if target.suffix != ".toml" or target.is_dir():
+        raise InputError(f"-o {target}: not the name of a frame's file; give one that ends in .toml")
+    check_writable(target.absolute().parent)
+    report = target.with_suffix(".json")
+    check_names(target.parent, [report.name])
+    check_own_file(target, b"as cgen teach-frame wrote it", "teach-frame")
+    check_own_file(report, b'"pendant_would_differ"', "teach-frame")
+    uframes = (load_frames(frames) if frames else default_frames()).uframe
+    taught = teaching.teach_frame(
+        arm, touches, artefact, number, temperatures, rise_reference(reference), uframes, nominal
+    )
+    record = teaching.frame_record(taught, arm.robot.controller.decimals)
+    reports = {report.name: (json.dumps(record, indent=2, allow_nan=False) + "\n").encode()}
+    publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports, {target.name, *reports})
+    if as_json:
+        sys.stdout.write(reports[report.name].decode())
+        return
+    sys.stdout.write("\n".join([*_lines(record), f"wrote {target}, {report}"]) + "\n")
+
+
+def _lines(record: dict[str, Any]) -> list[str]:
+    """What the command prints."""
+    figures = "  ".join(f"{key[0].upper()} {value}" for key, value in record["type_in"].items())
+    warm = ", ".join(f"{name} {rise:.1f}" for name, rise in record["rise_K"].items()) or "none known"
+    k2 = ", ".join(f"{2 * s:.0f}" for s in record["sigma_um"])
+    turn = ", ".join(f"{2 * s:.1f}" for s in record["sigma_mdeg"])
+    probe, probe_k2 = record["probe_mm"], ", ".join(f"{2 * s:.0f}" for s in record["probe_sigma_um"])
+    lines = [
+        f"UFRAME[{record['uframe']}]  {figures}   (mm, deg; type these in)",
+        f"known to {k2} um and {turn} mdeg (k = 2, World x, y, z) where it was touched",
+        f"from {record['touches']} touches with {record['noise_um']:.0f} um noise",
+        f"probe in the flange: {probe[0]:.3f}, {probe[1]:.3f}, {probe[2]:.3f} mm, known to {probe_k2} um (k = 2)",
+        f"taught through {'the model of ' if record['through'] == 'model' else 'the nominal arm of '}"
+        f"{record['robot_file']}, rise K {warm}",
+    ]
+    differs = record["pendant_would_differ"]
+    if differs is not None:
+        away = ", ".join(f"{v:.0f}" for v in differs["place_um"])
+        lines.append(f"the pendant would have taught it {away} um away")
+    return [*lines, *(f"{f['level']}: {f['message']}" for f in record["findings"])]

@@ -1,0 +1,60 @@
+"""Tables of an artefact's file: spheres at certified or unknown places, lengths between them, and the probe."""
+
+from typing import Annotated
+
+from pydantic import Field, FiniteFloat
+
+from compgen.core.quantities import Coordinate, Length, NotNegative
+from compgen.core.toml import Table
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=32)]
+
+
+class ArtefactTable(Table):
+    """What was touched, as a whole."""
+
+    frame: Annotated[str, Field(pattern=r"^(world|uframe [1-9])$")] = "world"
+    """Frame that touches in x_mm to r_deg are commanded in."""
+    cte_um_m_K: Annotated[FiniteFloat, Field(ge=0, le=100)] = 0.0
+    """Expansion of the artefact; its places hold at 20 degC."""
+    temperature_degC: Annotated[FiniteFloat, Field(ge=-20, le=60)] = 20.0
+    """Temperature of the artefact while it is touched."""
+    certified: bool = False
+    """Whether places and lengths are certified."""
+
+
+class SphereTable(Table):
+    """A sphere in the artefact's own coordinates; without a place it is unknown, and fitted along."""
+
+    name: Name
+    x_mm: Coordinate | None = None
+    y_mm: Coordinate | None = None
+    z_mm: Coordinate | None = None
+    diameter_mm: Length | None = None
+    sigma_um: NotNegative = 0.0
+
+
+class LengthTable(Table):
+    """A length between two spheres."""
+
+    between: Annotated[list[str], Field(min_length=2, max_length=2)]
+    mm: Length
+    sigma_um: NotNegative = 0.0
+
+
+class ProbeTable(Table):
+    """The probe: its ball, and where its centre is in the flange."""
+
+    diameter_mm: Annotated[FiniteFloat, Field(ge=0, le=1000)] = 0.0
+    x_mm: Coordinate = 0.0
+    y_mm: Coordinate = 0.0
+    z_mm: Coordinate = 0.0
+
+
+class ArtefactFile(Table):
+    """An artefact's file."""
+
+    artefact: ArtefactTable = ArtefactTable()
+    sphere: Annotated[list[SphereTable], Field(min_length=1, max_length=1000)]
+    length: list[LengthTable] = []
+    probe: ProbeTable = ProbeTable()

@@ -1,0 +1,244 @@
+"""Touches of an artefact's spheres by a probe in the flange: the artefact's file and the touches' file, in SI."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, own
+from compgen.core.csv_table import CsvTable, quote_cell, read_csv
+from compgen.core.exceptions import InputError
+from compgen.core.rotations import from_wpr
+from compgen.core.toml import check, read_toml, suggest
+from compgen.core.units import DEG, MM, UM
+from compgen.fanuc.configuration import apply_turns, parse_config
+from compgen.fanuc.frames import Pose
+from compgen.identification.artefact_schema import ArtefactFile
+from compgen.identification.pose_files import JOINTS, LIMIT
+from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
+from compgen.robot.robot import Robot
+
+PLACE = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+NORMAL = ("nx", "ny", "nz")
+KNOWN = ("time_s", "target", *PLACE, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
+CERTIFIED_AT = 20.0  # degC
+UNIT = 1e-3  # of the length of a direction
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Artefact:
+    """S spheres in the artefact's own coordinates, and the probe."""
+
+    source: str
+    frame: str  # "world", or "uframe 1": that touches are commanded in
+    names: tuple[str, ...]
+    place: Array  # (S, 3) [m] at the temperature of touching; NaN: unknown
+    sigma: Array  # (S,) [m]
+    diameter: Array  # (S,) [m]; NaN: unknown
+    probe: Array  # (3,) [m] its centre in the flange
+    probe_diameter: float  # [m]
+
+    def __post_init__(self) -> None:
+        own(self, place=("S", 3), sigma=("S",), diameter=("S",), probe=(3,))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Touches:
+    """N touches."""
+
+    label: tuple[str, ...]  # file and line
+    time: Array  # (N,) [s]
+    timed: bool  # whether the file gives times
+    target: IntArray  # (N,) which sphere
+    theta: Array  # (N, 6) [rad] commanded
+    normal: Array  # (N, 3) probing direction in World; NaN: the sphere's centre was located
+    deflection: Array  # (N,) [m] by which the probe's ball was pushed back along it
+    sigma: Array  # (N,) [m] of one coordinate; NaN: not said
+
+    def __post_init__(self) -> None:
+        own(
+            self, time=("N",), target=("N",), theta=("N", 6), normal=("N", 3), deflection=("N",), sigma=("N",)
+        )  # fmt: skip
+
+    @property
+    def file(self) -> str:
+        """The file that they are from."""
+        return self.label[0].rsplit(": line", 1)[0]
+
+
+def read_artefact(source: str) -> Artefact:
+    """An artefact's file.
+
+    Raises:
+        InputError: Anything wrong, naming file and key.
+    """
+    file = check(ArtefactFile, read_toml(Path(source), "paths"), source)
+    grown = 1 + file.artefact.cte_um_m_K * 1e-6 * (file.artefact.temperature_degC - CERTIFIED_AT)
+    places = []
+    for i, sphere in enumerate(file.sphere):
+        values = [sphere.x_mm, sphere.y_mm, sphere.z_mm]
+        given = [v for v in values if v is not None]
+        if len(given) not in (0, 3):
+            raise InputError(f"{source}: sphere.{i}: x_mm, y_mm and z_mm go together; give all three or none")
+        places.append([np.nan if v is None else v * MM * grown for v in values])
+    names = tuple(s.name for s in file.sphere)
+    doubled = next((n for n in names if names.count(n) > 1), None)
+    if doubled is not None:
+        raise InputError(f"{source}: sphere '{doubled}' stands twice; give each a name of its own")
+    for i, length in enumerate(file.length):
+        unknown = next((n for n in length.between if n not in names), None)
+        if unknown is not None:
+            raise InputError(f"{source}: length.{i}.between: no sphere '{unknown}'{suggest(unknown, names)}")
+    probe = file.probe
+    return Artefact(
+        source,
+        file.artefact.frame,
+        names,
+        np.array(places),
+        np.array([s.sigma_um * UM for s in file.sphere]),
+        np.array([np.nan if s.diameter_mm is None else s.diameter_mm * MM for s in file.sphere]),
+        np.array([probe.x_mm, probe.y_mm, probe.z_mm]) * MM,
+        probe.diameter_mm * MM,
+    )
+
+
+def read_touches(source: str, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Touches:
+    """A file of touches.
+
+    Columns: ``target`` (a sphere), where the probe's centre was commanded when it touched, as ``x_mm`` to ``r_deg`` in
+    the artefact's frame with ``config`` (else 'N U T'), or as ``j1_deg`` to ``j6_deg``; where measured ``time_s``,
+    ``nx ny nz`` (probing direction in World) with ``value_mm`` (by how much the ball was pushed back along it), and
+    ``sigma_um``. A row without a direction has located the sphere's centre.
+
+    Args:
+        source: A CSV file.
+        robot: Whose joints they are.
+        artefact: What was touched.
+        uframes: What numbers of user frames mean, with which touches are commanded in one.
+
+    Raises:
+        InputError: Anything wrong, naming file, line and column.
+    """
+    table = read_csv(source, ("target",), KNOWN)
+    N = len(table.line)
+    names = table.words("target")
+    for n, name in enumerate(names):
+        if name not in artefact.names:
+            raise InputError(
+                f"{table.location(n, 'target')}: {quote_cell(name)} is no sphere of {artefact.source} (known: "
+                f"{', '.join(artefact.names)})"
+            )
+    target = np.array([artefact.names.index(name) for name in names])
+    time = table.numbers("time_s") if table.has("time_s") else np.arange(N, dtype=float)
+    return Touches(
+        tuple(table.location(n) for n in range(N)),
+        time,
+        table.has("time_s"),
+        target,
+        _joints(table, robot, artefact, uframes),
+        *_directions(table, artefact, target),
+        _sigma(table),
+    )
+
+
+def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Array:
+    """Joints of each touch, (N, 6) [rad]: as given, or by the closed form."""
+    if all(table.has(c) for c in JOINTS):
+        theta = robot.to_theta(np.column_stack([table.numbers(c) for c in JOINTS]) * DEG)
+    else:
+        theta = _inverse(table, robot, artefact, uframes)
+    beyond = np.argwhere((theta < robot.lower - LIMIT) | (theta > robot.upper + LIMIT))
+    if len(beyond):
+        n, k = beyond[0].tolist()
+        raise InputError(
+            f"{table.location(n)}: {robot.joint_names[k]} is outside its limits: the joints are those of the pendant, "
+            "in degrees; mend the row, or the robot file"
+        )
+    return theta
+
+
+def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Array:
+    missing = next((c for c in PLACE if not table.has(c)), None)
+    if missing is not None:
+        raise InputError(
+            f"{table.source}: column {missing}: missing; give where the probe was commanded: {', '.join(PLACE)}, or "
+            f"{JOINTS[0]} to {JOINTS[-1]}"
+        )
+    try:
+        check_arm_class(robot)
+    except InputError:
+        raise InputError(
+            f"{table.source}: columns {JOINTS[0]} to {JOINTS[-1]}: missing; this arm has no closed-form inverse "
+            "kinematics here, so touches need their joints"
+        ) from None
+    values = np.column_stack([table.numbers(c) for c in PLACE])
+    position, rotation = values[:, :3] * MM, from_wpr(*(values[:, 3:].T * DEG))
+    if artefact.frame != "world":
+        number = int(artefact.frame.split()[1])
+        if number not in uframes:
+            raise InputError(
+                f"{artefact.source}: artefact.frame: touches are commanded in user frame {number}; say where it is "
+                "with --frames FILE, or give the joints"
+            )
+        origin, axes = uframes[number]
+        position, rotation = origin + position @ axes.T, axes @ rotation
+    configs = table.words("config") if table.has("config") else ["N U T"] * len(values)
+    theta = np.empty((len(values), 6))
+    for n, text in enumerate(configs):
+        posture, turns = parse_config(text)
+        if posture is None:
+            raise InputError(f'{table.location(n, "config")}: no CONFIG; give one as in "N U T, 0, 0, 0", in quotes')
+        solved, margin = solve_tool(robot, position[n : n + 1], rotation[n : n + 1], artefact.probe, np.eye(3), posture)
+        if margin[0] < 0:
+            raise InputError(
+                f"{table.location(n)}: out of the arm's reach by {-margin[0] / MM:.0f} mm; are x_mm to r_deg of the "
+                f"probe's centre, in {artefact.frame}?"
+            )
+        theta[n] = apply_turns(robot, solved, np.array([turns]))[0]
+    return theta
+
+
+def _directions(table: CsvTable, artefact: Artefact, target: IntArray) -> tuple[Array, Array]:
+    """Probing directions (N, 3), and deflections (N,) [m]."""
+    N = len(target)
+    if not any(table.has(c) for c in NORMAL):
+        if table.has("value_mm"):
+            raise InputError(f"{table.source}: column value_mm: a deflection has a direction; add nx, ny and nz")
+        return np.full((N, 3), np.nan), np.zeros(N)
+    missing = next((c for c in NORMAL if not table.has(c)), None)
+    if missing is not None:
+        raise InputError(f"{table.source}: column {missing}: missing; a direction needs nx, ny and nz")
+    normal = np.column_stack([table.numbers(c, gaps=True) for c in NORMAL])
+    given = np.isfinite(normal)
+    length = np.linalg.norm(normal, axis=1)
+    for n in range(N):
+        if given[n].any() and not given[n].all():
+            raise InputError(f"{table.location(n, NORMAL[int(np.argmin(given[n]))])}: empty; give all three or none")
+        if given[n].all() and abs(length[n] - 1) > UNIT:
+            raise InputError(
+                f"{table.location(n, 'nx')}: the direction's length is {length[n]:.4g}, not 1; give the unit vector "
+                "in which the probe moved"
+            )
+        if given[n].all() and np.isnan(artefact.diameter[target[n]]):
+            raise InputError(
+                f"{artefact.source}: sphere '{artefact.names[target[n]]}': diameter_mm: missing; a touch from one side "
+                f"({table.location(n)}) needs it"
+            )
+    deflection = np.zeros(N)
+    if table.has("value_mm"):
+        values = table.numbers("value_mm", gaps=True, largest=100.0)
+        deflection = np.nan_to_num(values) * MM
+    return normal, deflection
+
+
+def _sigma(table: CsvTable) -> Array:
+    """Standard deviation of one coordinate of each touch, (N,) [m]; NaN where it is not said."""
+    if not table.has("sigma_um"):
+        return np.full(len(table.line), np.nan)
+    sigma = table.numbers("sigma_um", gaps=True)
+    bad = np.flatnonzero((sigma < 0.1) | (sigma > 1e4))
+    if len(bad):
+        n = int(bad[0])
+        raise InputError(f"{table.location(n, 'sigma_um')}: {sigma[n]:g} must be 0.1 to 10000 um; mend it")
+    return sigma * UM

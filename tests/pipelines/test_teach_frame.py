@@ -1,0 +1,258 @@
+"""A part's frame from touches of the warm arm: what it comes to, what it says, and that the part is met as found."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from campaign import SOURCES
+from command_line import run
+from flawed import flawed_file
+from shipped import path_file, quiet
+from synthetic import made_up, measured, random_theta, warming
+
+from compgen.core.frame import Frame
+from compgen.core.rotations import from_wpr, rotation_matrix
+from compgen.core.units import DEG, MM, UM
+from compgen.identification.identified_robot_file import robot_text
+from compgen.identification.identify import fitted_sources
+from compgen.identification.measurements import Measurements
+from compgen.identification.parameters import symbolic_sources
+from compgen.pipelines.generate import generate
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.robot_file import load_cell
+from compgen.robot.inverse_kinematics import Posture, solve_tool
+from compgen.verification.sources_to_faults import faults_of
+from compgen.verification.twin import Twin, execute
+
+PROBE = np.array([12.0, -8.0, 150.0]) * MM
+PROBE_ERROR = np.array([0.21, -0.33, 0.12]) * MM
+BASE = Frame(np.array([0.9, -0.7, 0.8]) * MM, rotation_matrix(np.array([[2e-4, -3e-4, 5e-4]]))[0])
+SPHERES = np.array(
+    [
+        [x, y, z]
+        for x, y, z in [
+            (0.6, 0.55, 0.02),
+            (0.6, -0.55, 0.05),
+            (-0.6, 0.5, 0.0),
+            (-0.6, -0.5, 0.03),
+            (0, 0.65, 0.04),
+            (0, -0.65, 0.0),
+        ]
+    ]
+)
+NAMES = "abcdef"
+REPEATABILITY = 8 * UM  # of one coordinate
+ORIENTATIONS = 12  # of the probe at each sphere
+HOT = np.array([9.0, 3.4, 11.0, 2.6, 2.0])  # K of the nodes
+
+
+def part():
+    angles = (np.array([a * DEG]) for a in (0.7, -0.4, 3.0))
+    return Frame(np.array([1.252, -0.031, 0.01]), from_wpr(*angles)[0])
+
+
+def poses_at(truth, theta, rise):
+    """Where the real arm's flange is, in World as the arm has it: on its real base."""
+    N = len(theta)
+    data = Measurements(
+        theta=theta, rise=np.tile(rise, (N, 1)), direction=np.zeros((N, 6)), time=np.zeros(N), warm=np.zeros(N),
+        pose=np.arange(N), instrument=np.zeros(N, int), reflector=np.zeros(N, int), position=np.zeros((N, 3)),
+        rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N), label=("",) * N, reflectors=("p",),
+        instruments=("i",), aligned=np.array([False]),
+    )  # fmt: skip
+    return BASE.to_world(*truth.model.pose(data, truth.p))
+
+
+def touching_joints(truth, rng, rise, orientations):
+    """Joints at which the ball of the real, warm arm is at each sphere's centre but for its repeatability."""
+    centre = np.repeat(part().to_world(SPHERES, np.eye(3)[None])[0], orientations, axis=0)
+    N = len(centre)
+    tilt = rotation_matrix(rng.uniform(-0.35, 0.35, (N, 3)))
+    rotation = np.diag([1.0, -1.0, -1.0]) @ tilt
+    goal = centre + rng.normal(0, REPEATABILITY, centre.shape)
+    theta = solve_tool(truth.arm.robot, goal, rotation, PROBE, np.eye(3), Posture())[0]
+    for _ in range(8):
+        position, turned = poses_at(truth, theta, rise)
+        miss = position + turned @ (PROBE + PROBE_ERROR) - centre - (goal - centre)
+        J = np.zeros((N, 3, 6))
+        for k in range(6):
+            moved, axes = poses_at(truth, theta + 1e-6 * np.eye(6)[k], rise)
+            J[:, :, k] = (moved + axes @ (PROBE + PROBE_ERROR) - position - turned @ (PROBE + PROBE_ERROR)) / 1e-6
+        theta = theta - np.einsum("nij,nj->ni", np.linalg.pinv(J), miss)
+    assert np.abs(miss).max() < 1e-9
+    return theta
+
+
+def write_artefact(folder, places=SPHERES, frame="world"):
+    text = f'[artefact]\nframe = "{frame}"\n[probe]\ndiameter_mm = 6\n'
+    text += "".join(f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM))
+    for name, place in zip(NAMES, places / MM):
+        text += (
+            f'[[sphere]]\nname = "{name}"\ndiameter_mm = 25\nx_mm = {place[0]}\ny_mm = {place[1]}\nz_mm = {place[2]}\n'
+        )
+    (folder / "artefact.toml").write_text(text)
+
+
+def write_touches(folder, robot, theta, orientations, names=NAMES):
+    pendant = robot.to_pendant(theta) / DEG
+    rows = ["time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg"]
+    for n, q in enumerate(pendant):
+        rows.append(",".join([f"{7200 + 30 * n}", names[n // orientations], *(f"{v:.6f}" for v in q)]))
+    (folder / "touches.csv").write_text("\n".join(rows) + "\n")
+
+
+def write_log(folder, nodes, final, hours=2.5):
+    t = np.arange(0, hours * 3600 + 1, 60.0)
+    rise = np.minimum(1.0, t[:, None] / 7000) * final
+    rows = [",".join([f"{a:g}", "20", *(f"{20 + v:.4f}" for v in r)]) for a, r in zip(t, rise)]
+    (folder / "log.csv").write_text(
+        "\n".join([",".join(["time_s", "ambient_degC", *(f"{n}_degC" for n in nodes)]), *rows]) + "\n"
+    )
+
+
+def pose_csv(truth, data):
+    pendant = truth.arm.robot.to_pendant(data.theta)[data.pose] / DEG
+    rows = ["time_s,instrument,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
+    for n, (q, p) in enumerate(zip(pendant, data.position / MM)):
+        numbers = [*(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]
+        rows.append(
+            ",".join([f"{data.time[data.pose[n]]:.2f}", "tracker", data.reflectors[data.reflector[n]], *numbers])
+        )
+    return "\n".join(rows) + "\n"
+
+
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory):
+    """An arm with every error but a bend and play, drawn from the priors."""
+    return made_up(flawed_file(tmp_path_factory.mktemp("arm"), "nominal", SOURCES), 7)
+
+
+@pytest.fixture(scope="module")
+def cell(truth, tmp_path_factory):
+    """Its measurements, the robot file that identify writes, and touches of the part by the warm arm."""
+    folder = tmp_path_factory.mktemp("cell")
+    rng = np.random.default_rng(3)
+    robot = truth.arm.robot
+    (folder / "cold.csv").write_text(pose_csv(truth, measured(truth, random_theta(robot, rng, 80), rng, noise=10 * UM)))
+    warm, _ = warming(truth, rng, count=60)
+    (folder / "warm.csv").write_text(pose_csv(truth, warm))
+    final, tau = np.array((11, 4, 13, 3, 2.3)), np.array((2.2, 1.4, 2.0, 1.8, 1.8)) * 3600
+    t = np.arange(0, 5 * 3600 + 1, 120.0)
+    rows = [",".join([f"{a:g}", *(f"{20 + v:.4f}" for v in final * (1 - np.exp(-a / tau)))]) for a in t]
+    (folder / "warm_log.csv").write_text(
+        "\n".join([",".join(["time_s", *(f"{n}_degC" for n in truth.arm.nodes)]), *rows]) + "\n"
+    )
+    identified = run(
+        "identify", truth.arm.source, "--poses", folder / "cold.csv", "--warm-up", folder / "warm.csv",
+        "--temperatures", folder / "warm_log.csv", "-o", folder / "mine.toml", "-q",
+    )  # fmt: skip
+    assert identified.returncode == 0, identified.stderr
+    write_artefact(folder)
+    write_touches(folder, robot, touching_joints(truth, rng, HOT, ORIENTATIONS), ORIENTATIONS)
+    write_log(folder, truth.arm.nodes, HOT)
+    return folder
+
+
+def taught(cell, *options, robot="mine.toml", name="frame.toml"):
+    result = run(
+        "teach-frame", cell / robot, "--touches", cell / "touches.csv", "--temperatures", cell / "log.csv",
+        "-o", cell / name, "--json", *options,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+@pytest.fixture(scope="module")
+def record(cell):
+    return taught(cell)
+
+
+def true_place():
+    """The part in World as the model has it: the real base is in no instrument's frame, and need not be known."""
+    place = part()
+    position, rotation = BASE.from_world(place.position[None], place.rotation[None])
+    return Frame(position[0], rotation[0])
+
+
+def test_the_frame_is_where_the_part_stands_within_what_it_says(record):
+    middle = np.array(record["middle_mm"]) * MM
+    frame = record["frame"]
+    angles = (np.array([frame[k] * DEG]) for k in ("w_deg", "p_deg", "r_deg"))
+    place = Frame(np.array([frame[k] for k in ("x_mm", "y_mm", "z_mm")]) * MM, from_wpr(*angles)[0])
+    real = true_place()
+    local = real.from_world(middle[None], np.eye(3)[None])[0]
+    off = place.to_world(local, np.eye(3)[None])[0][0] - middle
+    assert (np.abs(off) < np.maximum(3 * np.array(record["sigma_um"]) * UM, 40 * UM)).all(), off / UM
+    assert max(record["sigma_um"]) < 30
+    assert np.abs(np.array(record["probe_mm"]) * MM - PROBE - PROBE_ERROR).max() < 60 * UM
+    assert record["through"] == "model"
+    assert record["rise_K"]["j3"] == pytest.approx(HOT[2], abs=0.01)
+    assert np.linalg.norm(record["pendant_would_differ"]["place_um"]) > 200
+
+
+def test_taught_on_the_pendant_the_heat_is_in_the_frame_and_a_finding(cell, record):
+    nominal = taught(cell, "--nominal", name="pendant.toml")
+    assert "frame.hot" in {f["code"] for f in nominal["findings"]}
+    assert "frame.hot" not in {f["code"] for f in record["findings"]}
+    (cell / "hot.toml").write_text(part_path('file = "pendant.toml"'))
+    job = load_job(str(cell / "hot.toml"), robot=str(cell / "mine.toml"))
+    assert job.frame.taught.through == "pendant"
+
+
+def part_path(frame):
+    text = Path(path_file("circle_1300")).read_text().split("[[before]]")
+    text = text[0] + text[1][text[1].index("[bounds]") :]
+    text = re.sub(r"x_mm = 1350[^\n]*\ny_mm = -30\nz_mm = 203", "x_mm = 0\ny_mm = 0\nz_mm = 0", text)
+    tool = "[tool]\nnumber = 1\n" + "".join(f"{k} = {v}\n" for k, v in zip(("x_mm", "y_mm", "z_mm"), PROBE / MM))
+    return text.replace("[process]", f"[frame]\n{frame}\n{tool}[process]")
+
+
+def real_twin(truth, job, folder):
+    """The arm as it is, by way of a robot file with the true values; its base is not in it."""
+    sources = symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), True)
+
+    class TrueFit:
+        p, sigma, active, outlier = truth.p, np.abs(truth.p), np.ones(len(truth.p), bool), np.zeros(1, bool)
+
+    known = fitted_sources(truth.arm.known, sources, truth.model, TrueFit)
+    record = {"instrument_mm": [0, 0, 0], "instrument_deg": [0, 0, 0], "reflector_mm": {}}
+    box = np.column_stack([truth.arm.robot.lower, truth.arm.robot.upper])
+    (folder / "real.toml").write_text(robot_text(truth.arm.text, truth.arm.robot, known, box, "made up", record))
+    real = load_cell(str(folder / "real.toml"))
+    tool = (job.tool_position, job.tool_rotation)
+    return Twin(job.robot, job.heat, job.profiles, *tool, faults_of(real.sources), job.frame.register)
+
+
+def test_as_found_the_part_is_met_as_well_as_aligned(cell, record, truth):
+    """The base is off by over a millimetre and in no instrument's frame; taught hot, flown cold."""
+    (cell / "part.toml").write_text(part_path('file = "frame.toml"'))
+    options = ["process.chord_um=2", "compensation.clamp_mm=10"]
+    job = load_job(str(cell / "part.toml"), robot=str(cell / "mine.toml"), overrides=options)
+    planned, corrected = generate(job, quiet)
+    flown = execute(real_twin(truth, job, cell), corrected.program, ())
+    path = planned.path
+    on_part = path.contact[flown.segment] & path.contact[flown.segment + 1]
+    there = replace(path, exact=replace(path.exact, frame=true_place()))
+    target = there.at(flown.segment, flown.fraction)[0][on_part]
+    actual = flown.position[on_part]
+    actual = actual + np.random.default_rng(8).normal(0, REPEATABILITY, actual.shape)
+    found = np.linalg.norm(actual - target, axis=1)
+    aligned = np.linalg.norm(moved_onto(actual, target) - target, axis=1)
+    untaught = np.linalg.norm(BASE.to_world(actual, np.eye(3)[None])[0] - actual, axis=1)
+    assert np.quantile(untaught, 0.99) > 1 * MM
+    assert np.quantile(found, 0.99) <= 1.2 * np.quantile(aligned, 0.99), (
+        np.quantile(found, 0.99),
+        np.quantile(aligned, 0.99),
+    )
+    assert np.quantile(found, 0.99) < 60 * UM
+
+
+def moved_onto(a, b):
+    """Points moved as one to lie nearest to others (Kabsch)."""
+    middle, other = a.mean(axis=0), b.mean(axis=0)
+    u, _, v = np.linalg.svd((a - middle).T @ (b - other))
+    turn = v.T @ np.diag([1, 1, np.linalg.det(v.T @ u.T)]) @ u.T
+    return (a - middle) @ turn.T + other
