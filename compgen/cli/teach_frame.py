@@ -49,8 +49,8 @@ def teach_frame(
     check_writable(target.absolute().parent)
     report = target.with_suffix(".json")
     check_names(target.parent, [report.name])
-    check_own_file(target, b"as cgen teach-frame wrote it", "teach-frame")
-    check_own_file(report, b'"pendant_would_differ"', "teach-frame")
+    check_own_file("-o", str(target), b"as cgen teach-frame wrote it", "teach-frame")
+    check_own_file("-o", str(report), b'"uframe"', "teach-frame")
     uframes = (load_frames(frames) if frames else default_frames()).uframe
     taught = teaching.teach_frame(
         arm, touches, artefact, number, temperatures, rise_reference(reference), uframes, nominal

@@ -18,12 +18,13 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, own
 from compgen.core.exceptions import InputError
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix, rotation_matrix
 from compgen.core.units import MM, UM
 from compgen.identification.touches import Artefact, Touches
 
 PROBE = 0.5e-3  # [m] how far the probe may be from where the file has it
+FREE = 1.0  # [rad], [m] of one step of the frame: it damps, and does not bias
 UNKNOWN = 1.0  # [m] prior of a sphere whose place is not known
 NOISE = 20 * UM  # of a touch that does not say its own
 FLOOR = 3 * UM  # of the noise that residuals say
@@ -39,7 +40,7 @@ VAGUE = 5e-3  # [rad] of the frame's turn: the spheres lie on a line
 class FrameFit:
     """The part's frame and the probe, and how well they are known."""
 
-    frame: Frame
+    frame: Pose
     probe: Array  # (3,) [m] in the flange
     covariance: Array  # (9, 9) of (turn of the frame in World, its place at ``middle``, probe) [rad], [m]
     middle: Array  # (3,) [m] of what was touched, in World
@@ -132,7 +133,7 @@ def _fit(artefact: Artefact, touches: Touches, position: Array, rotation: Array,
             sphere[s] = (((tip + radius[:, None] * normal)[rows].mean(axis=0)) - frame.position) @ frame.rotation
     prior_place, S = sphere.copy(), len(sphere)
     prior = np.concatenate(
-        [np.full(6, np.inf), np.full(3, PROBE), np.repeat(np.where(certain, artefact.sigma, UNKNOWN), 3)]
+        [np.full(6, FREE), np.full(3, PROBE), np.repeat(np.where(certain, artefact.sigma, UNKNOWN), 3)]
     )
     free = np.concatenate([np.ones(9, dtype=bool), prior[9:] > 0])
     sigma = np.median(np.where(np.isfinite(touches.sigma), touches.sigma, NOISE)) * _relative(touches)
@@ -159,12 +160,12 @@ def _fit(artefact: Artefact, touches: Touches, position: Array, rotation: Array,
             (gap[rows_c] / sigma[rows_c, None]).ravel(), (length - radius)[rows_s] / sigma[rows_s]
         ])  # fmt: skip
         offset = np.concatenate([np.zeros(6), probe_error, (sphere - prior_place).ravel()])
-        weight = np.where(np.isfinite(prior) & (prior > 0), 1 / np.maximum(prior, 1e-12), 0.0)
+        weight = np.where(prior > 0, 1 / np.maximum(prior, 1e-12), 0.0)
         A = np.vstack([A, np.diag(weight)])[:, free]
         r = np.concatenate([r, weight * offset])
         step = np.zeros(len(free))
         step[free] = -np.linalg.lstsq(A, r, rcond=None)[0]
-        frame = Frame(frame.position + step[3:6], rotation_matrix(step[None, :3])[0] @ frame.rotation)
+        frame = Pose(frame.position + step[3:6], rotation_matrix(step[None, :3])[0] @ frame.rotation)
         probe_error = probe_error + step[6:9]
         sphere = sphere + step[9:].reshape(S, 3)
         if np.abs(step[3:]).max() < CONVERGED:
@@ -197,12 +198,12 @@ def _fit(artefact: Artefact, touches: Touches, position: Array, rotation: Array,
     )  # fmt: skip
 
 
-def _kabsch(sphere: Array, tip: Array) -> Frame:
+def _kabsch(sphere: Array, tip: Array) -> Pose:
     """The frame that puts spheres (M, 3) nearest to where they were touched (M, 3)."""
     middle, centre = sphere.mean(axis=0), tip.mean(axis=0)
     u, _, v = np.linalg.svd((sphere - middle).T @ (tip - centre))
     turn = v.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(v.T @ u.T))]) @ u.T
-    return Frame(centre - turn @ middle, turn)
+    return Pose(centre - turn @ middle, turn)
 
 
 def _misfit(artefact: Artefact, touches: Touches, position: Array, rotation: Array, rms: float) -> str:

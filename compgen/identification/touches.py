@@ -9,11 +9,11 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.fanuc.configuration import apply_turns, parse_config
-from compgen.fanuc.frames import Pose
 from compgen.identification.artefact_schema import ArtefactFile
 from compgen.identification.pose_files import JOINTS, LIMIT
 from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
@@ -173,7 +173,7 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
             "kinematics here, so touches need their joints"
         ) from None
     values = np.column_stack([table.numbers(c) for c in PLACE])
-    position, rotation = values[:, :3] * MM, from_wpr(*(values[:, 3:].T * DEG))
+    pose, tool = Pose(values[:, :3] * MM, from_wpr(*(values[:, 3:].T * DEG))), Pose(artefact.probe, np.eye(3))
     if artefact.frame != "world":
         number = int(artefact.frame.split()[1])
         if number not in uframes:
@@ -181,15 +181,14 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
                 f"{artefact.source}: artefact.frame: touches are commanded in user frame {number}; say where it is "
                 "with --frames FILE, or give the joints"
             )
-        origin, axes = uframes[number]
-        position, rotation = origin + position @ axes.T, axes @ rotation
+        pose = uframes[number] @ pose
     configs = table.words("config") if table.has("config") else ["N U T"] * len(values)
     theta = np.empty((len(values), 6))
     for n, text in enumerate(configs):
         posture, turns = parse_config(text)
         if posture is None:
             raise InputError(f'{table.location(n, "config")}: no CONFIG; give one as in "N U T, 0, 0, 0", in quotes')
-        solved, margin = solve_tool(robot, position[n : n + 1], rotation[n : n + 1], artefact.probe, np.eye(3), posture)
+        solved, margin = solve_tool(robot, pose[n : n + 1], tool, posture)
         if margin[0] < 0:
             raise InputError(
                 f"{table.location(n)}: out of the arm's reach by {-margin[0] / MM:.0f} mm; are x_mm to r_deg of the "

@@ -12,10 +12,10 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
+from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.fanuc.frames import Pose
 from compgen.identification.frame_fit import FrameFit, fit_frame
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import SymbolicSource, build_model
@@ -77,7 +77,7 @@ def teach_frame(
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
         data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
-    sources = [SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {}) for k in arm.known]
+    sources = [SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {}, {}) for k in arm.known]
     perfect = build_model(arm.robot, [], len(arm.nodes)).pose(data, np.zeros(0))
     pendant = fit_frame(artefact, touches, *perfect, [])
     fitted = pendant
@@ -114,11 +114,11 @@ def _probing_directions(arm: Arm, touches: Touches, rows: IntArray) -> Array:
     """Signs of the joints' speeds while the flange moves along the probing direction without turning, (M, 6)."""
     theta = touches.theta[rows]
     J = np.zeros((len(theta), 6, 6))
-    position, rotation = flange_pose(arm.robot, theta)
+    flange = flange_pose(arm.robot, theta)
     for k in range(6):
-        moved, turned = flange_pose(arm.robot, theta + STEP * np.eye(6)[k])
-        J[:, :3, k] = (moved - position) / STEP
-        J[:, 3:, k] = rotation_vector(turned @ np.swapaxes(rotation, 1, 2)) / STEP
+        moved = flange_pose(arm.robot, theta + STEP * np.eye(6)[k])
+        J[:, :3, k] = (moved.position - flange.position) / STEP
+        J[:, 3:, k] = rotation_vector(moved.rotation @ np.swapaxes(flange.rotation, 1, 2)) / STEP
     wanted = np.concatenate([touches.normal[rows], np.zeros((len(theta), 3))], axis=1)
     speed = np.einsum("nij,nj->ni", np.linalg.pinv(J), wanted)
     return np.asarray(np.where(np.abs(speed) > 1e-6, np.sign(speed), 0.0))

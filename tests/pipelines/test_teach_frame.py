@@ -13,7 +13,7 @@ from flawed import flawed_file
 from shipped import path_file, quiet
 from synthetic import made_up, measured, random_theta, warming
 
-from compgen.core.frame import Frame
+from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identified_robot_file import robot_text
@@ -29,7 +29,7 @@ from compgen.verification.twin import Twin, execute
 
 PROBE = np.array([12.0, -8.0, 150.0]) * MM
 PROBE_ERROR = np.array([0.21, -0.33, 0.12]) * MM
-BASE = Frame(np.array([0.9, -0.7, 0.8]) * MM, rotation_matrix(np.array([[2e-4, -3e-4, 5e-4]]))[0])
+BASE = Pose(np.array([0.9, -0.7, 0.8]) * MM, rotation_matrix(np.array([[2e-4, -3e-4, 5e-4]]))[0])
 SPHERES = np.array(
     [
         [x, y, z]
@@ -51,7 +51,7 @@ HOT = np.array([9.0, 3.4, 11.0, 2.6, 2.0])  # K of the nodes
 
 def part():
     angles = (np.array([a * DEG]) for a in (0.7, -0.4, 3.0))
-    return Frame(np.array([1.252, -0.031, 0.01]), from_wpr(*angles)[0])
+    return Pose(np.array([1.252, -0.031, 0.01]), from_wpr(*angles)[0])
 
 
 def poses_at(truth, theta, rise):
@@ -63,17 +63,18 @@ def poses_at(truth, theta, rise):
         rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N), label=("",) * N, reflectors=("p",),
         instruments=("i",), aligned=np.array([False]),
     )  # fmt: skip
-    return BASE.to_world(*truth.model.pose(data, truth.p))
+    flange = BASE @ Pose(*truth.model.pose(data, truth.p))
+    return flange.position, flange.rotation
 
 
 def touching_joints(truth, rng, rise, orientations):
     """Joints at which the ball of the real, warm arm is at each sphere's centre but for its repeatability."""
-    centre = np.repeat(part().to_world(SPHERES, np.eye(3)[None])[0], orientations, axis=0)
+    centre = np.repeat(part().act(SPHERES), orientations, axis=0)
     N = len(centre)
     tilt = rotation_matrix(rng.uniform(-0.35, 0.35, (N, 3)))
     rotation = np.diag([1.0, -1.0, -1.0]) @ tilt
     goal = centre + rng.normal(0, REPEATABILITY, centre.shape)
-    theta = solve_tool(truth.arm.robot, goal, rotation, PROBE, np.eye(3), Posture())[0]
+    theta = solve_tool(truth.arm.robot, Pose(goal, rotation), Pose(PROBE, np.eye(3)), Posture())[0]
     for _ in range(8):
         position, turned = poses_at(truth, theta, rise)
         miss = position + turned @ (PROBE + PROBE_ERROR) - centre - (goal - centre)
@@ -104,7 +105,7 @@ def write_touches(folder, robot, theta, orientations, names=NAMES):
     (folder / "touches.csv").write_text("\n".join(rows) + "\n")
 
 
-def write_log(folder, nodes, final, hours=2.5):
+def write_log(folder, nodes, final, hours=3.5):
     t = np.arange(0, hours * 3600 + 1, 60.0)
     rise = np.minimum(1.0, t[:, None] / 7000) * final
     rows = [",".join([f"{a:g}", "20", *(f"{20 + v:.4f}" for v in r)]) for a, r in zip(t, rise)]
@@ -172,19 +173,17 @@ def record(cell):
 
 def true_place():
     """The part in World as the model has it: the real base is in no instrument's frame, and need not be known."""
-    place = part()
-    position, rotation = BASE.from_world(place.position[None], place.rotation[None])
-    return Frame(position[0], rotation[0])
+    return BASE.inverse() @ part()
 
 
 def test_the_frame_is_where_the_part_stands_within_what_it_says(record):
     middle = np.array(record["middle_mm"]) * MM
     frame = record["frame"]
     angles = (np.array([frame[k] * DEG]) for k in ("w_deg", "p_deg", "r_deg"))
-    place = Frame(np.array([frame[k] for k in ("x_mm", "y_mm", "z_mm")]) * MM, from_wpr(*angles)[0])
+    place = Pose(np.array([frame[k] for k in ("x_mm", "y_mm", "z_mm")]) * MM, from_wpr(*angles)[0])
     real = true_place()
-    local = real.from_world(middle[None], np.eye(3)[None])[0]
-    off = place.to_world(local, np.eye(3)[None])[0][0] - middle
+    local = real.inverse().act(middle)
+    off = place.act(local) - middle
     assert (np.abs(off) < np.maximum(3 * np.array(record["sigma_um"]) * UM, 40 * UM)).all(), off / UM
     assert max(record["sigma_um"]) < 30
     assert np.abs(np.array(record["probe_mm"]) * MM - PROBE - PROBE_ERROR).max() < 60 * UM
@@ -222,8 +221,7 @@ def real_twin(truth, job, folder):
     box = np.column_stack([truth.arm.robot.lower, truth.arm.robot.upper])
     (folder / "real.toml").write_text(robot_text(truth.arm.text, truth.arm.robot, known, box, "made up", record))
     real = load_cell(str(folder / "real.toml"))
-    tool = (job.tool_position, job.tool_rotation)
-    return Twin(job.robot, job.heat, job.profiles, *tool, faults_of(real.sources), job.frame.register)
+    return Twin(job.robot, job.heat, job.profiles, job.tool.pose, faults_of(real.sources), job.frame.register)
 
 
 def test_as_found_the_part_is_met_as_well_as_aligned(cell, record, truth):
@@ -236,12 +234,12 @@ def test_as_found_the_part_is_met_as_well_as_aligned(cell, record, truth):
     path = planned.path
     on_part = path.contact[flown.segment] & path.contact[flown.segment + 1]
     there = replace(path, exact=replace(path.exact, frame=true_place()))
-    target = there.at(flown.segment, flown.fraction)[0][on_part]
-    actual = flown.position[on_part]
+    target = there.at(flown.segment, flown.fraction)[0].position[on_part]
+    actual = flown.actual.position[on_part]
     actual = actual + np.random.default_rng(8).normal(0, REPEATABILITY, actual.shape)
     found = np.linalg.norm(actual - target, axis=1)
     aligned = np.linalg.norm(moved_onto(actual, target) - target, axis=1)
-    untaught = np.linalg.norm(BASE.to_world(actual, np.eye(3)[None])[0] - actual, axis=1)
+    untaught = np.linalg.norm(BASE.act(actual) - actual, axis=1)
     assert np.quantile(untaught, 0.99) > 1 * MM
     assert np.quantile(found, 0.99) <= 1.2 * np.quantile(aligned, 0.99), (
         np.quantile(found, 0.99),
