@@ -20,7 +20,7 @@ from compgen.core.arrays import Array, BoolArray, own
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix, rotation_matrix
-from compgen.core.units import MM, UM
+from compgen.core.units import DEG, MM, UM
 from compgen.identification.touches import Artefact, Touches
 
 PROBE = 0.5e-3  # [m] how far the probe may be from where the file has it
@@ -94,7 +94,7 @@ def fit_frame(
     if fitted.sigma[:3].max() > VAGUE:
         raise InputError(
             f"{artefact.source}: the spheres touched lie on a line or near each other: the frame's turn is known to "
-            f"{fitted.sigma[:3].max() * 1e3:.0f} mrad only; touch spheres apart"
+            f"{fitted.sigma[:3].max() / DEG:.2f} deg only; touch spheres apart"
         )
     covariance = np.array(fitted.covariance)
     for variant in variants:

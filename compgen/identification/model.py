@@ -127,6 +127,11 @@ class SymbolicSource:
     prior: Mapping[str, Array]  # standard deviations before measurements, by field
 
 
+def fixed_source(source: Source) -> SymbolicSource:
+    """A source as it is, with nothing to fit."""
+    return SymbolicSource(source, source, ca.SX.zeros(0, 1), (), {}, {})
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class WarmUpState:
     """A node whose rise during the warm-up is unknown: A (1 + y) (1 - exp(-t / tau)), tau = typical exp(x).

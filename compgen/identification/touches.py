@@ -74,7 +74,7 @@ def read_artefact(source: str) -> Artefact:
         InputError: Anything wrong, naming file and key.
     """
     file = check(ArtefactFile, read_toml(Path(source), "paths"), source)
-    grown = 1 + file.artefact.cte_um_m_K * 1e-6 * (file.artefact.temperature_degC - CERTIFIED_AT)
+    grown = 1 + file.artefact.cte_um_m_K * UM * (file.artefact.temperature_degC - CERTIFIED_AT)
     places = []
     for i, sphere in enumerate(file.sphere):
         values = [sphere.x_mm, sphere.y_mm, sphere.z_mm]

@@ -7,7 +7,6 @@ that the rms tells. Too many, and none is set aside: then it is the model that i
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray
@@ -20,7 +19,7 @@ from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.fit import fit, outlier_threshold
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import ArmModel, SymbolicSource, build_model
+from compgen.identification.model import ArmModel, build_model, fixed_source
 from compgen.identification.parameters import without_force
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.reversals import has_runs, with_directions
@@ -79,7 +78,7 @@ def validate(
         InputError: Too few numbers to fit frames, or measurements that cannot be of this arm.
     """
     sources = [
-        SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {}, {})
+        fixed_source(k.source)
         for k in map(without_force, known)
         if not isinstance(k.source, (AxisMap, BaseFrame, ToolFrame)) or frames is not None
     ]

@@ -16,7 +16,7 @@ from compgen.thermal.network import NetworkModel
 from compgen.thermal.node_model import NodeModel
 from compgen.thermal.temperature_log import Reference, Temperatures, check_sensors, read_temperature_log
 
-FIRST = 1 * MINUTE  # of a log, whose median is the cold arm
+FIRST = 0.5 * MINUTE  # of a log, whose median is the cold arm
 WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold
 LUKEWARM = 1.5  # [K] at which that is a finding
 SHORTEST = 10 * MINUTE  # of a warm-up: no arm warms in less
@@ -162,7 +162,7 @@ def _lukewarm(log: Temperatures, reference: Reference) -> list[Finding]:
     if reference != "start" or distance <= LUKEWARM:
         return []
     message = (
-        f"{log.table.source}: the log may not begin cold ({words}): rises count from its first minute; --reference "
+        f"{log.table.source}: the log may not begin cold ({words}): rises count from its first readings; --reference "
         "says what else they may count from"
     )
     return [Finding(Level.WARNING, "log.warm", message)]

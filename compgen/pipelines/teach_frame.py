@@ -6,7 +6,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
@@ -18,7 +17,7 @@ from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.identification.frame_fit import FrameFit, fit_frame
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import SymbolicSource, build_model
+from compgen.identification.model import build_model, fixed_source
 from compgen.identification.touches import Touches, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.pipelines.part_frame import WARM
@@ -77,7 +76,7 @@ def teach_frame(
         if not touches.timed:
             raise InputError(f"{touches_file}: column time_s: missing; the log's temperatures need the touches' times")
         data, findings = with_temperatures(data, log, arm.heat, arm.sensors, reference)
-    sources = [SymbolicSource(k.source, k.source, ca.SX.zeros(0, 1), (), {}, {}) for k in arm.known]
+    sources = [fixed_source(k.source) for k in arm.known]
     perfect = build_model(arm.robot, [], len(arm.nodes)).pose(data, np.zeros(0))
     pendant = fit_frame(artefact, touches, *perfect, [])
     fitted = pendant

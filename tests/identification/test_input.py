@@ -257,7 +257,7 @@ WRONG_LOGS = {
     "begins warm, without air": (
         "time_s,j2_degC,link1_degC",
         lambda log: (log + WARM_START)[:, [0, 2, 3]],
-        ("does not begin cold", "j2_degC = 26.0", "link1_degC = 22.0"),
+        ("does not begin cold", "j2_degC = 26", "link1_degC = 22"),
     ),
     "unknown sensor": ("time_s,elbow_degC", lambda log: log[:, :2], ("column elbow_degC", "unknown", "wrist_degC")),
     "one rise twice": ("time_s,j3_degC,part_6_degC", lambda log: log[:, :3], ("both show the rise of 'j3'",)),
