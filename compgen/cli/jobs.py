@@ -19,7 +19,7 @@ from compgen.cli.options import (
     Workers,
     output_folder,
 )
-from compgen.cli.ownership import check_own_file
+from compgen.cli.ownership import check_file
 from compgen.cli.publish import write_file
 from compgen.core.dates import checked_date
 from compgen.core.findings import Level
@@ -120,7 +120,7 @@ def check(
     with show_progress(quiet or as_json, CHECK) as progress:
         job = load_job(path, robot, overrides or ())
         if junit is not None:
-            check_own_file("--junit", junit, b"<testsuite", "check")
+            check_file("--junit", junit)
         planned, corrected = pipeline.generate(job, progress)
     summary = job_summary(planned, corrected)
     if junit is not None:

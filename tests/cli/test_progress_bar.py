@@ -100,7 +100,7 @@ def test_a_terminal_sees_the_share_rise(tmp_path):
     long = ["--set", "path.stepover_mm=10.325", "--set", "process.chord_um=0.2"]  # 2e5 waypoints
     parent, child = pty.openpty()
     command = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-o", str(tmp_path), *long]
-    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100", "PYTHONUTF8": "1"}
     run = subprocess.Popen(command, cwd=ROOT, stderr=child, stdout=subprocess.DEVNULL, env=environment)
     os.close(child)
     output = b""

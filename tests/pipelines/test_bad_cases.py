@@ -35,6 +35,11 @@ def spiral():
     return problem, job.settings, optimise.optimise(problem, job.settings).correction
 
 
+def without_compiler_note(stderr):
+    """What a command says on any machine."""
+    return "".join(line for line in stderr.splitlines(keepends=True) if "note: no C compiler" not in line)
+
+
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.95])
 def test_a_rate_that_binds_far_along_the_path_is_kept_as_the_whole_program_would(spiral, share):
     """A stretch whose neighbours leave it no room takes in more of them, in the end all."""
@@ -144,7 +149,7 @@ def no_room():
         "generate paths/optic_spiral.toml -q -o {out} --set path.stepover_mm=100 --set robot.controller.max_lines=1000",
         "predict paths/line_x.toml -q -o {out}",
         "correct {folder}/PART.LS --robot m710ic50 -q -o {out}",
-        "pages {folder}/PART.LS -q -o {out} --set robot.controller.max_lines=60",
+        "pages {folder}/PART.LS --robot m710ic50 -q -o {out} --set robot.controller.max_lines=60",
         "heat paths/line_x.toml -q -o {out}",
         "whatif paths/line_x.toml -q --vary process.feed_mm_s=20:200:50 --workers 1 -o {out}",
         "check paths/line_x.toml -q --junit {out}",
@@ -206,14 +211,14 @@ def test_a_million_waypoints_that_leave_the_robot_half_way_are_refused_within_se
     done = generate_in_shell(tmp_path / "out", *MILLION, "--set", override)
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 10
     assert done.returncode == 3
-    assert re.fullmatch(told + ".*\n", done.stderr)
+    assert re.fullmatch(told + ".*\n", without_compiler_note(done.stderr))
     assert not list(tmp_path.iterdir())
 
 
 def test_a_long_run_is_the_same_to_the_byte_for_any_workers_and_any_hash_seed(tmp_path):
     for workers in (1, 3):
         done = generate_in_shell(tmp_path / str(workers), *LONG, "--workers", str(workers), PYTHONHASHSEED=str(workers))
-        assert (done.returncode, done.stderr) == (0, "")
+        assert (done.returncode, without_compiler_note(done.stderr)) == (0, "")
     one, other = ({p.name: p.read_bytes() for p in (tmp_path / str(w)).iterdir()} for w in (1, 3))
     assert len(one) > 10
     assert one == other
