@@ -249,10 +249,3 @@ def test_unit_factors_have_their_names(path):
 def test_files_without_units_still_need_their_exception():
     for name in NO_UNITS:
         assert list(raw_factors(PACKAGE / name)), name
-
-
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_nothing_is_decided_by_assert(path):
-    """It disappears with -O."""
-    lines = [node.lineno for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Assert)]
-    assert not lines, f"{label(path)}: {lines}"

@@ -92,7 +92,6 @@ class Entry:
 
     field: str
     index: tuple[int, ...]
-    joint: int | None = None  # from 0, where it belongs to one
     group: str = ""  # entries of a group share the scale of their prior; by default those of the field
 
 

@@ -40,7 +40,6 @@ class FreeParameter:
     unit: float  # SI of one unit of the key
     prior: float  # [SI]
     group: str  # the parameters of a group share one scale
-    joint: int | None = None  # from 0, where it belongs to one
     thermal: bool = False  # the arm's warmth has it, cold poses say nothing of it
 
     @property

@@ -139,9 +139,7 @@ def _with_symbols(known: UncertainSource, entries: Sequence[Entry]) -> SymbolicS
             group = f"{source.NAME}.{entry.group or p.field}"
             deviation = float(known.prior[p.field][index])
             thermal = source.FITTING is not None and source.FITTING.rung == "temperature"
-            parameters.append(
-                FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, entry.joint, thermal)
-            )
+            parameters.append(FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, thermal))
             symbols.append(symbol)
         fields[p.field] = filled
     with_symbols = replace(source, **fields) if fields else source

@@ -85,7 +85,7 @@ class Sag:
         return {}
 
     def entries_to_fit(self, visible: Visibility):
-        return [Entry("amplitude", (i,), joint=i) for i in visible.joints]
+        return [Entry("amplitude", (i,)) for i in visible.joints]
 
     def distort(self, chain, state):
         sizes = entries(self.amplitude, 6)

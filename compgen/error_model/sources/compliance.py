@@ -41,7 +41,7 @@ class JointCompliance:
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """All joints that gravity loads: not the first, which stands upright; none where no mass is known."""
-        return [Entry("compliance", (i,), joint=i) for i in range(1, 6)] if self.loads.have_weight else []
+        return [Entry("compliance", (i,)) for i in range(1, 6)] if self.loads.have_weight else []
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its joints turned by what they carry."""

@@ -48,7 +48,7 @@ class GearHarmonics:
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Both orders of the joints that move; each order has a scale of its own."""
         return [
-            Entry(field, (i, n), joint=i, group=str(n + 1))
+            Entry(field, (i, n), group=str(n + 1))
             for field in ("sine", "cosine")
             for i in visible.joints
             for n in range(2)

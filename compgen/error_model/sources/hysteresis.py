@@ -69,7 +69,7 @@ class Hysteresis:
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """The joints that move; windup only where they carry something."""
         fields = ("backlash", "windup") if self.loads.have_weight else ("backlash",)
-        return [Entry(field, (i,), joint=i) for field in fields for i in visible.joints]
+        return [Entry(field, (i,)) for field in fields for i in visible.joints]
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its joints behind by half their width."""

@@ -45,7 +45,7 @@ class JointCoupling:
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Of every joint, what follows a joint that moves."""
-        return [Entry("ratio", (i, j), joint=i) for i in range(6) for j in visible.joints]
+        return [Entry("ratio", (i, j)) for i in range(6) for j in visible.joints]
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its joints driven by others."""

@@ -52,7 +52,7 @@ class JointRipple:
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """All orders of the joints that move; each order has a scale of its own."""
         return [
-            Entry(field, (i, h), joint=i, group=str(n))
+            Entry(field, (i, h), group=str(n))
             for field in ("sine", "cosine")
             for i in visible.joints
             for h, n in enumerate(self.order.tolist())

@@ -36,7 +36,7 @@ class JointZeros:
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Joints that move, less the first and the last: the frames of instrument and reflectors hold those."""
-        return [Entry("offset", (i,), joint=i) for i in visible.joints if 0 < i < 5]
+        return [Entry("offset", (i,)) for i in visible.joints if 0 < i < 5]
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with constants added to its joints."""
