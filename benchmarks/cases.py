@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks.measure import seconds
 from compgen.compensation import general_solver, optimise
 from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.solution import Optimum
 from compgen.core import evaluation
 from compgen.core.rotations import rotation_vector_expr
 from compgen.error_model.model import ErrorModel
@@ -118,15 +119,15 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
     found: dict[str, float] = {}
     for name, settings in (("free", Settings()), ("limited", clamped(part, 0.99))):
         fast = optimise.optimise(part, settings)
-        slow: list[tuple[Any, bool]] = []
+        slow: list[Optimum] = []
 
-        def general(settings: Settings = settings, slow: list[tuple[Any, bool]] = slow) -> None:
+        def general(settings: Settings = settings, slow: list[Optimum] = slow) -> None:
             slow.append(general_solver.solve(part, settings, np.zeros((points, 6)), everywhere))
 
         found[f"{name} slow"] = seconds(general) / points
         found[f"{name} fast"] = seconds(lambda settings=settings: optimise.optimise(part, settings)) / points
-        found[f"{name} difference"] = float(np.abs(slow[-1][0] - fast.correction)[:, :3].max())
-        found[f"{name} solved"] = float(slow[-1][1])
+        found[f"{name} difference"] = float(np.abs(slow[-1].correction - fast.correction)[:, :3].max())
+        found[f"{name} solved"] = float(slow[-1].converged)
     return found
 
 

@@ -60,9 +60,9 @@ class _StageBar:
         )  # fmt: skip
 
     def update(self, stage: str, share: float) -> None:
-        """Show a stage, as ``name`` or ``name: N waypoints``, and how much of it is done."""
+        """Show a stage, as ``name``, ``name: N waypoints`` or ``name: what it is at``, and how much of it is done."""
         interrupts.raise_if_interrupted()
-        name = stage.partition(":")[0]
+        name, _, detail = stage.partition(": ")
         count = re.search(r"(\d+) waypoints", stage)
         self._waypoints = int(count[1]) if count else self._waypoints
         self._share = max(self._share, overall_share(self._weights, name, share))
@@ -76,10 +76,10 @@ class _StageBar:
         per_second = self._waypoints * self._share / elapsed
         self._bar.update(
             self._bar.task_ids[0],
-            description=name,
+            description=name if count or not detail else stage,
             completed=self._share,
             rate=f"{_two_figures(per_second):,d} waypoints/s" if per_second else "",
-            left=elapsed * (1 / self._share - 1) if self._share > LEAST_SHARE else None,
+            left=elapsed * (1 / self._share - 1) if self._share > LEAST_SHARE and (count or not detail) else None,
             updated=now,
         )
 

@@ -4,28 +4,36 @@ r"""The correction with its limits as a general nonlinear program, solved by ipo
     subject to lower <= theta_n <= upper,   |c_n| <= clamp,   |c_{n+1} - c_n| <= rate ds
 
 The unknowns are the joints, theta_n = theta_n(start) + 1e-4 x_n, so joint limits are bounds; the commanded pose is the
-nominal forward kinematics, and c_n and e_n follow from it. It costs milliseconds a waypoint, and judges the optimum
-that ``optimise`` and ``interior_point`` find.
+nominal forward kinematics, and c_n and e_n follow from it. It costs milliseconds a waypoint. It is the solver
+``compensation.solver = "ipopt"`` (``general_windows``), and in the tests it judges the optimum of ``structured``.
 """
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from compgen.compensation.problem import Problem, Settings
-from compgen.compensation.smoothness import component_weights, waypoint_lengths
-from compgen.core.arrays import Array, BoolArray
+from compgen.compensation.smoothness import MIN_SEGMENT, component_weights, waypoint_lengths
+from compgen.compensation.solution import Optimum, Status
+from compgen.core import interrupts
+from compgen.core.arrays import Array, BoolArray, norm
 from compgen.core.units import UM
 from compgen.robot.kinematics import nominal_chain
 
 JOINT_SCALE = 1e-4  # [rad] of one unit of x
+STEP_OF_GRADIENT = 5e-9  # [m] off the optimum, about, where the Lagrangian's gradient is 1 um^2 per 1e-4 rad
+MAX_ITERATIONS = 500
+USUAL_ITERATIONS = 15
+INSIDE = 0.9  # of a clamp
 OPTIONS: dict[str, Any] = {
     "print_time": False,
     "ipopt": {
         "print_level": 0,
         "sb": "yes",
-        "tol": 1e-3,  # um^2 per 1e-4 rad: 5e-6 um off the optimum; below lies the noise of double precision
+        "tol": 1e-3,  # um^2 per 1e-4 rad; below lies the noise of double precision
+        "s_max": 1.0,  # where multipliers are larger than 1, relative to them: they carry the noise
         "compl_inf_tol": 1e-8,  # how exactly an active limit is met: some 1e-10 rad
         "barrier_tol_factor": 1e3,  # the noise of double precision must not hold the barrier up
         "constr_viol_tol": 1e-7,  # relative to a clamp or a rate
@@ -33,14 +41,29 @@ OPTIONS: dict[str, Any] = {
         "bound_relax_factor": 0.0,
         "honor_original_bounds": "yes",
         "nlp_scaling_method": "none",
-        "max_iter": 100,
         "fixed_variable_treatment": "make_parameter",
     },
 }
 
 
-def solve(problem: Problem, settings: Settings, start: Array, free: BoolArray) -> tuple[Array, bool]:
-    """Best legal correction of the free waypoints (N,), the others as they are (N, 6); and whether it converged."""
+def solve(
+    problem: Problem,
+    settings: Settings,
+    start: Array,
+    free: BoolArray,
+    progress: Callable[[float], None] = lambda share: None,
+    max_iterations: int = MAX_ITERATIONS,
+) -> Optimum:
+    """Best legal correction of the free waypoints (N,), the others as they are.
+
+    Args:
+        problem: The stretch, N waypoints.
+        settings: Smoothness and limits.
+        start: (N, 6) [m] and [rad].
+        free: (N,).
+        progress: Called at every iteration with the share done, a guess. What it raises ends the solution.
+        max_iterations: After which it gives up.
+    """
     N = len(free)
     robot = problem.robot
     theta0, _ = problem.joints(start)
@@ -50,7 +73,8 @@ def solve(problem: Problem, settings: Settings, start: Array, free: BoolArray) -
     state = (_columns(problem.direction_state.direction, N), _columns(problem.direction_state.travel, N))
     given = (ca.DM(problem.rise.T), *state, ca.DM(problem.target.position.T), ca.DM(targets.T))
     c, e = pose.map(N)(ca.DM(theta0.T) + JOINT_SCALE * x, *given)
-    h, ds = np.diff(problem.arc), waypoint_lengths(problem.arc)
+    gap, ds = np.maximum(np.diff(problem.arc), 1e-12), waypoint_lengths(problem.arc)
+    h = np.maximum(gap, MIN_SEGMENT)
     scale = 1 / float(ds.mean())  # a waypoint counts about one
     scaled = ca.repmat(ca.DM([1.0, 1.0, 1.0, *3 * [settings.lever]]) / UM, 1, N) * c
     first = scaled[:, 1:] - scaled[:, :-1]
@@ -67,24 +91,85 @@ def solve(problem: Problem, settings: Settings, start: Array, free: BoolArray) -
     clamp = ca.vertcat(
         ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
     )
-    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) * _repeated(1 / (settings.rate * h) ** 2, 1)
+    rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) * _repeated(1 / (settings.rate * gap) ** 2, 1)
     constraints = ca.vertcat(ca.vec(clamp), ca.vec(rate))
     lower = np.where(free[:, None], (robot.lower - theta0) / JOINT_SCALE, 0.0)
     upper = np.where(free[:, None], (robot.upper - theta0) / JOINT_SCALE, 0.0)
     program = {"x": ca.vec(x), "f": ca.sumsqr(r), "g": constraints}
-    hessian = _gauss_newton_hessian(program["x"], r, c, h, settings)
-    solver = ca.nlpsol("limits", "ipopt", program, {**OPTIONS, "hess_lag": hessian})
+    hessian = _gauss_newton_hessian(program["x"], r, c, gap, settings)
     # constraints between two waypoints that both stay as they are cannot be changed
     bounds = np.ones(constraints.numel())
     bounds[: 2 * N] = np.where(np.repeat(free, 2), 1.0, np.inf)
     bounds[2 * N :] = np.where(free[:-1] | free[1:], 1.0, np.inf)
-    optimum = solver(x0=0, lbx=lower.ravel(), ubx=upper.ravel(), lbg=-np.inf, ubg=bounds)
-    theta = theta0 + JOINT_SCALE * np.asarray(optimum["x"]).reshape(N, 6)
-    theta = np.clip(theta, robot.lower, robot.upper)
+    iterations = _Iterations(6 * N, constraints.numel(), progress)
+    ipopt = {**OPTIONS["ipopt"], "max_iter": max_iterations}
+    options = {**OPTIONS, "ipopt": ipopt, "hess_lag": hessian, "iteration_callback": iterations}
+    solver = ca.nlpsol("limits", "ipopt", program, options)
+    x0 = np.where(free[:, None], _initial_joints(problem, settings, theta0) - theta0, 0.0) / JOINT_SCALE
+    with interrupts.raise_later():
+        optimum = solver(x0=x0.ravel(), lbx=lower.ravel(), ubx=upper.ravel(), lbg=-np.inf, ubg=bounds)
+    if iterations.exception is not None:
+        raise iterations.exception
+    theta = np.clip(theta0 + JOINT_SCALE * np.asarray(optimum["x"]).reshape(N, 6), robot.lower, robot.upper)
     c_of_theta, _ = pose.map(N)(ca.DM(theta.T), *given)
-    correction = start.copy()
-    correction[free] = np.asarray(c_of_theta).T[free]
-    return correction, bool(solver.stats()["success"])
+    stats = solver.stats()
+    further = STEP_OF_GRADIENT * float(stats["iterations"]["inf_du"][-1])
+    return Optimum(
+        np.where(free[:, None], np.asarray(c_of_theta).T, start), _status(stats), stats["iter_count"], further
+    )
+
+
+def _initial_joints(problem: Problem, settings: Settings, theta0: Array) -> Array:
+    """Joints to begin with, (N, 6): of the correction that leaves no error, shrunk into its clamps.
+
+    At no correction at all the constraints have no slope, and ipopt may not find its way.
+    """
+    guess = problem.pointwise_correction()
+    for part, clamp in ((guess[:, :3], settings.clamp_position), (guess[:, 3:], settings.clamp_rotation)):
+        part *= np.minimum(1.0, INSIDE * clamp / np.maximum(norm(part), 1e-12))[:, None]
+    theta, margin = problem.joints(guess)
+    return np.where((margin > 0)[:, None], theta, theta0)
+
+
+def _status(stats: dict[str, Any]) -> Status:
+    """What ipopt's own word means."""
+    if stats["success"]:
+        return Status.CONVERGED
+    return Status.FAILED if stats["return_status"] == "Infeasible_Problem_Detected" else Status.STOPPED
+
+
+class _Iterations(ca.Callback):
+    """What ipopt calls after each of its iterations."""
+
+    def __init__(self, unknowns: int, constraints: int, progress: Callable[[float], None]) -> None:
+        ca.Callback.__init__(self)
+        self.exception: BaseException | None = None
+        self._count = 0
+        self._sizes = {"f": 1, "x": unknowns, "lam_x": unknowns, "g": constraints, "lam_g": constraints}
+        self._progress = progress
+        self.construct("iterations", {})
+
+    def get_n_in(self) -> int:
+        return int(ca.nlpsol_n_out())
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_name_in(self, i: int) -> str:
+        return str(ca.nlpsol_out(i))
+
+    def get_sparsity_in(self, i: int) -> Any:
+        return ca.Sparsity.dense(self._sizes.get(ca.nlpsol_out(i), 0), 1)
+
+    def eval(self, values: Sequence[Any]) -> list[int]:
+        """What is raised here would be lost in ipopt: it is kept, and ipopt asked to stop."""
+        try:
+            self._count += 1
+            self._progress(1 - USUAL_ITERATIONS / (USUAL_ITERATIONS + self._count))
+        except BaseException as exception:  # noqa: BLE001  raised again behind ipopt
+            self.exception = exception
+            return [1]
+        return [0]
 
 
 def build_pose_differences(problem: Problem) -> Any:

@@ -7,6 +7,7 @@ in tool axes [rad]. What it leaves, and what it does to the joints, is
 """
 
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -21,9 +22,16 @@ from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 
 
+class Solver(Enum):
+    """Who finds the optimum."""
+
+    STRUCTURED = "structured"
+    IPOPT = "ipopt"
+
+
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Smoothness and limits of a correction."""
+    """Smoothness and limits of a correction, and the solver."""
 
     clamp_position: float = 3e-3  # [m]
     clamp_rotation: float = 8.726646259971648e-3  # [rad] 0.5 deg
@@ -32,6 +40,7 @@ class Settings:
     curvature_period: float = 10e-3  # [m] L2
     lever: float = 0.25  # [m]
     free_spin: bool = False
+    solver: Solver = Solver.STRUCTURED
 
 
 class Joints(NamedTuple):

@@ -13,6 +13,7 @@ class Status(Enum):
     LIMITED = "limits hold some waypoints off their targets; the best legal correction is taken there"
     FAILED = "the optimiser found no legal correction"
     UNSETTLED = "the optimiser did not converge"
+    STOPPED = 'ipopt stopped before the optimum; compensation.solver = "structured" solves the same problem'
 
     @property
     def is_legal(self) -> bool:
@@ -27,6 +28,7 @@ class Optimum:
     correction: Array  # (N, 6)
     status: Status
     iterations: int = 0
+    last_step: float = 0.0  # [m] what a further iteration would change, about
 
     @property
     def converged(self) -> bool:
@@ -45,6 +47,7 @@ class Solution:
     iterations: int
     last_step: float  # [m] what a further iteration would change, about
     active_limits: tuple[tuple[int, str], ...]  # (waypoint from 1, limit) that bind
+    unsolved: tuple[int, int] | None = None  # first and last waypoint, from 1, of a stretch without an optimum
 
     def __post_init__(self) -> None:
         own(self, correction=("N", 6), theta=("N", 6), residual=("N", 6))

@@ -1,10 +1,10 @@
 """The path file's table ``[compensation]``, and the settings of the optimiser made from it."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
-from compgen.compensation.problem import Settings
+from compgen.compensation.problem import Settings, Solver
 from compgen.core.toml import Table
 from compgen.core.units import DEG, MM, UM
 
@@ -22,6 +22,8 @@ class CompensationTable(Table):
     """Period along the path that the weight on the correction's slope halves."""
     curvature_period_mm: Annotated[FiniteFloat, Field(ge=0, le=100)] = 10.0
     """Period along the path that the weight on the correction's curvature halves."""
+    solver: Literal["structured", "ipopt"] = "structured"
+    """Who finds the correction: compgen's own solver, or CasADi's ipopt, a thousand times slower, for comparison."""
     start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
     """How much error a late start may add: it sets the start window."""
 
@@ -35,4 +37,5 @@ def settings_of(c: CompensationTable, axisymmetric: bool) -> Settings:
         rate_period=c.rate_period_mm * MM,
         curvature_period=c.curvature_period_mm * MM,
         free_spin=axisymmetric,
+        solver=Solver(c.solver),
     )

@@ -21,6 +21,7 @@ _handled_signals: list[int] = []
 _end_at_once = False
 _received = 0  # number of the signal that came, 0 for none
 _outcome = "nothing was written"
+_raise_later = False
 _temporary_folders: set[Path] = set()
 _temporary_names: set[str] = set()
 
@@ -64,6 +65,21 @@ def block_interrupts() -> None:
     """
     raise_if_interrupted()
     _ignore_signals()
+    raise_if_interrupted()
+
+
+@contextmanager
+def raise_later() -> Iterator[None]:
+    """A signal that comes in this context waits for ``raise_if_interrupted``, or for the end of the context.
+
+    For a library that says something of its own about an exception that a signal raises inside it.
+    """
+    global _raise_later
+    _raise_later = True
+    try:
+        yield
+    finally:
+        _raise_later = False
     raise_if_interrupted()
 
 
@@ -153,7 +169,8 @@ def _handle(number: int, frame: FrameType | None) -> None:
     if _end_at_once:
         os.write(2, f"cgen: {_message(number)}\n".encode())
         os._exit(128 + number)
-    raise Interrupted(number)
+    if not _raise_later:
+        raise Interrupted(number)
 
 
 def _message(number: int) -> str:

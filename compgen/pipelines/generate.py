@@ -1,5 +1,6 @@
 """The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from compgen import fanuc
 from compgen.compensation import limits, optimise
 from compgen.compensation.mid_spatial import mid_spatial
-from compgen.compensation.problem import Problem
+from compgen.compensation.problem import Problem, Settings, Solver
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray
 from compgen.core.evaluation import Background, run_in_background
@@ -201,7 +202,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
     problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
-    solution = optimise.optimise(problem, job.settings, lambda share: progress("correction", share))
+    solution = optimise.optimise(problem, job.settings, _stage(progress, "correction", job.settings))
     if not solution.status.is_legal:
         raise ImpossibleError(job_findings.failed(solution))
     limited = job_findings.limited(solution)
@@ -213,7 +214,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     if reversal_widths(job.sources) is not None:
         progress("correction of the text's directions", 0.0)
         problem = replace(problem, direction_state=_written_directions(problem, solution, job))
-        solution = optimise.optimise(problem, job.settings)
+        stage = _stage(progress, "correction of the text's directions", job.settings)
+        solution = optimise.optimise(problem, job.settings, stage)
         if not solution.status.is_legal:
             raise ImpossibleError(job_findings.failed(solution))
         limited = job_findings.limited(solution)
@@ -235,6 +237,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     verdict = [
         *judge(deviation, job.bounds),
         *limited,
+        *job_findings.solver(solution, job.settings),
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),
         *delivery.size_findings(job, delivered, planned.page_stops),
         *job_findings.clocks_apart(trajectory, written),
@@ -263,6 +266,13 @@ def _written_directions(problem: Problem, solution: Solution, job: Job) -> Direc
     joints, _ = inverse_kinematics.solve_tool(job.robot, printed, job.tool.pose, job.posture)
     theta = joint_path.nearest_turns(joints, solution.theta)
     return direction_states(reversal_widths(job.sources), theta, printed.position)
+
+
+def _stage(progress: Progress, name: str, settings: Settings) -> Callable[[float], None]:
+    """Tells a stage's share; of ipopt, which takes minutes, in words as well."""
+    if settings.solver is Solver.IPOPT:
+        return lambda share: progress(f"{name}: ipopt {share:.0%}", share)
+    return lambda share: progress(name, share)
 
 
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from compgen import fanuc
+from compgen.compensation.problem import Settings, Solver
 from compgen.compensation.solution import Solution, Status
 from compgen.core.arrays import row_norms, step_lengths
 from compgen.core.exceptions import ImpossibleError
@@ -48,8 +49,18 @@ def limited(solution: Solution) -> list[Finding]:
     return [Finding(Level.WARNING, "compensation.limited", message)]
 
 
+def solver(solution: Solution, settings: Settings) -> list[Finding]:
+    """That another solver than compgen's own found the correction."""
+    if settings.solver is Solver.STRUCTURED:
+        return []
+    message = f"the correction is {settings.solver.value}'s, after {solution.iterations} iterations"
+    return [Finding(Level.NOTE, "compensation.solver", message)]
+
+
 def failed(solution: Solution) -> str:
     """Why there is no correction, and what to try."""
+    if solution.status is Status.STOPPED and solution.unsolved is not None:
+        return f"waypoints {solution.unsolved[0]} to {solution.unsolved[1]}: {solution.status.value}"
     if solution.active_limits:
         n, limit = solution.active_limits[0]
         return f"waypoint {n}: {solution.status.value}: {limit} cannot be kept there; relax it"

@@ -63,6 +63,26 @@ def test_a_stopped_run_says_one_line_and_leaves_everything_as_it_was(older, mome
     assert not strays(folder)
 
 
+def test_a_library_that_reports_exceptions_itself_is_left_first(tmp_path):
+    """ipopt at work: the signal waits for the next iteration's progress, and CasADi has nothing to add."""
+    code = """
+import os, signal, sys
+from compgen.compensation import general_solver
+of_ipopt = general_solver._Iterations.eval
+def eval_and_interrupt(self, values):
+    os.kill(os.getpid(), signal.SIGINT)
+    return of_ipopt(self, values)
+general_solver._Iterations.eval = eval_and_interrupt
+from compgen.__main__ import main
+main()
+"""
+    call = ["generate", "paths/line_y.toml", "-q", "--set", "compensation.solver=ipopt", "-o", str(tmp_path / "out")]
+    completed = subprocess.run(
+        [sys.executable, "-c", code, *call], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (completed.returncode, completed.stderr) == (130, "cgen: interrupted; nothing was written\n")
+
+
 def test_once_the_files_are_put_in_place_a_wish_comes_too_late(tmp_path, older):
     completed = run(tmp_path, *LONG, at=("os.rename", "compgen-", 1), cache=older[0] / "cache")
     assert (completed.returncode, completed.stderr) == (0, "")
