@@ -126,11 +126,18 @@ def check_file(option: str, name: str) -> None:
     check_writable(Path(name).absolute().parent)
 
 
-def check_schema_file(name: str) -> None:
-    """Raises InputError when a schema cannot be written, or would replace what is neither a schema nor empty."""
-    check_file("-o", name)
-    if os.path.isfile(name) and Path(name).stat().st_size and not _contains(Path(name), b'"$schema"'):
-        raise InputError(f"{name}: it is there and not what cgen schema wrote; move it away, or give another file")
+def check_own_file(option: str, name: str, marker: bytes, command: str) -> None:
+    """Raises InputError when a file cannot be written, or is there and is neither empty nor of the command's kind.
+
+    Args:
+        option: That names it.
+        name: As typed.
+        marker: What the first bytes of a file of the command's kind hold.
+        command: That writes it.
+    """
+    check_file(option, name)
+    if os.path.isfile(name) and Path(name).stat().st_size and not _contains(Path(name), marker):
+        raise InputError(f"{name}: it is there and not what cgen {command} wrote; move it away, or give another file")
 
 
 def _check_report(folder: Path, command: str, name: str, others: Iterable[str]) -> None:

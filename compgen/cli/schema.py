@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from compgen.cli.ownership import check_schema_file
+from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import write_file
 
 
@@ -18,7 +18,7 @@ def schema(
     from compgen.pipelines.json_schema import path_schema, robot_schema, schema_text
 
     if output is not None:
-        check_schema_file(output)
+        check_own_file("-o", output, b'"$schema"', "schema")
     text = schema_text(path_schema() if kind == "path" else robot_schema())
     if output is None:
         sys.stdout.write(text)
