@@ -14,6 +14,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import DEG, MM
+from compgen.fanuc.canonical import reader
 from compgen.fanuc.canonical.writer import parse_speed, pose_numbers, speed_text
 from compgen.fanuc.configuration import apply_turns, config_letters, postures_of, turn_digits
 from compgen.robot.inverse_kinematics import ALL_POSTURES, Posture
@@ -437,3 +438,11 @@ def test_more_decimals_are_written_and_read(seed, count, decimals):
     slow = ls.interpret(text.replace(b"J P[1] 10%", b"J P[1] 10.%"))
     assert np.abs(slow.position - back.position).max() < 1e-12
     assert ls.compose(back) == text
+
+
+@pytest.mark.parametrize("rows", [40 * [b"123456789;"], [*(40 * [b"123456789;"]), *(3 * [b"12;"]), *(40 * [b"1234;"])]])
+def test_rows_end_where_each_mark_stands(monkeypatch, rows):
+    """Guessed ahead from the row before, or looked for: the same ends."""
+    monkeypatch.setattr(reader, "_CHUNK", 100)
+    ends = np.cumsum([0, *map(len, rows)])
+    assert reader._row_ends(b"".join(rows), 0, int(ends[-1]), b";", 1).tolist() == ends.tolist()

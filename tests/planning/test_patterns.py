@@ -151,6 +151,19 @@ def test_iso9283_ends_where_it_starts_and_never_jumps():
     assert_allclose(before[0], after[0], atol=ATOL_M)
 
 
+def test_iso9283_drives_the_square_from_corner_to_corner_and_the_meander_back():
+    size = 2.0
+    table = patterns.iso9283(size)
+    K = len(table.poly)
+    ends = np.array([table.derivatives(np.array([k]), np.array([1.0]))[0][0] for k in range(K)])
+    corners = [(1, -1), (1, 1), (-1, 1), (-1, -1)]
+    assert_allclose(table.start(), (-1, -1), atol=ATOL_M)
+    assert_allclose(ends[:4], corners, atol=ATOL_M)
+    assert_allclose(ends[4:6], [(0, -1), (0, -0.8)], atol=ATOL_M)
+    meander = [(-0.4, -0.1), (-0.4, 0.2), (-0.6, 0.2), (-0.6, -0.2), (-0.8, 0), (-0.8, -1), (-1, -1)]
+    assert_allclose(ends[-7:], meander, atol=ATOL_M)
+
+
 def test_iso9283_has_two_full_circles_of_08_and_01_sides():
     table = patterns.iso9283(0.63)
     round_ = np.flatnonzero(table.polar[:, 3])
