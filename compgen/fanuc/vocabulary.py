@@ -105,6 +105,9 @@ _CONDITIONAL = _words(r"^(?:IF\b|SELECT\b|=|ELSE\s*,|WHEN\b)")  # what is done s
 _INSIDE = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")  # brackets and what they hold
 _DEEPEST = 8  # brackets in brackets; a statement with more is not understood
 _ASSIGNMENT = _words(r"^[A-Z_$][\w$.]*\s*=")
+_PULSE = _words(r"=\s*PULSE\s*,.*$")  # of an output, for some seconds
+#: Statements that move the arm, or let it be moved, and write no register.
+MOVERS = _words(r"^(?:SOFTFLOAT|FORCE\s+CTRL|PALLETIZING)\b")
 #: Statements that never move the arm. Whatever else is said may be a macro, which a listing gives by its name alone.
 _STILL = _words(
     r"^(?:LBL|JMP|END|ABORT|ELSE|ENDIF|FOR|ENDFOR|WAIT|TIMER|OVERRIDE|MESSAGE|UALM|PAUSE|PAYLOAD|(?:UN)?LOCK\s+PREG|"
@@ -127,7 +130,7 @@ def may_move_arm(text: str, motionless: Collection[str] = ()) -> bool:
     if _CONDITIONAL.match(text):
         if IF_THEN.match(text):
             return False
-        text = text.rpartition(",")[2].strip()
+        text = _PULSE.sub("=ON", text).rpartition(",")[2].strip()
     return not (_STILL.match(text) or _ASSIGNMENT.match(text) or CALL.search(text))
 
 
@@ -148,7 +151,7 @@ def may_write_registers(text: str, settled: Collection[str] = (), *, options: bo
     names = [name.upper() for name in CALL.findall(text)]
     if any(name not in settled for name in names) or _WRITES.search(text):
         return True
-    return not (options or names) and may_move_arm(text)
+    return not (options or names or MOVERS.match(text)) and may_move_arm(text)
 
 
 def conditional_action(text: str) -> str | None:

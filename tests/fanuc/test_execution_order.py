@@ -89,7 +89,7 @@ def test_what_may_move_the_arm_leaves_its_place_unknown(statement):
         "PAYLOAD[3]", "TIMER[7]=START", "OVERRIDE=R[2]", "MESSAGE[a,b]", "UALM[1]", "PAUSE", "COL DETECT ON",
         "Arc Start[1]", "IF (DI[1]=ON),DO[2]=(OFF)", "IF R[1]=1,END", "WAIT DI[1]=ON", "LOCK PREG", "UNLOCK PREG",
         "SKIP CONDITION DI[1]=ON", "CALL QUIET", "IF R[1]=1,CALL QUIET(1,'a')", "RUN QUIET", "!HOME",
-        "//CALL GRIP", "TIMER[1]=RESET",
+        "//CALL GRIP", "TIMER[1]=RESET", "IF (F[1:a, b]=ON),DO[2]=PULSE,0.5sec", "IF DI[1]=ON,DO[2]=PULSE, 1.0 sec",
     ],
 )  # fmt: skip
 def test_what_never_moves_it_leaves_the_order_as_it_is(statement):

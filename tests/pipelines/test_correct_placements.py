@@ -180,6 +180,8 @@ FOLLOWED = [
     ([*assign(5, SHIFT), "FOR R[1]=1 TO 3", "DO[1]=ON", "ENDFOR"], True),
     ([*assign(5, SHIFT), "IF (DI[1]) THEN", "PR[5,3]=50", "ENDIF"], True),
     ([*assign(5, SHIFT), "CALL QUIET"], True),
+    ([*assign(5, SHIFT), "IF (F[1:x]=ON),DO[2:y]=PULSE,0.5sec"], True),
+    ([*assign(5, SHIFT), "SOFTFLOAT[1]", "SOFTFLOAT END"], True),
     # from here on run time decides
     (["PR[5]=LPOS"], False),
     (["PR[5]=JPOS", "PR[5]=PR[5]-PR[5]", *assign(5, SHIFT)], False),

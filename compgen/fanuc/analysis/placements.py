@@ -42,6 +42,7 @@ from compgen.fanuc.vocabulary import (
     FOR,
     FRAME_WRITTEN,
     IF_THEN,
+    MOVERS,
     conditional_action,
     may_move_arm,
 )
@@ -54,6 +55,7 @@ _NAMES = {"OFFSET": "Offset", "TOOL_OFFSET": "Tool_Offset"}
 _CONDITION = re.compile(r"^(OFFSET|TOOL_OFFSET)\s+CONDITION\s+PR(?=\[)", re.IGNORECASE)
 _ANY_CONDITION = re.compile(r"^(OFFSET|TOOL_OFFSET)\s+CONDITION\b", re.IGNORECASE)
 _MENTIONED = re.compile(r"(?<![A-Z_$])PR\[\s*(\d*)", re.IGNORECASE)
+_FRAME = re.compile(rb"(?:FRAME|TOOL)[ \t]*\[", re.IGNORECASE)  # before any statement is looked at
 _BESIDE = re.compile(r"^(?:.*,)?\s*(?:RUN\s|MONITOR\b)", re.IGNORECASE)  # another program runs at the same time
 _ACTS = re.compile(
     r"(?:PR|(?<![A-Z])R|UFRAME|UTOOL)\[.*=|\$MNU|CONDITION\b|\b(?:Search|Touch|VISION)\b|P-SPS", re.IGNORECASE
@@ -102,6 +104,8 @@ def read_placements(
     m = program.motions
     active = np.flatnonzero(~m.disabled)
     with_offset = {o for o in set(m.options) if o and offsets_of(o)}
+    if not with_offset and not _FRAME.search(program.data):
+        return Placements()
     flow = read_flow(program)
     written = _written_frames(set(flow.text.values()))
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
@@ -213,7 +217,7 @@ class _Reader:
 
     def _after_plain(self, text: str, state: State) -> State:
         names = [name.upper() for name in CALL.findall(text)]
-        if names or (may_move_arm(text) and not _ANY_CONDITION.match(text)):
+        if names or (may_move_arm(text) and not (_ANY_CONDITION.match(text) or MOVERS.match(text))):
             kept = bool(names) and all(name in self.called.settled for name in names)
             return {k: v for k, v in state.items() if k[0] != "R"} if kept else _behind_a_call(state)
         if condition := _ANY_CONDITION.match(text):
