@@ -111,7 +111,7 @@ def read_placements(
     if not written and not any(m.options[i] in with_offset for i in active.tolist()):
         return Placements()
     nodes = read_nodes(program, flow, active, called.motionless, _acts)
-    reader = _Reader(program, frames, called)
+    reader = _Reader(program, frames, called, frozenset(registers or ()))
     followed = link_nodes(nodes) and sum(_acts(node.text or node.options) for node in nodes) <= MOST_STATEMENTS
     beside = any(_BESIDE.match(text) for text in set(flow.text.values()))
     why = "the program's order is not understood" if not followed else "it runs in point logic, or no way leads there"
@@ -171,6 +171,7 @@ class _Reader:
     program: LsProgram
     frames: Frames
     called: CalledPrograms
+    given: frozenset[int] = frozenset()  # registers that are known when the program starts
     assumed: set[int] = field(default_factory=set)
     row_of: dict[int, int] = field(init=False)  # of each P in the table of positions, group 1
 
@@ -345,10 +346,10 @@ class _Reader:
         parts = offsets_of(m.options[motion])
         if not parts:
             return {}
-        if len(parts) > 1:
-            return "Offset and Tool_Offset are added at run time: how they add up is not known to cgen"
         if len(m.target[motion]) > 1 or m.letter[motion] in "CAS":
             return f"{_NAMES[parts[0][0]]} is added at run time: to which points of an arc is not known to cgen"
+        if len(parts) > 1:
+            return "Offset and Tool_Offset are added at run time: how they add up is not known to cgen"
         ((word, text),) = parts
         name = _NAMES[word]
         start = text.find("[")
@@ -370,6 +371,8 @@ class _Reader:
         numbers = self.numbers(register, f"PR[{number}]")
         if numbers is None:
             form = "is in joint form" if register.form == JOINT else "is not known: give it with --registers"
+            if register.form != JOINT and number in self.given:
+                form = "may have been written before it (a call, a macro, ways that differ)"
             return f"{name} is added at run time: PR[{number}] {form}"
         if any(self._in_joint_form(n) for n in m.position[motion]):
             return f"{name} is added at run time: to a position in joint form it is not followed"

@@ -35,6 +35,7 @@ class ParsedMotion:
     speed: Span = (0, 0)
     termination: Span = (0, 0)
     options: str = ""
+    has_tail: bool = False  # options stand behind speed and termination, or where these should: nothing else is taken
     span: Span = (0, 0)  # from the letter to the end of the statement's text
 
 
@@ -112,6 +113,7 @@ class StatementParser:
         if last or move.letter != "C" or len(move.target) > 1 or number > move.line:
             options = _take_speed_and_termination(data, move, at, limit)
             move.options = f"{move.options} {options}".strip()
+            move.has_tail = bool(options)
             move.span = (move.span[0], limit)
             self.moves.append(move)
             self.state = "m"
@@ -144,13 +146,14 @@ def _take_speed_and_termination(data: bytes, move: ParsedMotion, at: int, limit:
 
 def _continue_options(data: bytes, move: ParsedMotion, at: int, limit: int) -> None:
     """A motion whose statement runs on: what is still missing is taken from the next line, the rest are options."""
-    if move.termination[1]:
+    if move.termination[1] or move.has_tail:
         rest = data[at:limit].decode("latin-1").strip()
     else:  # the options before it are those of a via point
         if move.speed[0] == move.speed[1]:
             move.speed = (0, 0)
         rest = _take_speed_and_termination(data, move, at, limit)
     move.options = f"{move.options} {rest}".strip()
+    move.has_tail |= bool(rest)
     move.span = (move.span[0], limit)
 
 
