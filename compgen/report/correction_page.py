@@ -60,7 +60,7 @@ def correction_html(result: Correction) -> bytes:
         kind, table = "outside", ""
         text = "<b>Nothing corrected</b>: no position of this program can be, and it is unchanged."
     body = f"{lead}{verdict(kind, text)}{findings_list(result.findings)}{table}"
-    figures = correction_figures(result) if len(result.ride.station) else {}
+    figures = correction_figures(result) if len(result.execution.station) else {}
     body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
     if plan.scope.unsafe:
         body += _unsafe_statements(plan.scope.unsafe)
@@ -103,16 +103,16 @@ def _error_over_time(result: Correction) -> Figure:
     for name, values, colour in (("before", result.error[0], WARM), ("after", result.residual[0], COOL)):
         rows = rows_to_draw(values)
         look = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": colour, "width": 1.4}}
-        x, y = np.round(result.ride.time[rows], 3), np.round(values[rows] / UM, 3)
+        x, y = np.round(result.execution.time[rows], 3), np.round(values[rows] / UM, 3)
         traces.append(trace("scatter", x, y, name=name, **look))
     return figure(traces, 320, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
 
 
 def _program_in_space(result: Correction) -> Figure:
     plan = result.plan
-    rows = np.flatnonzero(result.ride.fraction == 1)
+    rows = np.flatnonzero(result.execution.fraction == 1)
     rows = rows[rows_to_draw(result.error[0][rows])]
-    pose = plan.drive.pose[result.ride.station[rows]]
+    pose = plan.drive.pose[result.execution.station[rows]]
     xyz = (np.round(v / MM, 2) for v in plan.poses.tcp.position[pose].T)
     marker = {
         "size": 3,

@@ -51,8 +51,8 @@ def correction_json(result: Correction) -> bytes:
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:
     """A row for each station, (S,): its position, its time, its error before and after, and the rises there."""
     plan = result.plan
-    rows = np.flatnonzero(result.ride.fraction == 1)
-    station = result.ride.station[rows]
+    rows = np.flatnonzero(result.execution.fraction == 1)
+    station = result.execution.station[rows]
     pose = plan.drive.pose[station]
     position, rise = plan.poses.in_cell(pose) / MM, plan.stations.rise[station]
     return {

@@ -398,7 +398,7 @@ def test_times_do_not_depend_on_what_is_not_driven(hot):
 def test_the_twin_says_what_the_second_arm_says(hot):
     data = program(["J P[1] 10% FINE", "L P[2] 100mm/sec FINE"], [at(1, HOME), at(2, (15, 25, -20, 25, -55, 40))])
     result = corrected(data, hot)
-    ends = result.ride.fraction == 1
+    ends = result.execution.fraction == 1
     for k, n, guess in zip(np.flatnonzero(ends), (1, 2), (HOME, (15, 25, -20, 25, -55, 40))):
         assert result.error[0][k] * 1e6 == pytest.approx(missed_um(data, data, n, guess), abs=0.1)
         assert result.residual[0][k] * 1e6 == pytest.approx(missed_um(data, result.text, n, guess), abs=0.1)

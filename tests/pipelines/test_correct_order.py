@@ -47,7 +47,7 @@ def findings(result, code):
 
 def judged_ways(result):
     """P numbers of ends of ways that were judged between their ends."""
-    station = result.ride.station[result.judged & (result.ride.fraction < 1)]
+    station = result.execution.station[result.judged & (result.execution.fraction < 1)]
     return set(result.plan.poses.number[result.plan.drive.pose[station]].tolist())
 
 
@@ -72,7 +72,7 @@ def test_a_line_through_the_arm_itself_is_named_and_its_ends_are_judged_alone(op
     assert len(finding.message) <= 300
     assert result.is_usable
     assert 3 not in judged_ways(result)
-    reached = result.plan.poses.number[result.plan.drive.pose[result.ride.station[result.judged]]]
+    reached = result.plan.poses.number[result.plan.drive.pose[result.execution.station[result.judged]]]
     assert {1, 2, 3, 4, 5, 6, 7} <= set(reached.tolist())
 
 

@@ -314,7 +314,7 @@ def test_an_arm_on_a_rail_that_stands_still_is_corrected_where_it_stands(hot, tm
     for n, guess in ((1, HOME), (2, THERE), (3, AWAY)):
         back = np.linalg.inv(arm.frame(*BASE))
         assert missed_um(data, result.text, n, guess, uf=back) < ROUNDED_UM  # in the arm's own World
-    assert (result.ride.fraction < 1).any()  # ways are ridden
+    assert (result.execution.fraction < 1).any()  # ways are ridden
     assert any(f.code == "robot.carried" for f in result.findings)
     plain = program([GO, "L P[1] 50mm/sec FINE", "L P[2] 50mm/sec FINE", GO], [at(1, HOME), at(2, THERE), at(3, AWAY)])
     there = corrected(plain, hot)

@@ -42,7 +42,7 @@ def test_statistics_do_not_depend_on_how_positions_lie_on_the_path(hot):
 
 def test_a_sample_stands_for_half_of_the_ways_beside_it(hot):
     result = corrected(line([0, 0.1, 0.5, 1]), hot)
-    assert result.ride.fraction.tolist() == [1, *3 * [0.25, 0.5, 0.75, 1]]
+    assert result.execution.fraction.tolist() == [1, *3 * [0.25, 0.5, 0.75, 1]]
     quarter = np.repeat([60, 240, 300], 4) / 4000
     assert_allclose(result.length, (np.append(quarter, 0) + np.append(0, quarter)) / 2, rtol=1e-9)
 

@@ -1,4 +1,4 @@
-"""One correction from end to end: read, warm up, correct, write, read back, ride on the twin, judge."""
+"""One correction from end to end: read, warm up, correct, write, read back, execute on the twin, judge."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ from compgen.fanuc.editing.shared_positions import assign_new_positions, average
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
 from compgen.pipelines.correct.correction_findings import correction_findings
-from compgen.pipelines.correct.proof import pose_errors, ride_program
+from compgen.pipelines.correct.proof import execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
 from compgen.pipelines.correct.sample_lengths import sample_lengths
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
@@ -177,7 +177,7 @@ def _write_and_verify(
     options: Options,
     progress: Progress,
 ) -> Correction:
-    """The program with its numbers changed, read back, ridden on the twin and judged."""
+    """The program with its numbers changed, read back, executed on the twin and judged."""
     program, poses, drive = plan.program, plan.poses, plan.drive
     shared = average_shared(poses, drive, plan.free, plan.stations.correction, plan.stations.theta)
     size = np.abs(shared.correction).max(axis=1)
@@ -204,14 +204,14 @@ def _write_and_verify(
     new_poses = around.poses(written, cell.robot)
     still = around.called.motionless
     new_drive = measure_reach(cell.robot, new_poses, read_traversal(written, new_poses, cell.robot, still))
-    beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is ridden in neither text
-    rides = replace(drive, beyond=beyond), replace(new_drive, beyond=beyond)
-    planned_ride = ride_program(cell, poses, rides[0], before, lambda share: progress("twin before", share))
-    target = interpolate_poses(poses, drive, planned_ride.station, planned_ride.fraction)
+    beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
+    drives = replace(drive, beyond=beyond), replace(new_drive, beyond=beyond)
+    planned_execution = execute_program(cell, poses, drives[0], before, lambda share: progress("twin before", share))
+    target = interpolate_poses(poses, drive, planned_execution.station, planned_execution.fraction)
     progress("twin after", 0.0)
-    ride = ride_program(cell, new_poses, rides[1], before, lambda share: progress("twin after", share))
+    execution = execute_program(cell, new_poses, drives[1], before, lambda share: progress("twin after", share))
     moved = plan.free & shared.changed[poses.first[drive.pose]] if len(poses.row) else plan.free
-    judged = moved[ride.station] & np.where(ride.fraction < 1, moved[drive.origin[ride.station]], True)
+    judged = moved[execution.station] & np.where(execution.fraction < 1, moved[drive.origin[execution.station]], True)
     result = Correction(
         name=program.name,
         cell=cell,
@@ -223,12 +223,12 @@ def _write_and_verify(
         shared=shared,
         changed=int(differs.any(axis=1).sum()),
         added=len(program.positions.number) - len(planned.positions.number),
-        ride=ride,
-        error=pose_errors(planned_ride, target),
-        residual=pose_errors(ride, target),
+        execution=execution,
+        error=pose_errors(planned_execution, target),
+        residual=pose_errors(execution, target),
         new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
         judged=judged,
-        length=sample_lengths(cell.robot, poses, drive, ride.station, ride.fraction, judged),
+        length=sample_lengths(cell.robot, poses, drive, execution.station, execution.fraction, judged),
         mark=mark,
         findings=(),
     )

@@ -100,12 +100,12 @@ def _bound_findings(result: Correction) -> list[Finding]:
     coarse = _decimal_places(result).min(initial=3) < 3 or result.plan.poses.joint_form.any()
     if len(worse) and not coarse:
         k = int(worse[np.argmax((after - before)[worse])])
-        line = _line_of(result, int(result.ride.station[judged][k]))
+        line = _line_of(result, int(result.execution.station[judged][k]))
         message = f"line {line}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
         findings.append(Finding(Level.OUTSIDE, "correction.worse", message))
     bound = result.options.bound
     if bound is not None and after.max() > bound:
-        line = _line_of(result, int(result.ride.station[judged][int(np.argmax(after))]))
+        line = _line_of(result, int(result.execution.station[judged][int(np.argmax(after))]))
         message = f"line {line}: {after.max() / UM:.2f} um after correction, above the {bound / UM:g} um of --max-um"
         findings.append(Finding(Level.OUTSIDE, "bounds.max", message))
     return findings

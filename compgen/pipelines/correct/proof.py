@@ -24,7 +24,7 @@ FINE_SUBDIVISIONS = 32  # for an arm whose errors depend on the direction of mot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ProgramRide:
+class ProgramExecution:
     """Where the actual tool is, at M samples: each station with known joints, and places on each straight line."""
 
     station: IntArray  # (M,) the next one, or the one reached
@@ -34,13 +34,13 @@ class ProgramRide:
     actual: Pose  # M of the TCP
 
 
-def ride_program(
+def execute_program(
     cell: Cell,
     poses: Poses,
     drive: Traversal,
     before: Sequence[Duty],
     progress: Callable[[float], None] = lambda share: None,
-) -> ProgramRide:
+) -> ProgramExecution:
     """A program as read from its text, executed on the twin.
 
     The twin steps its own heat through the program's times, commands the joints that CONFIG or the joint form name,
@@ -67,13 +67,13 @@ def ride_program(
         parts.append(twin.actual_pose(theta[some], rise[some], lambda share: None, its_tools))
         progress(0.5 + some.stop / max(len(theta), 1) / 2)
     actual = Pose.concatenate(parts)
-    return ProgramRide(station, fraction, time, rise, actual @ tools if faults is None else actual)
+    return ProgramExecution(station, fraction, time, rise, actual @ tools if faults is None else actual)
 
 
-def pose_errors(ride: ProgramRide, target: Pose) -> tuple[Array, Array]:
+def pose_errors(execution: ProgramExecution, target: Pose) -> tuple[Array, Array]:
     """Size of the position error (M,) [m] and angle between actual and target tool (M,) [rad]."""
-    error = ride.actual.position - target.position
-    turn = rotation_vector((target.inverse() @ ride.actual).rotation)
+    error = execution.actual.position - target.position
+    turn = rotation_vector((target.inverse() @ execution.actual).rotation)
     return np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn))
 
 

@@ -1,4 +1,4 @@
-r"""The length of path that each sample of a ride stands for: by it the errors of a corrected program are averaged.
+r"""The length of path that each sample of an execution stands for: by it a corrected program's errors are averaged.
 
 From a sample to the next on the same way, or from the station that the robot surely comes from to the first sample of
 a way, the tool travels a length d; where both are judged, half of it belongs to each:

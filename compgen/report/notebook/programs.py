@@ -93,7 +93,7 @@ class CorrectedProgram:
     @property
     def time(self) -> Array:
         """When the corrected text is at each place, (M,) [s]."""
-        return self.result.ride.time
+        return self.result.execution.time
 
     @property
     def error(self) -> Array:
