@@ -7,6 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
+from compgen.identification.conventions import better_reading
 from compgen.identification.frames import InstrumentFrames, initial_frames
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel
@@ -14,6 +15,7 @@ from compgen.robot.robot import Robot
 
 FAR = 0.05  # of the arm's reach: a larger median distance is no calibration error
 NEAR = 0.2  # of the spread of the positions
+FEWEST = 8  # poses from which a reading of the joints can be told from frames
 BETTER = 5.0  # times nearer: a reading of the file that explains it so much better is the right one
 UNITS = ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "inches instead of mm"))
 
@@ -49,6 +51,7 @@ def check_plausible(robot: Robot, model: ArmModel, data: Measurements, frames: I
         name = rows.file()
         distance = _median_distance(model, rows, data.theta, 1.0, frames)
         if distance <= FAR * reach:
+            _check_conventions(robot, model, rows, frames)
             continue
         spread = np.linalg.norm(rows.position - np.median(rows.position, axis=0), axis=1)
         near = FAR * reach if frames is not None else NEAR * float(np.median(spread))
@@ -73,6 +76,7 @@ def check_plausible(robot: Robot, model: ArmModel, data: Measurements, frames: I
                     f"{name}: columns x_mm y_mm z_mm: the values look like {unit} (off by {factor:g}); multiply them "
                     f"by {factor:g}"
                 )
+        _check_conventions(robot, model, rows, frames)
         if frames is not None:
             raise InputError(
                 f"{name}: the places are {distance / MM:.0f} mm (median) from where the robot file has them; has the "
@@ -85,11 +89,35 @@ def check_plausible(robot: Robot, model: ArmModel, data: Measurements, frames: I
         )
 
 
+def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
+    """Raises InputError when another reading of the joint columns explains the places much better: says which."""
+    if len(rows.theta) < FEWEST and frames is None:
+        return
+
+    def distance_of(pendant: Array) -> Array:
+        return _distances(model, rows, robot.to_theta(pendant), 1.0, frames)
+
+    better = better_reading(robot.to_pendant(rows.theta), bool(robot.pendant_map[2, 1]), distance_of)
+    if better is not None:
+        words, as_given, explained = better
+        raise InputError(
+            f"{rows.file()}: the nominal arm misses the places by {as_given / MM:.0f} mm, and by {explained / MM:.1f} "
+            f"mm where {words}; mend the columns, or the pendant table of robot '{robot.name}' (joint order, signs, J3)"
+        )
+
+
 def _median_distance(
     model: ArmModel, rows: Measurements, theta: Array, factor: float, frames: InstrumentFrames | None = None
 ) -> float:
     """Median distance of measured positions from the arm, with the best frames unless they are given [m]."""
+    return float(np.median(_distances(model, rows, theta, factor, frames)))
+
+
+def _distances(
+    model: ArmModel, rows: Measurements, theta: Array, factor: float, frames: InstrumentFrames | None
+) -> Array:
+    """Distance of each measured position from the arm, with the best frames unless they are given, (N,) [m]."""
     scaled = replace(rows, theta=theta, position=rows.position * factor)
     position, rotation = model.pose(scaled, np.zeros(len(model.parameters)))
     frames = frames or initial_frames(scaled, position, rotation)
-    return float(np.median(np.linalg.norm(frames.predict(scaled, position, rotation) - scaled.position, axis=1)))
+    return np.asarray(np.linalg.norm(frames.predict(scaled, position, rotation) - scaled.position, axis=1))

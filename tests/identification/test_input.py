@@ -330,3 +330,65 @@ def test_one_name_of_an_instrument_is_one_frame_in_all_files(tmp_path, arm, rows
     assert both.instrument.tolist() == [0] * 24 + [1] * 12
     assert both.named_instrument(0) == "tracker"
     assert both.named_instrument(1) == ""
+
+
+@pytest.mark.parametrize("joint", range(1, 7))
+def test_a_joint_of_the_opposite_sign_is_named(tmp_path, arm, rows, joint):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, arm, text(scaled(rows, (f"j{joint}_deg",), -1.0)))
+    message = str(caught.value)
+    if "outside its limits" not in message:
+        assert f"where J{joint} fits with the opposite sign;" in message
+    assert "poses.csv" in message
+
+
+def of_link_2(rows):
+    """The same poses with J3 against link 2, as robots count it that do not hold the forearm's angle to the floor."""
+    at2, at3 = HEAD.split(",").index("j2_deg"), HEAD.split(",").index("j3_deg")
+    return [[f"{float(v) + float(r[at2]):.6f}" if k == at3 else v for k, v in enumerate(r)] for r in rows]
+
+
+def test_the_convention_of_j3_is_named_whichever_of_file_and_columns_is_wrong(tmp_path, arm, rows):
+    with pytest.raises(InputError, match="J3 fits the convention of the angle against link 2"):
+        read(tmp_path, arm, text(of_link_2(rows)))
+    uncoupled = replace(arm, pendant_map=np.eye(6), lower=arm.lower - 3, upper=arm.upper + 3)
+    assert len(read(tmp_path, uncoupled, text(of_link_2(rows))).theta) == 12
+    with pytest.raises(InputError, match=r"J3 fits the pendant's convention of the horizontal \(theta_3 = J2 \+ J3\);"):
+        read(tmp_path, uncoupled, text(rows))
+
+
+def test_a_missing_coupling_is_named_where_only_the_series_of_j2_shows_it(tmp_path, arm):
+    """Each joint in a series of its own: 17 % of the rows, which a robust fit would set aside."""
+    home = arm.to_theta(np.array([[5.0, 0.0, -20.0, 10.0, -60.0, 15.0]]) * DEG)[0]
+    pendant = np.repeat(arm.to_pendant(home[None]), 60, axis=0)
+    for k in range(6):
+        pendant[10 * k : 10 * k + 10, k] += np.linspace(-25, 25, 10) * DEG
+    position, rotation = flange_pose_of(arm, arm.to_theta(pendant))
+    table = []
+    for n, q in enumerate(pendant / DEG):
+        for name, place in (("a", [0.06, 0, 0.1]), ("b", [-0.04, 0.05, 0.12])):
+            p = (position[n] + rotation[n] @ place) / MM
+            table.append([str(n), name, *(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)])
+    assert len(read(tmp_path, arm, text(table)).theta) == 60
+    uncoupled = replace(arm, pendant_map=np.eye(6), lower=arm.lower - 3, upper=arm.upper + 3)
+    with pytest.raises(InputError, match="J3 fits the pendant's convention of the horizontal"):
+        read(tmp_path, uncoupled, text(table))
+
+
+def test_two_wrong_columns_are_both_named(tmp_path, arm, rows):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, arm, text(scaled(rows, ("j1_deg", "j4_deg"), -1.0)))
+    assert "J1 fits with the opposite sign" in str(caught.value)
+    assert "J4 fits with the opposite sign" in str(caught.value)
+
+
+def test_an_arm_millimetres_off_its_nominal_figures_is_not_taken_for_another_convention(tmp_path, arm, rows):
+    rng = np.random.default_rng(3)
+    at = [HEAD.split(",").index(c) for c in XYZ]
+    off = [[f"{float(v) + rng.normal(0, 3):.4f}" if k in at else v for k, v in enumerate(r)] for r in rows]
+    assert len(read(tmp_path, arm, text(off)).theta) == 12
+
+
+def flange_pose_of(arm, theta):
+    pose = flange_pose(arm, theta)
+    return pose.position, pose.rotation
