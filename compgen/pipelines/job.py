@@ -50,7 +50,7 @@ class Tool:
     spin: float  # [rad] its x axis against base x on the path
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class Job:
     """A planned program, the robot that shall run it, and what went before."""
 

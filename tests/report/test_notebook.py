@@ -24,6 +24,7 @@ from compgen.core.evaluation import parallel_for, run_in_background
 from compgen.core.evaluation.threads import MIN_BACKGROUND_ROWS
 from compgen.core.units import DEG, MM, UM
 from compgen.report.notebook.machine import machine
+from compgen.report.notebook.unchanged import first_difference, require_unchanged
 
 LINE, CIRCLE = path_file("line_y"), path_file("circle_1300")
 STRANGER = b"""/PROG  PART
@@ -374,6 +375,36 @@ def test_a_result_does_not_change(result):
 def test_a_job_does_not_change():
     with pytest.raises(compgen.FrozenError, match=r"Job.bounds: a job does not change; give overrides"):
         JOB.bounds = None
+
+
+@pytest.mark.parametrize("path", sorted(p.stem for p in (ROOT / "paths").glob("*.toml") if p.stem != "path.schema"))
+def test_a_job_read_twice_is_the_same_and_its_pickle_is_taken(path):
+    job, again = compgen.load_job(path_file(path)), compgen.load_job(path_file(path))
+    assert first_difference(job, again) is None
+    require_unchanged(pickle.loads(pickle.dumps(job)))
+
+
+@pytest.mark.parametrize(("change", "place"), [({"feed": 0.123}, "feed"), ({"sources": ()}, "sources")])
+def test_a_job_that_was_changed_since_it_was_read_is_refused(change, place):
+    """Its program would name inputs that it is not made from."""
+    changed = dataclasses.replace(JOB, **change)
+    for verb in (compgen.predict, compgen.generate):
+        with pytest.raises(
+            compgen.InputError, match=rf"job line_y: {place} was changed .*compgen.load_job as overrides"
+        ):
+            verb(changed)
+
+
+def test_a_job_whose_file_has_changed_meanwhile_is_taken_as_it_is(tmp_path):
+    file = tmp_path / "mine.toml"
+    content = (ROOT / "paths" / "line_y.toml").read_text()
+    file.write_text(content)
+    job = pickle.loads(pickle.dumps(compgen.load_job(file, robot="m710ic50")))
+    file.write_text(f"{content}\n")
+    file.write_text(content.replace("title = ", "title = 'other'  # "))
+    require_unchanged(job)
+    file.unlink()
+    require_unchanged(pickle.loads(pickle.dumps(job)))
 
 
 def test_arrays_of_a_result_cannot_be_written(prediction, generated):

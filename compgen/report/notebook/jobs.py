@@ -29,6 +29,7 @@ from compgen.report.notebook.arguments import (
 )
 from compgen.report.notebook.machine import log_findings, logger, machine
 from compgen.report.notebook.tables import data_frame, plotly_figure
+from compgen.report.notebook.unchanged import remember, require_unchanged
 from compgen.report.waypoints_csv import at_waypoints, waypoint_columns
 from compgen.robot.robot import Robot
 from compgen.verification.verdict import Verdict
@@ -53,7 +54,7 @@ def load_job(path: File, robot: File | None = None, overrides: Overrides | None 
         InputError: Anything wrong, naming file and key.
     """
     name = file_name(path, "path", "a path file, as 'paths/spiral_1300.toml'")
-    return read_job(name, optional_name(robot, "robot", ROBOT), assignments(overrides))
+    return remember(read_job(name, optional_name(robot, "robot", ROBOT), assignments(overrides)))
 
 
 def load_robot(robot: File) -> Robot:
@@ -273,11 +274,11 @@ def predict(job: Job, progress: Progress | None = None, workers: int | None = No
         workers: Threads; all cores unless said. The numbers are the same for any number.
 
     Raises:
-        InputError: An argument of a wrong kind.
+        InputError: An argument of a wrong kind, or a job that was changed since it was read.
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    instance(job, Job, "predict", JOB)
+    require_unchanged(instance(job, Job, "predict", JOB))
     report_progress = progress_of(progress)
     with machine(workers):
         planned = pipeline.predict(job, report_progress)
@@ -304,12 +305,12 @@ def generate(
         workers: Threads; all cores unless said. The numbers are the same for any number.
 
     Raises:
-        InputError: An argument of a wrong kind.
+        InputError: An argument of a wrong kind, or a job that was changed since it was read.
         ImpossibleError: The robot cannot drive the path, or no legal correction exists.
         JoinError: Pages, read back, are not the program.
         TwinError: The twin cannot drive the program.
     """
-    instance(job, Job, "generate", JOB)
+    require_unchanged(instance(job, Job, "generate", JOB))
     instance(pages, bool, "pages", "give True or False")
     header_date = checked_date(text_of(date, "date", "give YY-MM-DD, as '26-01-31'"))
     report_progress = progress_of(progress)
