@@ -1,9 +1,8 @@
 """Damaged programs at the correction: it corrects them, passes them through, or refuses them in one line.
 
-python tests/campaigns/fuzz_correct.py --inputs 10000 --seed 1
+python tests/campaigns/fuzz_correct.py --seeds 0:100     100 damaged programs a seed; again goes on
 """
 
-import argparse
 import random
 import sys
 import time
@@ -12,7 +11,8 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from fuzz_listing import mutated, seeds
+import seed_journal
+from fuzz_listing import kind_of, mutated, seeds
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
@@ -28,6 +28,7 @@ from compgen.pipelines.robot_file import load_cell
 from compgen.report.correction_summary import correction_csv, correction_json
 from compgen.report.provenance import provenance_json, restore_planned
 
+A_SEED = 100  # programs
 LARGEST = 20_000  # bytes of a program to start from: the correction is not what makes long ones slow
 LONGEST_S = 8.0
 KNOWN = 12  # frames and tools that are known, all in the same place
@@ -91,26 +92,37 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
             yield f"longer than {LONGEST_S:g} s", data
 
 
-def main() -> int:
-    """Run, print each kind of fault once, and a closing line."""
-    warnings.simplefilter("error")
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--inputs", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, help="folder for the first input of each kind of fault")
-    given = parser.parse_args()
+def tried(seed: int, keep: Path | None) -> dict:
+    """A row of the journal: the programs of one seed."""
     counts: Counter[str] = Counter()
     kinds: Counter[str] = Counter()
-    for what, data in faults(given.inputs, given.seed, counts):
-        kinds[what] += 1
-        if kinds[what] == 1:
-            print(f"fault: {what} ({len(data)} bytes)", flush=True)
-            if given.keep:
-                given.keep.mkdir(parents=True, exist_ok=True)
-                (given.keep / f"{len(kinds):03d}.LS").write_bytes(data)
-    told = ", ".join(f"{n} {what}" for what, n in sorted(counts.items()))
-    print(f"{given.inputs} inputs, seed {given.seed}: {told}; {sum(kinds.values())} faults of {len(kinds)} kinds")
-    return 1 if kinds else 0
+    for what, data in faults(A_SEED, seed, counts):
+        kinds[kind_of(what)] += 1
+        print(f"seed {seed}: {what} ({len(data)} bytes)", flush=True)
+        if keep:
+            keep.mkdir(parents=True, exist_ok=True)
+            (keep / f"{seed}_{kinds.total()}.LS").write_bytes(data)
+    return {"seed": seed, "inputs": A_SEED, "counts": counts, "faults": kinds}
+
+
+def table(rows: list[dict]) -> str:
+    """What the rows add up to."""
+    counts = sum((Counter(row["counts"]) for row in rows), Counter())
+    faulty = sum((Counter(row["faults"]) for row in rows), Counter())
+    kinds = ", ".join(f"{name} {counts[name]}" for name in ("corrected", "passed through", "refused", "outside"))
+    head = f"seeds {seed_journal.ranges_of(row['seed'] for row in rows)}: tried {sum(row['inputs'] for row in rows)}, "
+    return "\n".join([f"{head}{kinds}, failed {faulty.total()}", *(f"  {n} x {kind}" for kind, n in faulty.items())])
+
+
+def main() -> int:
+    """Try the seeds that the journal has not, and print the table of all."""
+    warnings.simplefilter("error")
+    given = seed_journal.parser("fuzz_correct", __doc__, "0:10").parse_args()
+    for seed in () if given.table else given.journal.left(given.seeds, given.budget):
+        given.journal.add(tried(seed, given.keep))
+    rows = given.journal.rows(given.seeds)
+    print(table(rows))
+    return int(any(row["faults"] for row in rows))
 
 
 if __name__ == "__main__":
