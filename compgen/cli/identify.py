@@ -45,7 +45,12 @@ def identify(
     from compgen.cli.identification_table import show_identification
     from compgen.cli.progress_bar import show_progress
     from compgen.identification import identify as identification
-    from compgen.pipelines.identification_files import identified_robot_text, read_measurements, robot_files_of
+    from compgen.pipelines.identification_files import (
+        identified_robot_text,
+        log_findings,
+        read_measurements,
+        robot_files_of,
+    )
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_page import identification_html
     from compgen.report.identification_summary import identification_json
@@ -66,7 +71,9 @@ def identify(
         identified = identification.identify(
             arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress, arm.facts
         )
-    identified = replace(identified, findings=(*identified.findings, *of_log, *arm.unlikely))
+    identified = replace(
+        identified, findings=(*identified.findings, *of_log, *log_findings(arm, identified), *arm.unlikely)
+    )
     files = [*(poses or []), *(lines or []), *(warm_up or []), *([temperatures] if temperatures else [])]
     is_written = not identified.refused or force
     # a robot file that stands stays with its own reports

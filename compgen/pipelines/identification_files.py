@@ -20,9 +20,16 @@ from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
 from compgen.identification.pose_files import read_poses
+from compgen.identification.sensorless_nodes import (
+    SensorlessNode,
+    sensorless_findings,
+    sensorless_nodes,
+    with_sensorless_nodes,
+)
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema, schema_text
 from compgen.pipelines.robot_file import Arm, arm_of
+from compgen.thermal import NodeModel
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 
@@ -109,8 +116,19 @@ def identified_robot_text(arm: Arm, identified: Identification, files: Sequence[
     provenance = f"{len(identified.data.theta)} poses, model '{model}', from {checksums}"
     known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]
     text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], identified.record())
+    if isinstance(arm.heat, NodeModel):
+        text = with_sensorless_nodes(text, _sensorless(arm, identified))
     arm_of(tomllib.loads(text), text, arm.source)  # a file that would not load is refused here
     return text
+
+
+def _sensorless(arm: Arm, identified: Identification) -> list[SensorlessNode]:
+    return sensorless_nodes(identified.model, identified.selected.fit, arm.nodes)
+
+
+def log_findings(arm: Arm, identified: Identification) -> list[Finding]:
+    """What was fitted of nodes without a sensor in the log."""
+    return sensorless_findings(_sensorless(arm, identified), isinstance(arm.heat, NodeModel))
 
 
 def robot_files_of(target: Path, text: str) -> dict[str, bytes]:

@@ -1,0 +1,97 @@
+"""A node without a sensor: a factor and a lag of what the others' heat says, fitted along and written."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaign import SOURCES
+from flawed import flawed_file
+from numpy.testing import assert_allclose
+from synthetic import made_up, warming
+
+from compgen.identification.fit import fit
+from compgen.identification.model import build_model
+from compgen.identification.parameters import symbolic_sources
+from compgen.identification.sensorless_nodes import sensorless_findings, sensorless_nodes, with_sensorless_nodes
+from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.logged_rises import rises_at
+
+HIGH = 1.4  # times what the file's proportions say
+NODE = 2  # the middle joint
+
+
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory):
+    return made_up(flawed_file(tmp_path_factory.mktemp("arm"), "nominal", SOURCES), 5)
+
+
+@pytest.fixture(scope="module")
+def warm(truth):
+    """A warm-up with sensors on all nodes but one, which warms more than its share."""
+    rng = np.random.default_rng(4)
+    heat = truth.arm.heat
+    proportions = heat.reference_rise * np.where(np.arange(5) == NODE, HIGH, 1.0)
+    data, _ = warming(truth, rng, count=60, tau=(2.0,) * 5, final=tuple(proportions))
+    names = [n for k, n in enumerate(heat.names) if k != NODE]
+    log = TemperatureLog(data.time, np.zeros(len(data.time)), {n: data.rise[:, heat.names.index(n)] for n in names})
+    logged = rises_at(log, heat, data.time, cold=True)
+    return replace(data, rise=logged.rise, lag=logged.lag, modelled=(NODE,)), data.rise
+
+
+def test_the_course_without_a_sensor_is_the_others_in_the_files_proportions(warm):
+    data, true_rise = warm
+    others = [k for k in range(5) if k != NODE]
+    assert_allclose(data.rise[:, others], true_rise[:, others], atol=1e-9)
+    assert_allclose(data.rise[-1, NODE], true_rise[-1, NODE] / HIGH, rtol=0.15)
+
+
+def test_its_height_is_fitted_along_and_written(truth, warm):
+    data, true_rise = warm
+    arm = truth.arm
+    rng = np.random.default_rng(5)
+    sources = symbolic_sources(arm.robot, arm.known, np.ones(6, bool), True)
+    model = build_model(arm.robot, sources, 5, (), data.modelled)
+    assert sum(t.source == "warm_up" for t in model.parameters) == 2
+    # the arm's own values are known here, but for the node's: what is left is its height
+    value = {t.name: v for t, v in zip(truth.model.parameters, truth.p)}
+    p = np.array([value.get(t.name, 0.0) for t in model.parameters])
+    known = replace(
+        data, position=truth.noiseless(replace(data, rise=true_rise)) + rng.normal(0, 2e-6, data.position.shape)
+    )
+    active = np.array([t.source == "warm_up" for t in model.parameters])
+    position, _ = model.pose(known, p)
+    shifted = model.pose(replace(known), np.where(active, 0.3, p))
+    assert np.abs(shifted[0] - position).max() > 5e-6  # the set-up bites
+    only = fixed_at(model, p, active)
+    fitted = fit(only, known, np.ones(2, bool), robust=False, learn=False, noise=2e-6)
+    node = sensorless_nodes(only, fitted, arm.nodes)[0]
+    assert node.name == "j3"
+    assert node.is_known
+    modelled = known.rise[-1, NODE] + np.log(node.lag) * known.lag[-1, NODE]
+    assert node.height * modelled == pytest.approx(true_rise[-1, NODE], rel=0.1)
+    text = with_sensorless_nodes(arm.text, [node])
+    before, after = (tomllib.loads(t)["thermal"]["node"] for t in (arm.text, text))
+    assert after[NODE]["rise_K"] == pytest.approx(before[NODE]["rise_K"] * node.height, rel=1e-3)
+    assert [n for k, n in enumerate(after) if k != NODE] == [n for k, n in enumerate(before) if k != NODE]
+    assert "j3 has no sensor" in sensorless_findings([node], True)[0].message
+
+
+def fixed_at(model, p, active):
+    """The model with all parameters but some held at values."""
+    import casadi as ca
+
+    inputs, position, rotation, jacobian = model.expressions
+    rows = np.flatnonzero(active).tolist()
+    free = ca.SX.sym("free", len(rows))
+    whole = ca.SX(ca.DM(p))
+    for n, k in enumerate(rows):
+        whole[k] = free[n]
+    outputs = ca.substitute([position, rotation, jacobian[:, rows]], [inputs[-1]], [whole])
+    arguments = [*inputs[:-1], free]
+    return replace(
+        model,
+        parameters=tuple(t for t, flag in zip(model.parameters, active) if flag),
+        flange=ca.Function("flange", arguments, outputs[:2]),
+        expressions=(arguments, *outputs),
+    )
