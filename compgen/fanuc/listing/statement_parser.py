@@ -112,7 +112,7 @@ class StatementParser:
             raise InputError(f"program: line {number}: no position has a number above {LARGEST_NUMBER}; mend it")
         if last or move.letter != "C" or len(move.target) > 1 or number > move.line:
             options = _take_speed_and_termination(data, move, at, limit)
-            move.options = f"{move.options} {options}".strip()
+            move.options = f"{move.options} {options}".strip(" \t")
             move.has_tail = bool(options)
             move.span = (move.span[0], limit)
             self.moves.append(move)
@@ -141,18 +141,18 @@ def _take_speed_and_termination(data: bytes, move: ParsedMotion, at: int, limit:
         move.speed = (match.start(1 if match[1] else 3), at) if match else (at, at)
     if match := TERMINATION.match(data, at, limit):
         move.termination, at = match.span(1), match.end()
-    return data[at:limit].decode("latin-1").strip()
+    return data[at:limit].decode("latin-1").strip(" \t")
 
 
 def _continue_options(data: bytes, move: ParsedMotion, at: int, limit: int) -> None:
     """A motion whose statement runs on: what is still missing is taken from the next line, the rest are options."""
     if move.termination[1] or move.has_tail:
-        rest = data[at:limit].decode("latin-1").strip()
+        rest = data[at:limit].decode("latin-1").strip(" \t")
     else:  # the options before it are those of a via point
         if move.speed[0] == move.speed[1]:
             move.speed = (0, 0)
         rest = _take_speed_and_termination(data, move, at, limit)
-    move.options = f"{move.options} {rest}".strip()
+    move.options = f"{move.options} {rest}".strip(" \t")
     move.has_tail |= bool(rest)
     move.span = (move.span[0], limit)
 
