@@ -184,6 +184,18 @@ def test_a_damaged_library_is_built_anew(tmp_path, damage):
     assert place.read_bytes() == good
 
 
+@needs_compiler
+def test_a_damaged_library_is_not_loaded_where_none_can_be_built(tmp_path, monkeypatch):
+    compiler, source = find_compiler(tmp_path), c_source(instructions_of(everything()))
+    assert load_function(compiler, source, lambda: source) is not None
+    (place,) = tmp_path.glob("*.so")
+    damaged = place.read_bytes()[:-1] + b"\0\0"
+    place.unlink()
+    place.write_bytes(damaged)  # it could still be loaded
+    monkeypatch.setattr("compgen.core.evaluation.compiler._compile", lambda *arguments: False)
+    assert load_function(compiler, source, lambda: source) is None
+
+
 def test_without_a_compiler_numpy_says_so_once_and_goes_on(tmp_path):
     assert find_compiler(tmp_path, "no-such-compiler") is None
     notes: list[str] = []

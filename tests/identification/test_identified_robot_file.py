@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from compgen.core.exceptions import InputError
-from compgen.core.units import MDEG
+from compgen.core.units import DEG, MDEG
 from compgen.error_model.sources.gear_harmonics import GearHarmonics
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_zeros import JointZeros
@@ -164,3 +164,12 @@ def test_a_text_that_does_not_say_what_it_shall_is_refused_in_one_line():
             identified_robot_file._check(text, {"sources": {"box": {"low_deg": 1}}})
         assert "\n" not in str(caught.value)
     identified_robot_file._check("sources.box.low_deg = 1", {"sources": {"box": {"low_deg": 1}}})
+
+
+def test_the_box_of_the_measured_joints_is_rounded_outwards():
+    robot = load_arm("m710ic50").robot
+    low, high = np.array([-60.12345, -30, -20, -120, -110, -150]), np.array([60, 60.00049, 40, 120, -20, 150.7777])
+    box = identified_robot_file._box(robot, np.column_stack([robot.to_theta(low * DEG), robot.to_theta(high * DEG)]))
+    for name, true, outwards in (("low_deg", low, 1), ("high_deg", high, -1)):
+        assert (outwards * (true - box[name]) > -1e-9).all()
+        np.testing.assert_allclose(box[name], true, atol=1.001e-3)

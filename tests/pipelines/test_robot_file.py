@@ -2,6 +2,7 @@
 
 import json
 from contextlib import chdir
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from compgen.core import toml
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.pipelines.path_file import load_job
-from compgen.pipelines.robot_file import find_robot, load_arm, load_cell
+from compgen.pipelines.robot_file import cell_of, find_robot, load_arm, load_cell
 
 ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
 PATH = (ROOT / "paths" / "line_y.toml").read_text()
@@ -132,3 +133,14 @@ def test_a_program_of_a_name_that_is_too_long_is_refused(tmp_path):
     step = f'before=[{{state="moving", program="{"x" * 300}", duration_h=1}}]'
     with pytest.raises(InputError, match=r"program 'xxx.*is unknown"):
         load_job(str(ROOT / "paths" / "line_y.toml"), None, [step])
+
+
+def test_the_order_of_a_robot_files_keys_changes_no_hash():
+    def turned(table):
+        return {key: turned(table[key]) for key in reversed(table)} if isinstance(table, dict) else table
+
+    text = toml.read_toml_text(ROOT / "robots" / "m710ic50.toml", "robots")
+    other = replace(text, tables=turned(text.tables))
+    assert list(other.tables) != list(text.tables)
+    one, same = (cell_of(read, Path("a.toml"), ()).inputs_hash for read in (text, other))
+    assert one == same
