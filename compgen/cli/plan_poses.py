@@ -81,7 +81,7 @@ def plan_poses(
     site = pose_planning.Site(np.array([low, high]) * MM, reflectors_mm * MM, stand, view * DEG, noise * UM, share)
     parts = [
         p
-        for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False)
+        for p in symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)
         if p.original.NAME != "joint_ripple"
     ]
     model = build_model(arm.robot, parts, len(arm.nodes))

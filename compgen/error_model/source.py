@@ -93,6 +93,7 @@ class Entry:
     field: str
     index: tuple[int, ...]
     group: str = ""  # entries of a group share the scale of their prior; by default those of the field
+    label: str = ""  # what it is called in place of its index
 
 
 class Source(Protocol):

@@ -2,8 +2,9 @@ r"""How well a model predicts measurements that it was not fitted to: blocked cr
 
 Poses that follow each other are alike (same posture, same warmth), so they are left out in blocks: consecutive poses
 make a block, blocks are dealt to the folds in turn, and all rows of a pose stay together. For each fold the linear
-problem, with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted. Outliers
-take part in neither."""
+problem, with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted.
+Rows that were set aside take no part in the solution and count in the error: what is measured next time will have its
+wild rows too. Models are compared by a mean in which no row counts for more than LIMIT medians."""
 
 from dataclasses import dataclass
 
@@ -18,6 +19,8 @@ from compgen.identification.model import ArmModel
 
 FOLDS = 10
 BLOCKS = 50  # about so many blocks of consecutive poses
+SMALLEST = 2  # poses of a block
+LIMIT = 5.0  # medians of the distances, that one row may count for where models are compared
 ROUNDS = 25
 
 
@@ -25,13 +28,22 @@ ROUNDS = 25
 class CrossValidation:
     """Distances of measured positions from predictions that did not use them."""
 
-    distance: Array  # (N,) [m]; NaN at outliers
+    distance: Array  # (N,) [m] of all rows, those that were set aside with them; NaN where nothing predicts a row
     block: IntArray  # (N,)
 
     @property
     def mean(self) -> float:
-        """Mean distance [m]."""
+        """Mean distance of all rows [m]."""
         return float(np.nanmean(self.distance))
+
+    @property
+    def robust_mean(self) -> float:
+        """Mean in which no row counts for more than LIMIT medians [m]."""
+        return float(np.nanmean(self.limited(LIMIT * float(np.nanmedian(self.distance)))))
+
+    def limited(self, most: float) -> Array:
+        """Distances, none above ``most``, (N,) [m]."""
+        return np.minimum(self.distance, most)
 
     def interval(self) -> tuple[float, float]:
         """95 % confidence interval of the mean, from the spread of the blocks' means [m]."""
@@ -40,7 +52,7 @@ class CrossValidation:
 
 def pose_blocks(data: Measurements) -> IntArray:
     """The block of each row, (N,)."""
-    size = max(1, round(len(data.theta) / BLOCKS))
+    size = max(SMALLEST, round(len(data.theta) / BLOCKS))
     rank = np.empty(len(data.theta), dtype=int)
     rank[np.argsort(data.time, kind="stable")] = np.arange(len(data.theta))
     return np.asarray(rank[data.pose] // size)
@@ -59,7 +71,7 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
     distance = np.full(len(block), np.nan)
     for k in range(FOLDS):
         held_out = fold == k
-        if not (held_out & ~fitted.outlier).any():
+        if not held_out.any():
             continue
         training = [
             a.without(b)
@@ -73,13 +85,13 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
         step = refitted.x - u
         residual = fitted.linear.z[held_out] - fitted.linear.A[held_out] @ step
         distance[held_out] = np.linalg.norm(residual, axis=1)
-    distance[fitted.outlier] = np.nan
     return CrossValidation(distance, block)
 
 
 def improvement_interval(model: CrossValidation, other: CrossValidation) -> tuple[float, float]:
-    """95 % interval of how much nearer a model predicts than another, on the same rows [m]."""
-    return confidence_interval(other.distance - model.distance, model.block)
+    """95 % interval of how much nearer a model predicts than another, on all rows, each to LIMIT medians [m]."""
+    most = LIMIT * float(np.nanmedian(other.distance))
+    return confidence_interval(other.limited(most) - model.limited(most), model.block)
 
 
 def confidence_interval(values: Array, block: IntArray) -> tuple[float, float]:

@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertainty import UncertainSource
-from compgen.identification.cross_validation import CrossValidation, cross_validate, improvement_interval
+from compgen.identification.cross_validation import cross_validate
 from compgen.identification.fit import Fit, fit
 from compgen.identification.identifiability import Identifiability, assess_identifiability
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import ArmModel, SymbolicSource, WarmUpState, active_in_groups, build_model
-from compgen.identification.parameters import CandidateModel, candidate_models, symbolic_sources, warm_up_states
+from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
+from compgen.identification.parameters import candidate_models, symbolic_sources, warm_up_states
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import STILL
 from compgen.identification.reversals import (
@@ -28,22 +28,12 @@ from compgen.identification.reversals import (
     with_lost_motion,
     without_run_interiors,
 )
-from compgen.identification.thermal_terms import needed_terms
+from compgen.identification.shared_setup import with_shared_setups
+from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
+from compgen.identification.verdict import FittedCandidate, judge
 from compgen.robot.robot import Robot
 
-ILL = 1e4  # condition of the frames' columns beyond which poses cannot tell instrument and reflector apart
-BEYOND = 3.0  # sigmas of its prior, beyond which no thermal parameter is believed
-HELD = 8  # at most so many are held
-NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class FittedCandidate:
-    """A candidate model fitted to the measurements, and how well it predicts."""
-
-    candidate: CandidateModel
-    fit: Fit
-    cross_validation: CrossValidation
+PLAIN_WARMTH = "warmth"  # the state that an arm without a heat model has
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -119,7 +109,9 @@ def identify(
     check_row_count(data)
     moved = np.asarray(np.ptp(data.theta, axis=0) > STILL)
     warm = bool((data.warm > 0).any())
-    states = warm_up_states(known, nodes) if warm and not temperatures else ()
+    if not nodes and facts is not None:
+        facts = replace(facts, nodes=(PLAIN_WARMTH,), growth=(np.zeros((6, 1)), np.zeros((6, 1))))
+    states = warm_up_states(known) if warm and not temperatures else ()
     offered = nodes_to_offer(facts, states, data.modelled) if warm and facts is not None else ()
     sources = symbolic_sources(robot, known, moved, warm, temperatures, facts, offered)
     lost_motion = fit_lost_motion(data, reversal_widths([s.source for s in sources]))
@@ -135,14 +127,18 @@ def identify(
         progress(f"fit {candidate.name}", i / len(models))
         fitted = fit(model, data, active_in_groups(model, candidate.groups))
         candidates.append(FittedCandidate(candidate, fitted, cross_validate(model, data, fitted)))
-    held_out_errors = [s.cross_validation.mean for s in candidates]
+    held_out_errors = [s.cross_validation.robust_mean for s in candidates]
     best = int(np.nanargmin(held_out_errors))
     progress("warmth", 0.9)
-    candidates[best], held = _with_needed_warmth(model, data, candidates[best])
+    selected = candidates[best]
+    data, shared = with_shared_setups(data, selected.fit)
+    fitted, held = with_needed_warmth(model, data, selected.fit, temperatures, anew=bool(shared))
+    candidates[best] = FittedCandidate(selected.candidate, fitted, cross_validate(model, data, fitted))
     progress("judge", 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
-    findings = [*judge(robot, model, data, candidates[0], candidates[best], identifiability, moved), *held]
+    findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
+    findings += [*shared, *held, *(_unwritten_warmth(nodes) if states else ())]
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
@@ -155,116 +151,11 @@ def is_fitted(source: SymbolicSource, chosen: FittedCandidate) -> bool:
     return any(parameter.group in chosen.candidate.groups for parameter in source.parameters)
 
 
-def nodes_to_offer(facts: ArmFacts, states: Sequence[WarmUpState], modelled: Sequence[int]) -> tuple[str, ...]:
-    """Nodes that anything may follow: those with a sensor; one for all where there are no temperatures."""
-    if states:
-        return (facts.nodes[states[0].node],)
-    return tuple(name for k, name in enumerate(facts.nodes) if k not in modelled)
-
-
-def _with_needed_warmth(
-    model: ArmModel, data: Measurements, full: FittedCandidate
-) -> tuple[FittedCandidate, list[Finding]]:
-    """A candidate without the thermal terms that the data does not need, and without those beyond any plausible value.
-
-    A parameter beyond three of its prior's sigmas stands for something that no source models: it is held at nominal.
-    """
-    findings: list[Finding] = []
-    if not (full.fit.active & model.thermal).any():
-        return full, findings
-    active = needed_terms(model, data, full.fit)
-    fitted = full.fit
-    for _ in range(HELD):
-        fitted = fit(model, data, active, start=fitted)
-        ratio = np.abs(fitted.p) / model.prior
-        ratio[~(active & model.thermal)] = 0.0
-        k = int(np.argmax(ratio))
-        if ratio[k] <= BEYOND:
-            break
-        parameter = model.parameters[k]
-        findings.append(
-            Finding(
-                Level.WARNING,
-                "held",
-                f"{parameter.name}: the warm-up asks for {fitted.p[k] / parameter.unit:.3g}, {ratio[k]:.1f} sigmas of "
-                f"its prior ({parameter.prior / parameter.unit:.3g}): something else warms; it is held at nominal",
-            )
-        )
-        active = active.copy()
-        active[k] = False
-    return FittedCandidate(full.candidate, fitted, cross_validate(model, data, fitted)), findings
-
-
-def judge(
-    robot: Robot,
-    model: ArmModel,
-    data: Measurements,
-    nominal: FittedCandidate,
-    selected: FittedCandidate,
-    identifiability: Identifiability,
-    moved: BoolArray,
-) -> list[Finding]:
-    """The reasons of the verdict: the selected model against the nominal arm, joints, outliers, weak parameters."""
-    findings: list[Finding] = []
-    if identifiability.frames_condition > ILL:
-        findings.append(
-            Finding(
-                Level.REFUSED, "frames",
-                "not identifiable: the poses hardly turn the tool, so the places of instrument and reflector cannot be "
-                "told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
-                "second reflector",
-            )
-        )  # fmt: skip
-    gain = improvement_interval(selected.cross_validation, nominal.cross_validation)
-    if selected is nominal or gain[0] <= 0:
-        findings.append(
-            Finding(
-                Level.REFUSED, "no_gain",
-                f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
-                f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
-                f"{_poses_to_add(robot, data, moved)}",
-            )
-        )  # fmt: skip
-    span = np.ptp(data.theta, axis=0)
-    findings += [
-        Finding(Level.WARNING, "still", f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; "
-                f"measure poses that move J{k + 1}")
-        for k in np.flatnonzero(~moved).tolist()
-    ]  # fmt: skip
-    findings += [
-        Finding(Level.WARNING, "narrow", f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are "
-                "known there and nowhere else; the robot file says so (sources.box)")
-        for k in np.flatnonzero(moved & (span < NARROW)).tolist()
-    ]  # fmt: skip
-    outliers = np.flatnonzero(selected.fit.outlier).tolist()
-    for n in outliers[:20]:
-        distance = np.linalg.norm(selected.fit.residual[n]) / UM
-        usual = selected.fit.noise * np.sqrt(3) / UM
-        findings.append(
-            Finding(Level.WARNING, "outlier", f"{data.label[n]}: set aside: {distance:.0f} um from what the other rows "
-                    f"say, where {usual:.0f} um is usual")
-        )  # fmt: skip
-    if len(outliers) > 20:
-        findings.append(Finding(Level.WARNING, "outlier", f"{len(outliers) - 20} more rows were set aside"))
-    weak = identifiability.held_by_prior
-    if weak:
-        names = ", ".join(model.parameters[k].name for k in weak[:6])
-        more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
-        findings.append(
-            Finding(Level.NOTE, "held", f"the data says little of {names}{more}: their priors hold them near nominal")
-        )
-    return findings
-
-
-def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
-    """The mend: which poses would help most."""
-    span = np.ptp(data.theta, axis=0)
-    share = span / (robot.upper - robot.lower)
-    k = int(np.argmin(np.where(moved, share, 0.0)))
-    poses = len(data.theta)
-    if poses < 20:
-        return f"{poses} poses are few: measure 20 or more, as 'cgen plan-poses' says"
-    return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'cgen plan-poses' says"
+def _unwritten_warmth(nodes: int) -> list[Finding]:
+    """What a user must know of a warm-up whose temperatures nobody measured."""
+    mend = "--temperatures" if nodes else "a [thermal] table with nodes, and their log with --temperatures"
+    message = f"the warm-up was fitted along without temperatures, and nothing of its warmth is written; give {mend}"
+    return [Finding(Level.NOTE, "warm_up", message)]
 
 
 def fitted_sources(

@@ -41,11 +41,12 @@ class FreeParameter:
     prior: float  # [SI]
     group: str  # the parameters of a group share one scale
     thermal: bool = False  # the arm's warmth has it, cold poses say nothing of it
+    label: str = ""  # in place of the index
 
     @property
     def name(self) -> str:
-        """Table, key and index from 1, as in ``joint_zeros.offset_mdeg[2]``."""
-        return f"{self.source}.{self.key}[{','.join(str(i + 1) for i in self.index)}]"
+        """Table, key and index from 1 or term, as in ``joint_zeros.offset_mdeg[2]``."""
+        return f"{self.source}.{self.key}[{self.label or ','.join(str(i + 1) for i in self.index)}]"
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)

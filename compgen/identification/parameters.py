@@ -87,10 +87,10 @@ def symbolic_sources(
     return sources
 
 
-def warm_up_states(known: Sequence[UncertainSource], nodes: int) -> tuple[WarmUpState, ...]:
-    """Unknown states of the nodes that a source depends on; each with its own time constant."""
+def warm_up_states(known: Sequence[UncertainSource]) -> tuple[WarmUpState, ...]:
+    """Unknown states of the nodes that a source depends on, each with its own time constant; one where none does."""
     used = set[int]().union(*(k.source.nodes() for k in known if isinstance(k.source, RiseDependent)))
-    return tuple(WarmUpState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used))
+    return tuple(WarmUpState(k, WARM_RISE, WARM_TAU, str(k)) for k in sorted(used or {0}))
 
 
 def _facts_of(robot: Robot, known: Iterable[UncertainSource]) -> ArmFacts:
@@ -139,7 +139,9 @@ def _with_symbols(known: UncertainSource, entries: Sequence[Entry]) -> SymbolicS
             group = f"{source.NAME}.{entry.group or p.field}"
             deviation = float(known.prior[p.field][index])
             thermal = source.FITTING is not None and source.FITTING.rung == "temperature"
-            parameters.append(FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, thermal))
+            parameters.append(
+                FreeParameter(source.NAME, p.field, index, p.key, p.unit, deviation, group, thermal, entry.label)
+            )
             symbols.append(symbol)
         fields[p.field] = filled
     with_symbols = replace(source, **fields) if fields else source

@@ -10,17 +10,22 @@ again, until each of those left
 
 Both are taken at the fit's linearisation, with its scales: terms are small, the arm is linear in them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.findings import Finding, Level
+from compgen.error_model.source import ArmFacts
 from compgen.identification.evidence import NormalEquations, posterior
-from compgen.identification.fit import Fit, frame_prior
+from compgen.identification.fit import Fit, fit, frame_prior
 from compgen.identification.linearisation import channel_equations
 from compgen.identification.measurements import Measurements
-from compgen.identification.model import ArmModel
+from compgen.identification.model import ArmModel, WarmUpState
 
+BEYOND = 3.0  # sigmas of its prior, beyond which no thermal parameter is believed
+HELD = 8  # at most so many are held
 GAIN = 0.1  # of log evidence, that a term must bring
 BLOCKS = 6  # of consecutive warm poses; the first is never foretold
 
@@ -56,6 +61,53 @@ class _Problem:
             linear = self.fitted.linear
             distances.append(np.linalg.norm(linear.z[rows] - linear.A[rows] @ (x - self.unknowns), axis=1))
         return np.concatenate(distances)
+
+
+def nodes_to_offer(facts: ArmFacts, states: Sequence[WarmUpState], modelled: Sequence[int]) -> tuple[str, ...]:
+    """Nodes that anything may follow: those with a sensor; one for all where there are no temperatures."""
+    if states:
+        return (facts.nodes[states[0].node],)
+    return tuple(name for k, name in enumerate(facts.nodes) if k not in modelled)
+
+
+def with_needed_warmth(
+    model: ArmModel, data: Measurements, full: Fit, temperatures: bool, anew: bool = False
+) -> tuple[Fit, list[Finding]]:
+    """A fit without the thermal terms that the data does not need, and without those beyond any plausible value.
+
+    A parameter beyond three of its prior's sigmas stands for something that no source models: it is held at nominal.
+
+    Args:
+        model: The arm with symbols.
+        data: What was measured.
+        full: With all terms.
+        temperatures: Whether they were measured; else rises are fitted along, nothing thermal is written, all is kept.
+        anew: Fit all terms again first: the measurements' frames have changed.
+    """
+    findings: list[Finding] = []
+    fitted = fit(model, data, full.active) if anew else full
+    if not (full.active & model.thermal).any() or not temperatures:
+        return fitted, findings
+    active = needed_terms(model, data, fitted)
+    for _ in range(HELD):
+        fitted = fit(model, data, active, start=fitted)
+        ratio = np.abs(fitted.p) / model.prior
+        ratio[~(active & model.thermal)] = 0.0
+        k = int(np.argmax(ratio))
+        if ratio[k] <= BEYOND:
+            break
+        parameter = model.parameters[k]
+        findings.append(
+            Finding(
+                Level.WARNING,
+                "held",
+                f"{parameter.name}: the warm-up asks for {fitted.p[k] / parameter.unit:.3g}, {ratio[k]:.1f} sigmas of "
+                f"its prior ({parameter.prior / parameter.unit:.3g}): something else warms; it is held at nominal",
+            )
+        )
+        active = active.copy()
+        active[k] = False
+    return fitted, findings
 
 
 def needed_terms(model: ArmModel, data: Measurements, fitted: Fit) -> BoolArray:

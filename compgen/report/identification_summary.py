@@ -33,7 +33,12 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
         "places": len(data.pose),
         "reflectors": list(data.reflectors),
         "noise_um": _um(best.fit.noise),
-        "held_out_um": {"mean": _um(best.cross_validation.mean), "low": _um(low), "high": _um(high)},
+        "held_out_um": {
+            "mean": _um(best.cross_validation.mean),
+            "low": _um(low),
+            "high": _um(high),
+            "robust": _um(best.cross_validation.robust_mean),
+        },
         "ladder": [
             {
                 "model": s.candidate.name,
@@ -43,6 +48,7 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
                     "mean": _um(s.cross_validation.mean),
                     "low": _um(s.cross_validation.interval()[0]),
                     "high": _um(s.cross_validation.interval()[1]),
+                    "robust": _um(s.cross_validation.robust_mean),
                 },
                 "noise_um": _um(s.fit.noise),
             }

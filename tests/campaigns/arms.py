@@ -26,6 +26,7 @@ from wider_arm import BENDS, CENTRE, MASS, NODES, PAYLOAD, PAYLOAD_CENTRE, Wider
 
 import compgen.cli.blas_threads  # noqa: E402, F401
 from compgen.core.evaluation import evaluate  # noqa: E402
+from compgen.core.pose import Pose  # noqa: E402
 from compgen.identification.identify import identify  # noqa: E402
 from compgen.identification.model import SymbolicSource, build_model  # noqa: E402
 from compgen.pipelines.identification_files import identified_robot_text, read_measurements  # noqa: E402
@@ -37,7 +38,7 @@ JOURNAL = ROOT / "tests" / "campaigns" / "arms.jsonl"
 NOISE = 25e-6
 PRISM = np.array([[60, 10, 120], [-50, 40, 150], [5, -60, 180]]) * 1e-3
 LOW, HIGH = np.radians([-60, -30, -60, -120, -110, -150]), np.radians([60, 60, 30, 120, 110, 150])
-HEAD = "time_s,instrument,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
+HEAD = "time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"
 LOADS = f"""
 [sources.loads]
 link_kg = {MASS.tolist()}
@@ -94,7 +95,7 @@ def pose_csv(pendant, places, clock):
     rows = [HEAD]
     for q, triple, t in zip(np.degrees(pendant), places * 1e3, clock):
         for name, p in zip(("r1", "r2", "r3"), triple):
-            rows.append(",".join([f"{t:.1f}", "tracker", name, *(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]))
+            rows.append(",".join([f"{t:.1f}", name, *(f"{v:.6f}" for v in q), *(f"{v:.4f}" for v in p)]))
     return "\n".join(rows) + "\n"
 
 
@@ -145,7 +146,7 @@ def spiral(robot):
     turn = np.linspace(0, 16 * np.pi, 400)
     r = 0.65 * turn / turn[-1]
     place = np.column_stack([1.35 + r * np.cos(turn), -0.03 + r * np.sin(turn), np.full(400, 0.203)])
-    return follow_branch(robot, place, np.tile(np.diag([1.0, -1, -1]), (400, 1, 1)), Posture())
+    return follow_branch(robot, Pose(place, np.tile(np.diag([1.0, -1, -1]), (400, 1, 1))), Posture())
 
 
 def run(seed, sensors=NODES, robot=None):
@@ -160,7 +161,8 @@ def run(seed, sensors=NODES, robot=None):
         seconds = time.perf_counter() - start
         text = identified_robot_text(nominal, result, [cold, warm, log])
     arm = arm_of(tomllib.loads(text), text, "identified.toml")
-    row = {"seed": seed, "sensors": list(sensors), "seconds": round(seconds, 1), "refused": result.refused,
+    row = {"seed": seed, "setups": len(result.selected.fit.frames.origin),
+           "sensors": list(sensors), "seconds": round(seconds, 1), "refused": result.refused,
            "model": result.selected.candidate.name, "noise_um": result.selected.fit.noise * 1e6,
            "held_out_um": result.selected.cross_validation.mean * 1e6}  # fmt: skip
     return row | flown(site, seed, arm, result) | judged_parameters(site.arm, arm, result)

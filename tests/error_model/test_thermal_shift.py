@@ -22,6 +22,10 @@ TWIST = (
     'sources.thermal_bend={link=["a2", "d4", "column"], plane=["twist", "twist", "twist"], '
     'node=["link1", "j3", "j2"], rate_arcsec_K=[1.5, -0.7, 0.4]}'
 )
+DIFFERENCE = (
+    'sources.thermal_bend={link=["a2", "a2", "column", "column"], plane=["arm", "arm", "x", "x"], '
+    'node=["j2", "j3", "j2", "link1"], rate_arcsec_K=[2, -2, 0.4, 0.3], column_mm=565}'
+)
 BASE = 'sources.thermal_shift={of=["d1", "base x", "base y"], node=["j2", "link1", "j3"], rate_um_K=[6.4, -0.5, 2]}'
 LENGTHS = (
     'sources.thermal_shift={of=["a1", "a3", "d4", "d6"], node=["j2", "j3", "wrist", "face"], '
@@ -44,7 +48,14 @@ def poses(*overrides, kind):
 
 
 @pytest.mark.parametrize(
-    ("override", "kind"), [(SHIFT, ThermalShift), (BASE, ThermalShift), (LENGTHS, ThermalShift), (TWIST, ThermalBend)]
+    ("override", "kind"),
+    [
+        (SHIFT, ThermalShift),
+        (BASE, ThermalShift),
+        (LENGTHS, ThermalShift),
+        (TWIST, ThermalBend),
+        (DIFFERENCE, ThermalBend),
+    ],
 )
 def test_the_twins_own_arm_agrees(override, kind):
     nominal, actual, twin = poses(override, kind=kind)

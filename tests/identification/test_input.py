@@ -92,7 +92,7 @@ BAD = {
     "micrometres": (lambda r: text(scaled(r, XYZ, 1e3)), ("um instead of mm", "multiply them by 0.001")),
     "radians": (lambda r: text(scaled(r, JOINTS, DEG)), ("radians", "57.29578")),
     "too few": (lambda r: text(r[:4]), ("12 measured numbers", "12 unknowns", "measure")),
-    "wrong sign": (lambda r: text(scaled(r, ("j2_deg",), -1.0)), ("misses", "signs", "J3")),
+    "wrong sign": (lambda r: text(scaled(r, ("j2_deg",), -1.0)), ("misses", "J2 fits with the opposite sign")),
 }  # fmt: skip
 
 

@@ -103,7 +103,8 @@ class ThermalBend:
         """All bends, in a warm-up; those of a link in a plane share the scale of their prior."""
         if not visible.warm_up:
             return []
-        return [Entry("rate", (i,), group=f"{key[0]} {key[1]}") for i, key in enumerate(zip(self.link, self.plane))]
+        terms = enumerate(zip(self.link, self.plane, self.node_name))
+        return [Entry("rate", (i,), group=" ".join(term[:2]), label=" ".join(term)) for i, term in terms]
 
     def extended(self, arm: ArmFacts, nodes: Sequence[str]) -> tuple["ThermalBend", dict[str, Array]]:
         """With the bends and the twist of every link that has a length, following each of some nodes."""
@@ -137,12 +138,16 @@ class ThermalBend:
         )
 
     def distort(self, chain: Chain, state: State) -> Chain:
-        """The chain with its links bent."""
-        for b, rate in enumerate(entries(self.rate, len(self.row))):
-            if is_zero(rate):
-                continue
-            w = rate * state.rise[int(self.node[b])] * ca.DM(self.axis[b])
-            chain = chain.inserted(int(self.row[b]), cross(w, ca.DM(self.lever[b])), rotation_expr(w, 2))
+        """The chain with its links bent, each plane of a link once."""
+        first: dict[tuple[str, str], int] = {}  # of the bends of a link in a plane
+        turn: dict[int, Any] = {}
+        for b, (rate, key) in enumerate(zip(entries(self.rate, len(self.row)), zip(self.link, self.plane))):
+            if not is_zero(rate):
+                k = first.setdefault(key, b)
+                turn[k] = turn.get(k, 0.0) + rate * state.rise[int(self.node[b])]
+        for k, angle in turn.items():
+            w = angle * ca.DM(self.axis[k])
+            chain = chain.inserted(int(self.row[k]), cross(w, ca.DM(self.lever[k])), rotation_expr(w, 2))
         return chain
 
 

@@ -87,7 +87,8 @@ class ThermalShift:
         """Those of the arm, in a warm-up; reflectors sit on the flange and say nothing of tool and fixture."""
         if not visible.warm_up:
             return []
-        return [Entry("rate", (i,), group=of) for i, of in enumerate(self.of) if _of_the_arm(of)]
+        terms = enumerate(zip(self.of, self.node_name))
+        return [Entry("rate", (i,), group=of, label=f"{of} {node}") for i, (of, node) in terms if _of_the_arm(of)]
 
     def extended(self, arm: ArmFacts, nodes: Sequence[str]) -> tuple["ThermalShift", dict[str, Array]]:
         """With the base, and every length that no profile heats, following each of some nodes."""
@@ -112,10 +113,13 @@ class ThermalShift:
 
     def distort(self, chain: Chain, state: State) -> Chain:
         """The chain with its links, its base, its tool or its part moved."""
+        shift: dict[int, Any] = {}  # of each row
         for b, rate in enumerate(entries(self.rate, len(self.row))):
             if not is_zero(rate):
-                shift = rate * state.rise[int(self.node[b])] * ca.DM(self.axis[b])
-                chain = chain.inserted(int(self.row[b]), shift, ca.SX.eye(3))
+                row = int(self.row[b])
+                shift[row] = shift.get(row, 0.0) + rate * state.rise[int(self.node[b])] * ca.DM(self.axis[b])
+        for row, total in shift.items():
+            chain = chain.inserted(row, total, ca.SX.eye(3))
         return chain
 
 

@@ -131,7 +131,9 @@ def identify(
         measurements, of_log = read_measurements(
             arm, pose_files, line_files, warm_files, log, force, _reference(reference)
         )
-        fitted = pipeline.identify(arm.robot, arm.known, measurements, len(arm.nodes), log is not None, report_progress)
+        fitted = pipeline.identify(
+            arm.robot, arm.known, measurements, len(arm.nodes), log is not None, report_progress, arm.facts
+        )
         result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.unlikely))
         files = [*pose_files, *line_files, *warm_files, *([log] if log else [])]
         text = identified_robot_text(arm, result, files).encode()

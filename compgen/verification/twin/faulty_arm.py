@@ -11,7 +11,7 @@ sample by sample. Equations, units and sources of all faults are on the page of 
 again, so that the twin shares no code with the optimiser's chain.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +26,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.robot.robot import Robot
 from compgen.verification.twin.direction_history import DirectionHistory, joint_side, travel_direction
-from compgen.verification.twin.faults import Faults
+from compgen.verification.twin.faults import Faults, ThermalDistortion
 from compgen.verification.twin.nominal_arm import (
     AGREEMENT,
     build_composition,
@@ -231,12 +231,10 @@ class FaultyArm:
             untwisted = pin.SE3(pin.utils.rotate("x", -twist), np.zeros(3))
             twisted = pin.utils.rotate("x", twist + float(alpha)) @ pin.utils.rotate("y", float(beta))
             E = _constant(untwisted * pin.SE3(twisted, np.array([a, 0.0, d])))
-        for distortion in f.thermal_distortions:
-            if distortion.row == i:
-                node_rise = rise[:, distortion.node, None]
-                bend = distortion.bend * node_rise * distortion.axis
-                shift = np.cross(bend, distortion.lever) + distortion.shift * node_rise * distortion.axis
-                E = _compose(E, Pose(shift, rotation_matrix(bend)))
+        for distortions in _of_one_place(f.thermal_distortions, i):
+            bend = sum(d.bend * rise[:, d.node, None] * d.axis for d in distortions)
+            shift = sum(d.shift * rise[:, d.node, None] * d.axis for d in distortions)
+            E = _compose(E, Pose(np.cross(bend, distortions[0].lever) + shift, rotation_matrix(np.asarray(bend))))
         if i == 6:
             E = _compose(E, Pose(f.tool_frame[None, :3], rotation_matrix(f.tool_frame[3:])[None]))
         return E
@@ -245,6 +243,15 @@ class FaultyArm:
 def build_faulty_arm(robot: Robot, faults: Faults) -> FaultyArm:
     """The twin's nominal arm with faults."""
     return FaultyArm(robot, *build_model(robot), faults)
+
+
+def _of_one_place(distortions: Sequence[ThermalDistortion], row: int) -> list[list[ThermalDistortion]]:
+    """Distortions of the frame behind a row; those about one axis with one lever add up to one turn."""
+    places: dict[tuple[bytes, bytes], list[ThermalDistortion]] = {}
+    for distortion in distortions:
+        if distortion.row == row:
+            places.setdefault((distortion.axis.tobytes(), distortion.lever.tobytes()), []).append(distortion)
+    return list(places.values())
 
 
 def _rows(placement: Pose, rows: Any) -> Pose:

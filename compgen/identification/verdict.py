@@ -1,0 +1,151 @@
+"""The verdict on an identification, with its reasons: what it gains, what it leaves out, what it cannot tell."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray
+from compgen.core.findings import Finding, Level
+from compgen.core.units import DEG, MM, UM
+from compgen.identification.cross_validation import CrossValidation, improvement_interval
+from compgen.identification.fit import Fit
+from compgen.identification.identifiability import Identifiability
+from compgen.identification.measurements import Measurements
+from compgen.identification.model import ArmModel
+from compgen.identification.parameters import CandidateModel
+from compgen.identification.pose_files import STILL
+from compgen.robot.robot import Robot
+
+ILL = 1e4  # condition of the frames' columns beyond which poses can hardly tell instrument and reflector apart
+FOURFOLD = 4.0  # a held-out error so many times smaller than the nominal arm's
+STAYS = 10 * MM  # frames of the nominal and the identified arm: no further apart
+NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
+MOST = 0.05  # share of the rows that may be set aside: of all, of a joint's, of a series'
+FEWEST = 3  # rows that may always be wild
+MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FittedCandidate:
+    """A candidate model fitted to the measurements, and how well it predicts."""
+
+    candidate: CandidateModel
+    fit: Fit
+    cross_validation: CrossValidation
+
+
+def judge(
+    robot: Robot,
+    model: ArmModel,
+    data: Measurements,
+    nominal: FittedCandidate,
+    selected: FittedCandidate,
+    identifiability: Identifiability,
+    moved: BoolArray,
+) -> list[Finding]:
+    """The reasons of the verdict: the selected model against the nominal arm, joints, outliers, weak parameters."""
+    findings: list[Finding] = []
+    if identifiability.frames_condition > ILL:
+        stays = _frames_stay(nominal, selected)
+        findings.append(
+            Finding(
+                Level.WARNING if stays else Level.REFUSED, "frames",
+                f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
+                "instrument and reflector can hardly be told apart; measure poses with other orientations (J4, J5, J6 "
+                "by 40 deg or more), or a second reflector",
+            )
+        )  # fmt: skip
+    findings += refuse_set_aside(data, selected.fit)
+    gain = improvement_interval(selected.cross_validation, nominal.cross_validation)
+    if selected is nominal or gain[0] <= 0:
+        findings.append(
+            Finding(
+                Level.REFUSED, "no_gain",
+                f"on held-out poses no model beats the nominal arm ({nominal.cross_validation.mean / UM:.1f} um "
+                f"with frames fitted; best gain {gain[0] / UM:.1f} to {gain[1] / UM:.1f} um at 95 %); "
+                f"{_poses_to_add(robot, data, moved)}",
+            )
+        )  # fmt: skip
+    span = np.ptp(data.theta, axis=0)
+    findings += [
+        Finding(Level.WARNING, "still", f"joint {k + 1} never moves: its zero, gears and backlash stay at nominal; "
+                f"measure poses that move J{k + 1}")
+        for k in np.flatnonzero(~moved).tolist()
+    ]  # fmt: skip
+    findings += [
+        Finding(Level.WARNING, "narrow", f"joint {k + 1} moves over {span[k] / DEG:.1f} deg only: its gears are "
+                "known there and nowhere else; the robot file says so (sources.box)")
+        for k in np.flatnonzero(moved & (span < NARROW)).tolist()
+    ]  # fmt: skip
+    outliers = np.flatnonzero(selected.fit.outlier).tolist()
+    for n in outliers[:20]:
+        distance = np.linalg.norm(selected.fit.residual[n]) / UM
+        usual = selected.fit.noise * np.sqrt(3) / UM
+        findings.append(
+            Finding(Level.WARNING, "outlier", f"{data.label[n]}: set aside: {distance:.0f} um from what the other rows "
+                    f"say, where {usual:.0f} um is usual")
+        )  # fmt: skip
+    if len(outliers) > 20:
+        findings.append(Finding(Level.WARNING, "outlier", f"{len(outliers) - 20} more rows were set aside"))
+    weak = identifiability.held_by_prior
+    if weak:
+        names = ", ".join(model.parameters[k].name for k in weak[:6])
+        more = f" and {len(weak) - 6} more" if len(weak) > 6 else ""
+        findings.append(
+            Finding(Level.NOTE, "held", f"the data says little of {names}{more}: their priors hold them near nominal")
+        )
+    return findings
+
+
+def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
+    """The mend: which poses would help most."""
+    span = np.ptp(data.theta, axis=0)
+    share = span / (robot.upper - robot.lower)
+    k = int(np.argmin(np.where(moved, share, 0.0)))
+    poses = len(data.theta)
+    if poses < 20:
+        return f"{poses} poses are few: measure 20 or more, as 'cgen plan-poses' says"
+    return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'cgen plan-poses' says"
+
+
+def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:
+    """Refusals of a fit that explains the rest by leaving out too much: rows of all, of one joint, of one series.
+
+    The rows of a joint are those where it stands elsewhere than usual; a series is poses in which it alone moves.
+    """
+    usual = np.median(data.theta, axis=0)
+    alone, elsewhere = _moved_alone(data.theta), np.abs(data.theta - usual) > DEG
+    limits = [
+        *((f"the series in which J{k + 1} alone moves", (alone == k)[data.pose]) for k in range(6)),
+        ("all rows", np.ones(len(data.pose), dtype=bool)),
+        *((f"the rows with J{k + 1} off its usual angle", elsewhere[data.pose, k]) for k in range(6)),
+    ]
+    for name, rows in limits:
+        count = int((fitted.outlier & rows).sum())
+        if count > FEWEST and count > MOST * rows.sum():
+            return [
+                Finding(
+                    Level.REFUSED,
+                    "set_aside",
+                    f"{count} of {int(rows.sum())} ({100 * count / rows.sum():.0f} %) of {name} do not fit the others, "
+                    f"and {100 * MOST:.0f} % may be wild: {MOVED}",
+                )
+            ]
+    return []
+
+
+def _moved_alone(theta: Array) -> Array:
+    """Which joint alone moved to each pose, (M,); -1 where several did, or none."""
+    moved = np.abs(np.diff(theta, axis=0)) > STILL
+    alone = np.where(moved.sum(axis=1) == 1, moved.argmax(axis=1), -1)
+    return np.append(-1, alone)
+
+
+def _frames_stay(nominal: "FittedCandidate", selected: "FittedCandidate") -> bool:
+    """Whether a model predicts four times better and leaves instrument and reflectors where they were."""
+    gain = nominal.cross_validation.robust_mean / selected.cross_validation.robust_mean
+    before, after = nominal.fit.frames, selected.fit.frames
+    if before.origin.shape != after.origin.shape:
+        return False
+    moved = max(np.abs(before.origin - after.origin).max(), np.abs(before.reflector - after.reflector).max())
+    return bool(gain >= FOURFOLD and moved <= STAYS)

@@ -1,0 +1,65 @@
+"""What a verdict rests on: how much may be set aside, and when weak frames are no ground to refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaign import robot_file
+from synthetic import made_up, measured, random_theta
+
+from compgen.core.units import DEG, MM
+from compgen.identification.cross_validation import CrossValidation, improvement_interval
+from compgen.identification.fit import fit
+from compgen.identification.verdict import refuse_set_aside
+
+
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory):
+    return made_up(robot_file(tmp_path_factory.mktemp("verdict")), 5)
+
+
+def series(robot):
+    """Each joint alone from one pose, 18 poses a joint."""
+    base = np.array([0, 10, -15, 30, -60, 20]) * DEG
+    steps = np.linspace(-25, 25, 18) * DEG
+    alone = [base + step * (np.arange(6) == k) for k in range(6) for step in steps]
+    return robot.to_theta(np.array([base, *alone]))
+
+
+def test_a_fit_that_leaves_out_a_whole_series_is_refused(truth):
+    """J2's series is off by some centimetres: a sixth of the rows, which robust weights would set aside."""
+    rng = np.random.default_rng(6)
+    data = measured(truth, series(truth.arm.robot), rng, reflectors=2)
+    pose = np.arange(len(data.theta))
+    pushed = ((pose > 18) & (pose <= 36))[data.pose]
+    data = replace(data, position=data.position + pushed[:, None] * rng.normal(0, 30 * MM, data.position.shape))
+    fitted = fit(truth.model, data, np.array([t.source == "joint_zeros" for t in truth.model.parameters]))
+    assert fitted.outlier[pushed].mean() > 0.5
+    (finding,) = refuse_set_aside(data, fitted)
+    assert "5 % may be wild" in finding.message
+    assert len(finding.message) <= 300
+    of_series = replace(fitted, outlier=pushed & (np.cumsum(pushed) <= 9))  # 4 % of all rows
+    (finding,) = refuse_set_aside(data, of_series)
+    assert "J2" in finding.message
+
+
+def test_a_few_wild_rows_are_no_ground_to_refuse(truth):
+    rng = np.random.default_rng(8)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
+    position = data.position.copy()
+    position[[3, 50]] += 2 * MM
+    fitted = fit(truth.model, replace(data, position=position), np.ones(len(truth.model.parameters), dtype=bool))
+    assert fitted.outlier.sum() >= 2
+    assert refuse_set_aside(data, fitted) == []
+
+
+def test_the_held_out_error_counts_in_rows_set_aside_and_comparisons_limit_each():
+    block = np.repeat(np.arange(50), 2)
+    distance = np.full(100, 50e-6)
+    distance[7] = 5e-3
+    validation = CrossValidation(distance, block)
+    assert validation.mean == pytest.approx(99.5e-6)
+    assert validation.robust_mean == pytest.approx((99 * 50e-6 + 250e-6) / 100)
+    worse = CrossValidation(2 * distance, block)
+    low, high = improvement_interval(validation, worse)
+    assert 40e-6 < low < high < 60e-6
