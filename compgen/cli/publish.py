@@ -183,10 +183,15 @@ def _rename_to_new(stage: Path, target: Path) -> None:
 
 
 def _replace_files(stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str]) -> None:
-    """Rename the files in: old reports go, programs take the place of the old ones, new reports follow."""
-    gone = [*sorted(own_names - {*programs, *reports}), *reversed(reports)]
-    if programs and any(name.endswith(".LS") for name in [*programs[:-1], *gone]):
-        (target / programs[-1]).unlink(missing_ok=True)  # a main program never stands beside others' pages
+    """Rename the files in: old reports go, programs take the place of the old ones, new reports follow.
+
+    Of several programs the main one goes first and comes last, and the older pages go before their manifest does: it
+    tells the next run whose they are.
+    """
+    gone = sorted(own_names - {*programs} | {*reports})
+    pages = [name for name in [*programs[:-1], *gone] if name.endswith(".LS")]
+    for name in [*programs[-1:], *pages] if pages and programs else []:
+        (target / name).unlink(missing_ok=True)
     for name in gone:
         (target / name).unlink(missing_ok=True)
     for name in [*programs, *reports]:

@@ -159,6 +159,28 @@ def test_a_folder_that_has_lost_its_name_is_locked_again_under_it(tmp_path, monk
         assert locks == [away.stat().st_ino, out.stat().st_ino]
 
 
+def test_the_pages_of_two_runs_never_stand_together(tmp_path, monkeypatch):
+    """Nor the older ones under the newer manifest, which would not know them: the next run would be refused."""
+    pages = ("P.pages.json", "P_01.LS", "P_02.LS", "P_03.LS", "P.LS")
+    publish.publish(tmp_path, dict.fromkeys(pages, b"old"), {}, set())
+    (tmp_path / "mine").write_text("mine")
+    states = []
+    for name in ("replace", "unlink"):
+        step = getattr(Path, name)
+
+        def recorded(self, *arguments, step=step, **how):
+            states.append({n: c for n, c in content(tmp_path).items() if "/" not in n and n != "mine"})
+            return step(self, *arguments, **how)
+
+        monkeypatch.setattr(Path, name, recorded)
+    publish.publish(tmp_path, dict.fromkeys((*pages[:3], "P.LS"), b"new"), {}, {*pages})
+    assert len(states) > 6
+    for state in states:
+        assert len({c for n, c in state.items() if n.endswith(".LS")}) <= 1
+        is_old = b"old" in {c for n, c in state.items() if n.endswith(".LS")}
+        assert not is_old or state["P.pages.json"] == b"old"
+
+
 def test_one_file_follows_no_link(tmp_path):
     victim = tmp_path / "victim"
     victim.write_text("mine")
