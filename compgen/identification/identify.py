@@ -180,6 +180,9 @@ def fitted_sources(
                 sources.append(old)
             continue
         values = {f: v.copy() for f, v in source.values.items()}
+        for parameter in source.parameters:
+            if not fit_of[parameter][2]:  # at zero in the fit, whatever the file said
+                values[parameter.field][parameter.index] = 0.0
         sigmas: dict[str, Array] = {}
         for parameter, value, sigma, _ in free:
             values[parameter.field][parameter.index] = value

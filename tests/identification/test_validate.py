@@ -183,3 +183,22 @@ def test_parameters_are_sorted_by_what_they_move(truth, cold):
     assert 0.1 * free < moves[k] <= 1.5 * free, names[k].name
     assert moves.shape == (int(active.sum()),)
     assert (moves >= 0).all()
+
+
+def test_what_the_chosen_model_held_at_zero_is_written_as_zero(truth):
+    """A file that was identified before, and now a model without some of its parameters: the fit had them at zero."""
+    known = true_sources(truth)
+    sources = symbolic_sources(truth.arm.robot, known, np.ones(6, bool), True)
+
+    class PartialFit:
+        p, sigma, outlier = truth.p, np.abs(truth.p), np.zeros(1, bool)
+        active = np.array([not (t.source == "link_offsets" and t.field == "alpha") for t in truth.model.parameters])
+
+    before, after = (
+        next(k.source for k in listed if k.source.NAME == "link_offsets")
+        for listed in (known, fitted_sources(known, sources, truth.model, PartialFit))
+    )
+    fitted_alpha = [t.index for t in truth.model.parameters if t.source == "link_offsets" and t.field == "alpha"]
+    assert all(before.alpha[i] != 0 for i in fitted_alpha)
+    assert all(after.alpha[i] == 0 for i in fitted_alpha)
+    assert np.array_equal(after.a, before.a)
