@@ -66,6 +66,9 @@ def test_lengths_and_times_of_a_small_program():
     assert found["postures"] == {"N U T": 4}
     assert found["limits"]["J1"]["room_deg"] == pytest.approx(180 - np.degrees(np.arctan2(30, 1300)), abs=1e-6)
     assert found["limits"]["J1"]["position"] == 4
+    wrist = np.hypot(1400, 20) - 150, 203 + 175  # of P[3], from the axis of joint 2, the tool pointing down
+    assert found["limits"]["reach"]["room_mm"] == pytest.approx(870 + np.hypot(1016, 170) - np.hypot(*wrist), abs=1e-3)
+    assert found["limits"]["reach"]["position"] == 3
     assert found["unsafe"] == []
 
 

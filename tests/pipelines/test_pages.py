@@ -18,7 +18,7 @@ from compgen.core.units import UM
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
 from compgen.fanuc.paging.manifest import check_manifest
-from compgen.fanuc.paging.stops import add_stops, positions_per_page
+from compgen.fanuc.paging.stops import add_stops, head_line_count, positions_per_page
 from compgen.pipelines import delivery, generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
@@ -206,6 +206,7 @@ def test_each_page_is_text_of_our_own_form_with_its_own_head(made):
         assert own.remarks[:3] == program.remarks[:3]
         assert own.remarks[3].startswith(f"page {k + 1} of {len(pages)}")
         assert f"{start.rise[0]:.1f}" in own.remarks[4]
+        assert own.remarks[-1].startswith("start within" if k == 0 else "wait before")
         assert own.remarks[-1].endswith(f"{start.window:.0f} s")
         assert page.size.lines <= 60
         assert (page.size.lines, page.size.positions) == (len(own.remarks) + 2 + len(own.position), len(own.position))
@@ -361,3 +362,8 @@ def test_what_a_wait_does_counts_from_there_on():
     now, late = (planned.model.actual_pose(theta[n:], r).position for r in (planned.rise[n:], rise))
     moved = late - now
     assert np.linalg.norm(moved, axis=1).max() == pytest.approx(job.start_drift, rel=1e-3)
+
+
+@pytest.mark.parametrize(("nodes", "lines"), [(1, 6), (2, 6), (5, 8), (6, 8)])
+def test_a_head_has_five_remarks_and_two_rises_a_line(nodes, lines):
+    assert head_line_count(nodes) == lines
