@@ -14,6 +14,7 @@ from compgen.cli.app import app
 
 COMMANDS = (
     "generate", "predict", "check", "inspect", "correct", "pages", "heat", "whatif", "identify", "validate",
+    "teach-frame",
     "plan-poses", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
