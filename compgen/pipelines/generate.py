@@ -236,6 +236,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     deviation = deviation_from_path(path, chunks, prepared.sample_count)
     verdict = [
         *judge(deviation, job.bounds),
+        *job_findings.beyond_knowledge(job.bounds, job.held_out),
         *limited,
         *job_findings.solver(solution, job.settings),
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),

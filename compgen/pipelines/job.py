@@ -38,6 +38,7 @@ class Cell:
     robot_file: str  # that was read
     robot_file_hash: str  # sha256 of its bytes
     sensors: Mapping[str, str] = field(default_factory=dict)  # part_<n> of a thermocouple log to the name of a rise
+    held_out: float | None = None  # [m] error of the file's prediction at poses that its identification did not see
     unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's
 
 
@@ -82,6 +83,7 @@ class Job:
     inputs_hash: str
     robot_file: str  # that was read
     robot_file_hash: str  # sha256 of its bytes
+    held_out: float | None = None  # [m] as the cell has it; None for a file that was not identified
     unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
     frame: PartFrame | None = None  # that the path is given in; None: World
 

@@ -16,6 +16,7 @@ from compgen.fanuc import Program
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
+from compgen.verification.verdict import Bounds
 from compgen.verification.written_motion import WrittenMotion
 
 CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
@@ -45,8 +46,24 @@ def limited(solution: Solution) -> list[Finding]:
     worst = int(np.argmax(off))
     text = "; ".join(f"{limit} at waypoints {min(w)} to {max(w)} ({len(w)})" for limit, w in kinds.items())
     farthest = f"farthest from its target: waypoint {worst + 1}, {off[worst] / UM:.1f} um"
+    mends = {"position clamp": "clamp_mm", "rotation clamp": "clamp_deg", "rate limit": "rate_um_mm"}
+    keys = " or ".join(f"compensation.{key}" for name, key in mends.items() if name in kinds)
     message = f"{text}; {farthest}" if text else farthest
+    message += f"; raise {keys} to let the correction go farther" if keys else ""
     return [Finding(Level.WARNING, "compensation.limited", message)]
+
+
+def beyond_knowledge(bounds: Bounds, held_out: float | None) -> list[Finding]:
+    """That a bound is below what the robot file itself knows: the arithmetic can keep it, the part will not see it."""
+    given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
+    if held_out is None or not given or min(given) >= held_out:
+        return []
+    message = (
+        f"bounds of {min(given) / UM:g} um are judged on the robot that its file describes; the file itself was "
+        f"{held_out / UM:.0f} um off (mean) at poses that its identification had not seen: on the part some "
+        f"{held_out / UM:.0f} um can be kept"
+    )
+    return [Finding(Level.WARNING, "bounds.knowledge", message)]
 
 
 def solver(solution: Solution, settings: Settings) -> list[Finding]:

@@ -19,6 +19,7 @@ from compgen.core.rotations import from_wpr
 from compgen.core.toml import check, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
+from compgen.error_model.direction_memory import reversal_widths
 from compgen.pipelines.day_plan import plan_history
 from compgen.pipelines.job import Job, Tool
 from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
@@ -124,7 +125,12 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
             spin=tool.spin_deg * DEG,
         ),
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
-        settings=settings_of(path.compensation, path.tool.axisymmetric),
+        settings=settings_of(
+            path.compensation,
+            path.tool.axisymmetric,
+            has_play=reversal_widths(cell.sources) is not None,
+            is_identified=cell.held_out is not None,
+        ),
         start_drift=path.compensation.start_drift_um * UM,
         history=History(air=air),
         bounds=bounds_of(path.bounds),
@@ -138,6 +144,7 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         robot_file=cell.robot_file,
         robot_file_hash=cell.robot_file_hash,
         frame=frame,
+        held_out=cell.held_out,
         unlikely=(*unlikely_values(path_data, str(source)), *cell.unlikely),
     )
     job = _with_run_in(job, path.path, boundary)

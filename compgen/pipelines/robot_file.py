@@ -14,6 +14,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
+from compgen.core.units import UM
 from compgen.core.unlikely import unlikely_values
 from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import read_joint_box, read_sources
@@ -149,6 +150,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         robot_file=str(source),
         robot_file_hash=sha256(text.content).hexdigest(),
+        held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
         unlikely=unlikely_values(data, where),
     )
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from math import ceil, floor, isfinite, log10
 
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MDEG, UM
@@ -47,6 +48,8 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
             factor = MDEG if unit == "mdeg" else UM
             message = f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}"
             message += f"; worst {extent.where:.3f} m along the path"
+            if level is Level.OUTSIDE:
+                message += f"; {_rounded_up(value / factor):g} can be kept"
             if level is Level.NOTE:
                 message += ", off the part, where no bound is judged"
             findings.append(Finding(level, code, message))
@@ -54,6 +57,14 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
         message = "[bounds] of the path file gives none: nothing says whether this is good enough; give bounds.max_um"
         findings.append(Finding(Level.OUTSIDE, "bounds.none", message))
     return findings
+
+
+def _rounded_up(value: float) -> float:
+    """The next number of three digits."""
+    if not isfinite(value) or value <= 0:
+        return value
+    step = 10.0 ** (floor(log10(value)) - 2)
+    return ceil(value / step) * step
 
 
 def _checks(extents: dict[str, Extent], bounds: Bounds) -> list[tuple[str, Extent, float, float | None]]:

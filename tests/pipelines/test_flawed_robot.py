@@ -95,7 +95,7 @@ def test_the_correction_stays_within_its_rate_through_reversals(raster):
 def test_a_reversal_too_sharp_for_the_rate_is_told_and_lags_at_the_stops(robot):
     """A tenth of a degree of blend asks for 60 um/mm: the best legal correction lags there and catches up."""
     width = "robot.sources.hysteresis.width_mdeg=[100, 100, 100, 100, 100, 100]"
-    job = load_job(path_file("raster_1300"), robot, [*RASTER, width])
+    job = load_job(path_file("raster_1300"), robot, [*RASTER, width, "compensation.rate_um_mm=10"])
     planned, corrected = generate.generate(job, quiet)
     assert corrected.solution.status is Status.LIMITED
     (told,) = [f for f in corrected.findings if f.code == "compensation.limited"]

@@ -112,7 +112,12 @@ def test_a_lead_in_needs_a_lift(robot):
 
 def test_sweeps_begin_so_early_that_their_reversals_are_over_on_the_part(robot):
     short = (PLAY, "robot.sources.hysteresis.width_mdeg=[200, 200, 200, 200, 200, 200]")
-    small = ("path.diameter_mm=300", "path.stepover_mm=60")
+    small = (
+        "path.diameter_mm=300",
+        "path.stepover_mm=60",
+        "compensation.rate_um_mm=10",
+        "compensation.curvature_period_mm=10",
+    )
     plain = load_job(path_file("raster_1300"), robot, (*short, *small, "process.lead_in=false"))
     job = load_job(path_file("raster_1300"), robot, (*short, *small))
     assert any(f.code == "path.lead_in" and "not 5 (path.lead_mm)" in f.message for f in job.unlikely)
