@@ -83,7 +83,7 @@ def publish(
             if manifest:
                 own_names = own_names | files_of_earlier_run(target / manifest)
             check_names(folder, own_names)
-            _put(target, programs, reports, own_names)
+            _put(target, programs, reports, own_names, bool(manifest))
     except OSError as failure:
         raise _refusal(folder, failure.strerror or str(failure)) from failure
     finally:
@@ -97,6 +97,7 @@ def _put(
     programs: Mapping[str, bytes | Iterable[bytes]],
     reports: Mapping[str, bytes | Iterable[bytes]],
     own_names: set[str],
+    paged: bool,
 ) -> None:
     """Write files into a hidden folder, and put them in their places."""
     stage: Path | None = None
@@ -120,9 +121,9 @@ def _put(
         elif beside:
             stage.chmod(target.stat().st_mode & 0o7777)
             if not _exchange(stage, target):
-                _replace_files(stage, target, list(programs), list(reports), own_names)
+                _replace_files(stage, target, list(programs), list(reports), own_names, paged)
         else:
-            _replace_files(stage, target, list(programs), list(reports), own_names)
+            _replace_files(stage, target, list(programs), list(reports), own_names, paged)
     finally:
         if stage is not None:
             _remove(stage)
@@ -182,15 +183,17 @@ def _rename_to_new(stage: Path, target: Path) -> None:
         raise
 
 
-def _replace_files(stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str]) -> None:
+def _replace_files(
+    stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str], paged: bool
+) -> None:
     """Rename the files in: old reports go, programs take the place of the old ones, new reports follow.
 
-    Of several programs the main one goes first and comes last, and the older pages go before their manifest does: it
-    tells the next run whose they are.
+    What tells the next run whose the others are (a report's JSON, a manifest, a program) goes after them. Of pages the
+    main program goes first and comes last.
     """
-    gone = sorted(own_names - {*programs} | {*reports})
-    pages = [name for name in [*programs[:-1], *gone] if name.endswith(".LS")]
-    for name in [*programs[-1:], *pages] if pages and programs else []:
+    gone = sorted(own_names - {*programs} | {*reports}, key=lambda n: (n.endswith(".LS"), n.endswith(".json"), n))
+    pages = [name for name in [*programs[:-1], *gone] if name.endswith(".LS")] if paged and programs else []
+    for name in [*programs[-1:], *pages] if pages else []:
         (target / name).unlink(missing_ok=True)
     for name in gone:
         (target / name).unlink(missing_ok=True)

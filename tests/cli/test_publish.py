@@ -100,7 +100,7 @@ def test_several_programs_begin_without_their_main_program(tmp_path, monkeypatch
     (tmp_path / "mine").write_text("mine")
     replaced = []
     monkeypatch.setattr(Path, "replace", lambda self, to: replaced.append(content(tmp_path)) or os.rename(self, to))
-    publish.publish(tmp_path, {"C.LS": b"new", "A.LS": b"new"}, {}, OURS | {"B.LS", "C.LS"})
+    publish.publish(tmp_path, {"C.LS": b"new", "A.LS": b"new"}, {}, OURS | {"B.LS", "C.LS"}, "A.pages.json")
     assert [sorted(n for n in files if n.endswith(".LS") and "/" not in n) for files in replaced] == [[], ["C.LS"]]
 
 
@@ -173,7 +173,7 @@ def test_the_pages_of_two_runs_never_stand_together(tmp_path, monkeypatch):
             return step(self, *arguments, **how)
 
         monkeypatch.setattr(Path, name, recorded)
-    publish.publish(tmp_path, dict.fromkeys((*pages[:3], "P.LS"), b"new"), {}, {*pages})
+    publish.publish(tmp_path, dict.fromkeys((*pages[:3], "P.LS"), b"new"), {}, {*pages}, "P.pages.json")
     assert len(states) > 6
     for state in states:
         assert len({c for n, c in state.items() if n.endswith(".LS")}) <= 1
