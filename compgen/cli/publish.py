@@ -188,10 +188,11 @@ def _replace_files(
 ) -> None:
     """Rename the files in: old reports go, programs take the place of the old ones, new reports follow.
 
-    What tells the next run whose the others are (a report's JSON, a manifest, a program) goes after them. Of pages the
-    main program goes first and comes last.
+    What tells the next run whose the others are (the first report, a manifest, a program) goes after them. Of pages
+    the main program goes first and comes last.
     """
-    gone = sorted(own_names - {*programs} | {*reports}, key=lambda n: (n.endswith(".LS"), n.endswith(".json"), n))
+    others = sorted(own_names - {*programs, *reports}, key=lambda name: (name.endswith(".LS"), name))
+    gone = [*others, *reversed(reports)]
     pages = [name for name in [*programs[:-1], *gone] if name.endswith(".LS")] if paged and programs else []
     for name in [*programs[-1:], *pages] if pages else []:
         (target / name).unlink(missing_ok=True)
