@@ -22,6 +22,7 @@ STAYS = 10 * MM  # frames of the nominal and the identified arm: no further apar
 NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
 MOST = 0.05  # share of the rows that may be set aside: of all, of a joint's, of a series'
 FEWEST = 3  # rows that may always be wild
+FAR = 2e-3  # of the arm's reach: what no calibration leaves
 MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
 
 
@@ -56,6 +57,16 @@ def judge(
             )
         )  # fmt: skip
     findings += refuse_set_aside(data, selected.fit)
+    left, reach = selected.cross_validation.robust_mean, float(np.abs(robot.a).sum() + np.abs(robot.d).sum())
+    if left > FAR * reach:
+        findings.append(
+            Finding(
+                Level.REFUSED, "unexplained",
+                f"at poses it had not seen the best model is {left / MM:.1f} mm off, more than an arm's zeros, lengths "
+                f"and gears explain ({FAR * reach / MM:.1f} mm for this reach); are the pendant table (coupled joints, "
+                "signs), the DH lengths and the order of the columns this robot's?",
+            )
+        )  # fmt: skip
     gain = improvement_interval(selected.cross_validation, nominal.cross_validation)
     if selected is nominal or gain[0] <= 0:
         findings.append(

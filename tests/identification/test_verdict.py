@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from campaign import robot_file
+from shipped import quiet
 from synthetic import made_up, measured, random_theta
 
 from compgen.core.units import DEG, MM
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
+from compgen.identification.identify import identify
 from compgen.identification.verdict import refuse_set_aside
 
 
@@ -63,3 +65,17 @@ def test_the_held_out_error_counts_in_rows_set_aside_and_comparisons_limit_each(
     worse = CrossValidation(2 * distance, block)
     low, high = improvement_interval(validation, worse)
     assert 40e-6 < low < high < 60e-6
+
+
+def test_a_coupling_that_the_arm_has_not_is_refused_however_much_it_gains(truth):
+    """A robot file whose joint 6 turns with joint 5: centimetres wrong, yet better than the nominal arm."""
+    rng = np.random.default_rng(9)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng, reflectors=2)
+    theta = data.theta.copy()
+    theta[:, 5] += data.theta[:, 4]
+    wrong = identify(truth.arm.robot, truth.arm.known, replace(data, theta=theta), len(truth.arm.nodes), False, quiet)
+    (finding,) = [f for f in wrong.findings if f.code == "unexplained"]
+    assert wrong.refused
+    assert "coupled joints" in finding.message
+    right = identify(truth.arm.robot, truth.arm.known, data, len(truth.arm.nodes), False, quiet)
+    assert not right.refused
