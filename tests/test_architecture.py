@@ -249,3 +249,54 @@ def test_unit_factors_have_their_names(path):
 def test_files_without_units_still_need_their_exception():
     for name in NO_UNITS:
         assert list(raw_factors(PACKAGE / name)), name
+
+
+def is_private(name):
+    return name.startswith("_") and not name.startswith("__") and name != "_"
+
+
+def private_names():
+    """What the package gives a name with a leading underscore: functions, classes, constants, attributes, modules."""
+    for path in FILES:
+        if is_private(path.stem):
+            yield path.stem
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                yield node.name
+            elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
+                yield node.id if isinstance(node, ast.Name) else node.attr
+
+
+PRIVATE = {name for name in private_names() if is_private(name)}
+
+
+PATCHES = {"getattr", "setattr", "delattr", "object"}  # whose arguments name what is patched
+
+
+def reached(tree):
+    """Private names of the package that a test imports, asks an object for, or names in a string to patch."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("compgen"):
+            yield from (f"{node.lineno}: {alias.name}" for alias in node.names if is_private(alias.name))
+        elif isinstance(node, ast.Attribute) and node.attr in PRIVATE:
+            if ast.unparse(node.value) not in ("self", "os"):
+                yield f"{node.lineno}: {ast.unparse(node)}"
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in PATCHES:
+            texts = [x.value for x in node.args if isinstance(x, ast.Constant) and isinstance(x.value, str)]
+            yield from (f"{node.lineno}: {text!r}" for text in texts if text.split(".")[-1] in PRIVATE)
+
+
+TEST_FILES = sorted(Path(__file__).parent.rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", TEST_FILES, ids=lambda path: path.relative_to(Path(__file__).parent).as_posix())
+def test_no_test_reaches_behind_the_public_face(path):
+    assert not list(reached(ast.parse(path.read_text())))
+
+
+def test_what_reaches_behind_the_public_face_is_seen():
+    name = min(PRIVATE)
+    patches = f"setattr(x, '{name}', 1)", f"monkeypatch.setattr('compgen.core.{name}', 1)"
+    for text in (f"from compgen.core import {name}", f"x.{name}", *patches):
+        assert len(list(reached(ast.parse(text)))) == 1
+    assert not list(reached(ast.parse(f"self.{name}")))

@@ -121,9 +121,9 @@ def _put(
         elif beside:
             stage.chmod(target.stat().st_mode & 0o7777)
             if not _exchange(stage, target):
-                _replace_files(stage, target, list(programs), list(reports), own_names, paged)
+                replace_files(stage, target, list(programs), list(reports), own_names, paged)
         else:
-            _replace_files(stage, target, list(programs), list(reports), own_names, paged)
+            replace_files(stage, target, list(programs), list(reports), own_names, paged)
     finally:
         if stage is not None:
             _remove(stage)
@@ -183,7 +183,7 @@ def _rename_to_new(stage: Path, target: Path) -> None:
         raise
 
 
-def _replace_files(
+def replace_files(
     stage: Path, target: Path, programs: list[str], reports: list[str], own_names: set[str], paged: bool
 ) -> None:
     """Rename the files in: old reports go, programs take the place of the old ones, new reports follow.

@@ -68,7 +68,7 @@ def refine(
         return path, theta
     for _ in range(MAX_ROUNDS):
         periods = np.diff(path.arc) / (feed * robot.controller.period)
-        needed = np.sqrt(_error_bend(solve, sources, model, path, theta) / (CHORD_SHARE * chord))
+        needed = np.sqrt(error_bend(solve, sources, model, path, theta) / (CHORD_SHARE * chord))
         parts = np.ceil(np.minimum(needed, np.maximum(np.floor(periods), 1))).astype(np.int64)
         if not (parts > 1).any():
             break
@@ -77,7 +77,7 @@ def refine(
     return path, theta
 
 
-def _error_bend(
+def error_bend(
     solve: Callable[[Pose], Array],
     sources: Sequence[Source],
     model: ErrorModel,

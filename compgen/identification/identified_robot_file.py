@@ -38,7 +38,7 @@ def robot_text(
     Raises:
         InputError: The file's tables are laid out in a way that cannot be updated.
     """
-    sources = {"box": _box(robot, box)}
+    sources = {"box": box_table(robot, box)}
     for entry in known:
         if entry.sigma:
             sources[entry.source.NAME] = {**table_of(entry), "provenance": provenance}
@@ -47,11 +47,12 @@ def robot_text(
         updated = _update(text, expected, _plain(record), _plain(sources))
     except TOMLKitError as exception:
         raise InputError(f"robot file: cannot be updated: {exception}; {_MEND}") from None
-    _check(updated, expected)
+    check_written(updated, expected)
     return updated
 
 
-def _box(robot: Robot, box: Array) -> dict[str, Any]:
+def box_table(robot: Robot, box: Array) -> dict[str, Any]:
+    """A box of DH angles (6, 2) [rad] as the table of a robot file: pendant angles [deg], rounded outwards."""
     corners = np.array([robot.to_pendant(box[:, 0]), robot.to_pendant(box[:, 1])]) / DEG
     low, high = corners.min(axis=0), corners.max(axis=0)
     return {"low_deg": np.floor(low * PER_DEGREE) / PER_DEGREE, "high_deg": np.ceil(high * PER_DEGREE) / PER_DEGREE}
@@ -150,7 +151,7 @@ def _inline(values: Mapping[str, Any]) -> Item:
     return table
 
 
-def _check(text: str, expected: Mapping[str, Any]) -> None:
+def check_written(text: str, expected: Mapping[str, Any]) -> None:
     """Raises InputError unless a text says what it shall."""
     try:
         if tomllib.loads(text) == expected:

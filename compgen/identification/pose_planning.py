@@ -102,7 +102,7 @@ def plan_reversals(robot: Robot, model: ArmModel, nodes: int, site: Site, plan: 
         for m in np.argsort(-lever.max(axis=1), kind="stable"):
             poses = plan.theta[m] + steps
             inside = (poses >= robot.lower).all() and (poses <= robot.upper).all()
-            if inside and _visible(model, nodes, site, poses).all():
+            if inside and visible_poses(model, nodes, site, poses).all():
                 runs.append((poses, int(np.argmax(lever[m]))))
                 break
     return runs
@@ -124,7 +124,7 @@ def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, coun
     while count_visible < CANDIDATES and drawn < DRAWS:
         theta = middle + half * rng.uniform(-1, 1, (20_000, 6))
         drawn += len(theta)
-        visible = theta[_visible(model, nodes, site, theta)]
+        visible = theta[visible_poses(model, nodes, site, theta)]
         batches.append(visible)
         count_visible += len(visible)
     if count_visible < 2 * count:
@@ -136,7 +136,7 @@ def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, coun
     return np.concatenate(batches)[:CANDIDATES]
 
 
-def _visible(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
+def visible_poses(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
     """Which poses have all reflectors in the box and facing the instrument, (M,)."""
     position_of_reflector = _reflectors(model, nodes, site, theta)
     _, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))

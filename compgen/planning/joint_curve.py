@@ -116,7 +116,7 @@ def _select_knots(arc: Array, theta: Array, stop: BoolArray) -> IntArray:
     if N < 8:
         return np.arange(N)
     ends = np.flatnonzero(stop)
-    density = np.maximum(np.sqrt(_bend(arc, theta, ends) / (8 * MAX_CHORD)), 1 / MAX_KNOT_SPACING)
+    density = np.maximum(np.sqrt(joint_bend(arc, theta, ends) / (8 * MAX_CHORD)), 1 / MAX_KNOT_SPACING)
     count = np.concatenate([[0.0], np.cumsum(density * np.diff(arc))])
     knots_passed = np.floor(count[1:] - np.repeat(count[ends[:-1]], np.diff(ends)))  # each run from its own start
     keep = stop.copy()
@@ -127,7 +127,7 @@ def _select_knots(arc: Array, theta: Array, stop: BoolArray) -> IntArray:
     return np.flatnonzero(keep)
 
 
-def _bend(arc: Array, theta: Array, ends: IntArray) -> Array:
+def joint_bend(arc: Array, theta: Array, ends: IntArray) -> Array:
     """Second derivative of the joints over the arc in each segment, (N - 1,) [rad/m2]: the larger of its two ends'."""
     N = len(arc)
     bend = np.zeros(N)

@@ -181,7 +181,7 @@ def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
             "line": {"width": 0},
         }
         scene_name = f"scene{i if i > 1 else ''}"
-        xyz = _positions_at(path, curve.arc)
+        xyz = positions_at(path, curve.arc)
         traces.append(trace("scatter3d", *xyz, mode="markers", marker=marker, showlegend=False, scene=scene_name))
         scenes[scene_name] = {"domain": {"x": span, "y": [0.0, 1.0]}, **scene}
         titles.append(
@@ -191,7 +191,7 @@ def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
     return figure(traces, 460, annotations=titles, **scenes)
 
 
-def _positions_at(path: ToolPath, arc: Array) -> list[Array]:
+def positions_at(path: ToolPath, arc: Array) -> list[Array]:
     """x, y and z [mm] at lengths along the path, (K,) each, linear between waypoints."""
     after = np.searchsorted(path.arc, arc, side="right").clip(1, len(path.arc) - 1)
     rows = np.unique(np.concatenate([after - 1, after]))

@@ -64,14 +64,14 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
             (path.contact[rows, None].astype(np.int64), 0),
             (job.robot.to_pendant(theta[rows]) / DEG, 6),
         ]
-        return bytes(_lines(first + 1, last + 1, tables))
+        return bytes(csv_lines(first + 1, last + 1, tables))
 
     yield ",".join(column_names(planned)).encode("ascii")
     yield from map_blocks(len(path.arc), block, BLOCK)
     yield b"\n"
 
 
-def _lines(first: int, last: int, tables: list[tuple[Array | IntArray | None, int]]) -> bytes | memoryview:
+def csv_lines(first: int, last: int, tables: list[tuple[Array | IntArray | None, int]]) -> bytes | memoryview:
     """Rows first to before last: the number, then each table's columns with so many decimals; three blanks for none."""
     parts: list[bytes | Column] = [b"\n", consecutive(first, last)]
     for table, decimals in tables:
@@ -82,12 +82,12 @@ def _lines(first: int, last: int, tables: list[tuple[Array | IntArray | None, in
         else:
             columns = short_columns(table, decimals, before=b",")
             if columns is None:
-                return _long_lines(first, last, tables)
+                return long_csv_lines(first, last, tables)
             parts += columns
     return join_columns(last - first, parts)
 
 
-def _long_lines(first: int, last: int, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
+def long_csv_lines(first: int, last: int, tables: list[tuple[Array | IntArray | None, int]]) -> bytes:
     """Rows whose numbers have more digits than there is room for in columns of words."""
     number = np.arange(first, last)
     columns: list[tuple[str, Array | IntArray]] = [("%d", number)]

@@ -108,7 +108,7 @@ def test_runs_on_the_same_folder_put_their_files_there_one_after_the_other(tmp_p
     """Else the pages of one stand beside the main program of another."""
     (tmp_path / "mine").write_text("mine")
     publish.publish(tmp_path, {"P_01.LS": b"old", "P_02.LS": b"old", "P.LS": b"old"}, {}, set())
-    replace_files, second = publish._replace_files, []
+    replace_files, second = publish.replace_files, []
 
     def interrupted_by_another(*arguments):
         if not second:
@@ -119,7 +119,7 @@ def test_runs_on_the_same_folder_put_their_files_there_one_after_the_other(tmp_p
             assert second[0].is_alive()
         replace_files(*arguments)
 
-    monkeypatch.setattr(publish, "_replace_files", interrupted_by_another)
+    monkeypatch.setattr(publish, "replace_files", interrupted_by_another)
     first = {"P_01.LS": b"first", "P_02.LS": b"first", "P.LS": b"first"}
     publish.publish(tmp_path, first, {}, {*first})
     second[0].join()

@@ -33,7 +33,7 @@ from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.error_model.sources.joint_coupling import JointCoupling
 from compgen.error_model.sources.joint_zeros import JointZeros
 from compgen.error_model.sources.link_offsets import LinkOffsets, parallel_axes
-from compgen.error_model.sources.measured_map import AxisMap, _basis_expr
+from compgen.error_model.sources.measured_map import AxisMap, basis_expr
 from compgen.error_model.sources.thermal_bend import ThermalBend
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.robot_file import load_cell
@@ -360,7 +360,7 @@ def test_a_map_is_its_stations_for_each_direction_and_a_spline_between():
 
 
 def test_a_map_of_two_stations_is_a_line():
-    basis = np.asarray(ca.Function("b", [], [_basis_expr(np.array([0.0, 1.0]), ca.SX(0.25))])()["o0"]).ravel()
+    basis = np.asarray(ca.Function("b", [], [basis_expr(np.array([0.0, 1.0]), ca.SX(0.25))])()["o0"]).ravel()
     assert_allclose(basis, [0.75, 0.25])
 
 

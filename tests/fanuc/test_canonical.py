@@ -176,7 +176,7 @@ def test_columns_read_what_lines_read():
     from compgen.fanuc.canonical import reader
 
     text = ls.compose(many(300, 5))
-    quick = reader._by_columns(text)
+    quick = reader.read_columns(text)
     assert quick is not None
     slow = ls.interpret(text.replace(b" 200mm/sec", b" 200.mm/sec", 1))  # not as we write it: read line by line
     assert_allclose(quick.position, slow.position, atol=1e-12)
@@ -217,10 +217,10 @@ def test_columns_never_read_what_lines_do_not(count, decimals, monkeypatch):
     rng = np.random.default_rng(count)
     text = ls.compose(replace(many(count, count), decimals=decimals))
     texts = [text, *(wounded(text, rng) for _ in range(1500))]
-    quick = [reader._by_columns(t) for t in texts]
+    quick = [reader.read_columns(t) for t in texts]
     assert quick[0] is not None
     assert 20 < sum(q is not None and t != text for q, t in zip(quick, texts)) < 500
-    monkeypatch.setattr(reader, "_by_columns", lambda data: None)
+    monkeypatch.setattr(reader, "read_columns", lambda data: None)
     for found, data in zip(quick, texts):
         if found is not None:
             careful = ls.interpret(data)
@@ -239,7 +239,7 @@ def test_columns_are_shared_out_with_the_same_meaning():
     evaluation.configure(None, 3)
     try:
         assert ls.compose(many(20_000, 7)) == text
-        shared = reader._by_columns(text)
+        shared = reader.read_columns(text)
     finally:
         evaluation.configure(None)
     assert shared is not None
@@ -441,8 +441,7 @@ def test_more_decimals_are_written_and_read(seed, count, decimals):
 
 
 @pytest.mark.parametrize("rows", [40 * [b"123456789;"], [*(40 * [b"123456789;"]), *(3 * [b"12;"]), *(40 * [b"1234;"])]])
-def test_rows_end_where_each_mark_stands(monkeypatch, rows):
+def test_rows_end_where_each_mark_stands(rows):
     """Guessed ahead from the row before, or looked for: the same ends."""
-    monkeypatch.setattr(reader, "_CHUNK", 100)
     ends = np.cumsum([0, *map(len, rows)])
-    assert reader._row_ends(b"".join(rows), 0, int(ends[-1]), b";", 1).tolist() == ends.tolist()
+    assert reader.row_ends(b"".join(rows), 0, int(ends[-1]), b";", 1, window=100).tolist() == ends.tolist()

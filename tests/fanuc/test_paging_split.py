@@ -18,7 +18,7 @@ from compgen.fanuc.analysis.modal_state import read_modal_state
 from compgen.fanuc.paging.capacity import Capacity, program_size
 from compgen.fanuc.paging.join_check import JoinError, called_programs, check_join
 from compgen.fanuc.paging.names import page_names
-from compgen.fanuc.paging.split import _line_count, split_program
+from compgen.fanuc.paging.split import line_count, split_program
 
 
 def controller(lines=12, positions=50, memory=1e6, name=12):
@@ -352,9 +352,9 @@ def test_a_frame_holds_up_to_the_call_that_may_change_it():
 
 
 def test_a_last_line_without_an_end_is_a_line():
-    assert _line_count([]) == 0
-    assert _line_count([b"   1:  ;\n    :  ;\n", b"   2:  ;\n"]) == 3
-    assert _line_count([b"   1:  ;\r\n", b"   2:  ;"]) == 2
+    assert line_count([]) == 0
+    assert line_count([b"   1:  ;\n    :  ;\n", b"   2:  ;\n"]) == 3
+    assert line_count([b"   1:  ;\r\n", b"   2:  ;"]) == 2
 
 
 def naive_size(data):

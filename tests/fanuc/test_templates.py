@@ -117,7 +117,7 @@ def test_a_second_reader_agrees_on_long_programs(style):
 @pytest.mark.parametrize("style", TEXTS)
 def test_a_regular_program_is_hardly_read_one_by_one(style, monkeypatch):
     count = []
-    for module, name in ((positions, "parse_block"), (statement_parser, "_take_targets")):
+    for module, name in ((positions, "parse_block"), (statement_parser, "take_targets")):
         usual = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *a, usual=usual: count.append(1) or usual(*a))
     loads(TEXTS[style], 100)

@@ -161,15 +161,16 @@ def test_new_tables_come_after_the_last_line(arm):
 def test_a_text_that_does_not_say_what_it_shall_is_refused_in_one_line():
     for text in ("[sources]\nbox = 1\n", "[sources.box]\n[sources.box]\n", ""):
         with pytest.raises(InputError, match=r"cannot be updated.*; give each source a table") as caught:
-            identified_robot_file._check(text, {"sources": {"box": {"low_deg": 1}}})
+            identified_robot_file.check_written(text, {"sources": {"box": {"low_deg": 1}}})
         assert "\n" not in str(caught.value)
-    identified_robot_file._check("sources.box.low_deg = 1", {"sources": {"box": {"low_deg": 1}}})
+    identified_robot_file.check_written("sources.box.low_deg = 1", {"sources": {"box": {"low_deg": 1}}})
 
 
 def test_the_box_of_the_measured_joints_is_rounded_outwards():
     robot = load_arm("m710ic50").robot
     low, high = np.array([-60.12345, -30, -20, -120, -110, -150]), np.array([60, 60.00049, 40, 120, -20, 150.7777])
-    box = identified_robot_file._box(robot, np.column_stack([robot.to_theta(low * DEG), robot.to_theta(high * DEG)]))
+    theta_box = np.column_stack([robot.to_theta(low * DEG), robot.to_theta(high * DEG)])
+    box = identified_robot_file.box_table(robot, theta_box)
     for name, true, outwards in (("low_deg", low, 1), ("high_deg", high, -1)):
         assert (outwards * (true - box[name]) > -1e-9).all()
         np.testing.assert_allclose(box[name], true, atol=1.001e-3)

@@ -4,7 +4,7 @@ import numpy as np
 from naive_arm import flange
 
 from compgen.identification.model import build_model
-from compgen.identification.pose_planning import Site, _visible
+from compgen.identification.pose_planning import Site, visible_poses
 from compgen.pipelines.robot_file import load_robot
 
 
@@ -12,7 +12,7 @@ def seen(reflector, box, instrument=None, view=90.0, joints=(0, 20, -10, 0, -60,
     robot = load_robot("m710ic50")
     site = Site(np.array(box) / 1e3, np.array([reflector]) / 1e3, instrument, np.radians(view), 1e-5, 0.8)
     theta = robot.to_theta(np.radians([joints]))
-    return bool(_visible(build_model(robot, (), 0), 0, site, theta)[0])
+    return bool(visible_poses(build_model(robot, (), 0), 0, site, theta)[0])
 
 
 def test_the_box_holds_the_reflector_and_not_the_flange():

@@ -140,7 +140,7 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
         flange = inverse_kinematics.flange_from_tool(pose, job.tool.pose)
         return inverse_kinematics.solve_flange(job.robot, flange, job.posture)[0]
 
-    bend = refinement._error_bend(solve, job.sources, planned.model, planned.path, planned.theta)
+    bend = refinement.error_bend(solve, job.sources, planned.model, planned.path, planned.theta)
     assert ((bend <= refinement.CHORD_SHARE * job.chord) | (room < 2)).all()  # no segment is left that could be cut
 
 

@@ -137,9 +137,9 @@ def test_the_tables_text_is_what_formatting_each_number_gives():
     wide[:3] = [[0.0, -0.0, -1e-9], [0.5e-6, -0.5e-6, 99999.0], [1.0, -1.0, 0.1]]
     rows = (9_998, 10_498)
     tables = [(wide, 6), (wide, 4), (None, 4), (wide[:, :2], 5), (np.ones((500, 1), dtype=np.int64), 0)]
-    assert waypoints_csv._lines(*rows, tables) == waypoints_csv._long_lines(*rows, tables)
+    assert waypoints_csv.csv_lines(*rows, tables) == waypoints_csv.long_csv_lines(*rows, tables)
     big = [(wide * 1e4, 6)]
-    assert waypoints_csv._lines(*rows, big) == waypoints_csv._long_lines(*rows, big)
+    assert waypoints_csv.csv_lines(*rows, big) == waypoints_csv.long_csv_lines(*rows, big)
 
 
 def test_workers_and_stretches_change_no_byte(tmp_path):

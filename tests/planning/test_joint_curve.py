@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from compgen.planning.joint_curve import AVERAGED, _bend, fit_joint_curve, last_before
+from compgen.planning.joint_curve import AVERAGED, fit_joint_curve, joint_bend, last_before
 
 
 def test_last_before_is_what_a_search_finds():
@@ -37,6 +37,6 @@ def test_the_bend_of_a_parabola_is_its_second_derivative():
     rng = np.random.default_rng(8)
     arc = 3 + np.cumsum(rng.uniform(0.5, 1.5, 30))
     theta = np.outer(arc**2, [0.5, -1.5, 0, 1, 0, 0.1])
-    bend = _bend(arc, theta, np.array([0, 29]))
+    bend = joint_bend(arc, theta, np.array([0, 29]))
     assert_allclose(bend[AVERAGED + 1 : -AVERAGED - 1], 3.0, rtol=1e-9)
     assert (bend[[0, -1]] < 3).all()

@@ -100,7 +100,7 @@ def test_ruckig_alone_would_drive_backwards_where_there_is_no_room():
 
 
 def test_an_answer_that_drives_backwards_is_refused_even_if_the_block_was_thought_long_enough(monkeypatch):
-    monkeypatch.setattr(state_to_state, "_check_room", lambda blocks: None)
+    monkeypatch.setattr(state_to_state, "check_room", lambda blocks: None)
     block = Blocks(*(np.array([x]) for x in (0.25, 2e-3, 0.05, 0.2, 0.2, 1.0, 5.0)))
     with pytest.raises(ImpossibleError, match=r"0\.2500 m .* drives backwards"):
         drive_blocks(block)

@@ -24,7 +24,7 @@ def test_numbers_at_every_length_are_as_formatting_each_gives(places, sign):
         few = [(table[rows], places), (None, 4), (table[rows] / 1e3, 4)]
         first, last = int(number[rows][0]), int(number[rows][-1]) + 1
         assert short_columns(table[rows], places) is not None
-        assert waypoints_csv._lines(first, last, few) == waypoints_csv._long_lines(first, last, few)
+        assert waypoints_csv.csv_lines(first, last, few) == waypoints_csv.long_csv_lines(first, last, few)
     for odd in (1e5, -1e5, np.nan, np.inf):  # no room
         assert short_columns(np.array([[1.0, odd]]), places) is None
 
@@ -41,5 +41,5 @@ def test_rows_to_draw_are_the_first_largest_of_each_bin_and_both_ends():
 def test_places_of_a_few_samples_are_those_between_all_waypoints():
     path = generate.predict(load_job(path_file("line_y")), quiet).path
     arc = np.concatenate([path.arc[[0, 3, -1]], np.random.default_rng(8).uniform(0, path.arc[-1], 50)])
-    for coordinates, column in zip(job_page._positions_at(path, arc), path.target.position.T):
+    for coordinates, column in zip(job_page.positions_at(path, arc), path.target.position.T):
         assert np.array_equal(coordinates, np.round(1e3 * np.interp(arc, path.arc, column), 2))

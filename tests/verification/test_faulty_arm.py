@@ -16,7 +16,7 @@ from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.pipelines.robot_file import load_cell
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
-from compgen.verification.twin.direction_history import DirectionHistory, _recurrence, joint_side
+from compgen.verification.twin.direction_history import DirectionHistory, joint_side, recurrence
 from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm
 
 TOOL = Pose(np.array([0.05, -0.03, 0.25]), rotation_matrix(np.array([0.2, -0.4, 0.1])))
@@ -150,7 +150,7 @@ def test_states_that_keep_a_share_are_walked_side_by_side_as_one_by_one():
         plain = [now]
         for share, gain in zip(left, more):
             plain.append(share * plain[-1] + gain)
-        assert np.allclose(_recurrence(left, more, now), plain, rtol=1e-13, atol=1e-13)
+        assert np.allclose(recurrence(left, more, now), plain, rtol=1e-13, atol=1e-13)
 
 
 @pytest.mark.parametrize("moved", [3, 6])

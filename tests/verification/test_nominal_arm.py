@@ -29,7 +29,7 @@ def test_pinocchio_finds_one_wrong_sample_and_what_is_no_number(robot, wrong):
 def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
     """The confirmation bites: a length wrong by a nanometre in the twin's own expression."""
     job = load_job(path_file("line_y"))
-    nominal_lengths = nominal_arm._nominal_lengths
+    nominal_lengths = nominal_arm.nominal_lengths
     calls = []
 
     def wrong(robot):
@@ -38,6 +38,6 @@ def test_an_arm_that_pinocchio_does_not_know_is_refused(monkeypatch):
         lengths[2] += 1e-9 if len(calls) <= 24 else 0.0  # while the expressions are built, not in pinocchio's arm
         return tuple(lengths)
 
-    monkeypatch.setattr(nominal_arm, "_nominal_lengths", wrong)
+    monkeypatch.setattr(nominal_arm, "nominal_lengths", wrong)
     with pytest.raises(TwinError, match="cannot be trusted"):
         generate.predict(job, quiet)

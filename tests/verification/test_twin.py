@@ -16,7 +16,7 @@ from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty, JointMotion, rises_during
 from compgen.verification.twin import TwinError, execute
-from compgen.verification.twin.timing import _ramp_time
+from compgen.verification.twin.timing import ramp_duration
 
 
 @pytest.fixture(scope="module")
@@ -29,9 +29,9 @@ def generated():
 def test_a_ramp_takes_what_its_limits_allow():
     a, j = np.array([2.0, 2.0]), np.array([10.0, 10.0])
     v = np.array([0.2, 1.0])  # below and above a^2 / j = 0.4 m/s
-    assert_allclose(_ramp_time(v, a, j), [2 * np.sqrt(0.02), 0.5 + 0.2])
+    assert_allclose(ramp_duration(v, a, j), [2 * np.sqrt(0.02), 0.5 + 0.2])
     # the integral of the acceleration over the ramp is the speed
-    T = _ramp_time(v, a, j)
+    T = ramp_duration(v, a, j)
     assert_allclose(j[0] * (T[0] / 2) ** 2, v[0])
     assert_allclose(a[1] * (T[1] - a[1] / j[1]), v[1])
 

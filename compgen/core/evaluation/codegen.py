@@ -67,7 +67,7 @@ static inline v pick(w c, v a, v b) { return (v)((c & (w)a) | (~c & (w)b)); }
 """
 
 #: operation to (C, helper line or nothing); {0} and {1} are its inputs
-_C: dict[int, tuple[str, str]] = {
+C_OPERATIONS: dict[int, tuple[str, str]] = {
     ca.OP_ASSIGN: ("{0}", ""),
     ca.OP_ADD: ("{0} + {1}", ""),
     ca.OP_SUB: ("{0} - {1}", ""),
@@ -143,8 +143,8 @@ def c_source(instructions: Instructions) -> str | None:
             body.append(f"EVERY_LANE out[{target[0]}][{size} * at[k] + {target[1]}] = w{inputs}[k];")
         elif operation == ca.OP_CONST:
             body.append(f"v w{target} = all({_literal(float(inputs))});")
-        elif operation in _C:
-            expression, helper = _C[operation]
+        elif operation in C_OPERATIONS:
+            expression, helper = C_OPERATIONS[operation]
             if helper:
                 helpers[helper] = None
             body.append(f"v w{target} = {expression.format(*(f'w{i}' for i in inputs))};")

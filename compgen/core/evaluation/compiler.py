@@ -141,7 +141,7 @@ def _build(compiler: Compiler, source: str, library: Path) -> bool:
         with interrupts.temporary_folder(stage):
             source_file, staged = stage / "rows.c", stage / "rows.so"
             source_file.write_text(source)
-            if not _compile(compiler, source_file, staged):
+            if not compile_library(compiler, source_file, staged):
                 return False
             content = staged.read_bytes()
             staged.write_bytes(content + hashlib.sha256(content).digest())
@@ -152,7 +152,7 @@ def _build(compiler: Compiler, source: str, library: Path) -> bool:
         return False
 
 
-def _compile(compiler: Compiler, source_file: Path, library: Path) -> bool:
+def compile_library(compiler: Compiler, source_file: Path, library: Path) -> bool:
     """Whether the compiler makes a library of a source, with the flags and libraries that this system has."""
     environment = {**os.environ, "TMPDIR": str(source_file.parent)}  # what a killed compiler leaves goes with the rest
     for flags in (FLAGS, tuple(f for f in FLAGS if f != "-march=native")):

@@ -94,7 +94,7 @@ class AxisMap:
         s = state.nominal.tcp_expr().position[self.axis]
         low, high = float(self.station[0]), float(self.station[-1])
         x = (ca.fmin(ca.fmax(s, low), high) - low) / (high - low)
-        basis = _basis_expr((self.station - low) / (high - low), x)
+        basis = basis_expr((self.station - low) / (high - low), x)
         forward, reverse = (v if isinstance(v, ca.SX) else ca.DM(v) for v in (self.forward, self.reverse))
         mean, half = (forward + reverse) / 2, (forward - reverse) / 2
         shift = mean.T @ basis
@@ -103,7 +103,7 @@ class AxisMap:
         return chain.moved(shift)
 
 
-def _basis_expr(station: Array, x: Any) -> Any:
+def basis_expr(station: Array, x: Any) -> Any:
     """B_j(x), (S, 1)."""
     S = len(station)
     if S == 2:

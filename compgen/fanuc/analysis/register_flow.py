@@ -104,7 +104,7 @@ class RegisterFlow:
         names = [name.upper() for name in CALL.findall(text)]
         if names or (may_move_arm(text) and not (_ANY_CONDITION.match(text) or MOVERS.match(text))):
             kept = bool(names) and all(name in self.called.settled for name in names)
-            return {k: v for k, v in state.items() if k[0] != "R"} if kept else _behind_a_call(state)
+            return {k: v for k, v in state.items() if k[0] != "R"} if kept else after_unknown_call(state)
         if condition := _ANY_CONDITION.match(text):
             return self._after_condition(condition[1].upper(), text, state)
         target = element(text)
@@ -167,7 +167,7 @@ class RegisterFlow:
     def _after_options(self, options: str, state: State) -> State:
         names = [name.upper() for name in CALL.findall(options)]
         if POINT_LOGIC.search(options) or not all(name in self.called.settled for name in names):
-            return _behind_a_call(state)
+            return after_unknown_call(state)
         if names or re.search(r"(?<![A-Z])R\[[^\]]*\]\s*=", options, re.IGNORECASE):
             state = {k: v for k, v in state.items() if k[0] != "R"}
         written = re.findall(r"(?<![A-Z_$])PR\[[^\]=]*\]\s*=", options, re.IGNORECASE)
@@ -213,7 +213,7 @@ def _lost(value: Register | float | None) -> Register:
     return Register(JOINT) if isinstance(value, Register) and value.form == JOINT else UNKNOWN
 
 
-def _behind_a_call(state: State) -> State:
+def after_unknown_call(state: State) -> State:
     """What is left behind a program that may write all registers, and the frames that are written here as well."""
     kept = {k: (None if k[0] in KINDS else v) for k, v in state.items() if k[0] != "R"}
     return _without_all(kept)

@@ -45,7 +45,7 @@ def interpret(data: bytes) -> Program:
     Raises:
         InputError: The text is not a program of this form; names the line.
     """
-    canonical = _by_columns(data)
+    canonical = read_columns(data)
     if canonical is not None:
         return canonical
     text = data.decode("latin-1").replace("\r\n", "\n")
@@ -107,7 +107,7 @@ def interpret(data: bytes) -> Program:
     )
 
 
-def _by_columns(data: bytes) -> Program | None:
+def read_columns(data: bytes) -> Program | None:
     """What canonical text means, a block of rows at a time, or None.
 
     A guess at where the numbers stand is enough: what is read counts only when the rows written from it are, byte for
@@ -121,8 +121,8 @@ def _by_columns(data: bytes) -> Program | None:
     block = data.find(b"};\r\n", places) + 4
     try:
         sample = interpret(data[: linear.start()] + data[places:block] + b"/END\r\n")
-        lines = _row_ends(data, linear.start(), places, b"\n", 1)
-        blocks = _row_ends(data, places + len(b"/POS\r\n"), end, MARK, MARK_BACK)
+        lines = row_ends(data, linear.start(), places, b"\n", 1)
+        blocks = row_ends(data, places + len(b"/POS\r\n"), end, MARK, MARK_BACK)
         if len(lines) + 1 != len(blocks):
             return None
         speed, fine = _motions(data, int(linear.group(1)), lines)
@@ -143,7 +143,7 @@ _FIRST = re.compile(rb"^ *(\d{1,8}):L P\[2\] ", re.MULTILINE)
 _TAIL = re.compile(rb"(\d+(?:\.\d+)?(?:mm/sec|cm/min|inch/min)) (FINE|CNT100)    ;\r\n")
 _CONFIG = re.compile(rb"([FN] [UD] [TB]), (-?\d{1,9}), (-?\d{1,9}), (-?\d{1,9})")
 _LONGEST = 48
-_CHUNK = 1 << 16  # bytes
+_WINDOW = 1 << 16  # bytes that are searched for marks at a time
 _AHEAD = 32  # rows of one length that are guessed at first
 
 
@@ -206,7 +206,7 @@ def _require_text(data: bytes, at: int, text: bytes | memoryview) -> None:
         raise InputError(f"byte {at}")
 
 
-def _row_ends(data: bytes, start: int, end: int, mark: bytes, back: int) -> IntArray:
+def row_ends(data: bytes, start: int, end: int, mark: bytes, back: int, window: int = _WINDOW) -> IntArray:
     """The start, and where each row ends: so far behind its mark. Rows mostly are as long as the one before.
 
     Raises:
@@ -222,7 +222,7 @@ def _row_ends(data: bytes, start: int, end: int, mark: bytes, back: int) -> IntA
             ahead *= 2
         else:
             ahead = _AHEAD
-            ends = np.flatnonzero(view[at : min(at + _CHUNK, end)] == mark[0]) + at + back
+            ends = np.flatnonzero(view[at : min(at + window, end)] == mark[0]) + at + back
             width = int(ends[-1] - (ends[-2] if len(ends) > 1 else at)) if len(ends) else 0
         if width == 0:
             break

@@ -101,11 +101,11 @@ class StatementParser:
     def _continue_motion(self, at: int, limit: int, number: int, last: bool) -> None:
         """Targets of a motion, and what follows the last of them."""
         data, move = self.data, self.move
-        at = _take_targets(data, move, at, limit)
+        at = take_targets(data, move, at, limit)
         is_via = move.letter == "C" and len(move.target) == 1 and number == move.line
         if is_via and (match := VIA_OPTIONS.match(data, at, limit)):
             move.options = match[1].decode("latin-1")
-            at = _take_targets(data, move, match.end(), limit)
+            at = take_targets(data, move, match.end(), limit)
         if not move.target:
             raise InputError(f"program: line {number}: the target of this move is not understood; mend it")
         if any(position_number(data, move, i) > LARGEST_NUMBER for i in range(len(move.target))):
@@ -124,7 +124,7 @@ def too_long(line: int) -> InputError:
     return InputError(f"program: line {line}: a statement of more than {LONGEST_STATEMENT} characters; mend it")
 
 
-def _take_targets(data: bytes, move: ParsedMotion, at: int, limit: int) -> int:
+def take_targets(data: bytes, move: ParsedMotion, at: int, limit: int) -> int:
     """Adds the targets from a place on; gives where they end."""
     while target := TARGET.match(data, at, limit):
         move.kind.append(target[1].decode().upper())

@@ -114,7 +114,7 @@ def split_program(
         body = _body(program, flow, page, remarks, new, joint_entry)
         page_blocks = [blocks[n] for n in used] if renumber else sorted(blocks[n] for n in used)
         data = _page_text(program, name, body, page_blocks, new)
-        size = ProgramSize(_line_count(body), len(used), _memory(flow, page, body, len(used)))
+        size = ProgramSize(line_count(body), len(used), _memory(flow, page, body, len(used)))
         pages.append(Page(name, data, load, (first, behind), size, page.notes))
     name = program.name[: capacity.name_length]
     return PagedProgram(name, main_program_text(program.data, name, pages, main_heading), tuple(pages))
@@ -225,7 +225,8 @@ def _complete_last_line(body: list[bytes], end: bytes) -> list[bytes]:
     return body
 
 
-def _line_count(body: list[bytes]) -> int:
+def line_count(body: list[bytes]) -> int:
+    """Lines of statements, their continuations counted."""
     whole = b"".join(body)  # each ends with its line; only the last may lack the end
     return line_ends(whole, 0, len(whole)) + (bool(body) and not body[-1].endswith((b"\n", b"\r")))
 

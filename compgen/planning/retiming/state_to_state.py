@@ -58,7 +58,7 @@ def drive_blocks(blocks: Blocks, progress: Callable[[float], None] = lambda shar
     Raises:
         ImpossibleError: A block is too short for its change of speed, or ruckig's answer is no motion through it.
     """
-    _check_room(blocks)
+    check_room(blocks)
     changes = (blocks.v0 != blocks.v) | (blocks.v1 != blocks.v)
     changing, steady = np.flatnonzero(changes), np.flatnonzero(~changes)
     part, held = blocks.at(changing), blocks.at(steady)
@@ -80,7 +80,7 @@ def drive_blocks(blocks: Blocks, progress: Callable[[float], None] = lambda shar
     return Phases(np.concatenate([[0.0], np.cumsum(duration)[:-1]]), duration, s0, v0, a0, j, owner[order])
 
 
-def _check_room(b: Blocks) -> None:
+def check_room(b: Blocks) -> None:
     """Raises ImpossibleError where a block does not hold its change of speed."""
     needed = (b.v0 + b.v1) / 2 * change_duration(np.abs(b.v1 - b.v0), b.a, b.j)
     short = np.flatnonzero(~(needed <= b.length * (1 + AGREEMENT)))

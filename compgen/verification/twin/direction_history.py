@@ -33,7 +33,7 @@ def joint_side(theta: Array, width: Array, start: Array, law: str = "dahl") -> A
     if law == "play":
         return _between_stops(step / width, start)
     keep = np.exp(-np.abs(step) / width)
-    return _recurrence(keep, (1 - keep) * np.sign(step), start)
+    return recurrence(keep, (1 - keep) * np.sign(step), start)
 
 
 def travel_direction(position: Array, width: float, start: Array) -> Array:
@@ -41,10 +41,10 @@ def travel_direction(position: Array, width: float, start: Array) -> Array:
     step = np.diff(position, axis=0)
     length = np.sqrt((step**2).sum(axis=1, keepdims=True))
     keep = np.exp(-length / width)
-    return _recurrence(keep, (1 - keep) * step / np.maximum(length, 1e-30), start)
+    return recurrence(keep, (1 - keep) * step / np.maximum(length, 1e-30), start)
 
 
-def _recurrence(keep: Array, gain: Array, start: Array) -> Array:
+def recurrence(keep: Array, gain: Array, start: Array) -> Array:
     """x_{m+1} = keep_m x_m + gain_m from x_0 = start, for all m at once, (M - 1, k) to (M, k).
 
     The steps are parted into about as many stretches as a stretch has steps. All are walked side by side, each from

@@ -25,7 +25,8 @@ AXES = ((0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0))
 AGREEMENT = 1e-12  # [m], and in each entry of the rotation: how far pinocchio may be from the expression
 
 
-def _nominal_lengths(robot: Robot) -> tuple[float, ...]:
+def nominal_lengths(robot: Robot) -> tuple[float, ...]:
+    """The six lengths of a cold arm [m], in the order of ``LENGTHS``."""
     return (float(robot.a[0]), float(robot.a[1]), float(robot.a[2]), float(-robot.d[3]), float(-robot.d[5]), 0.0)
 
 
@@ -46,7 +47,7 @@ def pose_expr(robot: Robot, angles: Any, growth: Any, tool: Pose) -> tuple[Any, 
     for joint, joint_axis in enumerate(AXES, 1):
         if joint in carried:
             k, along = carried[joint]
-            position = position + rotation[:, along] * (_nominal_lengths(robot)[k] + growth[k])
+            position = position + rotation[:, along] * (nominal_lengths(robot)[k] + growth[k])
         rotation = rotation @ _axis_rotation_expr(joint_axis, angles[joint - 1])
     rotation = rotation @ ca.DM(np.rint(_flange_rotation(robot)))
     return position + rotation @ ca.DM(tool.position), rotation @ ca.DM(tool.rotation)
@@ -169,7 +170,7 @@ def build_model(robot: Robot) -> tuple[pin.Model, pin.SE3]:
     model = pin.Model()
     parent = 0
     offsets = np.zeros((6, 3))
-    for length, (joint, along) in zip(_nominal_lengths(robot), LENGTHS.values()):
+    for length, (joint, along) in zip(nominal_lengths(robot), LENGTHS.values()):
         offsets[joint - 1, along] = length
     for i, (axis, offset) in enumerate(zip(AXES, offsets)):
         joint_model = pin.JointModelRevoluteUnaligned(np.array(axis, dtype=float))

@@ -33,16 +33,16 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
     a_last, j_last = _ramp_limits(robot, theta, length, last)
     written_time = length / program.speed
     run_length, cruise_time = np.add.reduceat(length, first), np.add.reduceat(written_time, first)
-    T_first = _ramp_time(program.speed[first], a_first, j_first)
-    T_last = _ramp_time(program.speed[last], a_last, j_last)
+    T_first = ramp_duration(program.speed[first], a_first, j_first)
+    T_last = ramp_duration(program.speed[last], a_last, j_last)
     ramp_length = program.speed[first] * T_first / 2 + program.speed[last] * T_last / 2
     low, high = np.zeros(len(first)), np.minimum(program.speed[first], program.speed[last])
     a, j = np.minimum(a_first, a_last), np.minimum(j_first, j_last)
     for _ in range(60):  # bisection for p
         p = (low + high) / 2
-        below = p * _ramp_time(p, a, j) < run_length
+        below = p * ramp_duration(p, a, j) < run_length
         low, high = np.where(below, p, low), np.where(below, high, p)
-    run_time = np.where(ramp_length < run_length, cruise_time + (T_first + T_last) / 2, 2 * _ramp_time(low, a, j))
+    run_time = np.where(ramp_length < run_length, cruise_time + (T_first + T_last) / 2, 2 * ramp_duration(low, a, j))
     segments = np.diff(stops)
     slowdown = np.repeat(cruise_time / run_time, segments)
     highest = np.minimum(program.speed, np.repeat(np.where(ramp_length < run_length, np.inf, low), segments))
@@ -55,7 +55,7 @@ def ramps_length(robot: Robot, program: Program, length: Array, theta: Array, co
     total = 0.0
     for segment in (stops[:-1], stops[1:] - 1):
         segment = segment[counted[segment]]
-        ramp_time = _ramp_time(program.speed[segment], *_ramp_limits(robot, theta, length, segment))
+        ramp_time = ramp_duration(program.speed[segment], *_ramp_limits(robot, theta, length, segment))
         total += float((program.speed[segment] * ramp_time / 2).sum())
     return total
 
@@ -68,6 +68,6 @@ def _ramp_limits(robot: Robot, theta: Array, length: Array, segment: IntArray) -
     return a, RAMP_JERK * (robot.jerk / slope).min(axis=1)
 
 
-def _ramp_time(speed: Array, a: Array, j: Array) -> Array:
+def ramp_duration(speed: Array, a: Array, j: Array) -> Array:
     """T: from rest to a speed with limited acceleration and jerk, (K,) [s]."""
     return np.where(speed > a * a / j, speed / a + a / j, 2 * np.sqrt(speed / j))
