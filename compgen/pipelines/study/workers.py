@@ -4,8 +4,9 @@ import multiprocessing
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing import resource_tracker
+from queue import SimpleQueue
 from typing import Any
 
 from compgen.core import interrupts
@@ -59,16 +60,30 @@ def _chunks(todo: Sequence[Scenario]) -> Iterator[list[Scenario]]:
 
 
 def _on_cores(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[list[Row]], None], workers: int) -> None:
+    """Chunks over processes; this thread waits where Ctrl-C can interrupt it without leaving a lock of the pool taken.
+
+    An interrupt in the pool's own waiting may come between taking a lock and noting that it was taken: the pool then
+    never ends. So the pool's thread hands over what is done, and this one only takes it from a queue.
+    """
     context = multiprocessing.get_context("spawn")
+    results: SimpleQueue[tuple[list[Row], BaseException | None]] = SimpleQueue()
+
+    def hand_over(future: Future[list[Row]]) -> None:
+        if not future.cancelled():
+            failure = future.exception()
+            results.put(([], failure) if failure is not None else (future.result(), None))
+
     resource_tracker.ensure_running()  # begun by the pool's first lock, it would leave that lock behind on Ctrl-C
     with ProcessPoolExecutor(min(workers, len(chunks)), context, initializer=_begin, initargs=(study,)) as pool:
         try:
             with interrupts.block_sigint_in_children():
-                waiting = {pool.submit(_compute, chunk) for chunk in chunks}
-            while waiting:
-                ready, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in ready:
-                    on_rows(future.result())
+                for chunk in chunks:
+                    pool.submit(_compute, chunk).add_done_callback(hand_over)
+            for _ in chunks:
+                rows, failure = results.get()
+                if failure is not None:
+                    raise failure
+                on_rows(rows)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():  # chunks at work are not waited for
