@@ -1,4 +1,4 @@
-"""What a job's cell does over its day: steps of the path file to stretches of duty, with their heat."""
+"""What a cell does over a program's day: steps of the path file to stretches of duty, with their heat."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.pipelines.job import Job
+from compgen.pipelines.job import Cell, ProgramPlan
 from compgen.pipelines.motion_plan import plan_written_motion
-from compgen.thermal import Duty, JointMotion
+from compgen.thermal import Ambient, Duty, JointMotion
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.history import STANDING, History
 from compgen.thermal.network import NetworkModel
@@ -20,42 +20,43 @@ MOST_RUNS = 20_000
 class Programs:
     """Motions of the programs that steps name, each planned once."""
 
-    def __init__(self, job: Job, load: Callable[[str], Job]) -> None:
-        """``load`` reads another path file by name, without a history of its own."""
+    def __init__(self, own: ProgramPlan, cell: Cell, load: Callable[[str], ProgramPlan]) -> None:
+        """``own`` is the program called ""; ``load`` reads another path file by name."""
+        self._cell = cell
         self._load = load
-        self._jobs: dict[str, Job] = {"": job}
+        self._plans = {"": own}
         self._motions: dict[tuple[str, float], JointMotion] = {}
 
-    def job(self, name: str) -> Job:
-        """The job of a program; "" is the job whose history is planned."""
-        if name not in self._jobs:
-            self._jobs[name] = self._load(name)
-        return self._jobs[name]
+    def plan(self, name: str) -> ProgramPlan:
+        """A program by name; "" is the one whose history is planned."""
+        if name not in self._plans:
+            self._plans[name] = self._load(name)
+        return self._plans[name]
 
     def motion(self, name: str, feed: float) -> JointMotion:
         """A program driven at a feed."""
         if (name, feed) not in self._motions:
-            self._motions[name, feed] = plan_written_motion(self.job(name), feed).joint_motion
+            self._motions[name, feed] = plan_written_motion(self.plan(name), self._cell, feed).joint_motion
         return self._motions[name, feed]
 
 
 def plan_history(
-    job: Job, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float, load: Callable[[str], Job]
+    programs: Programs, cell: Cell, air: Ambient, parts: Sequence[Sequence[Step]], shifts: Sequence[Shift], clock: float
 ) -> History:
-    """What a job's cell does, with the heat of each stretch.
+    """What a cell does around a program, with the heat of each stretch.
 
     Args:
-        job: Its program, robot and air; what its history says beside the air is not looked at.
+        programs: The program and those that steps name.
+        cell: Robot and heat model.
+        air: From the first step on.
         parts: The steps before, in and after the cycle.
         shifts: Of a day.
         clock: When ``before`` begins, [s] of the day.
-        load: Reads another path file by name.
 
     Raises:
         InputError: A program that is not there, or too many stretches.
         ImpossibleError: A program that the robot cannot drive.
     """
-    programs = Programs(job, load)
     parts_with_feeds = [_with_programs_feed(steps, programs) for steps in parts]
     if any(s.shifts for steps in parts_with_feeds for s in steps) and not shifts:
         step = next(s for steps in parts_with_feeds for s in steps if s.shifts)
@@ -64,18 +65,18 @@ def plan_history(
     def run_time(step: Step) -> float:
         return float(programs.motion(step.program, step.feed).time[-1])
 
-    heat = job.heat
+    heat, own_feed = cell.heat, programs.plan("").process.feed
     losses: dict[tuple[str, float], tuple[tuple[float, ...], tuple[float, ...]]] = {}
 
     def loss(name: str, feed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
         if not isinstance(heat, NetworkModel):
             return (), ()
         if (name, feed) not in losses:
-            losses[name, feed] = mean_losses(job.robot, heat.drives, programs.motion(name, feed))
+            losses[name, feed] = mean_losses(cell.robot, heat.drives, programs.motion(name, feed))
         return losses[name, feed]
 
     def warmed(step: Step, duty: Duty) -> Duty:
-        moving, held = loss(step.program, step.feed or job.feed)
+        moving, held = loss(step.program, step.feed or own_feed)
         if duty.state == "off" or not moving:
             return duty
         share = duty.share if duty.state == "moving" else 0.0
@@ -87,9 +88,9 @@ def plan_history(
         clock += sum(d.duration for _, d in pieces)
         spread.append([(step, warmed(step, duty)) for step, duty in pieces])
     before, cycle, after = (tuple(duty for _, duty in pieces) for pieces in spread)
-    standing = replace(STANDING, loss=loss("", job.feed)[1])
+    standing = replace(STANDING, loss=loss("", own_feed)[1])
     runs = _runs(spread[1], run_time) if cycle else (0.0,)
-    return History(before, cycle, after, runs, standing, job.history.air)
+    return History(before, cycle, after, runs, standing, air)
 
 
 def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]:
@@ -97,8 +98,8 @@ def _with_programs_feed(steps: Sequence[Step], programs: Programs) -> list[Step]
     out = []
     for step in steps:
         if step.program:
-            other = programs.job(step.program)
-            step = replace(step, feed=step.feed if step.feed > 0 else other.feed)
+            own = programs.plan(step.program).process.feed
+            step = replace(step, feed=step.feed if step.feed > 0 else own)
         out.append(step)
     return out
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen import fanuc
-from compgen.compensation import limits, optimise
+from compgen.compensation import limits, optimise, simplify
 from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solver
 from compgen.compensation.solution import Solution
@@ -23,7 +23,7 @@ from compgen.fanuc.paging.stops import PageStops
 from compgen.pipelines import delivery, job_findings
 from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.job import Job
-from compgen.pipelines.motion_plan import kept_waypoints, plan_motion
+from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
 from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
 from compgen.pipelines.start_window import Course, windows
@@ -145,7 +145,7 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
 def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
     with job_findings.asking_units(job):
-        plan = plan_motion(job, job.feed, progress, pages)
+        plan = plan_motion(job.plan, job.cell, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
     rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.history.air, job.history.clock)
@@ -165,9 +165,9 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     places = path.target.position
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
     notes += map_findings(job.sources, places[on_part], on_part)
-    notes += joint_box_findings(job.robot, job.joint_box, theta[on_part])
+    notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
     notes += unknown_start_findings(job.robot, job.sources, model, theta, places, rise, motion, path.contact)
-    notes += [*frame_findings(job.frame, job.robot_file_hash), *job.unlikely]
+    notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *job.unlikely]
     if not job.history.before:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
@@ -206,9 +206,9 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     if not solution.status.is_legal:
         raise ImpossibleError(job_findings.failed(solution))
     limited = job_findings.limited(solution)
-    if job.thin is not None:
+    if job.plan.process.thin is not None:
         progress("thinning", 0.0)
-        planned, solution = _thinned(planned, solution, job.thin)
+        planned, solution = _thinned(planned, solution, job.plan.process.thin)
         path = planned.path
         problem = problem.window(planned.rows)
     if reversal_widths(job.sources) is not None:
@@ -236,7 +236,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     deviation = deviation_from_path(path, chunks, prepared.sample_count)
     verdict = [
         *judge(deviation, job.bounds),
-        *job_findings.beyond_knowledge(job.bounds, job.held_out),
+        *job_findings.beyond_knowledge(job.bounds, job.cell.held_out),
         *limited,
         *job_findings.solver(solution, job.settings),
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),
@@ -278,8 +278,8 @@ def _stage(progress: Progress, name: str, settings: Settings) -> Callable[[float
 
 def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Planned, Solution]:
     """The plan and its correction at those waypoints only that the written program keeps."""
-    path, job = planned.path, planned.job
-    rows = kept_waypoints(job, path, planned.feed, solution.correction[:, :3])
+    path, period = planned.path, planned.job.robot.controller.period
+    rows = simplify.simplify(path, solution.correction[:, :3], tolerance, planned.feed * period)
     N = len(path.arc)
     message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
     trajectory, stops = planned.trajectory, planned.page_stops

@@ -9,6 +9,7 @@ from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
+from compgen.core.sealed import seal
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.pipelines.part_frame import PartFrame
@@ -51,46 +52,100 @@ class Tool:
     spin: float  # [rad] its x axis against base x on the path
 
 
-@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
-class Job:
-    """A planned program, the robot that shall run it, and what went before."""
+@dataclass(frozen=True, eq=False, slots=True)
+class PathPlan:
+    """Where the tool goes: a pattern laid on a surface."""
 
-    name: str
-    source: str  # the path file, for messages
-    title: str
     pattern: PiecewiseCurve
     surface: Quadric
     boundary: Boundary
-    chord: float  # [m] largest distance of the path from the line between two waypoints
-    spacing: float  # [m] largest distance of two waypoints
-    thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
-    lift: float  # [m] approach and retract
-    lead_in: bool | None  # whether the approach turns every joint through its play; None: where the robot has play
-    feed: float  # [m/s]
-    stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
-    tool: Tool
-    posture: Posture
-    settings: Settings
-    start_drift: float  # [m] how much a late start may add
-    history: History  # what the cell does before this program and around its runs
-    bounds: Bounds
-    robot: Robot
-    heat: NodeModel | NetworkModel
-    profiles: tuple[Profile, ...]
-    sources: tuple[Source, ...]
-    joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
-    overrides: tuple[str, ...]
-    inputs_hash: str
-    robot_file: str  # that was read
-    robot_file_hash: str  # sha256 of its bytes
-    held_out: float | None = None  # [m] as the cell has it; None for a file that was not identified
-    unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
     frame: PartFrame | None = None  # that the path is given in; None: World
 
     @property
     def place(self) -> Pose | None:
         """Where the part stands; None: its frame is World."""
         return None if self.frame is None else self.frame.place
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """How the tool goes along its path."""
+
+    feed: float  # [m/s]
+    chord: float  # [m] largest distance of the path from the line between two waypoints
+    spacing: float  # [m] largest distance of two waypoints
+    thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
+    lift: float  # [m] approach and retract
+    lead_in: bool | None  # whether the approach turns every joint through its play; None: where the robot has play
+    stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ProgramPlan:
+    """What a program shall do, on whatever robot and however warm: path, process, tool and posture."""
+
+    source: str  # the path file, for messages
+    path: PathPlan
+    process: Process
+    tool: Tool
+    posture: Posture
+
+
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
+class Job:
+    """A planned program, the cell that shall run it, and what went before."""
+
+    name: str
+    title: str
+    plan: ProgramPlan
+    cell: Cell  # its heat begins where a log ends
+    history: History  # what the cell does before this program and around its runs
+    settings: Settings  # of the correction
+    start_drift: float  # [m] how much a late start may add
+    bounds: Bounds
+    overrides: tuple[str, ...]  # on both files
+    inputs_hash: str  # of both files, what they name, and the overrides
+    unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
+
+    @property
+    def source(self) -> str:
+        """The path file."""
+        return self.plan.source
+
+    @property
+    def tool(self) -> Tool:
+        """What the robot carries."""
+        return self.plan.tool
+
+    @property
+    def posture(self) -> Posture:
+        """In which the program is driven."""
+        return self.plan.posture
+
+    @property
+    def frame(self) -> PartFrame | None:
+        """That the path is given in; None: World."""
+        return self.plan.path.frame
+
+    @property
+    def feed(self) -> float:
+        """Wanted along the path [m/s]."""
+        return self.plan.process.feed
+
+    @property
+    def robot(self) -> Robot:
+        """That runs the program."""
+        return self.cell.robot
+
+    @property
+    def heat(self) -> NodeModel | NetworkModel:
+        """How the robot warms."""
+        return self.cell.heat
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """What makes the robot err."""
+        return self.cell.sources
 
     def state(self) -> Array:
         """Thermal state when the program starts, (S,)."""
@@ -99,3 +154,9 @@ class Job:
     def start_rise(self) -> Array:
         """Rises when the program starts, (K,) [K]."""
         return np.asarray(self.heat.outputs @ self.state())
+
+
+ANOTHER = "give overrides to compgen.load_job for another one"
+seal(Job, "a job", ANOTHER)
+for _part in (Cell, ProgramPlan, PathPlan, Process, Tool, History, Settings, Bounds):
+    seal(_part, "a part of a job", ANOTHER)

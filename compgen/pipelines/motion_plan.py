@@ -1,4 +1,4 @@
-"""A job's motion before any correction: path, joints and timing, the same for every story that drives the program.
+"""A program's motion before any correction: path, joints and timing, the same for every story that drives the program.
 
 It does not depend on how warm the robot is. What asks for more waypoints than the chord does are maps, gears and
 reversals; growth and bends by heat vary over metres of path. So the day before a program can be planned from the very
@@ -11,7 +11,7 @@ import numpy as np
 
 from compgen import fanuc
 from compgen.compensation import refinement, simplify
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Progress
 from compgen.core.pose import Pose
@@ -20,7 +20,7 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.error_model.validity import joint_halves, settling
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
-from compgen.pipelines.job import Job
+from compgen.pipelines.job import Cell, Process, ProgramPlan
 from compgen.planning import retiming, toolpath
 from compgen.planning.exact_path import MAX_SPACING
 from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
@@ -28,6 +28,7 @@ from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.kinematics import flange_pose
+from compgen.robot.robot import Robot
 from compgen.thermal import JointMotion
 
 FIRST_PIECES = 8  # of a pattern: they say to which side its joints turn first
@@ -52,11 +53,12 @@ class MotionPlan:
         return JointMotion(self.trajectory.time, self.theta, self.trajectory.driven_speed)
 
 
-def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -> MotionPlan:
-    """Lay a job's path, find its joints and time it.
+def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progress, pages: bool = True) -> MotionPlan:
+    """Lay a program's path, find its joints and time it.
 
     Args:
-        job: The program; its history is not looked at.
+        program: Path, process, tool and posture.
+        cell: The robot and its errors; of its heat only how many nodes there are.
         feed: Wanted along the path [m/s].
         progress: Called with the stage and the share done.
         pages: Whether a program that is more than the controller holds in one file gets the stops of its pages.
@@ -66,43 +68,45 @@ def plan_motion(job: Job, feed: float, progress: Progress, pages: bool = True) -
         ImpossibleError: The robot cannot drive it.
     """
     progress("path", 0.0)
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
+    robot, nodes, tool, process = cell.robot, len(cell.heat.names), program.tool, program.process
+    model = build_error_model(robot, cell.sources, nodes, tool.pose)
     try:
         path = toolpath.plan_tool_path(
-            job.pattern, job.surface, job.boundary,
-            spin=job.tool.spin, chord=job.chord, lift=job.lift, spacing=job.spacing, lead_in=_lead_in(job, model),
-            frame=job.place,
+            program.path.pattern, program.path.surface, program.path.boundary,
+            spin=tool.spin, chord=process.chord, lift=process.lift, spacing=process.spacing,
+            lead_in=_lead_in(program, cell, model), frame=program.path.place,
         )  # fmt: skip
     except InputError as failure:
-        raise InputError(f"{job.source}: {failure}") from failure
+        raise InputError(f"{program.source}: {failure}") from failure
     feed = fanuc.writable_speed(feed)
-    path, theta = refinement.refine(job.robot, job.posture, job.tool.pose, job.sources, model, path, feed, job.chord)
+    path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, process.chord)
     progress(f"path: {len(theta)} waypoints", 1.0)
-    page_stops = place_page_stops(job.robot, path, theta, len(job.heat.names), job.stop_on_the_part) if pages else None
+    page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part) if pages else None
     if page_stops is not None:
         path = replace(path, stop=page_stops.stop)
     progress("timing", 0.0)
-    trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
+    trajectory = retiming.retime(robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
 
 
-def leads_in(job: Job) -> bool:
-    """Whether the program runs play through before the tool touches: as the job says, else where the robot has play."""
-    return reversal_widths(job.sources) is not None if job.lead_in is None else job.lead_in
+def leads_in(process: Process, cell: Cell) -> bool:
+    """Whether play is run through before the tool touches: as the process says, else where the robot has play."""
+    return reversal_widths(cell.sources) is not None if process.lead_in is None else process.lead_in
 
 
-def run_in_length(job: Job) -> float:
+def run_in_length(program: ProgramPlan, cell: Cell, rate: float) -> float:
     r"""How long before the part each sweep must begin for its joints' reversals to be over on the part [m].
 
     By its half-width joint i moves the TCP by b_i; where it reverses, that blends over w_i / \|theta_i'\| of way. Of
-    the joints that reverse off the part and ask the correction for more than a quarter of its rate, 2 b_i / the blend,
+    the joints that reverse off the part and ask the correction for more than a quarter of its rate [m/m], 2 b_i / the
+    blend,
 
         L = 2 sum_i b_i / rate + 3 max_i w_i / \|theta_i'\|
 
     Zero for a robot without play, or where the arm cannot drive the path.
     """
-    widths = reversal_widths(job.sources)
-    motion = coarse_motion(job) if widths is not None else None
+    widths = reversal_widths(cell.sources)
+    motion = coarse_motion(program, cell.robot) if widths is not None else None
     if widths is None or motion is None:
         return 0.0
     path, theta = motion
@@ -114,73 +118,71 @@ def run_in_length(job: Job) -> float:
         return 0.0
     leaves = leaves[np.searchsorted(leaves, enters) - 1]
     before, after = slope[np.maximum(leaves - 1, 0)], slope[np.minimum(enters, S - 1)]
-    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
+    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), program.tool.pose)
     half = joint_halves(model, theta[enters])
-    steep = (before * after < 0) & (2 * half * np.abs(after) > job.settings.rate / 4 * widths.joint)
+    steep = (before * after < 0) & (2 * half * np.abs(after) > rate / 4 * widths.joint)
     blend = np.where(steep, widths.joint / np.maximum(np.abs(after), 1e-12), 0.0)
-    return float((2 * np.where(steep, half, 0.0).sum(axis=1) / job.settings.rate + 3 * blend.max(axis=1)).max())
+    return float((2 * np.where(steep, half, 0.0).sum(axis=1) / rate + 3 * blend.max(axis=1)).max())
 
 
-def coarse_motion(job: Job) -> tuple[ToolPath, Array] | None:
+def coarse_motion(program: ProgramPlan, robot: Robot) -> tuple[ToolPath, Array] | None:
     """The pattern with as few waypoints as show its joints, and these, (N, 6) [rad]; None where the arm cannot."""
+    plan = program.path
     path = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING
+        plan.pattern, plan.surface, plan.boundary, spin=program.tool.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING
     )
     try:
-        return path, _joints(job, path.target)
+        return path, _joints(program, robot, path.target)
     except ImpossibleError:
         return None
 
 
-def _lead_in(job: Job, model: ErrorModel) -> LeadIn | None:
-    """The lead-in that a job asks for, or that its robot's play asks for; None where it comes down the tool axis."""
-    if job.lift == 0 or not leads_in(job):
+def _lead_in(program: ProgramPlan, cell: Cell, model: ErrorModel) -> LeadIn | None:
+    """The lead-in that is asked for, or that the robot's play asks for; None where it comes down the tool axis."""
+    plan, process, robot = program.path, program.process, cell.robot
+    if process.lift == 0 or not leads_in(process, cell):
         return None
     beginning = toolpath.plan_tool_path(
-        job.pattern.subset(np.arange(min(FIRST_PIECES, len(job.pattern.poly)))), job.surface, job.boundary,
-        spin=job.tool.spin, chord=job.chord, lift=0.0, spacing=job.spacing, frame=job.place,
+        plan.pattern.subset(np.arange(min(FIRST_PIECES, len(plan.pattern.poly)))), plan.surface, plan.boundary,
+        spin=program.tool.spin, chord=process.chord, lift=0.0, spacing=process.spacing, frame=plan.place,
     )  # fmt: skip
 
     def tcp(theta: Array) -> Pose:
-        return flange_pose(job.robot, theta) @ job.tool.pose
+        return flange_pose(robot, theta) @ program.tool.pose
 
     def can_drive(pose: Pose) -> bool:
         try:
-            _joints(job, pose)
+            _joints(program, robot, pose)
         except ImpossibleError:
             return False
         return True
 
     if not can_drive(beginning.target):
         return None  # what stops the robot is named by its waypoint where the whole path is followed
-    theta = _joints(job, beginning.target)
-    least, travel = settling(job.sources, model, theta[0])
-    arm = Arm(tcp, can_drive, job.robot.lower, job.robot.upper)
-    return plan_lead_in(arm, theta, np.maximum(least, LEAST_TURN), travel, beginning.exact, job.lift)
+    theta = _joints(program, robot, beginning.target)
+    least, travel = settling(cell.sources, model, theta[0])
+    arm = Arm(tcp, can_drive, robot.lower, robot.upper)
+    return plan_lead_in(arm, theta, np.maximum(least, LEAST_TURN), travel, beginning.exact, process.lift)
 
 
-def _joints(job: Job, pose: Pose) -> Array:
+def _joints(program: ProgramPlan, robot: Robot, pose: Pose) -> Array:
     """Joints of a continuous way of the TCP, (N, 6) [rad]; raises ImpossibleError where the arm cannot follow it."""
-    flange = inverse_kinematics.flange_from_tool(pose, job.tool.pose)
-    return joint_path.follow_branch(job.robot, flange, job.posture)
+    flange = inverse_kinematics.flange_from_tool(pose, program.tool.pose)
+    return joint_path.follow_branch(robot, flange, program.posture)
 
 
-def plan_written_motion(job: Job, feed: float) -> MotionPlan:
-    """The motion of a job's program as it will stand in its file: without the waypoints that ``process.thin_um`` drops.
+def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> MotionPlan:
+    """A program's motion as it will stand in its file: without the waypoints that ``process.thin_um`` drops.
 
     Raises:
         InputError: The path cannot be laid.
         ImpossibleError: The robot cannot drive it.
     """
-    plan = plan_motion(job, feed, lambda stage, share: None)
-    if job.thin is None:
+    plan = plan_motion(program, cell, feed, lambda stage, share: None)
+    if program.process.thin is None:
         return plan
-    rows = kept_waypoints(job, plan.path, plan.feed, np.zeros_like(plan.path.target.position))
+    unmoved, period = np.zeros_like(plan.path.target.position), cell.robot.controller.period
+    rows = simplify.simplify(plan.path, unmoved, program.process.thin, plan.feed * period)
     path, theta = plan.path.subset(rows), plan.theta[rows]
-    trajectory = retiming.retime(job.robot, path.arc, theta, path.stop, plan.feed)
+    trajectory = retiming.retime(cell.robot, path.arc, theta, path.stop, plan.feed)
     return replace(plan, path=path, page_stops=None, theta=theta, trajectory=trajectory)
-
-
-def kept_waypoints(job: Job, path: ToolPath, feed: float, correction: Array) -> IntArray:
-    """Which waypoints a thinned program keeps, given the correction of their positions (N, 3) [m]."""
-    return simplify.simplify(path, correction, job.thin or 0.0, feed * job.robot.controller.period)

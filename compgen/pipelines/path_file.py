@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from compgen import __version__
+from compgen.compensation.problem import Settings
 from compgen.compensation.tables import settings_of
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
@@ -20,8 +21,8 @@ from compgen.core.toml import check, override, read_toml, read_toml_text, shippe
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.pipelines.day_plan import plan_history
-from compgen.pipelines.job import Job, Tool
+from compgen.pipelines.day_plan import Programs, plan_history
+from compgen.pipelines.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
 from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
 from compgen.pipelines.part_frame import frame_of
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
@@ -38,7 +39,6 @@ from compgen.planning.tables import (
 from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, tables
 from compgen.thermal.drive_losses import mean_losses
-from compgen.thermal.history import History
 from compgen.thermal.log_fit import fit_log
 from compgen.thermal.network import NetworkModel
 from compgen.verification.tables import bounds_of
@@ -61,22 +61,15 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     Raises:
         InputError: Anything wrong, naming file and key.
     """
-    return _read(path_file, robot, overrides, alone=False)
-
-
-def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bool) -> Job:
-    """``load_job``; a program that only warms the robot stands alone, without a history of its own."""
     source = Path(path_file)
     if robot == "":
         raise InputError("--robot: an empty name; give a robot's name or file")
     refuse_unprintable(overrides)
-    path_data = read_toml(source, "paths")
     for_robot = [o for o in overrides if o.startswith("robot.")]
+    path_data = read_toml(source, "paths")
     for item in overrides:
         if item not in for_robot:
             override(path_data, item, item)
-    if alone:
-        path_data = {k: v for k, v in path_data.items() if k not in HISTORY}
     path = check(PathFile, path_data, str(source))
     robot_source = find_robot(robot or path.robot, source)
     robot_text = read_toml_text(robot_source, "robots")
@@ -89,99 +82,113 @@ def _read(path_file: str, robot: str | None, overrides: Sequence[str], alone: bo
         read = tables.log_of(path.log, cell.heat.names, cell.sensors, path.ambient.reference_degC, str(source))
         if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
-    frame = frame_of(path.frame, cell.robot.controller.decimals, str(source))
+    settings = _settings(path, cell)
+    program, longer = _program(path, str(source), cell, settings.rate)
     others = files_read(path, str(source))
     inputs = json.dumps([__version__, source.stem, path_data, robot_text.tables, *others], sort_keys=True, default=str)
-    tool = path.tool
+
+    def load(name: str) -> ProgramPlan:
+        return _other_program(find_program(name, str(source)), cell)
+
+    parts = [
+        tables.steps_of(rows, name, str(source), program.process.feed)
+        for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
+    ]
+    shifts = tables.shifts_of(path.shift, str(source))
+    history = plan_history(Programs(program, cell, load), cell, air, parts, shifts, path.ambient.clock_h * HOUR)
+    if read is not None:
+        loss: tuple[float, ...] = ()
+        if isinstance(cell.heat, NetworkModel):
+            written = plan_written_motion(program, cell, program.process.feed)
+            loss, _ = mean_losses(cell.robot, cell.heat.drives, written.joint_motion)
+        cell = replace(cell, heat=fit_log(read, cell.heat, loss).heat)
+    return Job(
+        name=source.stem,
+        title=path.title,
+        plan=program,
+        cell=cell,
+        history=history,
+        settings=settings,
+        start_drift=path.compensation.start_drift_um * UM,
+        bounds=bounds_of(path.bounds),
+        overrides=tuple(overrides),
+        inputs_hash=sha256(inputs.encode()).hexdigest(),
+        unlikely=(*unlikely_values(path_data, str(source)), *cell.unlikely, *longer),
+    )
+
+
+def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
+    """What the program of another path file does in a cell; its own robot and history are not looked at."""
+    data = {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}
+    path = check(PathFile, data, path_file)
+    return _program(path, path_file, cell, _settings(path, cell).rate)[0]
+
+
+def _settings(path: PathFile, cell: Cell) -> Settings:
+    return settings_of(
+        path.compensation,
+        path.tool.axisymmetric,
+        has_play=reversal_widths(cell.sources) is not None,
+        is_identified=cell.held_out is not None,
+    )
+
+
+def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[ProgramPlan, tuple[Finding, ...]]:
+    """What a path file's program does, and what was changed in it for the play of a cell's robot."""
+    frame = frame_of(path.frame, cell.robot.controller.decimals, source)
+    tool, process, name = path.tool, path.process, Path(source).stem
     angles = (np.array([a * DEG]) for a in (tool.w_deg, tool.p_deg, tool.r_deg))
     offset = any((tool.x_mm, tool.y_mm, tool.z_mm, tool.w_deg, tool.p_deg, tool.r_deg))
     if offset and tool.number == 0:
         raise InputError(f"{source}: tool.number: 0 is the flange itself; give the tool a number from 1 to 10")
-    if not source.stem.isprintable():
-        raise InputError(f"{source.stem!r}: a path file's name must be printable text; rename it")
-    if not re.search("[A-Z0-9]", source.stem.upper()):
+    if not name.isprintable():
+        raise InputError(f"{name!r}: a path file's name must be printable text; rename it")
+    if not re.search("[A-Z0-9]", name.upper()):
         raise InputError(f"{source}: its name gives the program's, which has only A to Z, 0 to 9, _; rename the file")
-    if path.process.lead_in and path.process.lift_mm == 0:
+    if process.lead_in and process.lift_mm == 0:
         raise InputError(f"{source}: process.lead_in: it begins above the part, and lift_mm = 0; raise process.lift_mm")
-    boundary = boundary_from_table(path.boundary, str(source))
-    pattern, edge = pattern_from_table(path.path, boundary, str(source))
-    job = Job(
-        name=source.stem,
-        source=str(source),
-        title=path.title,
-        pattern=pattern,
-        surface=surface_from_table(path.surface, path.path, str(source)),
-        boundary=edge,
-        chord=path.process.chord_um * UM,
-        spacing=path.process.spacing_mm * MM,
-        thin=None if path.process.thin_um is None else path.process.thin_um * UM,
-        lift=path.process.lift_mm * MM,
-        lead_in=path.process.lead_in,
-        feed=path.process.feed_mm_s * MM,
-        stop_on_the_part=path.process.page_stops == "anywhere",
+    boundary = boundary_from_table(path.boundary, source)
+    pattern, edge = pattern_from_table(path.path, boundary, source)
+    program = ProgramPlan(
+        source=source,
+        path=PathPlan(pattern, surface_from_table(path.surface, path.path, source), edge, frame),
+        process=Process(
+            feed=process.feed_mm_s * MM,
+            chord=process.chord_um * UM,
+            spacing=process.spacing_mm * MM,
+            thin=None if process.thin_um is None else process.thin_um * UM,
+            lift=process.lift_mm * MM,
+            lead_in=process.lead_in,
+            stop_on_the_part=process.page_stops == "anywhere",
+        ),
         tool=Tool(
             number=tool.number if tool.number is not None else int(offset),
             pose=Pose(np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM, from_wpr(*angles)[0]),
             spin=tool.spin_deg * DEG,
         ),
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
-        settings=settings_of(
-            path.compensation,
-            path.tool.axisymmetric,
-            has_play=reversal_widths(cell.sources) is not None,
-            is_identified=cell.held_out is not None,
-        ),
-        start_drift=path.compensation.start_drift_um * UM,
-        history=History(air=air),
-        bounds=bounds_of(path.bounds),
-        robot=cell.robot,
-        heat=cell.heat,
-        profiles=cell.profiles,
-        sources=cell.sources,
-        joint_box=cell.joint_box,
-        overrides=tuple(overrides),
-        inputs_hash=sha256(inputs.encode()).hexdigest(),
-        robot_file=cell.robot_file,
-        robot_file_hash=cell.robot_file_hash,
-        frame=frame,
-        held_out=cell.held_out,
-        unlikely=(*unlikely_values(path_data, str(source)), *cell.unlikely),
     )
-    job = _with_run_in(job, path.path, boundary)
-    parts = [
-        tables.steps_of(rows, name, str(source), job.feed)
-        for name, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after))
-    ]
-
-    def load(name: str) -> Job:
-        return _read(find_program(name, str(source)), str(robot_source), for_robot, alone=True)
-
-    history = plan_history(job, parts, tables.shifts_of(path.shift, str(source)), path.ambient.clock_h * HOUR, load)
-    job = replace(job, history=history)
-    if read is None:
-        return job
-    loss: tuple[float, ...] = ()
-    if isinstance(job.heat, NetworkModel):
-        loss, _ = mean_losses(job.robot, job.heat.drives, plan_written_motion(job, job.feed).joint_motion)
-    return replace(job, heat=fit_log(read, job.heat, loss).heat)
+    return _with_run_in(program, cell, rate, path.path, boundary)
 
 
-def _with_run_in(job: Job, table: AnyPattern, boundary: Boundary | None) -> Job:
-    """The job with its sweeps begun so early that play is run through off the part."""
-    if not (isinstance(table, RasterTable) and leads_in(job)):
-        return job
-    wanted = min(run_in_length(job) / MM, MAX_LEAD)
+def _with_run_in(
+    program: ProgramPlan, cell: Cell, rate: float, table: AnyPattern, boundary: Boundary | None
+) -> tuple[ProgramPlan, tuple[Finding, ...]]:
+    """The program with its sweeps begun so early that play is run through off the part, and a note that says so."""
+    if not (isinstance(table, RasterTable) and leads_in(program.process, cell)):
+        return program, ()
+    wanted = min(run_in_length(program, cell, rate) / MM, MAX_LEAD)
     for lead in np.ceil(np.arange(wanted, table.lead_mm, -RUN_IN_STEP)):  # as far as the arm reaches
-        pattern, _ = pattern_from_table(table.model_copy(update={"lead_mm": lead}), boundary, job.source)
-        longer = replace(job, pattern=pattern)
-        if coarse_motion(longer) is None:
+        pattern, _ = pattern_from_table(table.model_copy(update={"lead_mm": lead}), boundary, program.source)
+        longer = replace(program, path=replace(program.path, pattern=pattern))
+        if coarse_motion(longer, cell.robot) is None:
             continue
         message = (
             f"sweeps run {lead:.0f} mm past the edge, not {table.lead_mm:g} (path.lead_mm), to run play through there"
         )
         finding = Finding(Level.NOTE, "path.lead_in", f"{message}; process.lead_in = false keeps them short")
-        return replace(longer, unlikely=(*job.unlikely, finding))
-    return job
+        return longer, (finding,)
+    return program, ()
 
 
 def find_program(name: str, path_file: str) -> str:

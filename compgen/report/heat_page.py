@@ -50,7 +50,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
             "compgen": __version__,
             "inputs_sha256": job.inputs_hash,
             "robot": job.robot.name,
-            "robot_file": {"path": job.robot_file, "sha256": job.robot_file_hash},
+            "robot_file": {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash},
             "overrides": list(job.overrides),
         },
     }

@@ -90,7 +90,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "compgen": __version__,
         "inputs_sha256": job.inputs_hash,
         "robot": job.robot.name,
-        "robot_file": {"path": job.robot_file, "sha256": job.robot_file_hash},
+        "robot_file": {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash},
         "sources": [source.NAME for source in job.sources],
         "overrides": list(job.overrides),
         "tool": {

@@ -9,6 +9,7 @@ import jsonschema
 import numpy as np
 import pytest
 from campaign import robot_file
+from changed import changed
 from command_line import run
 from shipped import path_file, quiet
 from synthetic import NOISE, made_up, measured, random_theta
@@ -203,9 +204,9 @@ def test_generated_with_the_identified_file_the_real_arm_is_on_its_path(made):
     real = real_sources(truth, folder)
     job = replace(load_job(path_file("circle_1300"), robot=str(target), overrides=WIDE), history=History())
     planned, corrected = generate.generate(job, quiet)
-    uncorrected = generate.predict(replace(job, sources=real), quiet)
+    uncorrected = generate.predict(changed(job, "cell.sources", real), quiet)
     assert np.quantile(uncorrected.deviation().total(), 0.99) > 500 * UM
-    facts = (job.robot, job.heat, job.profiles, job.tool.pose)
+    facts = (job.robot, job.heat, job.cell.profiles, job.tool.pose)
     real_run, predicted = (
         execute(Twin(*facts, faults_of(sources)), corrected.program, ()) for sources in (real, job.sources)
     )

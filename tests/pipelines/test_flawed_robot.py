@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from changed import changed
 from flawed import SOURCES, flawed_file
 from numpy.testing import assert_allclose
 from problems import problem_of
@@ -120,10 +121,11 @@ def test_the_general_program_agrees_with_every_source_on(raster):
 
 
 def test_waypoints_come_closer_where_the_error_bends(raster):
-    job = replace(raster[0], lead_in=False)
-    planned = plan_motion(job, job.feed, quiet)
+    job = changed(raster[0], "plan.process.lead_in", False)
+    planned = plan_motion(job.plan, job.cell, job.feed, quiet)
+    plan, process = job.plan.path, job.plan.process
     plain = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=job.chord, lift=job.lift
+        plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
     )
     assert len(planned.path.arc) > len(plain.arc) + 20
     new = planned.path.arc[~np.isclose(planned.path.arc[:, None], plain.arc).any(axis=1)]
@@ -132,7 +134,7 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
     assert np.median(near) < 20 * MM  # where joints reverse
     growth = [s for s in job.sources if isinstance(s, ThermalGrowth)]
     arm = (job.robot, job.posture, job.tool.pose, growth, planned.model)
-    assert refinement.refine(*arm, plain, job.feed, job.chord)[0] is plain
+    assert refinement.refine(*arm, plain, job.feed, process.chord)[0] is plain
     room = np.diff(planned.path.arc) / (job.feed * job.robot.controller.period)
     assert room.min() >= 0.9  # never below what the controller can follow
 
@@ -141,12 +143,13 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
         return inverse_kinematics.solve_flange(job.robot, flange, job.posture)[0]
 
     bend = refinement.error_bend(solve, job.sources, planned.model, planned.path, planned.theta)
-    assert ((bend <= refinement.CHORD_SHARE * job.chord) | (room < 2)).all()  # no segment is left that could be cut
+    assert ((bend <= refinement.CHORD_SHARE * process.chord) | (room < 2)).all()  # no segment is left that could be cut
 
 
 def test_a_path_cut_finer_is_the_same_path(job):
+    plan, process = job.plan.path, job.plan.process
     path = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=job.chord, lift=job.lift
+        plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
     )
     parts = 1 + np.arange(len(path.arc) - 1) % 3
     finer = toolpath.subdivided(path, parts)
@@ -165,7 +168,7 @@ def test_leaving_the_map_or_the_joints_is_told(robot):
     assert told.level is Level.WARNING
     assert "z by up to 200.0 mm (203 to 1003 measured)" in told.message
     assert "sources.box" not in codes(planned.findings)
-    narrow = replace(job, joint_box=np.array([[-90, 90], [-60, 20], *4 * [[-200, 200]]]) * DEG)
+    narrow = replace(job.cell, joint_box=np.array([[-90, 90], [-60, 20], *4 * [[-200, 200]]]) * DEG)
     (box,) = validity.joint_box_findings(narrow.robot, narrow.joint_box, planned.theta)
     assert "J2 by up to" in box.message
     assert "(-60 to 20)" in box.message

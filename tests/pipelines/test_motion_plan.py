@@ -49,7 +49,7 @@ def test_so_it_does_where_sources_ask_for_more_waypoints(name, flawed):
     job = load_job(path_file(name), flawed, [f'before=[{{state="moving",program="{name}",repeat={REPEATS}}}]'])
     planned = predict(job, quiet)
     plain = load_job(path_file(name))
-    assert len(planned.theta) > len(plan_motion(plain, plain.feed, quiet).theta)
+    assert len(planned.theta) > len(plan_motion(plain.plan, plain.cell, plain.feed, quiet).theta)
     assert_allclose(job.history.clock, REPEATS * planned.trajectory.time[-1], rtol=1e-12)
 
 
@@ -65,6 +65,6 @@ def test_the_plan_does_not_depend_on_warmth(flawed):
     cold = load_job(path_file("circle_1300"), flawed, ["before=[]"])
     warm = load_job(path_file("circle_1300"), flawed)
     assert warm.start_rise().max() > 5
-    plans = [plan_motion(job, job.feed, quiet) for job in (cold, warm)]
+    plans = [plan_motion(job.plan, job.cell, job.feed, quiet) for job in (cold, warm)]
     assert np.array_equal(plans[0].theta, plans[1].theta)
     assert np.array_equal(plans[0].trajectory.time, plans[1].trajectory.time)

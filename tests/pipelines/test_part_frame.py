@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from changed import changed
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
@@ -77,7 +78,7 @@ def job_moved(job, by):
     from dataclasses import replace
 
     register = replace(job.frame.register, position=job.frame.register.position + np.array(by))
-    return replace(job, frame=replace(job.frame, register=register))
+    return changed(job, "plan.path.frame.register", register)
 
 
 def test_a_frame_is_held_to_the_controllers_digits_and_the_part_is_where_it_was_taught(made):
@@ -101,7 +102,7 @@ def test_a_program_in_world_is_what_a_frame_at_world_says(tmp_path):
 def codes(job):
     from compgen.pipelines.part_frame import frame_findings
 
-    return [(f.level.value, f.code) for f in frame_findings(job.frame, job.robot_file_hash)]
+    return [(f.level.value, f.code) for f in frame_findings(job.frame, job.cell.robot_file_hash)]
 
 
 def test_how_a_frame_was_taught_is_a_finding(tmp_path):

@@ -29,8 +29,8 @@ def project(folder, cte):
     return folder
 
 
-def growth(job):
-    return job.profiles[0].cte
+def growth(cell):
+    return cell.profiles[0].cte
 
 
 @pytest.mark.parametrize("where", [".", "paths", "robots"])
@@ -39,8 +39,8 @@ def test_the_path_files_own_project_has_the_robot_wherever_one_stands(tmp_path, 
     with chdir(own / where):
         name = Path("..") / "paths" / "line_y.toml" if where != "." else Path("paths/line_y.toml")
         job = load_job(str(name) if where != "paths" else "line_y.toml")
-    assert growth(job) == pytest.approx(2 * growth(load_job(str(ROOT / "paths" / "line_y.toml"))))
-    assert job.robot_file_hash == sha256((own / "robots" / "m710ic50.toml").read_bytes()).hexdigest()
+    assert growth(job.cell) == pytest.approx(2 * growth(load_job(str(ROOT / "paths" / "line_y.toml")).cell))
+    assert job.cell.robot_file_hash == sha256((own / "robots" / "m710ic50.toml").read_bytes()).hexdigest()
 
 
 def test_a_link_to_a_path_file_leads_to_its_project(tmp_path):
@@ -49,7 +49,7 @@ def test_a_link_to_a_path_file_leads_to_its_project(tmp_path):
     link = tmp_path / "elsewhere" / "paths" / "line_y.toml"
     link.symlink_to(own / "paths" / "line_y.toml")
     with chdir(tmp_path):
-        assert Path(load_job(str(link)).robot_file).samefile(own / "robots" / "m710ic50.toml")
+        assert Path(load_job(str(link)).cell.robot_file).samefile(own / "robots" / "m710ic50.toml")
 
 
 def test_two_robots_of_one_name_that_differ_are_both_named(tmp_path):
@@ -59,13 +59,14 @@ def test_two_robots_of_one_name_that_differ_are_both_named(tmp_path):
     refused(run("generate", own / "paths" / "line_y.toml", "-q", "-o", tmp_path / "o", cwd=other), 2, "--robot")
     with chdir(other):
         file = str(own / "robots" / "m710ic50.toml")
-        assert Path(load_job(str(own / "paths" / "line_y.toml"), file).robot_file).samefile(file)
+        assert Path(load_job(str(own / "paths" / "line_y.toml"), file).cell.robot_file).samefile(file)
 
 
 def test_two_robots_of_one_name_that_are_alike_are_one(tmp_path):
     own, other = project(tmp_path / "p", 5.0), project(tmp_path / "q", 5.0)
     with chdir(other):
-        assert Path(load_job(str(own / "paths" / "line_y.toml")).robot_file).samefile(own / "robots" / "m710ic50.toml")
+        job = load_job(str(own / "paths" / "line_y.toml"))
+        assert Path(job.cell.robot_file).samefile(own / "robots" / "m710ic50.toml")
 
 
 def test_a_robot_of_the_current_folder_alone_is_not_found_by_chance(tmp_path):
@@ -121,7 +122,7 @@ def test_the_hash_is_of_the_bytes_that_were_read(tmp_path, monkeypatch):
 
     monkeypatch.setattr(toml, "read_regular", read_and_replace)
     with chdir(own):
-        assert load_job(str(path)).robot_file_hash == known
+        assert load_job(str(path)).cell.robot_file_hash == known
     robot.write_text(first)
     cell = load_cell(str(robot))
     assert (cell.robot_file_hash, growth(cell)) == (known, pytest.approx(22.5e-6))

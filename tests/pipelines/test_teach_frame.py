@@ -231,7 +231,7 @@ def part_path(frame):
 def real_twin(job, folder):
     """The arm as it is; its base is not in it."""
     faults = faults_of(load_cell(str(folder / "real.toml")).sources)
-    return Twin(job.robot, job.heat, job.profiles, job.tool.pose, faults, job.frame.register)
+    return Twin(job.robot, job.heat, job.cell.profiles, job.tool.pose, faults, job.frame.register)
 
 
 def test_as_found_the_part_is_met_as_well_as_aligned(cell, record):

@@ -1,9 +1,8 @@
 """A lead-in turns every joint one way through its play, comes from above, and lays the tool upright onto the path."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from changed import changed
 from flawed import flawed_file
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
@@ -35,7 +34,7 @@ def job(request, robot):
 
 
 def test_every_joint_turns_one_way_through_its_play(job):
-    plan = plan_motion(job, job.feed, quiet)
+    plan = plan_motion(job.plan, job.cell, job.feed, quiet)
     end = int(np.argmax(plan.path.stop[1:])) + 1  # where the lead-in stops
     turn = np.diff(plan.theta[: end + 1], axis=0)
     assert np.all((turn > 0).all(axis=0) | (turn < 0).all(axis=0))
@@ -45,12 +44,12 @@ def test_every_joint_turns_one_way_through_its_play(job):
 
 
 def test_the_tool_comes_from_above_and_arrives_upright(job):
-    plan = plan_motion(job, job.feed, quiet)
+    plan = plan_motion(job.plan, job.cell, job.feed, quiet)
     end = int(np.argmax(plan.path.stop[1:])) + 1
     height = plan.path.target.position[: end + 1, 2] - plan.path.target.position[end, 2]
-    assert height[0] >= job.lift - 0.2 * MM
+    assert height[0] >= job.plan.process.lift - 0.2 * MM
     assert np.all(np.diff(height) < 0)
-    plain = plan_motion(replace(job, lead_in=False), job.feed, quiet).path
+    plain = plan_motion(changed(job, "plan.process.lead_in", False).plan, job.cell, job.feed, quiet).path
     assert_allclose(
         plan.path.target.rotation[end], plain.target.rotation[int(np.argmax(plain.stop[1:])) + 1], atol=1e-12
     )
@@ -66,24 +65,24 @@ def test_nothing_is_left_unknown_where_the_part_begins(job):
     assert corrected.inside
     on_part = np.flatnonzero(with_lead.path.contact)
     assert np.linalg.norm(corrected.solution.residual[on_part[:3], :3], axis=1).max() < 0.2 * UM
-    _, plain = generate.generate(replace(job, lead_in=False), quiet)
+    _, plain = generate.generate(changed(job, "plan.process.lead_in", False), quiet)
     assert "sources.start" in {f.code for f in plain.findings}
 
 
 def test_the_path_behind_the_lead_in_is_the_same(job):
-    ahead = plan_motion(job, job.feed, quiet).path
-    plain = plan_motion(replace(job, lead_in=False), job.feed, quiet).path
+    ahead = plan_motion(job.plan, job.cell, job.feed, quiet).path
+    plain = plan_motion(changed(job, "plan.process.lead_in", False).plan, job.cell, job.feed, quiet).path
     ends = [path.arc[np.flatnonzero(path.stop)[1]] for path in (ahead, plain)]
     assert_allclose(ahead.arc[-1] - ends[0], plain.arc[-1] - ends[1], atol=1e-9)
 
 
 def test_a_robot_without_play_comes_down_the_tool_axis():
     job = load_job(path_file("circle_1300"), None, ("path.diameter_mm=300",))
-    plain = plan_motion(job, job.feed, quiet).path
+    plain = plan_motion(job.plan, job.cell, job.feed, quiet).path
     assert_allclose(
         plain.target.position[0, :2], plain.target.position[int(np.argmax(plain.stop[1:])) + 1, :2], atol=1e-12
     )
-    asked = plan_motion(replace(job, lead_in=True), job.feed, quiet)
+    asked = plan_motion(changed(job, "plan.process.lead_in", True).plan, job.cell, job.feed, quiet)
     end = int(np.argmax(asked.path.stop[1:])) + 1
     turn = np.diff(asked.theta[: end + 1], axis=0)
     assert np.abs(turn.sum(axis=0)).min() > 0.19 * DEG
@@ -133,4 +132,4 @@ def test_sweeps_begin_so_early_that_their_reversals_are_over_on_the_part(robot):
 
 def test_a_lead_stays_as_short_as_the_reach_asks(robot):
     job = load_job(path_file("raster_1300"), robot, (PLAY, "path.stepover_mm=100"))
-    plan_motion(job, job.feed, quiet)  # 35 mm more would be out of reach
+    plan_motion(job.plan, job.cell, job.feed, quiet)  # 35 mm more would be out of reach

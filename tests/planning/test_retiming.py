@@ -40,7 +40,7 @@ PATTERNS = {
     "spiral": (patterns.spiral(0.3, 5), surfaces.conic(CENTRE, 2.0, -0.9, 0.3)),
     "smooth raster": (patterns.raster(HEXAGON, 0.03, 0.01, True), surfaces.conic(CENTRE, 0.6, 0.0, 0.2)),
     "iso9283": (patterns.iso9283(0.3), surfaces.plane(CENTRE)),
-    "study circle": (STUDY.pattern, surfaces.plane(CENTRE)),
+    "study circle": (STUDY.plan.path.pattern, surfaces.plane(CENTRE)),
 }
 # feed [m/s]: the study's; one that the limits cut on every curve and every short side
 DRIVES = [(name, feed) for name in PATTERNS for feed in (0.2, 1.5)]

@@ -306,10 +306,11 @@ def test_arc_length_rises_at_every_waypoint():
 @pytest.mark.parametrize("name", ["circle_1300", "optic_spiral"])
 def test_shipped_paths_keep_their_chord(name):
     job = load_job(str(PATHS / f"{name}.toml"))
+    plan, process = job.plan.path, job.plan.process
     tool = toolpath.plan_tool_path(
-        job.pattern, job.surface, job.boundary, spin=job.tool.spin, chord=job.chord, lift=job.lift
+        plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
     )
-    assert off_chord(tool, every=11).max() <= job.chord
+    assert off_chord(tool, every=11).max() <= process.chord
 
 
 def test_path_without_length_is_refused():

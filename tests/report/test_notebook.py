@@ -11,9 +11,11 @@ import subprocess
 import sys
 import threading
 from importlib import import_module
+from operator import attrgetter
 
 import numpy as np
 import pytest
+from changed import changed
 from command_line import ENVIRONMENT, run
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file
@@ -373,9 +375,21 @@ def test_a_result_does_not_change(result):
             delattr(result, name)
 
 
-def test_a_job_does_not_change():
-    with pytest.raises(compgen.FrozenError, match=r"Job.bounds: a job does not change; give overrides"):
-        JOB.bounds = None
+@pytest.mark.parametrize(
+    ("part", "key"),
+    [
+        ("", "bounds"), ("plan", "process"), ("plan.path", "pattern"), ("plan.process", "feed"), ("plan.tool", "pose"),
+        ("cell", "sources"), ("history", "before"), ("settings", "rate"), ("bounds", "max"),
+    ],
+)  # fmt: skip
+def test_a_job_does_not_change_nor_does_a_part_of_it(part, key):
+    owner = attrgetter(part)(JOB) if part else JOB
+    what = "a part of a job" if part else "a job"
+    refusal = rf"^{type(owner).__name__}.{key}: {what} does not change; give overrides"
+    with pytest.raises(compgen.FrozenError, match=refusal):
+        setattr(owner, key, None)
+    with pytest.raises(compgen.FrozenError, match=refusal):
+        delattr(owner, key)
 
 
 @pytest.mark.parametrize("path", sorted(p.stem for p in (ROOT / "paths").glob("*.toml") if p.stem != "path.schema"))
@@ -385,15 +399,16 @@ def test_a_job_read_twice_is_the_same_and_its_pickle_is_taken(path):
     require_unchanged(pickle.loads(pickle.dumps(job)))
 
 
-@pytest.mark.parametrize(("change", "place"), [({"feed": 0.123}, "feed"), ({"sources": ()}, "sources")])
-def test_a_job_that_was_changed_since_it_was_read_is_refused(change, place):
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("plan.process.feed", 0.123), ("plan.tool.number", 9), ("cell.sources", ()), ("start_drift", 1.0)],
+)
+def test_a_job_that_was_changed_since_it_was_read_is_refused(key, value):
     """Its program would name inputs that it is not made from."""
-    changed = dataclasses.replace(JOB, **change)
+    other = changed(JOB, key, value)
     for verb in (compgen.predict, compgen.generate):
-        with pytest.raises(
-            compgen.InputError, match=rf"job line_y: {place} was changed .*compgen.load_job as overrides"
-        ):
-            verb(changed)
+        with pytest.raises(compgen.InputError, match=rf"job line_y: {key} was changed .*compgen.load_job as overrides"):
+            verb(other)
 
 
 def test_a_job_whose_file_has_changed_meanwhile_is_taken_as_it_is(tmp_path):

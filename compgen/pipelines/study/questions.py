@@ -111,9 +111,9 @@ def contributions(job: Job, limit: float) -> Answer:
         moved = displacement(job, geometry, alone)
         labels.append(f"node {name}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
-    for profile in job.profiles:
+    for profile in job.cell.profiles:
         held = tuple(s.without(profile.length) if isinstance(s, ThermalGrowth) else s for s in job.sources)
-        moved = whole - displacement(replace(job, sources=held), geometry, execution.rise)
+        moved = whole - displacement(replace(job, cell=replace(job.cell, sources=held)), geometry, execution.rise)
         labels.append(f"length {profile.length}")
         rows.append([float(moved[worst] @ toward) / UM, _largest(moved) / UM])
     table = np.array([[float(n), *row] for n, row in enumerate(rows)])

@@ -260,7 +260,6 @@ class GeneratedProgram:
         return f"<GeneratedProgram {self.corrected.program.name}: {before}, {after} after correction, {self.verdict}>"
 
 
-seal(Job, "a job", "give overrides to compgen.load_job for another one")
 seal(Prediction, *RESULT)
 seal(GeneratedProgram, *RESULT)
 

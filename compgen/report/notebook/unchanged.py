@@ -27,7 +27,7 @@ def require_unchanged(job: Job) -> None:
     if job in _as_read:
         return
     try:
-        read = load_job(job.source, job.robot_file, job.overrides)
+        read = load_job(job.source, job.cell.robot_file, job.overrides)
     except CompgenError:
         return
     if read.inputs_hash == job.inputs_hash:
