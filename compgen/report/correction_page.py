@@ -100,7 +100,7 @@ def _unsafe_statements(unsafe: Sequence[Unsafe]) -> str:
 
 def _error_over_time(result: Correction) -> Figure:
     traces = []
-    for name, values, colour in (("before", result.error[0], WARM), ("after", result.residual[0], COOL)):
+    for name, values, colour in (("before", result.error.distance, WARM), ("after", result.residual.distance, COOL)):
         rows = rows_to_draw(values)
         look = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": colour, "width": 1.4}}
         x, y = np.round(result.execution.time[rows], 3), np.round(values[rows] / UM, 3)
@@ -111,16 +111,16 @@ def _error_over_time(result: Correction) -> Figure:
 def _program_in_space(result: Correction) -> Figure:
     plan = result.plan
     rows = np.flatnonzero(result.execution.fraction == 1)
-    rows = rows[rows_to_draw(result.error[0][rows])]
+    rows = rows[rows_to_draw(result.error.distance[rows])]
     pose = plan.drive.pose[result.execution.station[rows]]
     xyz = (np.round(v / MM, 2) for v in plan.poses.tcp.position[pose].T)
     marker = {
         "size": 3,
-        "color": packed_array(np.round(result.error[0][rows] / UM, 3)),
+        "color": packed_array(np.round(result.error.distance[rows] / UM, 3)),
         "colorscale": TURBO,
         "colorbar": {"title": {"text": "µm"}, "thickness": 12},
         "cmin": 0,
-        "cmax": max(float(np.max(result.error[0][rows], initial=0.0)) / UM, 1e-3),
+        "cmax": max(float(np.max(result.error.distance[rows], initial=0.0)) / UM, 1e-3),
     }
     text = [f"P[{n}]" for n in plan.poses.number[pose].tolist()]
     line = {"color": "#cbd5e1", "width": 2}

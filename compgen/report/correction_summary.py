@@ -8,6 +8,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct.proof import PoseErrors
 from compgen.report.provenance import SCHEMA, provenance
 from compgen.verification.deviation import percentile99, rms
 
@@ -61,8 +62,8 @@ def correction_columns(result: Correction) -> dict[str, Array | IntArray]:
         "position": plan.poses.number[pose],
         "time_s": plan.stations.time[station],
         **{f"{name}_mm": position[:, k] for k, name in enumerate("xyz")},
-        "before_um": result.error[0][rows] / UM,
-        "after_um": result.residual[0][rows] / UM,
+        "before_um": result.error.distance[rows] / UM,
+        "after_um": result.residual.distance[rows] / UM,
         "corrected": result.judged[rows].astype(np.int64),
         **{f"rise_{name}_K": rise[:, k] for k, name in enumerate(result.cell.heat.names)},
     }
@@ -80,11 +81,11 @@ def correction_csv(result: Correction) -> bytes:
     return f"{','.join(table)}\n{body}".encode("ascii")
 
 
-def _statistics(result: Correction, error: tuple[Any, Any]) -> dict[str, dict[str, float]]:
+def _statistics(result: Correction, error: PoseErrors) -> dict[str, dict[str, float]]:
     """Statistics over the path that was corrected: stations and places between them; empty when there is none."""
     statistics = {}
     length = result.length[result.judged]
-    for name, values, unit, key in (("total", error[0], UM, "um"), ("turn", error[1], MDEG, "mdeg")):
+    for name, values, unit, key in (("total", error.distance, UM, "um"), ("turn", error.angle, MDEG, "mdeg")):
         judged = values[result.judged] / unit
         if len(judged):
             statistics[name] = {

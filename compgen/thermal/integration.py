@@ -5,6 +5,7 @@ adds its own response. No step size, no tolerance: 12 h of a hundred volumes at 
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,13 @@ from compgen.thermal.model import ThermalModel
 MAX_SPAN = 300.0  # time constants that one block of a sum may span
 ROWS = 1024  # output times at a time
 DECAYED = 45.0  # time constants after which nothing of a mode is left, exp(-45) = 3e-20
+
+
+class ProgramRises(NamedTuple):
+    """Rises while a program of N waypoints runs."""
+
+    rise: Array  # (N, K) [K] at each waypoint
+    end: Array  # (S,) state at the end
 
 
 def initial_state(heat: ThermalModel, air: Ambient | None = None) -> Array:
@@ -55,7 +63,7 @@ def state_after(
 
 def rises_during(
     heat: ThermalModel, start: Array, motion: JointMotion, air: Ambient | None = None, clock: float = 0.0
-) -> tuple[Array, Array]:
+) -> ProgramRises:
     r"""Rises while a program runs.
 
         z_n = exp(-rate t_n) (z_0 + sum_k goal_k (exp(rate t_{k+1}) - exp(rate t_k)))
@@ -87,7 +95,7 @@ def rises_during(
             share = heat.ambient * air.response(rate, clock, clock + time[k : k + ROWS])
             rises[k : k + ROWS] += share @ heat.outputs.T
         z = z + heat.ambient * air.response(rate, clock, clock + time[-1:])[0]
-    return rises, np.asarray(z)
+    return ProgramRises(rises, np.asarray(z))
 
 
 def states_at(

@@ -400,8 +400,8 @@ def test_the_twin_says_what_the_second_arm_says(hot):
     result = corrected(data, hot)
     ends = result.execution.fraction == 1
     for k, n, guess in zip(np.flatnonzero(ends), (1, 2), (HOME, (15, 25, -20, 25, -55, 40))):
-        assert result.error[0][k] * 1e6 == pytest.approx(missed_um(data, data, n, guess), abs=0.1)
-        assert result.residual[0][k] * 1e6 == pytest.approx(missed_um(data, result.text, n, guess), abs=0.1)
+        assert result.error.distance[k] * 1e6 == pytest.approx(missed_um(data, data, n, guess), abs=0.1)
+        assert result.residual.distance[k] * 1e6 == pytest.approx(missed_um(data, result.text, n, guess), abs=0.1)
     assert result.judged.all()
 
 
@@ -431,7 +431,7 @@ def test_a_planned_program_agrees_with_generate():
         assert max(away) < 2e-3  # mm: both round to 0.001
         assert result.changed == len(written)
         assert all(written[n].groups[1].config == expected[n].groups[1].config for n in written)
-        assert result.residual[0][result.judged].max() < 3e-6
+        assert result.residual.distance[result.judged].max() < 3e-6
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_a_line_that_a_jump_skips_does_not_stop_the_correction(hot):
     assert result.changed == 7
     assert not findings(result, "correction.reach")
     assert judged_ways(result) == {6, 7, 2, 4, 1}  # to P[1] along the jump from P[2], not from P[4]
-    assert result.residual[0][result.judged].max() * 1e6 < ROUNDED_UM
+    assert result.residual.distance[result.judged].max() * 1e6 < ROUNDED_UM
 
 
 @pytest.mark.parametrize("options", [{}, {"insert": 5e-6}, {"split": True}])
@@ -136,7 +136,7 @@ def test_an_arm_that_remembers_its_direction_forgets_it_where_the_order_is_not_s
     assert findings(result, "sources.order")
     assert not findings(known, "sources.order")
     assert np.abs(known.plan.stations.midway.direction - motion.direction).max() > 0.1
-    assert result.residual[0][result.judged].max() < 5e-6
+    assert result.residual.distance[result.judged].max() < 5e-6
 
 
 def test_a_correction_that_leads_out_of_reach_holds_its_station(tmp_path):

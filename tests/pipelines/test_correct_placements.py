@@ -318,7 +318,9 @@ def test_an_arm_on_a_rail_that_stands_still_is_corrected_where_it_stands(hot, tm
     assert any(f.code == "robot.carried" for f in result.findings)
     plain = program([GO, "L P[1] 50mm/sec FINE", "L P[2] 50mm/sec FINE", GO], [at(1, HOME), at(2, THERE), at(3, AWAY)])
     there = corrected(plain, hot)
-    assert np.allclose(result.error[0], there.error[0], atol=2e-8)  # the same arm, the same error, elsewhere
+    assert np.allclose(
+        result.error.distance, there.error.distance, atol=2e-8
+    )  # the same arm, the same error, elsewhere
     assert not result.text.replace(b"1500.000", b"").count(b"E1=  1")
 
 

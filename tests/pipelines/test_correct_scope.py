@@ -320,7 +320,7 @@ def test_a_long_line_is_reported_and_points_go_in_on_request(hot):
     assert [m.termination for m in moves[1:]] == ["CNT100"] * result.added + ["FINE"]
     assert {m.speed for m in moves[1:]} == {"100mm/sec"}
     assert moves[-1].targets == ("P[2]",)
-    judged = result.residual[0][result.judged]
+    judged = result.residual.distance[result.judged]
     assert judged.max() < 2e-6 + 2e-6
     assert not any(f.code == "correction.straight" for f in result.findings)
 
@@ -414,7 +414,7 @@ def test_insert_and_split_together_are_stable(hot):
     data = data.replace(b"   2:L", b"   2:J P[1] 10% FINE ;\n   3:L")
     a = corrected(data, hot, insert=1e-6, split=True)
     assert a.text == corrected(data, hot, insert=1e-6, split=True).text
-    assert a.residual[0][a.judged].max() < 3e-6
+    assert a.residual.distance[a.judged].max() < 3e-6
 
 
 def test_motion_up_to_the_end_of_the_program_counts_against_the_hours_the_heat_was_measured_over():

@@ -3,6 +3,8 @@ r"""The pose that a Cartesian position's six numbers come to where a motion driv
 T = T_uframe T(numbers + Offset) T_Tool_Offset
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
@@ -26,18 +28,20 @@ def placed_poses(values: Array, base: Pose, table: tuple[Placement, ...], placem
     return base @ Pose(shifted[:, :3] * MM, from_wpr(*(shifted[:, 3:] * DEG).T)) @ _tool_offsets(table, placement)
 
 
-def placed_numbers(
-    tcp: Pose, base: Pose, table: tuple[Placement, ...], placement: IntArray
-) -> tuple[Array, Array, Array]:
-    """What Cartesian positions say at TCP poses: the inverse of ``placed_poses``, with the rotation in the user frame.
+class PlacedNumbers(NamedTuple):
+    """What n Cartesian positions say, their angles still as a rotation."""
 
-    Returns:
-        X Y Z (n, 3) [mm]; rotations (n, 3, 3) with the offset in them; its W P R, to be taken off (n, 3) [deg].
-    """
+    xyz: Array  # (n, 3) [mm] X Y Z
+    rotation: Array  # (n, 3, 3) in the user frame, with the offset in it
+    wpr_offset: Array  # (n, 3) [deg] of the offset, to be taken off W P R
+
+
+def placed_numbers(tcp: Pose, base: Pose, table: tuple[Placement, ...], placement: IntArray) -> PlacedNumbers:
+    """What Cartesian positions say at TCP poses: the inverse of ``placed_poses``."""
     placed = tcp @ _tool_offsets(table, placement).inverse()
     offset = _offsets(table, placement)
     xyz = np.einsum("nji,nj->ni", base.rotation, placed.position - base.position) / MM - offset[:, :3]
-    return xyz, np.swapaxes(base.rotation, 1, 2) @ placed.rotation, offset[:, 3:]
+    return PlacedNumbers(xyz, np.swapaxes(base.rotation, 1, 2) @ placed.rotation, offset[:, 3:])
 
 
 def _offsets(table: tuple[Placement, ...], placement: IntArray) -> Array:

@@ -95,8 +95,8 @@ def numbers_at(poses: Poses, rows: IntArray, tcp: Pose, old: Array) -> Array:
         old: W P R that the new ones shall be near to, (n, 3) [deg].
     """
     base = poses.bases[poses.base[rows]]
-    xyz, turned, offset = placed_numbers(tcp, base, poses.placements.table, poses.placement[rows])
-    return np.hstack([xyz, nearest_wpr(turned, old + offset) - offset])
+    numbers = placed_numbers(tcp, base, poses.placements.table, poses.placement[rows])
+    return np.hstack([numbers.xyz, nearest_wpr(numbers.rotation, old + numbers.wpr_offset) - numbers.wpr_offset])
 
 
 def round_joints(robot: Robot, pendant: Array, step: Array, tcp: Array, lever: Array, marked: BoolArray) -> Array:

@@ -62,10 +62,10 @@ def as_first_row(poses: Poses, pose: IntArray, correction: Array, free: BoolArra
     if len(s):
         rows, table = pose[s], poses.placements.table
         commanded, base = poses.tcp[rows].moved(correction[s]), poses.bases[poses.base[rows]]
-        xyz, turned, offset = placed_numbers(commanded, base, table, poses.placement[rows])
-        wpr = np.column_stack(to_wpr(turned)) / DEG - offset
+        numbers = placed_numbers(commanded, base, table, poses.placement[rows])
+        wpr = np.column_stack(to_wpr(numbers.rotation)) / DEG - numbers.wpr_offset
         to = poses.first[rows]
-        there = placed_poses(np.hstack([xyz, wpr]), poses.bases[poses.base[to]], table, poses.placement[to])
+        there = placed_poses(np.hstack([numbers.xyz, wpr]), poses.bases[poses.base[to]], table, poses.placement[to])
         correction[s, :3] = there.position - poses.tcp.position[to]
         correction[s, 3:] = rotation_vector((poses.tcp[to].inverse() @ there).rotation)
     return correction

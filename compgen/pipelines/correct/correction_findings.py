@@ -95,7 +95,7 @@ def _bound_findings(result: Correction) -> list[Finding]:
         message = "no position of this program can be corrected: it is unchanged; cgen inspect says what keeps them"
         return [Finding(Level.OUTSIDE, "correction.none", message)]
     findings = []
-    before, after = result.error[0][judged], result.residual[0][judged]
+    before, after = result.error.distance[judged], result.residual.distance[judged]
     worse = np.flatnonzero(after > before + ROUNDING)
     coarse = _decimal_places(result).min(initial=3) < 3 or result.plan.poses.joint_form.any()
     if len(worse) and not coarse:
@@ -114,7 +114,7 @@ def _bound_findings(result: Correction) -> list[Finding]:
 def _missing_bound(result: Correction) -> list[Finding]:
     if result.options.bound is not None or not result.judged.any():
         return []
-    after = result.residual[0][result.judged].max() / UM
+    after = result.residual.distance[result.judged].max() / UM
     message = f"nothing says whether {after:.2f} um after correction is good enough; give --max-um"
     return [Finding(Level.OUTSIDE, "bounds.none", message)]
 

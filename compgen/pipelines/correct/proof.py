@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,11 +71,18 @@ def execute_program(
     return ProgramExecution(station, fraction, time, rise, actual @ tools if faults is None else actual)
 
 
-def pose_errors(execution: ProgramExecution, target: Pose) -> tuple[Array, Array]:
-    """Size of the position error (M,) [m] and angle between actual and target tool (M,) [rad]."""
+class PoseErrors(NamedTuple):
+    """How far the tool is from its target at M samples."""
+
+    distance: Array  # (M,) [m]
+    angle: Array  # (M,) [rad]
+
+
+def pose_errors(execution: ProgramExecution, target: Pose) -> PoseErrors:
+    """How far the actual tool is from its target at each sample."""
     error = execution.actual.position - target.position
     turn = rotation_vector((target.inverse() @ execution.actual).rotation)
-    return np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn))
+    return PoseErrors(np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn)))
 
 
 def _rise_at_samples(

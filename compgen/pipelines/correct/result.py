@@ -13,7 +13,7 @@ from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
-from compgen.pipelines.correct.proof import ProgramExecution
+from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
@@ -83,8 +83,8 @@ class Correction:
     changed: int  # positions that read differently
     added: int  # positions that are new
     execution: ProgramExecution  # of the written text
-    error: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the planned and unchanged program, at the same samples
-    residual: tuple[Array, Array]  # (M,) [m], (M,) [rad] of the written text
+    error: PoseErrors  # of the planned and unchanged program, at the same samples
+    residual: PoseErrors  # of the written text
     new_beyond: IntArray  # stations to which the straight way leaves the reach in the written text only
     judged: BoolArray  # (M,) samples at or between corrected stations
     length: Array  # (M,) [m] of path that each of them stands for, 0 for the others

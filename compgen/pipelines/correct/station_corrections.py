@@ -7,6 +7,7 @@ workpiece stays smooth. A correction beyond the clamp or a joint limit is not ta
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,14 +44,23 @@ class StationCorrections:
     midway: DirectionState  # halfway on the way to each station
 
 
-def rise_at_stations(cell: Cell, poses: Poses, drive: Traversal, before: Sequence[Duty]) -> tuple[Array, Array, Array]:
-    """Time (S,) [s] and rise (S, K) [K] at each station, and rise at the start (K,).
+class StationRises(NamedTuple):
+    """When S stations are reached, and how warm the arm is there."""
+
+    time: Array  # (S,) [s]
+    rise: Array  # (S, K) [K]
+    start: Array  # (K,) [K] when the program starts
+
+
+def rise_at_stations(cell: Cell, poses: Poses, drive: Traversal, before: Sequence[Duty]) -> StationRises:
+    """Times and rises of all stations.
 
     During a pause the robot stands with its servo on.
     """
     motion = heat_motion(poses, drive)
-    rise, _ = rises_during(cell.heat, state_after(cell.heat, with_losses(cell.heat, before, motion)), motion)
-    return motion.time[2::2], rise[2::2], rise[0]
+    start = state_after(cell.heat, with_losses(cell.heat, before, motion))
+    rise = rises_during(cell.heat, start, motion).rise
+    return StationRises(motion.time[2::2], rise[2::2], rise[0])
 
 
 def heat_motion(poses: Poses, drive: Traversal) -> JointMotion:

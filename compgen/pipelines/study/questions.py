@@ -45,13 +45,13 @@ def warmup(job: Job, limit: float) -> Answer:
 
     def drift(duration: float) -> float:
         duties = (*start, replace(moving, duration=duration))
-        rises, _ = rises_during(
+        rises = rises_during(
             job.heat,
             state_after(job.heat, duties, air=job.history.air),
             geometry.motion,
             job.history.air,
             _clock(duties),
-        )
+        ).rise
         return _largest(displacement(job, geometry, rises[-1]) - displacement(job, geometry, rises[0]))
 
     hours = np.concatenate([np.linspace(0, 4, 17), np.arange(5.0, 49.0)])

@@ -98,12 +98,12 @@ class CorrectedProgram:
     @property
     def error(self) -> Array:
         """Distance of the TCP from its target without correction, (M,) [m]."""
-        return self.result.error[0]
+        return self.result.error.distance
 
     @property
     def error_after(self) -> Array:
         """Distance of the TCP from its target with the corrected text, (M,) [m]."""
-        return self.result.residual[0]
+        return self.result.residual.distance
 
     @property
     def judged(self) -> BoolArray:

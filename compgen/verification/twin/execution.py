@@ -187,16 +187,16 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
         program = replace(program, position=in_world.position, rotation=in_world.rotation)
     length = norm(np.diff(program.position, axis=0))
     theta = _joints_at_positions(twin, program)
-    time, driven, highest = time_program(twin.robot, program, length, theta)
-    thermal = _thermal_fields(twin, time, theta, driven, duties, air)
+    timing = time_program(twin.robot, program, length, theta)
+    thermal = _thermal_fields(twin, timing.time, theta, timing.driven, duties, air)
     turn = relative_rotation(program.rotation[:-1], program.rotation[1:])
     samples_per_segment = 2 * np.maximum(1, np.ceil(length / (2 * SPACING) - 1e-9)).astype(np.int64)
     return PreparedProgram(
         twin,
         program,
-        time,
-        driven=driven,
-        highest=highest,
+        timing.time,
+        driven=timing.driven,
+        highest=timing.highest,
         theta=theta,
         turn=turn,
         samples_per_segment=samples_per_segment,

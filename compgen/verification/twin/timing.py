@@ -5,6 +5,8 @@ T(v) = v / a + a / j, or 2 sqrt(v / j) below a^2 / j, with a and j what the join
 run too short for both ramps reaches the speed p with p T(p) = length, and takes 2 T(p).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
@@ -15,7 +17,15 @@ SAME_POSITION = 1e-9  # m; two positions whose texts are the same
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
 
 
-def time_program(robot: Robot, program: Program, length: Array, theta: Array) -> tuple[Array, Array, Array]:
+class ProgramTiming(NamedTuple):
+    """When a program of N positions passes them, and how fast it drives between."""
+
+    time: Array  # (N,) [s] when each position is passed
+    driven: Array  # (N - 1,) [m/s] mean speed on each segment
+    highest: Array  # (N - 1,) [m/s] highest speed on each segment
+
+
+def time_program(robot: Robot, program: Program, length: Array, theta: Array) -> ProgramTiming:
     """When each position is passed, and the mean and the highest speed on each segment.
 
     Args:
@@ -23,9 +33,6 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
         program: With N positions.
         length: Of its segments, (N - 1,) [m].
         theta: Joints at its positions, (N, 6) [rad].
-
-    Returns:
-        (N,) [s], and twice (N - 1,) [m/s].
     """
     stops = np.flatnonzero(program.fine)
     first, last = stops[:-1], stops[1:] - 1  # segments of each run
@@ -46,7 +53,8 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
     segments = np.diff(stops)
     slowdown = np.repeat(cruise_time / run_time, segments)
     highest = np.minimum(program.speed, np.repeat(np.where(ramp_length < run_length, np.inf, low), segments))
-    return np.concatenate([[0.0], np.cumsum(written_time / slowdown)]), program.speed * slowdown, highest
+    time = np.concatenate([[0.0], np.cumsum(written_time / slowdown)])
+    return ProgramTiming(time, program.speed * slowdown, highest)
 
 
 def ramps_length(robot: Robot, program: Program, length: Array, theta: Array, counted: BoolArray) -> float:
