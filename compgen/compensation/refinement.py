@@ -61,7 +61,7 @@ def refine(
     """
 
     def solve(pose: Pose) -> Array:
-        return inverse_kinematics.solve_flange(robot, flange_from_tool(pose, tool), posture)[0]
+        return inverse_kinematics.solve_flange(robot, flange_from_tool(pose, tool), posture).theta
 
     theta = joint_path.follow_branch(robot, flange_from_tool(path.target, tool), posture)
     if all(isinstance(source, ThermalGrowth) for source in sources):

@@ -127,6 +127,19 @@ class Source(Protocol):
         ...
 
 
+class TableSource:
+    """What most sources have in common: no facts, and nothing to derive, since the table says it all."""
+
+    __slots__ = ()
+
+    FACTS: ClassVar[tuple[Fact, ...]] = ()
+
+    @staticmethod
+    def derive(table: Any, arm: ArmFacts, key: str) -> dict[str, Any]:
+        """Nothing."""
+        return {}
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class ReversalWidths:
     """How far a motion must go to be forgotten; infinite where nothing depends on it."""

@@ -45,7 +45,7 @@ def compose_program(
     printed = fanuc.printed_poses(written, decimals)
     # the digits of CONFIG belong to the pose as printed
     in_world = printed if job.frame is None else job.frame.register @ printed
-    joints, _ = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture)
+    joints = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture).theta
     remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
     remarks.append(f"robot file {job.cell.robot_file_hash[:16]}")
     if start_window is None:

@@ -12,7 +12,7 @@ FANUC M-710iC and its relatives. With W the wrist centre, r its distance from th
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -78,23 +78,26 @@ def _flange_expr(position: Any, rows: Any, tool: Any) -> tuple[Any, Any]:
     return position - rotation @ tool[:3], rotation
 
 
-def solve_flange(robot: Robot, flange: Pose, posture: Posture) -> tuple[Array, Array]:
+class BranchSolution(NamedTuple):
+    """Joints that bring N poses about on one branch, and how well within reach they are."""
+
+    theta: Array  # (N, 6) [rad] DH angles in (-pi, pi]; out of reach those of the nearest stretched or folded arm
+    margin: Array  # (N,) [m] by which the wrist centre lies inside the reach of joints 2 and 3; negative: out of reach
+
+
+def solve_flange(robot: Robot, flange: Pose, posture: Posture) -> BranchSolution:
     """DH joint angles of flange poses on one branch.
 
     Args:
         robot: Arm of the class above.
         flange: N poses in World.
         posture: The branch.
-
-    Returns:
-        theta (N, 6) [rad] in (-pi, pi], and the margin (N,) [m] by which the wrist centre lies inside the reach of
-        joints 2 and 3 (negative: out of reach, and theta there is the nearest stretched or folded arm).
     """
     theta, margin = evaluate(_build_solve_flange(robot, posture), flange.position, flange.rotation_rows)
-    return theta, margin[:, 0]
+    return BranchSolution(theta, margin[:, 0])
 
 
-def solve_tool(robot: Robot, pose: Pose, tool: Pose, posture: Posture) -> tuple[Array, Array]:
+def solve_tool(robot: Robot, pose: Pose, tool: Pose, posture: Posture) -> BranchSolution:
     """DH joint angles of TCP poses on one branch.
 
     Args:
@@ -107,7 +110,7 @@ def solve_tool(robot: Robot, pose: Pose, tool: Pose, posture: Posture) -> tuple[
         theta (N, 6) [rad] and the margin (N,) [m], as ``solve_flange`` has them.
     """
     theta, margin = evaluate(_build_solve_tool(robot, posture), pose.position, pose.rotation_rows, _row(tool))
-    return theta, margin[:, 0]
+    return BranchSolution(theta, margin[:, 0])
 
 
 @kept_with("robot")

@@ -91,9 +91,7 @@ def rises_during(
         path = np.exp(-x[1:]) * (z + np.cumsum(gain, axis=0))
         rises[first + 1 : last + 1], z, first = path @ heat.outputs.T, path[-1], last
     if air is not None:
-        for k in range(0, len(time), ROWS):
-            share = heat.ambient * air.response(rate, clock, clock + time[k : k + ROWS])
-            rises[k : k + ROWS] += share @ heat.outputs.T
+        _add_air(rises, heat, air, clock, time)
         z = z + heat.ambient * air.response(rate, clock, clock + time[-1:])[0]
     return ProgramRises(rises, np.asarray(z))
 
@@ -184,10 +182,15 @@ def rise_history(
             block += levels[duty]
         z = goal + (z - goal) * np.exp(-duty.duration * rate)
     if air is not None:
-        for k in range(0, len(time), ROWS):
-            share = heat.ambient * air.response(heat.rate, clock, clock + time[k : k + ROWS])
-            out[k : k + ROWS] += share @ heat.outputs.T
+        _add_air(out, heat, air, clock, time)
     return out
+
+
+def _add_air(rises: Array, heat: ThermalModel, air: Ambient, clock: float, time: Array) -> None:
+    """Adds what the air does from the clock on to rises (M, K) at times (M,) [s] after it."""
+    for k in range(0, len(time), ROWS):
+        share = heat.ambient * air.response(heat.rate, clock, clock + time[k : k + ROWS])
+        rises[k : k + ROWS] += share @ heat.outputs.T
 
 
 def _low_rank(table: Array) -> tuple[Array, Array]:

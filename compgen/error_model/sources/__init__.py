@@ -3,8 +3,8 @@
 To add one, touch three places:
 
 1. ``error_model/sources/<name>.py``: a frozen dataclass that fulfils ``error_model.source.Source``. It declares its
-   parameters with units and priors, how its other fields come from its table, what measurements can tell of it, and
-   what it does to the chain. ``ORDER`` below says when it acts.
+   parameters with units and priors, how its other fields come from its table (``TableSource``: there are none), what
+   measurements can tell of it, and what it does to the chain. ``ORDER`` below says when it acts.
 2. Its table in ``error_model/schema.py``, each key described below its field, and the table's name in ``SourcesTable``.
 3. The twin: its numbers in ``verification/sources_to_faults.py``, its physics, written again, in
    ``verification/twin/``. Until then every proof of a robot that has it is refused.

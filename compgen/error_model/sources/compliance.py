@@ -13,12 +13,21 @@ from compgen.core.units import URAD
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.loads import Loads, torque_expr
 from compgen.error_model.schema import ComplianceTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import (
+    ArmFacts,
+    Entry,
+    Fitting,
+    Parameter,
+    State,
+    TableSource,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointCompliance:
+class JointCompliance(TableSource):
     """Turn of each joint per torque about it."""
 
     compliance: Any  # (6,) [rad/(N m)]
@@ -28,7 +37,6 @@ class JointCompliance:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("compliance", "compliance_urad_Nm", (6,), URAD, URAD, "turn of each joint per torque about it"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = Fitting("joints", ComplianceTable())
 
     def __post_init__(self) -> None:

@@ -11,13 +11,12 @@ from typing import Any, ClassVar
 
 from compgen.core.units import MDEG, MM, UM
 from compgen.error_model.expressions import column, rotation_expr
-from compgen.error_model.schema import FrameTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import Entry, Fitting, Parameter, State, TableSource, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class BaseFrame:
+class BaseFrame(TableSource):
     """Displacement of the arm in World."""
 
     position: Any  # (3,) [m] World
@@ -28,16 +27,10 @@ class BaseFrame:
         Parameter("position", "position_um", (3,), UM, 1 * MM, "of the arm in World"),
         Parameter("rotation", "rotation_mdeg", (3,), MDEG, 50 * MDEG, "of the arm in World, rotation vector"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = None
 
     def __post_init__(self) -> None:
         freeze_parameters(self)
-
-    @staticmethod
-    def derive(table: FrameTable, arm: ArmFacts, key: str) -> dict[str, Any]:
-        """Nothing: the table says it all."""
-        return {}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """None: the frame of the instrument takes its place."""
@@ -49,7 +42,7 @@ class BaseFrame:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ToolFrame:
+class ToolFrame(TableSource):
     """Displacement of the tool in the flange."""
 
     position: Any  # (3,) [m] flange
@@ -60,16 +53,10 @@ class ToolFrame:
         Parameter("position", "position_um", (3,), UM, 500 * UM, "of the tool in the flange"),
         Parameter("rotation", "rotation_mdeg", (3,), MDEG, 100 * MDEG, "of the tool in the flange, rotation vector"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = None
 
     def __post_init__(self) -> None:
         freeze_parameters(self)
-
-    @staticmethod
-    def derive(table: FrameTable, arm: ArmFacts, key: str) -> dict[str, Any]:
-        """Nothing: the table says it all."""
-        return {}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """None: the places of the reflectors take its place."""

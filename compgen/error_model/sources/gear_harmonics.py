@@ -16,12 +16,21 @@ import casadi as ca
 from compgen.core.arrays import Array, own
 from compgen.core.units import MDEG
 from compgen.error_model.schema import GearHarmonicsTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import (
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    TableSource,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class GearHarmonics:
+class GearHarmonics(TableSource):
     """First and second order of each joint's transmission error."""
 
     sine: Any  # (6, 2) [rad]
@@ -39,11 +48,6 @@ class GearHarmonics:
     def __post_init__(self) -> None:
         freeze_parameters(self)
         own(self, cycles=(6,))
-
-    @staticmethod
-    def derive(table: GearHarmonicsTable, arm: ArmFacts, key: str) -> dict[str, Any]:
-        """Nothing: the table says it all."""
-        return {}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Both orders of the joints that move; each order has a scale of its own."""

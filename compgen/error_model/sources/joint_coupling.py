@@ -16,12 +16,21 @@ from compgen.core.arrays import Array, own
 from compgen.core.units import PPM
 from compgen.error_model.expressions import plus
 from compgen.error_model.schema import JointCouplingTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import (
+    ArmFacts,
+    Entry,
+    Fitting,
+    Parameter,
+    State,
+    TableSource,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointCoupling:
+class JointCoupling(TableSource):
     """Ratios between the commanded motion of each joint and the error of each."""
 
     ratio: Any  # (6, 6) [rad/rad], row: the joint that errs
@@ -31,7 +40,6 @@ class JointCoupling:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("ratio", "ratio_ppm", (6, 6), PPM, 200 * PPM, "error of the row's joint per motion of the column's"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = Fitting("joints", JointCouplingTable())
 
     def __post_init__(self) -> None:

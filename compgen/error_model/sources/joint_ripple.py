@@ -15,7 +15,16 @@ import casadi as ca
 from compgen.core.arrays import IntArray, own
 from compgen.core.units import MDEG
 from compgen.error_model.schema import JointRippleTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import (
+    Entry,
+    Fact,
+    Fitting,
+    Parameter,
+    State,
+    TableSource,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.kinematics import Chain, is_zero
 
 #: what identification begins with: orders above the gears' first two
@@ -23,7 +32,7 @@ USUAL = JointRippleTable(order=list(range(3, 33)), sine_mdeg=6 * [30 * [0.0]], c
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointRipple:
+class JointRipple(TableSource):
     """Waves of any orders on each joint."""
 
     sine: Any  # (6, H) [rad]
@@ -43,11 +52,6 @@ class JointRipple:
         own(self, order=("H",))
         if self.sine.shape[1] != len(self.order):
             raise ValueError(f"JointRipple.sine: {self.sine.shape[1]} columns for {len(self.order)} orders")
-
-    @staticmethod
-    def derive(table: JointRippleTable, arm: ArmFacts, key: str) -> dict[str, Any]:
-        """Nothing: the table says it all."""
-        return {}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """All orders of the joints that move; each order has a scale of its own."""

@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 from compgen.core.units import MDEG
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.schema import JointZerosTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import Entry, Fitting, Parameter, State, TableSource, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointZeros:
+class JointZeros(TableSource):
     """Constant errors of the joint angles."""
 
     offset: Any  # (6,) [rad] on theta
@@ -23,16 +23,10 @@ class JointZeros:
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("offset", "offset_mdeg", (6,), MDEG, 50 * MDEG, "zero of each joint theta"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = Fitting("joint zeros", JointZerosTable())
 
     def __post_init__(self) -> None:
         freeze_parameters(self)
-
-    @staticmethod
-    def derive(table: JointZerosTable, arm: ArmFacts, key: str) -> dict[str, Any]:
-        """Nothing: the table says it all."""
-        return {}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Joints that move, less the first and the last: the frames of instrument and reflectors hold those."""

@@ -17,14 +17,14 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.core.units import MDEG, UM
 from compgen.error_model.expressions import entries, plus
 from compgen.error_model.schema import LinkOffsetsTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import Entry, Fitting, Parameter, State, TableSource, Visibility, freeze_parameters
 from compgen.robot.kinematics import Chain
 
 PARALLEL = 1e-3  # rad: twists nearer to 0 or 180 deg than this make their axes parallel
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class LinkOffsets:
+class LinkOffsets(TableSource):
     """Constant errors of the six DH rows."""
 
     d: Any  # (6,) [m]
@@ -39,16 +39,10 @@ class LinkOffsets:
         Parameter("alpha", "alpha_mdeg", (6,), MDEG, 50 * MDEG, "twist of each link"),
         Parameter("beta", "beta_mdeg", (6,), MDEG, 50 * MDEG, "Hayati angle, where axes are parallel"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = Fitting("geometry", LinkOffsetsTable())
 
     def __post_init__(self) -> None:
         freeze_parameters(self)
-
-    @staticmethod
-    def derive(table: LinkOffsetsTable, arm: ArmFacts, key: str) -> dict[str, Any]:
-        """Nothing: the table says it all."""
-        return {}
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """Of each row d, or beta where axes are parallel, a and alpha.

@@ -28,11 +28,11 @@ from compgen.error_model.schema import MapTable
 from compgen.error_model.source import (
     ArmFacts,
     Entry,
-    Fact,
     Fitting,
     Parameter,
     ReversalWidths,
     State,
+    TableSource,
     Visibility,
     freeze_parameters,
 )
@@ -40,7 +40,7 @@ from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class AxisMap:
+class AxisMap(TableSource):
     """One line of stations along a World axis."""
 
     forward: Any  # (S, 3) [m] actual less commanded while moving towards larger coordinates
@@ -55,7 +55,6 @@ class AxisMap:
         Parameter("forward", "forward_um", ("S", 3), UM, 300 * UM, "deviation moving to larger coordinates"),
         Parameter("reverse", "reverse_um", ("S", 3), UM, 300 * UM, "deviation moving to smaller coordinates"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = None
 
     def __post_init__(self) -> None:

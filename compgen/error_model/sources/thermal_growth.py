@@ -14,13 +14,22 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.error_model.expressions import entries, weighted_sum
 from compgen.error_model.schema import ThermalGrowthTable
-from compgen.error_model.source import ArmFacts, Entry, Fact, Fitting, Parameter, State, Visibility, freeze_parameters
+from compgen.error_model.source import (
+    ArmFacts,
+    Entry,
+    Fitting,
+    Parameter,
+    State,
+    TableSource,
+    Visibility,
+    freeze_parameters,
+)
 from compgen.robot.dh_lengths import DH_LENGTHS, LengthName
 from compgen.robot.kinematics import Chain, is_zero
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ThermalGrowth:
+class ThermalGrowth(TableSource):
     """Growth of each DH length per kelvin of each node."""
 
     a: Array  # (6, K) [m/K]
@@ -33,7 +42,6 @@ class ThermalGrowth:
         Parameter("excess_a", "excess_a", (6,), 1.0, 0.3, "own cte of each a over the file's, less one"),
         Parameter("excess_d", "excess_d", (6,), 1.0, 0.3, "own cte of each d over the file's, less one"),
     )
-    FACTS: ClassVar[tuple[Fact, ...]] = ()
     FITTING: ClassVar[Fitting | None] = Fitting("temperature")
 
     def __post_init__(self) -> None:

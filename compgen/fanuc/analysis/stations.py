@@ -69,7 +69,7 @@ def measure_reach(robot: Robot, poses: Poses, traversal: Traversal) -> Traversal
         for some in np.array_split(rows, len(rows) // REACH_BLOCK + 1):
             station, fraction = np.repeat(some, len(inside)), np.tile(inside, len(some))
             tcp = interpolate_poses(poses, traversal, station, fraction)
-            _, margin = solve_flange(robot, flange_from_tool(tcp, poses.tools[tool]), ALL_POSTURES[posture])
+            margin = solve_flange(robot, flange_from_tool(tcp, poses.tools[tool]), ALL_POSTURES[posture]).margin
             beyond[some] = np.maximum(-margin.reshape(-1, len(inside)).min(axis=1), 0.0)
     return replace(traversal, beyond=beyond)
 
@@ -122,6 +122,6 @@ def commanded_joints(
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
         flange, way = flange_from_tool(tcp[rows], poses.tools[tool]), fraction[rows] < 1
         position[rows], rotation[rows] = flange.position, flange.rotation
-        solved, _ = solve_flange(robot, flange[way], ALL_POSTURES[posture])
+        solved = solve_flange(robot, flange[way], ALL_POSTURES[posture]).theta
         theta[rows[way]] = nearest_turns(solved, theta[rows[way]])
     return theta, Pose(frozen(position), frozen(rotation))

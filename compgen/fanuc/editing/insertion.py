@@ -144,6 +144,6 @@ def _joints_between(robot: Robot, poses: Poses, drive: Traversal, station: IntAr
     kinds = np.column_stack([poses.tool[pose], poses.posture[pose]])
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
-        solved, _ = solve_flange(robot, flange_from_tool(tcp[rows], poses.tools[tool]), ALL_POSTURES[posture])
+        solved = solve_flange(robot, flange_from_tool(tcp[rows], poses.tools[tool]), ALL_POSTURES[posture]).theta
         theta[rows] = nearest_turns(solved, poses.theta[pose[rows]])
     return theta

@@ -200,7 +200,7 @@ def _config_edits(
     tcp = placed_poses(numbers, base, poses.placements.table, poses.placement[rows])
     for tool, posture in np.unique(np.column_stack([poses.tool, poses.posture])[rows], axis=0).tolist():
         group = np.flatnonzero((poses.tool[rows] == tool) & (poses.posture[rows] == posture))
-        joints, _ = solve_flange(robot, flange_from_tool(tcp[group], poses.tools[tool]), ALL_POSTURES[posture])
+        joints = solve_flange(robot, flange_from_tool(tcp[group], poses.tools[tool]), ALL_POSTURES[posture]).theta
         digits = turn_digits(robot, nearest_turns(joints, theta[group])).tolist()
         for n, wanted in zip(group.tolist(), digits):
             i = int(poses.row[rows[n]])

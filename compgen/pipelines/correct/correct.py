@@ -72,7 +72,8 @@ def correct(
     cell = replace(cell, unlikely=(*cell.unlikely, *frames.unlikely))
     planned = program = loads(data)
     around = Surroundings(frames, registers or {}, called_programs(program, find_program))
-    plan = _plan_correction(program, cell, around, before, options, progress)
+    plan_of = partial(_plan_correction, cell=cell, around=around, before=before, options=options, progress=progress)
+    plan = plan_of(program)
     if not options.again:
         _refuse_marked(plan)
     for _ in range(MAX_ROUNDS if options.insert is not None else 0):
@@ -81,13 +82,13 @@ def correct(
             break
         read = partial(around.poses, robot=cell.robot)
         program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, read)
-        plan = _plan_correction(program, cell, around, before, options, progress)
+        plan = plan_of(program)
     if options.split:
         first = int(program.positions.number.max(initial=0)) + 1
         new_positions = assign_new_positions(plan.poses, plan.drive, plan.free, plan.stations.correction, first)
         if new_positions:
             program = split_positions(program, plan.poses, plan.drive, new_positions)
-            plan = _plan_correction(program, cell, around, before, options, progress)
+            plan = plan_of(program)
     return _write_and_verify(planned, plan, cell, around, before, options, progress)
 
 

@@ -222,5 +222,5 @@ def _margins_after(cell: Cell, poses: Poses, pose: IntArray, correction: Array) 
     for tool, posture in np.unique(kinds, axis=0).tolist():
         rows = np.flatnonzero((kinds == [tool, posture]).all(axis=1))
         flange = flange_from_tool(commanded[rows], poses.tools[tool])
-        margin[rows] = solve_flange(cell.robot, flange, ALL_POSTURES[posture])[1]
+        margin[rows] = solve_flange(cell.robot, flange, ALL_POSTURES[posture]).margin
     return margin
