@@ -93,7 +93,7 @@ def error_bend(
         chunk = np.arange(begin, min(begin + CHUNK, S))
         segment = np.append(np.repeat(chunk, SAMPLES), chunk[-1])
         fraction = np.append(np.tile(fractions, len(chunk)), 1.0)
-        target, _ = path.at(segment, fraction)
+        target = path.at(segment, fraction).pose
         between = theta[segment] + fraction[:, None] * (theta[segment + 1] - theta[segment])
         joints = joint_path.nearest_turns(solve(target), between)
         direction_state = direction_states(widths, joints, target.position, direction_state)

@@ -7,7 +7,7 @@ many points at once.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -26,6 +26,20 @@ ROUNDS = 2  # of Newton from arc length to parameter, which are nearly linear in
 EVEN = (3e-3, 3e-5, 3e-9)
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)  # of lengths over -1 to 1
+
+
+class SpanLengths(NamedTuple):
+    """How long M spans are, and how their parameter begins and ends to run over that length."""
+
+    length: Array  # (M,) [m]
+    slope: Array  # (M, 2) of t over the share of the length, at both ends; NaN where the span is not even
+
+
+class PathPoses(NamedTuple):
+    """M poses on the path, and which way it goes there."""
+
+    pose: Pose
+    travel: Array  # (M, 3) unit vectors
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,15 +84,14 @@ class ExactPath:
         check_extent(extent)
         return length[:, 0]
 
-    def length_and_slope(self, piece: IntArray, span: Array) -> tuple[Array, Array]:
-        """Arc length of spans (M,) [m], and the slope of t over the share of that length at both ends, (M, 2).
+    def length_and_slope(self, piece: IntArray, span: Array) -> SpanLengths:
+        """Arc lengths of spans and the slopes of t over them.
 
-        The slope is NaN where the span is not even: there only Newton finds t, elsewhere a cubic is exact to 1e-13 of
-        the length.
+        Where a span is not even only Newton finds t; elsewhere a cubic is exact to 1e-13 of the length.
         """
         length, slope, extent = self._evaluate(path_functions().length_and_slope, piece, span)
         check_extent(extent)
-        return length[:, 0], slope
+        return SpanLengths(length[:, 0], slope)
 
     def chord(self, piece: IntArray, span: Array) -> Array:
         """Distance of the path from the line between a span's ends, the largest of five inner points, (M,) [m]."""
@@ -86,7 +99,7 @@ class ExactPath:
         check_extent(extent)
         return distance[:, 0]
 
-    def at(self, piece: IntArray, span: Array, length: Array, slope: Array, fraction: Array) -> tuple[Pose, Array]:
+    def at(self, piece: IntArray, span: Array, length: Array, slope: Array, fraction: Array) -> PathPoses:
         """Pose and direction of travel at a fraction of the arc length of a span.
 
         Args:
@@ -95,9 +108,6 @@ class ExactPath:
             length: Of the spans, (M,) [m], as ``length_and_slope`` has it.
             slope: (M, 2), as ``length_and_slope`` has it.
             fraction: (M,), 0 to 1.
-
-        Returns:
-            M poses, and unit vectors of travel (M, 3).
         """
         t = parameter_expr(span.T, slope.T, fraction)
         uneven = np.flatnonzero(np.isnan(t))
@@ -106,7 +116,7 @@ class ExactPath:
             path_functions().pose_and_travel, piece, t[:, None], self.spin_vector()
         )
         turned = travel if self.frame is None else travel @ self.frame.rotation.T
-        return self.in_world(Pose.from_rows(position, rotation)), turned
+        return PathPoses(self.in_world(Pose.from_rows(position, rotation)), turned)
 
     def in_world(self, pose: Pose) -> Pose:
         """Poses given in the frame, in World."""

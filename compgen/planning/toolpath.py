@@ -15,7 +15,7 @@ from compgen.core.pose import Pose
 from compgen.planning import curves
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
-from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath
+from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath, PathPoses
 from compgen.planning.lead_in import LeadIn
 from compgen.planning.surfaces import Quadric
 
@@ -52,8 +52,8 @@ class ToolPath:
             slope=("S", 2),
         )
 
-    def at(self, segment: IntArray, fraction: Array) -> tuple[Pose, Array]:
-        """M true poses at fractions of segments' arc lengths, and unit vectors of travel there, (M, 3)."""
+    def at(self, segment: IntArray, fraction: Array) -> PathPoses:
+        """M true poses at fractions of segments' arc lengths, and which way the path goes there."""
         first, last = int(segment.min(initial=0)), int(segment.max(initial=0)) + 1
         length = np.diff(self.arc[first : last + 1])[segment - first]
         return self.exact.at(self.piece[segment], self.span[segment], length, self.slope[segment], fraction)
@@ -70,7 +70,7 @@ class ToolPath:
             stop=self.stop[rows],
             piece=piece,
             span=span,
-            slope=self.exact.length_and_slope(piece, span)[1],
+            slope=self.exact.length_and_slope(piece, span).slope,
         )
 
 

@@ -10,6 +10,7 @@ tables of one robot can tell apart. With the servo on and standing the copper lo
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -71,16 +72,20 @@ def joint_torques(robot: Robot, drives: Drives, theta: Array, speed: Array, acce
     return np.array([pin.rnea(model, data, *row) for row in zip(q, speed, acceleration)]).reshape(-1, 6)
 
 
-def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[Array, Array]:
+class SegmentLosses(NamedTuple):
+    """Heat of each drive on N - 1 segments of a motion."""
+
+    moving: Array  # (N - 1, 6) [W] with speeds from the waypoints' own times
+    held: Array  # (N - 1, 6) [W] standing still in its poses
+
+
+def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> SegmentLosses:
     """Heat of each drive over a motion, and over standing still in its poses.
 
     Args:
         robot: For the arm.
         drives: Losses and masses.
         motion: N waypoints.
-
-    Returns:
-        (N - 1, 6) [W] on each segment, with speeds from the waypoints' own times; (N - 1, 6) [W] standing in its poses.
     """
     step = np.diff(motion.time)[:, None]
     speed = np.divide(np.diff(motion.theta, axis=0), step, out=np.zeros((len(step), 6)), where=step > 0)
@@ -106,7 +111,8 @@ def segment_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[A
         for torque in (moving, holding)
     )
     share = np.abs(speed) / drives.rated_speed
-    return copper_moving + power * (drives.coulomb * share + drives.viscous * share**2), copper_holding
+    friction = power * (drives.coulomb * share + drives.viscous * share**2)
+    return SegmentLosses(copper_moving + friction, copper_holding)
 
 
 def mean_losses(robot: Robot, drives: Drives, motion: JointMotion) -> tuple[tuple[float, ...], tuple[float, ...]]:

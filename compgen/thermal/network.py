@@ -13,6 +13,7 @@ constant (rises below some 40 K). Parameters: the robot file, fitted by robots/m
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -157,7 +158,7 @@ class NetworkModel:
 
     def steady_states(self, motion: JointMotion) -> Array:
         """State that each segment of a program leads to, by its joint speeds and torques, (N - 1, V)."""
-        return self.steady_state_of(segment_losses(self.robot, self.drives, motion)[0])
+        return self.steady_state_of(segment_losses(self.robot, self.drives, motion).moving)
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
         """Rise along a body, from volume to volume, (M,) [m] to (M,) [K]; zero where the network has none."""
@@ -198,7 +199,15 @@ def modal_form(volumes: Volumes) -> tuple[Array, Array]:
     return rate, root[:, None] * vectors
 
 
-def energy_balance(network: NetworkModel, power: Array, start: Array, duration: float) -> tuple[float, float, float]:
+class EnergyBalance(NamedTuple):
+    """Where the heat of a stretch of time goes: supplied = lost + stored, each in joules."""
+
+    supplied: float  # by the drives
+    lost: float  # to the air
+    stored: float  # in the arm
+
+
+def energy_balance(network: NetworkModel, power: Array, start: Array, duration: float) -> EnergyBalance:
     """Heat in, heat out and heat stored over a stretch of constant losses in still air, exactly [J].
 
     Args:
@@ -206,16 +215,14 @@ def energy_balance(network: NetworkModel, power: Array, start: Array, duration: 
         power: Losses of the drives, (6,) [W].
         start: State at its beginning, (V,).
         duration: [s].
-
-    Returns:
-        In, out and stored; in = out + stored.
     """
     goal = network.steady_state_of(power)
     approach = -np.expm1(-network.rate * duration)  # share of the way to the goal
     mean = goal * duration + (start - goal) * approach / network.rate
-    out = float(network.volumes.film @ (network.to_volumes @ mean))
+    lost = float(network.volumes.film @ (network.to_volumes @ mean))
     change = network.to_volumes @ ((goal - start) * approach)
-    return float((network.volumes.power @ power).sum() * duration), out, float(network.volumes.capacity @ change)
+    supplied = float((network.volumes.power @ power).sum() * duration)
+    return EnergyBalance(supplied, lost, float(network.volumes.capacity @ change))
 
 
 def with_losses(heat: ThermalModel, duties: Sequence[Duty], motion: JointMotion) -> list[Duty]:
