@@ -319,7 +319,7 @@ def test_validity_is_the_start_window(line):
     kelvin = float(told.sentence.split("+-")[1].split()[0])
     warmer = load_job(PATH, overrides=[f"ambient.value_degC={20 + kelvin}"])
     geometry = lay_out(line)
-    apart = execute_with(warmer, geometry).position - execute_with(line, geometry).position
+    apart = execute_with(warmer, geometry).actual.position - execute_with(line, geometry).actual.position
     assert np.linalg.norm(apart, axis=1).max() == pytest.approx(line.start_drift, rel=0.02)
 
 
@@ -351,7 +351,9 @@ def test_steady_is_ninety_five_percent_of_the_end(line):
     hours, error = told.table[:, 0], told.table[:, 1]
     late = load_job(PATH, overrides=["before.0.duration_h=2000"])
     cold, geometry = load_job(PATH, overrides=["before=[]"]), lay_out(late)
-    end = np.linalg.norm(execute_with(late, geometry).position - execute_with(cold, geometry).position, axis=1).max()
+    end = np.linalg.norm(
+        execute_with(late, geometry).actual.position - execute_with(cold, geometry).actual.position, axis=1
+    ).max()
     at = float(told.sentence.split("after ")[1].split()[0])
     assert np.interp(at, hours, error) / (end / UM) == pytest.approx(0.95, abs=0.01)
 
