@@ -70,7 +70,10 @@ def norm(a: Array) -> Array:
 
 
 def row_norms(a: Array, rows: int = 8192) -> Array:
-    """Euclidean norm of many short rows, (N, k) to (N,): column by column over blocks that stay in cache."""
+    """Euclidean norm of many short rows, (N, k) to (N,): column by column over blocks that stay in cache.
+
+    Its last digit may differ from that of ``norm``, which adds the squares in another order.
+    """
     norms = np.empty(len(a))
     for start in range(0, len(a), rows):
         block, block_norms = a[start : start + rows], norms[start : start + rows]
