@@ -8,11 +8,15 @@ from typing import Any
 
 from compgen import __version__
 from compgen.core.exceptions import InputError
-from compgen.core.units import HOUR, MM, UM
+from compgen.core.pose import Pose
+from compgen.core.rotations import to_wpr
+from compgen.core.units import DEG, HOUR, MM, UM
+from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.pipelines.correct import Correction
 
 SCHEMA = 1
 KIND = "compgen correction"
+FRAMES = ("uframe", "utool")
 
 
 def provenance(result: Correction) -> dict[str, Any]:
@@ -25,6 +29,7 @@ def provenance(result: Correction) -> dict[str, Any]:
         "robot_sha256": result.cell.inputs_hash,
         "robot_file": {"path": result.cell.robot_file, "sha256": result.cell.robot_file_hash},
         "overrides": list(result.cell.overrides),
+        **_surroundings(result.around),
         "before": [
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
             for d in result.before
@@ -38,6 +43,27 @@ def provenance(result: Correction) -> dict[str, Any]:
         "planned_sha256": sha256(result.planned).hexdigest(),
         "corrected_sha256": sha256(result.text).hexdigest(),
     }
+
+
+def _surroundings(around: Surroundings) -> dict[str, Any]:
+    """Frames, registers and called programs that were given, by number and name."""
+    frames = around.frames
+    return {
+        "frames": {
+            **{kind: {str(n): _numbers(pose) for n, pose in getattr(frames, kind).items() if n} for kind in FRAMES},
+            "extended": {
+                name: {"kind": axis.kind, "base": [[at, *_numbers(pose)] for at, pose in axis.base]}
+                for name, axis in frames.extended.items()
+            },
+        },
+        "registers": {str(n): list(register.values) for n, register in around.registers.items()},
+    }
+
+
+def _numbers(pose: Pose) -> list[float]:
+    """X, Y, Z [mm] and W, P, R [deg]."""
+    angles = (float(a) / DEG for a in to_wpr(pose.rotation))
+    return [round(v, 9) for v in (*(pose.position / MM).tolist(), *angles)]
 
 
 def provenance_json(result: Correction) -> bytes:

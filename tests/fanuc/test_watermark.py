@@ -13,6 +13,7 @@ from shipped import ROOT, quiet
 
 from compgen.core.exceptions import CompgenError, InputError
 from compgen.core.pose import IDENTITY, Pose
+from compgen.core.rotations import from_wpr
 from compgen.fanuc import compose, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.inspection import inspect
@@ -316,9 +317,18 @@ def test_the_provenance_says_what_is_needed_to_do_it_again(hot, monkeypatch):
     assert made["robot_sha256"] == hot.inputs_hash
     assert made["options"] == {"split": True, "insert_um": 5.0, "mark": "digits"}
     assert made["before"] == [{"state": "moving", "feed_mm_s": 200.0, "duration_h": 6.0}]
+    assert made["frames"] == {"uframe": {}, "utool": {}, "extended": {}}
+    assert made["registers"] == {}
     monkeypatch.chdir(ROOT)
     here = json.loads(provenance_json(corrected(many(), load_cell("m710ic50"))))
     assert here["robot_file"]["path"] == "robots/m710ic50.toml", "from the project's own folder, not the machine's root"
+
+
+def test_the_provenance_has_the_frames_that_positions_were_read_in(hot):
+    tool = Pose(np.array([0.0, 0.01, 0.1]), from_wpr(*(np.array([a]) for a in (0.1, -0.2, 0.3)))[0])
+    frames = Frames({0: IDENTITY}, {0: IDENTITY, 2: tool})
+    made = json.loads(provenance_json(corrected(many(), hot, frames)))
+    assert made["frames"]["utool"]["2"] == pytest.approx([0, 10, 100, *np.degrees([0.1, -0.2, 0.3])], abs=1e-9)
 
 
 def test_joint_and_cartesian_positions_together_carry_one_mark(hot):

@@ -216,6 +216,7 @@ def _write_and_verify(
     result = Correction(
         name=program.name,
         cell=cell,
+        around=around,
         before=tuple(before),
         options=options,
         planned=planned.data,

@@ -10,6 +10,7 @@ from compgen.core.units import UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
+from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
@@ -74,6 +75,7 @@ class Correction:
 
     name: str  # of the program
     cell: Cell
+    around: Surroundings  # what the program was read with
     before: tuple[Duty, ...]
     options: Options
     planned: bytes
