@@ -78,7 +78,7 @@ def base() -> NetworkModel:
 @cache
 def driven(name: str, feed: float) -> tuple[JointMotion, ...]:
     jobs = [load_job(str(HERE.parent / "paths" / f"{n}.toml")) for n in MOTIONS[name]]
-    return tuple(plan_written_motion(job, feed).joint_motion for job in jobs)
+    return tuple(plan_written_motion(job.plan, job.cell, feed).joint_motion for job in jobs)
 
 
 @cache

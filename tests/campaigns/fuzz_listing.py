@@ -45,10 +45,17 @@ AT_ONCE = 250
 QUIET = {"deadline": None, "database": None, "suppress_health_check": list(hypothesis.HealthCheck)}
 
 
+def golden_programs() -> list[bytes]:
+    """The project's own good programs: the same on every machine."""
+    return [p.read_bytes() for p in sorted((TESTS / "golden").glob("*.LS"))]
+
+
 @cache
 def seeds() -> list[bytes]:
-    """Good programs to start from: the golden ones, real ones where there are any, printed ones."""
-    golden = sorted((TESTS / "golden").glob("*.LS"))
+    """Good programs to start from: the golden ones, real ones where there are any, printed ones.
+
+    What is printed depends on the modules that are loaded: hypothesis takes constants from them.
+    """
     real = sorted(p for p in SAMPLES.rglob("*") if p.is_file() and p.suffix.lower() == ".ls")
     drawn: list[bytes] = []
 
@@ -58,7 +65,7 @@ def seeds() -> list[bytes]:
         drawn.append(data)
 
     draw()
-    return [*(p.read_bytes() for p in (*golden, *real)), *drawn]
+    return [*golden_programs(), *(p.read_bytes() for p in real), *drawn]
 
 
 def mutated(rng: random.Random, pool: list[bytes]) -> bytes:
@@ -104,10 +111,12 @@ def disagreement(data: bytes) -> str:
     return ", ".join(differences(quick, careful))
 
 
-def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, bytes]]:
-    """What went wrong, with the input that did it; what went right is counted."""
+def faults(
+    inputs: int, seed: int, counts: Counter[str], good: list[bytes] | None = None
+) -> Iterator[tuple[str, bytes]]:
+    """What went wrong, with the input that did it; what went right is counted. ``good`` are damaged, or ``seeds``."""
     rng = random.Random(seed)
-    pool = seeds()
+    pool = seeds() if good is None else good
     robot, frames = load_robot("m710ic50"), default_frames()
     for i in range(inputs):
         data = mutated(rng, pool)

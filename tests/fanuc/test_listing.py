@@ -435,7 +435,7 @@ def test_a_long_line_costs_no_more_than_its_length(name):
 
 def test_damaged_programs_are_taken_whole_or_refused():
     counts = Counter()
-    assert [what for what, _ in fuzz_listing.faults(FUZZ_INPUTS, 1, counts)] == []
+    assert [what for what, _ in fuzz_listing.faults(FUZZ_INPUTS, 1, counts, fuzz_listing.golden_programs())] == []
     assert min(counts["accepted"], counts["refused"]) > FUZZ_INPUTS // 10
 
 

@@ -206,7 +206,7 @@ def test_losses_are_power_times_shares(warm, heat):
 
 
 def test_mean_of_a_program_warms_like_the_program(warm, heat):
-    motion = plan_written_motion(warm, warm.feed).joint_motion
+    motion = plan_written_motion(warm.plan, warm.cell, warm.feed).joint_motion
     _, end = rises_during(heat, state_after(heat, warm.history.before), motion)
     mean = replace(warm.history.before[0], duration=float(motion.time[-1]))
     assert_allclose(heat.outputs @ end, heat.outputs @ state_after(heat, [*warm.history.before, mean]), atol=2e-3)  # K
