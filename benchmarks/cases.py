@@ -116,7 +116,7 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
     """The general program and the fast one on the same stretch, free and with a limit [s a waypoint]."""
     part = problem.window(slice(len(problem.arc) // 2, len(problem.arc) // 2 + points))
     everywhere = np.ones(points, dtype=bool)
-    found: dict[str, float] = {}
+    measured: dict[str, float] = {}
     for name, settings in (("free", Settings()), ("limited", clamped(part, 0.99))):
         fast = optimise.optimise(part, settings)
         slow: list[Optimum] = []
@@ -124,11 +124,11 @@ def against_ipopt(problem: Problem, points: int) -> dict[str, float]:
         def general(settings: Settings = settings, slow: list[Optimum] = slow) -> None:
             slow.append(general_solver.solve(part, settings, np.zeros((points, 6)), everywhere))
 
-        found[f"{name} slow"] = seconds(general) / points
-        found[f"{name} fast"] = seconds(lambda settings=settings: optimise.optimise(part, settings)) / points
-        found[f"{name} difference"] = float(np.abs(slow[-1].correction - fast.correction)[:, :3].max())
-        found[f"{name} solved"] = float(slow[-1].converged)
-    return found
+        measured[f"{name} slow"] = seconds(general) / points
+        measured[f"{name} fast"] = seconds(lambda settings=settings: optimise.optimise(part, settings)) / points
+        measured[f"{name} difference"] = float(np.abs(slow[-1].correction - fast.correction)[:, :3].max())
+        measured[f"{name} solved"] = float(slow[-1].converged)
+    return measured
 
 
 def timed(planned: Planned, points: int) -> tuple[float, dict[str, Any]]:

@@ -179,10 +179,10 @@ def _fit(artefact: Artefact, touches: Touches, position: Array, rotation: Array,
     effective = float(np.trace(covariance @ (A[:measured].T @ A[:measured])))
     spare = measured - effective
     chi2 = float((r[:measured] ** 2).sum())
-    said = bool(np.isfinite(touches.sigma).any())
+    has_sigma = bool(np.isfinite(touches.sigma).any())
     scale = chi2 / spare if spare >= 1 else 1.0
     unit = float(np.median(sigma))
-    scale = max(scale, 1.0) if said else max(scale, (FLOOR / unit) ** 2)
+    scale = max(scale, 1.0) if has_sigma else max(scale, (FLOOR / unit) ** 2)
     residual = np.where(sides, length - radius, length)
     middle_local = sphere[touches.target[kept]].mean(axis=0)
     middle = frame.position + frame.rotation @ middle_local

@@ -142,18 +142,18 @@ def lost_motion_findings(robot: Robot, motion: LostMotion | None, fitted: Sequen
     measured = motion.measured if motion is not None else np.zeros(6, dtype=bool)
     findings = []
     if motion is not None and measured.any():
-        told = ", ".join(
+        amounts = ", ".join(
             f"{names[i]} {motion.half_width[i] / MDEG:.2g} over {motion.width[i] / MDEG:.0f}"
             for i in np.flatnonzero(measured)
         )
-        message = f"lost motion by reversal runs, half-width over width [mdeg], law {motion.law}: {told}"
+        message = f"lost motion by reversal runs, half-width over width [mdeg], law {motion.law}: {amounts}"
         findings.append(Finding(Level.NOTE, "reversals.width", message))
     held = np.flatnonzero(~measured)
     if len(held):
-        told = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
+        amounts = ", ".join(f"{names[i]} {widths.joint[i] / MDEG:.0f}" for i in held)
         message = (
             "no reversal in small steps (plan-poses writes reversals.csv) tells how far these joints turn until their "
-            f"play is through; held [mdeg]: {told}"
+            f"play is through; held [mdeg]: {amounts}"
         )
         findings.append(Finding(Level.NOTE, "reversals.held", message))
     return findings

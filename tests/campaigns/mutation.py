@@ -115,16 +115,16 @@ class Forks:
         os.close(self._pipe)
         code = waited(child, CLOCK * limit)
         with os.fdopen(reading) as pipe:
-            said = pipe.read()
+            outcome = pipe.read()
         if code is None or (
-            not said and os.WIFSIGNALED(code) and os.WTERMSIG(code) in (signal.SIGXCPU, signal.SIGKILL)
+            not outcome and os.WIFSIGNALED(code) and os.WTERMSIG(code) in (signal.SIGXCPU, signal.SIGKILL)
         ):
             return "timed out", ""
-        result, _, test = said.partition("\t") if said else ("caught", "", "the process ended")
+        result, _, test = outcome.partition("\t") if outcome else ("caught", "", "the process ended")
         return result, test
 
-    def _leave(self, said: str) -> None:
-        os.write(self._pipe, said.encode())
+    def _leave(self, outcome: str) -> None:
+        os.write(self._pipe, outcome.encode())
         os._exit(0)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:

@@ -93,9 +93,9 @@ def test_a_limit_behind_a_window_that_reaches_back_into_it_is_not_missed(problem
 
 def test_the_settings_name_the_solver(problem, windows):
     part = problem.window(slice(0, 40))
-    mine, ipopts = optimise.optimise(part, Settings()), optimise.optimise(part, Settings(solver=Solver.IPOPT))
+    structured, ipopts = optimise.optimise(part, Settings()), optimise.optimise(part, Settings(solver=Solver.IPOPT))
     assert len(windows) == 1
-    assert_same_optimum(mine, ipopts)
+    assert_same_optimum(structured, ipopts)
 
 
 def test_progress_comes_with_every_iteration_and_ends_at_one(problem):

@@ -49,10 +49,10 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
         i = int(traversal.motion[s])
         if defined.issuperset(m.position[i]):
             unsafe.append(Unsafe(int(line[s]), _text(program, i), "its position has no numbers of group 1"))
-    told = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
+    listed_already = np.isin(traversal.pose, np.flatnonzero(poses.extended))  # already, at the position
     unsafe += [
         Unsafe(int(line[s]), _text(program, int(traversal.motion[s])), _CARRIED)
-        for s in np.flatnonzero(traversal.carried & ~held & ~told).tolist()
+        for s in np.flatnonzero(traversal.carried & ~held & ~listed_already).tolist()
     ]
     held |= traversal.carried
     pose = np.maximum(traversal.pose, 0)

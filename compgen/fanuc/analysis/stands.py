@@ -74,9 +74,9 @@ def _no_base(name: str, axis: ExtendedAxis, value: float, unit: str, has: bool) 
         return f"the arm stands on extended axis {name}, and the position does not say where"
     if np.isnan(value):
         return f"extended axis {name} is not taught (****)"
-    told = f"{value:g} {unit or '(no unit)'}"
+    axis_value = f"{value:g} {unit or '(no unit)'}"
     return (
-        f"the arm stands on extended axis {name} at {told}, where its base is not told: "
+        f"the arm stands on extended axis {name} at {axis_value}, where its base is not told: "
         f"give [[extended.{name}.base]] with at_{axis.unit} in --frames"
     )
 
