@@ -16,12 +16,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from compgen.core.exceptions import InputError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.findings import Finding
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.unlikely import unlikely_values
 from compgen.fanuc.extended_axes import ExtendedAxis, extended_axes
-from compgen.fanuc.pose_table import pose_of, pose_values
+from compgen.fanuc.pose_table import pose_of, pose_values, read_controller_table
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 _RECORD = re.compile(r"^\[\*SYSTEM\*\]\$MNU(FRAME|TOOL)\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
@@ -50,11 +49,7 @@ def load_frames(path: str) -> Frames:
     Raises:
         InputError: Not readable, an unknown key, a number out of range; names file and key.
     """
-    try:
-        text = read_regular(path, MOST_TABLE_BYTES).decode("latin-1")
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or str(failure)
-        raise InputError(f"{path}: cannot be read: {reason}; give a frames table (.toml or SYSFRAME.VA)") from None
+    text = read_controller_table(path, "frames", "SYSFRAME.VA")
     base = default_frames()
     loaded = _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
     frames = {**base.uframe, **loaded.uframe}, {**base.utool, **loaded.utool}

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen.core.exceptions import InputError
+from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import brief_value
@@ -13,6 +14,19 @@ from compgen.core.units import DEG, MM
 
 KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
 LARGEST = 1e5  # [mm] or [deg]
+
+
+def read_controller_table(path: str, kind: str, backup: str) -> str:
+    """The text of a table that says what a controller holds, or of the controller's own backup of it.
+
+    Raises:
+        InputError: Not readable; names the file and the two kinds that are.
+    """
+    try:
+        return read_regular(path, MOST_TABLE_BYTES).decode("latin-1")
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise InputError(f"{path}: cannot be read: {reason}; give a {kind} table (.toml or {backup})") from None
 
 
 def pose_values(table: Any, key: str, path: str, also: Sequence[str] = ()) -> list[float]:

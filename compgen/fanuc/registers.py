@@ -15,8 +15,7 @@ import tomllib
 from dataclasses import dataclass
 
 from compgen.core.exceptions import InputError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
-from compgen.fanuc.pose_table import LARGEST, pose_values
+from compgen.fanuc.pose_table import LARGEST, pose_values, read_controller_table
 
 CARTESIAN, JOINT, EITHER = "cartesian", "joint", ""  # forms of a register; EITHER where a program leaves it open
 _RECORD = re.compile(r"^\[\*POSREG\*\]\$POSREG\b[^\n]*\n((?:(?!\[).*\n?)*)", re.MULTILINE)
@@ -39,11 +38,7 @@ def load_registers(path: str) -> dict[int, Register]:
     Raises:
         InputError: Not readable, an unknown key, a number out of range; names file and key.
     """
-    try:
-        text = read_regular(path, MOST_TABLE_BYTES).decode("latin-1")
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or str(failure)
-        raise InputError(f"{path}: cannot be read: {reason}; give a registers table (.toml or POSREG.VA)") from None
+    text = read_controller_table(path, "registers", "POSREG.VA")
     return _from_backup(text, path) if path.lower().endswith(".va") else _from_toml(text, path)
 
 

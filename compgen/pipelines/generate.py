@@ -36,7 +36,7 @@ from compgen.thermal import Ambient, Duty, rises_during, states_at
 from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import Execution, Twin, execute, prepare
-from compgen.verification.verdict import Verdict, judge
+from compgen.verification.verdict import Verdict, judge, verdict_of
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
 MAX_RIPPLE = 0.05 * UM
@@ -110,12 +110,7 @@ class Corrected:
     @property
     def verdict(self) -> Verdict:
         """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
-        broken = {f.code for f in self.findings if f.level is Level.OUTSIDE}
-        if not broken:
-            return Verdict.INSIDE
-        if broken <= {"controller.size", "bounds.none"}:
-            return Verdict.NOT_LOADABLE if "controller.size" in broken else Verdict.NO_BOUNDS
-        return Verdict.OUTSIDE
+        return verdict_of(self.findings)
 
     @property
     def inside(self) -> bool:

@@ -1,5 +1,6 @@
 """The verdict: a deviation against the bounds that a path file promises, and the words for it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, floor, isfinite, log10
@@ -18,6 +19,18 @@ class Verdict(StrEnum):
     NOT_CORRECTED = "nothing corrected"
     NO_BOUNDS = "no bounds"  # corrected and proven; none was given to be judged by
     PREDICTED = "predicted"  # the error of the uncorrected program
+
+
+def verdict_of(findings: Sequence[Finding]) -> Verdict:
+    """What findings come to: nothing corrected, a broken bound, what the controller cannot load, no bound."""
+    broken = {f.code for f in findings if f.level is Level.OUTSIDE}
+    if not broken:
+        return Verdict.INSIDE
+    if "correction.none" in broken:
+        return Verdict.NOT_CORRECTED
+    if broken <= {"controller.size", "bounds.none"}:
+        return Verdict.NOT_LOADABLE if "controller.size" in broken else Verdict.NO_BOUNDS
+    return Verdict.OUTSIDE
 
 
 @dataclass(frozen=True, slots=True)

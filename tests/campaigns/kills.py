@@ -126,9 +126,9 @@ class End:
 def run(line: list[str], world: Path, stop: Stop) -> End:
     """A command in a world, in a forked process or one of its own."""
     start = time.monotonic()
-    said, steps = world / "stderr", world / "steps"
+    stderr, steps = world / "stderr", world / "steps"
     if stop.process:
-        with said.open("wb") as error:
+        with stderr.open("wb") as error:
             command = [sys.executable, "-m", "compgen", *line]
             environment = {**os.environ, "PYTHONPATH": str(ROOT)}
             child = subprocess.Popen(command, cwd=world / "in", stderr=error, stdout=error, env=environment).pid
@@ -142,7 +142,7 @@ def run(line: list[str], world: Path, stop: Stop) -> End:
     code = os.waitstatus_to_exitcode(waited(child))
     events = steps.read_text().splitlines() if steps.exists() else []
     steps.unlink(missing_ok=True)
-    return End(code, said.read_text(errors="replace"), events, time.monotonic() - start)
+    return End(code, stderr.read_text(errors="replace"), events, time.monotonic() - start)
 
 
 def waited(child: int) -> int:
@@ -472,11 +472,7 @@ def main() -> int:
             load_everything()
             campaign = Campaign(Path(folder))
             print(f"{len(campaign.boundaries)} steps of writing in {len(campaign.ends)} worlds", flush=True)
-            for seed in given.journal.left(given.seeds, given.budget):
-                row = campaign.tried(seed)
-                given.journal.add(row)
-                if row["wrong"]:
-                    print(json.dumps(row), flush=True)
+            given.journal.keep_trials(given.seeds, given.budget, campaign.tried)
     rows = given.journal.rows(given.seeds)
     print(table(rows))
     return int(any(row["wrong"] for row in rows))

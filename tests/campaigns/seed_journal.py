@@ -7,7 +7,7 @@ processes on different seeds may share it. A seed means the same input only on t
 import argparse
 import json
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +36,14 @@ class Journal:
                 return
             if seed not in done:
                 yield seed
+
+    def keep_trials(self, seeds: range, budget: float, trial: Callable[[int], dict]) -> None:
+        """Try what is left and keep each row; one that has something wrong in it is printed at once."""
+        for seed in self.left(seeds, budget):
+            row = trial(seed)
+            self.add(row)
+            if row["wrong"]:
+                print(json.dumps(row), flush=True)
 
 
 def ranges_of(seeds: Iterable[int]) -> str:

@@ -15,6 +15,7 @@ import sys
 import tempfile
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).parent)]
@@ -139,11 +140,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             kills.load_everything()
             campaign = Campaign(Path(folder), {name: COMMANDS[name] for name in TAKING_PART})
-            for seed in given.journal.left(given.seeds, given.budget):
-                row = tried(campaign, seed)
-                given.journal.add(row)
-                if row["wrong"]:
-                    print(json.dumps(row), flush=True)
+            given.journal.keep_trials(given.seeds, given.budget, partial(tried, campaign))
     rows = given.journal.rows(given.seeds)
     print(table(rows))
     return int(any(row["wrong"] for row in rows))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level
+from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
@@ -18,7 +18,7 @@ from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
-from compgen.verification.verdict import Verdict
+from compgen.verification.verdict import Verdict, verdict_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +96,7 @@ class Correction:
     @property
     def verdict(self) -> Verdict:
         """What the findings come to: nothing corrected, a broken bound, what the controller cannot load, no bound."""
-        broken = {f.code for f in self.findings if f.level is Level.OUTSIDE}
-        if not broken:
-            return Verdict.INSIDE
-        if "correction.none" in broken:
-            return Verdict.NOT_CORRECTED
-        if broken <= {"controller.size", "bounds.none"}:
-            return Verdict.NOT_LOADABLE if "controller.size" in broken else Verdict.NO_BOUNDS
-        return Verdict.OUTSIDE
+        return verdict_of(self.findings)
 
     @property
     def inside(self) -> bool:
