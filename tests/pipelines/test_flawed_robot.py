@@ -166,12 +166,12 @@ def test_leaving_the_map_or_the_joints_is_told(robot):
     planned = generate.predict(job, quiet)
     (told,) = [f for f in planned.findings if f.code == "sources.map"]
     assert told.level is Level.WARNING
-    assert "z by up to 200.0 mm (203 to 1003 measured)" in told.message
+    assert "z by up to 100.0 mm (203 to 1003 measured)" in told.message
     assert "sources.box" not in codes(planned.findings)
-    narrow = replace(job.cell, joint_box=np.array([[-90, 90], [-60, 20], *4 * [[-200, 200]]]) * DEG)
+    narrow = replace(job.cell, joint_box=np.array([[-90, 90], [-60, 15], *4 * [[-200, 200]]]) * DEG)
     (box,) = validity.joint_box_findings(narrow.robot, narrow.joint_box, planned.theta)
     assert "J2 by up to" in box.message
-    assert "(-60 to 20)" in box.message
+    assert "(-60 to 15)" in box.message
 
 
 def test_an_unknown_start_is_told_until_it_has_faded(robot):

@@ -1,0 +1,39 @@
+"""Every number of docs/validation.md is what the tool computes today."""
+
+import re
+import sys
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import ROOT
+
+sys.path.insert(0, str(ROOT / "docs"))
+import validation
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+def test_the_page_is_what_its_script_writes(monkeypatch):
+    """Words to the letter, numbers to one in their last digit (processors round differently)."""
+    monkeypatch.setattr(validation, "plot", lambda *_: None)
+    shown, computed = (ROOT / "docs" / "validation.md").read_text(), validation.page()
+    assert NUMBER.sub("#", shown) == NUMBER.sub("#", computed)
+    pairs = list(zip(NUMBER.findall(shown), NUMBER.findall(computed)))
+    assert len(pairs) > 300
+    for old, new in pairs:
+        digits = len(old.partition(".")[2])
+        assert float(new) == pytest.approx(float(old), abs=1.01 * 10.0**-digits), (old, new)
+
+
+def test_the_z_line_runs_over_the_stations_that_the_study_names():
+    """303 to 1103 mm at X = 1350, Y = -30 (study lines 1045, 1167, 1173)."""
+    position, _ = validation.errors("line_z")
+    assert_allclose(position[[0, -1]], [[1350, -30, 303], [1350, -30, 1103]], atol=1e-9)  # mm
+
+
+def test_the_studys_z_line_is_that_of_the_arm_over_back():
+    """77 to 7 um (line 1083) against 77.0 to 9.3 at X = 1050 from 1003 down to 103 mm; X 80 to 90."""
+    _, error = validation.over_back(np.array([[1050.0, -30.0, z] for z in (103, 303, 1003, 1103)]))
+    assert_allclose(error[:, 2], [9.3, 24.7, 77.0, 84.2], atol=0.06)  # um
+    assert_allclose(error[[0, 2], 0], [89.4, 80.5], atol=0.06)  # um
