@@ -14,7 +14,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 
-from benchmarks import cases, heat, peers, text, whole  # noqa: E402
+from benchmarks import cases, heat, identification, peers, text, whole  # noqa: E402
 from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
 from compgen import fanuc  # noqa: E402
 from compgen.core import evaluation  # noqa: E402
@@ -71,6 +71,7 @@ def measured(folder: Path, points: int, ipopt: int, others: bool) -> Iterator[Ro
     yield from every_error(min(points, SOME))
     yield from whole_runs(folder, unit, points)
     yield from texts(min(points, SOME))
+    yield identified(1000 if points >= LONG else 60)
     if others:
         yield from against_peers(folder, planned, one, points)
     if ipopt:
@@ -127,6 +128,17 @@ def texts(points: int) -> Iterator[Row]:
     read, slow_read = (seconds(lambda f=f: f(data)) for f in (fanuc.interpret, text.read_by_lines))
     yield f"per-line LS writer over compgen, {points} points", ">= 5", f"{slow_write / write - 1:.1f}"
     yield f"per-line LS reader over compgen, {points} points", ">= 8", f"{slow_read / read:.1f}"
+
+
+def identified(poses: int) -> Row:
+    """An arm identified, against scipy's optimiser with its own numerical Jacobian."""
+    parameters = 60 if poses >= 1000 else 30
+    i = identification.against_scipy(parameters, poses)
+    what = (
+        f"scipy least_squares, numerical Jacobian, over the fit of identify, {parameters} parameters, {poses} poses x 3"
+    )
+    told = f"{i['scipy'] / i['compgen']:.0f} ({i['compgen']:.2f} s, apart {i['apart']:.0e} sigma)"
+    return what, ">= 20" if poses >= 1000 else "", told
 
 
 def against_peers(folder: Path, planned: generate.Planned, one: float, points: int) -> Iterator[Row]:

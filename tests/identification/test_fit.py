@@ -21,7 +21,8 @@ from compgen.identification.measurements import concatenate
 from compgen.identification.model import build_model
 from compgen.identification.parameters import symbolic_sources
 
-FORTY = ("link_offsets", "joint_zeros", "gear_harmonics")
+SOURCES = ("link_offsets", "joint_zeros", "gear_harmonics", "joint_coupling")
+FREE = 60  # parameters of them
 
 
 def quiet(stage, share):
@@ -152,10 +153,10 @@ def test_a_group_that_does_nothing_shrinks_and_one_that_works_does_not():
     assert_allclose(np.sqrt(solution.scales.noise[0]), 0.1, rtol=0.15)
 
 
-def forty(truth, poses):
+def sixty(truth, poses):
     rng = np.random.default_rng(4)
-    active = np.array([t.source in FORTY for t in truth.model.parameters])
-    active[np.flatnonzero(active)[40:]] = False
+    active = np.array([t.source in SOURCES for t in truth.model.parameters])
+    active[np.flatnonzero(active)[FREE:]] = False
     only = replace(truth, p=np.where(active, truth.p, 0.0))
     return measured(only, random_theta(truth.arm.robot, rng, poses), rng), active
 
@@ -166,14 +167,15 @@ def by_scipy(model, data, active, start):
 
     def residual(x):
         p = np.zeros(len(active))
-        p[active] = x[:40] * scale
-        frames = InstrumentFrames(rotation_matrix(x[None, 40:43]) @ start.rotation, start.origin + x[43:46],
-                        start.reflector + x[46:].reshape(3, 3))  # fmt: skip
+        p[active] = x[:FREE] * scale
+        step = x[FREE:]
+        frames = InstrumentFrames(rotation_matrix(step[None, :3]) @ start.rotation, start.origin + step[3:6],
+                        start.reflector + step[6:].reshape(3, 3))  # fmt: skip
         z = data.position - frames.predict(data, *model.pose(data, p))
-        return np.concatenate([z.ravel() / NOISE, x[:40]])
+        return np.concatenate([z.ravel() / NOISE, x[:FREE]])
 
     start_time = time.process_time()
-    solution = least_squares(residual, np.zeros(55), x_scale="jac", xtol=1e-10, ftol=1e-10, gtol=1e-10)
+    solution = least_squares(residual, np.zeros(FREE + 15), x_scale="jac", xtol=1e-10, ftol=1e-10, gtol=1e-10)
     return solution, time.process_time() - start_time
 
 
@@ -181,11 +183,11 @@ def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     parts = [
         p
         for p in symbolic_sources(truth.arm.robot, truth.arm.known, np.ones(6, bool), False)
-        if p.original.NAME in FORTY
+        if p.original.NAME in SOURCES
     ]
     model = build_model(truth.arm.robot, parts, len(truth.arm.nodes))
     plain = replace(truth, model=model, p=np.random.default_rng(6).normal(0, model.prior))
-    data, active = forty(plain, 1000)
+    data, active = sixty(plain, 1000)
     fit(model, data.subset(data.pose < 50), active, learn=False, robust=False, noise=NOISE)  # warm caches
     seconds = np.inf
     for _ in range(10):  # the least of them: a busy machine costs a short run more than a long one
@@ -196,7 +198,7 @@ def test_the_optimum_is_that_of_least_squares_and_comes_much_sooner(truth):
     reference, reference_seconds = by_scipy(model, data, active, start)
     p = fitted.p[active] / model.prior[active]
     spread = fitted.sigma[active] / model.prior[active]
-    assert (np.abs(p - reference.x[:40]) < 0.05 * spread).all()  # what a numerical Jacobian leaves
+    assert (np.abs(p - reference.x[:FREE]) < 0.05 * spread).all()  # what a numerical Jacobian leaves
     cost = (fitted.residual**2).sum() / NOISE**2 + (p**2).sum()
     assert cost <= 2 * reference.cost * (1 + 1e-9)
     assert reference_seconds / seconds > 20, (reference_seconds, seconds)
@@ -269,7 +271,7 @@ def test_coordinates_that_were_not_measured_carry_no_weight(truth):
     along = np.arange(3) == lines.instrument[:, None]
     single = replace(lines, position=np.where(along, lines.position, np.nan))
     poses = measured(truth, random_theta(truth.arm.robot, rng, 25), rng)
-    active = np.array([t.source in FORTY for t in truth.model.parameters])
+    active = np.array([t.source in SOURCES for t in truth.model.parameters])
     fitted = fit(truth.model, concatenate([poses, single]), active)
     assert np.isfinite(fitted.p).all()
     assert (fitted.residual[len(poses.pose) :][~along] == 0).all()
