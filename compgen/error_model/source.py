@@ -103,6 +103,7 @@ class Source(Protocol):
     PARAMETERS: ClassVar[tuple[Parameter, ...]]
     FACTS: ClassVar[tuple[Fact, ...]]
     FITTING: ClassVar[Fitting | None]  # None: identification leaves it as the robot file has it
+    BUDGET: ClassVar[str]  # under which name its uncertainty stands in a budget
 
     @staticmethod
     def derive(table: Any, arm: ArmFacts, key: str) -> dict[str, Any]:
@@ -133,6 +134,7 @@ class TableSource:
     __slots__ = ()
 
     FACTS: ClassVar[tuple[Fact, ...]] = ()
+    BUDGET: ClassVar[str] = "geometry"
 
     @staticmethod
     def derive(table: Any, arm: ArmFacts, key: str) -> dict[str, Any]:
@@ -160,6 +162,10 @@ class DirectionDependent(Protocol):
         """Over which the direction blends after a reversal."""
         ...
 
+    def with_widths(self, factor: Array) -> "Source":
+        """The source with the widths of its joints times factors, (6,)."""
+        ...
+
 
 @runtime_checkable
 class RiseDependent(Protocol):
@@ -167,6 +173,15 @@ class RiseDependent(Protocol):
 
     def nodes(self) -> set[int]:
         """Columns of the rises that it depends on."""
+        ...
+
+
+@runtime_checkable
+class Expanding(Protocol):
+    """A source whose lengths grow by a coefficient of expansion."""
+
+    def expansions(self) -> Mapping[str, Entry]:
+        """Of each length that grows, the parameter that is its coefficient over the file's, less one."""
         ...
 
 

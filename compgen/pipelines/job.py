@@ -12,6 +12,7 @@ from compgen.core.pose import Pose
 from compgen.core.sealed import seal
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.unknown import Unknown
 from compgen.pipelines.part_frame import PartFrame
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
@@ -21,6 +22,7 @@ from compgen.robot.robot import Robot
 from compgen.thermal import NodeModel, Profile
 from compgen.thermal.history import History
 from compgen.thermal.network import NetworkModel
+from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
 from compgen.verification.verdict import Bounds
 
 
@@ -31,6 +33,8 @@ class Cell:
     robot: Robot
     heat: NodeModel | NetworkModel
     profiles: tuple[Profile, ...]
+    warmth: ThermalUncertainty  # how well it is known
+    unknown: tuple[Unknown, ...]  # what the file does not know
     known: tuple[UncertainSource, ...]  # the sources with how well each parameter is known
     sources: tuple[Source, ...]
     joint_box: Array | None  # (6, 2) [rad] pendant angles that the parameters were identified in
@@ -106,6 +110,7 @@ class Job:
     overrides: tuple[str, ...]  # on both files
     inputs_hash: str  # of both files, what they name, and the overrides
     unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
+    heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
 
     @property
     def source(self) -> str:
@@ -138,9 +143,10 @@ class Job:
         return self.cell.robot
 
     @property
-    def heat(self) -> NodeModel | NetworkModel:
+    def heat(self) -> NodeModel | NetworkModel | DisturbedHeat:
         """How the robot warms."""
-        return self.cell.heat
+        heat, change = self.cell.heat, self.heat_change
+        return heat if change is None else DisturbedHeat(heat, self.cell.warmth, change)
 
     @property
     def sources(self) -> tuple[Source, ...]:

@@ -20,6 +20,7 @@ from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertainty import UncertainSource
+from compgen.error_model.unknown import unknown_of
 from compgen.identification.tables import IdentifiedTable
 from compgen.pipelines.job import Cell
 from compgen.pipelines.schema import RobotFile
@@ -28,6 +29,7 @@ from compgen.robot.robot import Robot
 from compgen.robot.tables import robot_from_tables
 from compgen.thermal import NodeModel, Profile, tables
 from compgen.thermal.network import NetworkModel
+from compgen.thermal.uncertainty import ThermalUncertainty
 
 
 def load_robot(name: str) -> Robot:
@@ -89,7 +91,7 @@ def arm_of(data: dict[str, Any], text: str, where: str) -> Arm:
     heat: NodeModel | NetworkModel | None = None
     growth = np.zeros((6, 1)), np.zeros((6, 1))
     if facts.thermal is not None:
-        heat, _, growth = _warmth(facts, robot, where)
+        heat, _, growth, _ = _warmth(facts, robot, where)
     nodes = () if heat is None else heat.names
     sensors = facts.thermal.sensors if facts.thermal else {}
     arm = ArmFacts(robot, nodes, growth, loads_of(facts.sources.loads, robot))
@@ -134,7 +136,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     _refuse_double(facts, where)
     robot = _nominal(facts, where)
     check_arm_class(robot)
-    heat, profiles, growth = _warmth(facts, robot, where)
+    heat, profiles, growth, warmth = _warmth(facts, robot, where)
     arm = ArmFacts(robot, heat.names, growth, loads_of(facts.sources.loads, robot))
     known = read_sources(facts.sources, arm, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
@@ -142,6 +144,8 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         robot=robot,
         heat=heat,
         profiles=profiles,
+        warmth=warmth,
+        unknown=unknown_of(facts.unknown, where),
         known=known,
         sources=tuple(k.source for k in known),
         joint_box=read_joint_box(facts.sources, where),
@@ -235,8 +239,8 @@ def _refuse_double(facts: RobotFile, where: str) -> None:
 
 def _warmth(
     facts: RobotFile, robot: Robot, where: str
-) -> tuple[NodeModel | NetworkModel, tuple[Profile, ...], tuple[Array, Array]]:
-    """The heat model, the profiles along its links, and the growth of a and d, (6, K) [m/K]."""
+) -> tuple[NodeModel | NetworkModel, tuple[Profile, ...], tuple[Array, Array], ThermalUncertainty]:
+    """The heat model, the profiles along its links, the growth of a and d, (6, K) [m/K], and how well all is known."""
     if facts.thermal is None:
         raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
     profiles = tables.profiles_of(facts.thermal, robot, where)
@@ -244,4 +248,5 @@ def _warmth(
     heat: NodeModel | NetworkModel = nodes
     if facts.thermal.model == "network":
         heat, profiles = tables.network_of(facts.thermal, robot, nodes, where)
-    return heat, profiles, tables.growth_of(robot, heat.names, heat.reference_rise, profiles)
+    growth = tables.growth_of(robot, heat.names, heat.reference_rise, profiles)
+    return heat, profiles, growth, tables.uncertainty_of(facts.thermal, heat, profiles, where)

@@ -8,6 +8,7 @@ from compgen.compensation.tables import CompensationTable
 from compgen.core.quantities import Positive
 from compgen.core.toml import Table
 from compgen.error_model.schema import SourcesTable
+from compgen.error_model.unknown import UnknownTable
 from compgen.identification.tables import IdentifiedTable
 from compgen.planning.frame_schema import FrameTable
 from compgen.planning.tables import AnyPattern, BoundaryTable, ProcessTable, SurfaceTable
@@ -76,3 +77,5 @@ class RobotFile(Table):
     thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
     identified: IdentifiedTable | None = None
+    unknown: list[UnknownTable] = []
+    """What the file does not know and a part will see: named beside every band."""

@@ -29,6 +29,7 @@ PLACES = ("error_model/sources/", "error_model/schema.py", "verification/sources
 #: modules that treat one source in a way of its own, which no other source asks for
 SPECIAL = {
     "compensation/refinement.py": {"ThermalGrowth"},  # smooth along straight lines: nothing to refine
+    "error_model/knowledge.py": {"BaseFrame", "ToolFrame"},  # where the part stands is where the base does
     "error_model/validity.py": {"AxisMap"},  # it alone has a hull to leave
     "identification/validation.py": {"AxisMap", "BaseFrame", "ToolFrame"},  # of the cell, not of the arm
     "pipelines/study/questions.py": {"ThermalGrowth"},  # contributions of single lengths
@@ -74,6 +75,7 @@ class Sag:
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("phase", "phase_deg", 1000 * MDEG),)
     FITTING: ClassVar[Fitting | None] = Fitting("joints", SagTable())
+    BUDGET: ClassVar[str] = "geometry"
 
     def __post_init__(self):
         freeze_parameters(self)

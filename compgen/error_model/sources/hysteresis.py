@@ -52,6 +52,7 @@ class Hysteresis:
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("width", "width_mdeg", MDEG), Fact("law", "law", None))
     FITTING: ClassVar[Fitting | None] = Fitting("joints", HysteresisTable(width_mdeg=6 * [200.0]))
+    BUDGET: ClassVar[str] = "lost motion"
 
     def __post_init__(self) -> None:
         freeze_parameters(self)
@@ -65,6 +66,10 @@ class Hysteresis:
     def reversal_widths(self) -> ReversalWidths:
         """The joints' own; nothing depends on the TCP's travel."""
         return ReversalWidths(self.width, np.full(3, np.inf), self.law)
+
+    def with_widths(self, factor: Array) -> "Hysteresis":
+        """Its joints turn so many times as far to be on the other side."""
+        return replace(self, width=self.width * factor)
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """The joints that move; windup only where they carry something."""

@@ -56,6 +56,7 @@ class AxisMap(TableSource):
         Parameter("reverse", "reverse_um", ("S", 3), UM, 300 * UM, "deviation moving to smaller coordinates"),
     )
     FITTING: ClassVar[Fitting | None] = None
+    BUDGET: ClassVar[str] = "measured map"
 
     def __post_init__(self) -> None:
         freeze_parameters(self)
@@ -81,6 +82,10 @@ class AxisMap(TableSource):
     def reversal_widths(self) -> ReversalWidths:
         """The line's own along its axis; nothing depends on the joints' directions."""
         return ReversalWidths(np.full(6, np.inf), np.where(np.arange(3) == self.axis, self.width, np.inf))
+
+    def with_widths(self, factor: Array) -> "AxisMap":
+        """Unchanged: its width is the TCP's."""
+        return self
 
     def entries_to_fit(self, visible: Visibility) -> list[Entry]:
         """None: poses that are measured with reflectors say nothing of lines that are measured with a tool."""

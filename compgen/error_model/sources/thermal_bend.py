@@ -59,6 +59,7 @@ class ThermalBend:
     FITTING: ClassVar[Fitting | None] = Fitting(
         "temperature", ThermalBendTable(link=[], plane=[], node=[], rate_arcsec_K=[])
     )
+    BUDGET: ClassVar[str] = "bends and drift"
 
     def __post_init__(self) -> None:
         freeze_parameters(self)

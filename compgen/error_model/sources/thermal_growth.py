@@ -43,6 +43,7 @@ class ThermalGrowth(TableSource):
         Parameter("excess_d", "excess_d", (6,), 1.0, 0.3, "own cte of each d over the file's, less one"),
     )
     FITTING: ClassVar[Fitting | None] = Fitting("temperature")
+    BUDGET: ClassVar[str] = "cte"
 
     def __post_init__(self) -> None:
         own(self, a=(6, "K"), d=(6, "K"))
@@ -63,6 +64,14 @@ class ThermalGrowth(TableSource):
             return []
         rows = (("excess_a", self.a), ("excess_d", self.d))
         return [Entry(field, (i,)) for field, growth in rows for i in range(6) if growth[i].any()]
+
+    def expansions(self) -> dict[LengthName, Entry]:
+        """The excess of each length that grows."""
+        return {
+            name: Entry(f"excess_{parameter}", (row,))
+            for name, (parameter, row) in DH_LENGTHS.items()
+            if getattr(self, parameter)[row].any()
+        }
 
     def without(self, length: LengthName) -> "ThermalGrowth":
         """The growth of all lengths but one."""

@@ -50,6 +50,7 @@ class ThermalShift:
     )
     FACTS: ClassVar[tuple[Fact, ...]] = (Fact("of", "of", None), Fact("node_name", "node", None))
     FITTING: ClassVar[Fitting | None] = Fitting("temperature", ThermalShiftTable(of=[], node=[], rate_um_K=[]))
+    BUDGET: ClassVar[str] = "bends and drift"
 
     def __post_init__(self) -> None:
         freeze_parameters(self)

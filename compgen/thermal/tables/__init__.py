@@ -3,6 +3,7 @@
 from compgen.thermal.tables.ambient import ambient_of, log_of
 from compgen.thermal.tables.duty import shifts_of, steps_of
 from compgen.thermal.tables.model import growth_of, network_of, node_model_of, profiles_of
+from compgen.thermal.tables.uncertainty import uncertainty_of
 
 __all__ = [
     "ambient_of",
@@ -13,4 +14,5 @@ __all__ = [
     "profiles_of",
     "shifts_of",
     "steps_of",
+    "uncertainty_of",
 ]

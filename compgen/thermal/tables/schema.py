@@ -11,6 +11,8 @@ from compgen.robot.dh_lengths import LengthName
 DayHour = Annotated[FiniteFloat, Field(ge=0, le=48)]
 Celsius = Annotated[FiniteFloat, Field(ge=-20, le=60)]
 Expansion = Annotated[FiniteFloat, Field(ge=-1000, le=1000)]  # um/(m K)
+Kelvins = Annotated[FiniteFloat, Field(ge=0, le=100)]
+Growth = Annotated[FiniteFloat, Field(ge=-100, le=500)]  # %
 Axis = Annotated[int, Field(ge=1, le=6)]
 
 
@@ -216,6 +218,30 @@ class ProfileTable(Table):
     """Sections from the base end of the length to its other end."""
 
 
+class UncertaintyTable(Table):
+    """How well the warmth is known: standard deviations, and intervals in which anything is as likely.
+
+    What is left out is assumed, or taken from the error sources' priors, and said in a finding.
+    """
+
+    provenance: Annotated[str, Field(max_length=400)] = ""
+    """Where the values are from."""
+    law_K: Kelvins | None = None
+    """Error of a node's rise by the law, at states that its fit left out; each node by itself."""
+    sensors_K: Kelvins | None = None
+    """Error of the measured rises that all sensors share."""
+    air_K: Kelvins | None = None
+    """Error of the air's temperature."""
+    feed_percent: Annotated[FiniteFloat, Field(ge=0, le=100)] | None = None
+    """Error of the feed that the robot really drives."""
+    missing_percent: Annotated[FiniteFloat, Field(ge=0, le=200)] | None = None
+    """What the physics of the model leaves out, as a share of the thermal error, along any direction."""
+    cte_um_m_K: Annotated[list[Expansion], Field(min_length=2, max_length=2)] | None = None
+    """Lowest and highest coefficient of expansion; not used where the lengths have coefficients of their own."""
+    growth_percent: dict[str, Annotated[list[Growth], Field(min_length=2, max_length=2)]] = {}
+    """By length: least and most that it grows by another temperature profile, over what this file's profiles say."""
+
+
 class ThermalTable(Table):
     """Thermal models of the robot: nodes, and the conduction network where the file has one."""
 
@@ -237,3 +263,4 @@ class ThermalTable(Table):
     sensors: dict[str, str] = {}
     """Which rise each part_<n> of a thermocouple log shows."""
     network: NetworkTable | None = None
+    uncertainty: UncertaintyTable | None = None

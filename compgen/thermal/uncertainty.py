@@ -1,0 +1,174 @@
+r"""How well the warmth is known: what one unit of each cause adds to the rises, and the model that it leaves.
+
+A law that was fitted to a few states misses others, and sensors shift them all. What node k misses builds up as the
+rise itself does, with the node's lag, to g_k after the reference duty from cold:
+
+    dx_k/dt = (w g_k / (1 - exp(-h / lag_k)) - x_k) / lag_k,    w = share of motion; idle fraction standing; 0 off
+
+Air that is da warmer than said moves a robot in balance with it by da; a feed that is df faster moves the steady rises.
+All of it is linear in the modes but the feed, which is taken to first order here and exactly in ``DisturbedHeat``.
+Sizes are standard deviations of the robot file's table ``thermal.uncertainty``.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.thermal.duty import Duty, JointMotion
+from compgen.thermal.history import History
+from compgen.thermal.integration import initial_state, state_after
+from compgen.thermal.model import ThermalModel
+from compgen.thermal.node_model import NodeModel
+
+FEED_STEP = 1e-3  # of the feed, over which its effect is differenced
+
+#: lowest and highest that a factor less one may be, anything between as likely
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ThermalUncertainty:
+    """What a robot file says of how well it knows its warmth."""
+
+    law: float  # [K] of a node's rise where the law was not measured
+    sensors: float  # [K] common to all nodes
+    air: float  # [K]
+    feed: float  # of the feed, relative
+    missing: float  # kappa: of the thermal error, what the physics of the model leaves out
+    lag: Array  # (K,) [s] with which a wrong rise builds up
+    reference_time: float  # [s]
+    idle: float  # of the build-up while standing with the servo on
+    expansion: Interval | None = None  # true over the file's coefficient, less one; None: the sources' priors
+    growth: Mapping[str, Interval] = field(default_factory=dict)  # of a length by another profile, less one
+    is_assumed: bool = False  # the file says nothing
+
+    def __post_init__(self) -> None:
+        own(self, lag=("K",))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HeatChange:
+    """How warmth differs from what the files say."""
+
+    rise: Array  # (K,) [K] that the law misses after the reference duty
+    start: Array  # (K,) [K] that a log's end misses
+    air: float = 0.0  # [K]
+    feed: float = 0.0  # relative
+
+    def __post_init__(self) -> None:
+        own(self, rise=("K",), start=("K",))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DisturbedHeat:
+    """A thermal model with a change: K more modes, and another feed; fulfils ``ThermalModel``."""
+
+    base: ThermalModel
+    uncertainty: ThermalUncertainty
+    change: HeatChange
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the K rises."""
+        return self.base.names
+
+    @property
+    def rate(self) -> Array:
+        """Of the model's modes and of what is missed, (S + K,) [1/s]."""
+        return np.concatenate([self.base.rate, 1 / self.uncertainty.lag])
+
+    @property
+    def outputs(self) -> Array:
+        """Rises of a state, (K, S + K)."""
+        return np.hstack([self.base.outputs, np.eye(len(self.names))])
+
+    @property
+    def ambient(self) -> Array:
+        """State in air one kelvin above the reference, (S + K,)."""
+        return np.append(self.base.ambient, np.zeros(len(self.names)))
+
+    @property
+    def reference_rise(self) -> Array:
+        """Rises that fix the shapes of profiles, (K,) [K]: the file's."""
+        return self.base.reference_rise
+
+    @property
+    def start(self) -> Array | None:
+        """State that a log ends with, (S + K,)."""
+        return None if self.base.start is None else np.append(self.base.start, self.change.start)
+
+    def steady_state(self, duty: Duty) -> Array:
+        """State that a duty would reach in the end, (S + K,)."""
+        at_feed = replace(duty, feed=duty.feed * (1 + self.change.feed))
+        return np.append(self.base.steady_state(at_feed), share_of(duty, self.uncertainty) * self._goal)
+
+    def steady_states(self, motion: JointMotion) -> Array:
+        """State that each segment of a program would reach in the end, (N - 1, S + K)."""
+        faster = replace(motion, driven=motion.driven * (1 + self.change.feed))
+        states = self.base.steady_states(faster)
+        return np.hstack([states, np.broadcast_to(self._goal, (len(states), len(self.names)))])
+
+    def rise_along(self, length: str, state: Array, x: Array) -> Array:
+        """Rise along a link without what is missed, (M,) [K]."""
+        return self.base.rise_along(length, state[: len(self.base.rate)], x)
+
+    def extrapolations(self, duties: Sequence[Duty], feed: float, duration: float, rise: Array) -> list[str]:
+        """In words, where a job leaves the box in which the parameters were measured."""
+        return self.base.extrapolations(duties, feed, duration, rise)
+
+    @property
+    def _goal(self) -> Array:
+        return steady_miss(self.uncertainty, self.change.rise)
+
+
+def steady_miss(uncertainty: ThermalUncertainty, rise: Array) -> Array:
+    """What endless motion would come to, where the reference duty misses a rise, (..., K) [K]."""
+    return np.asarray(rise / -np.expm1(-uncertainty.reference_time / uncertainty.lag))
+
+
+def share_of(duty: Duty, uncertainty: ThermalUncertainty) -> float:
+    """Of the build-up in motion."""
+    if duty.state == "off":
+        return 0.0
+    moving = duty.share if duty.state == "moving" else 0.0
+    return uncertainty.idle + (1 - uncertainty.idle) * moving
+
+
+def missed_rise(
+    uncertainty: ThermalUncertainty, heat: ThermalModel, history: History, change: HeatChange, time: Array
+) -> Array:
+    """What the law and the log's end miss while the program runs, (M,) [s] to (M, K) [K]."""
+    goal, rate = steady_miss(uncertainty, change.rise), 1 / uncertainty.lag
+    x = change.start if heat.start is not None else np.zeros(len(goal))
+    for duty in history.before:
+        level = goal * share_of(duty, uncertainty)
+        x = level + (x - level) * np.exp(-duty.duration * rate)
+    return np.asarray(goal + (x - goal) * np.exp(-time[:, None] * rate))
+
+
+def rise_by_air(heat: ThermalModel, history: History, time: Array) -> Array:
+    """What air adds that is one kelvin warmer all day and before, (M,) [s] to (M, K) [K]."""
+    if heat.start is None:  # in balance with it from the beginning
+        states = np.broadcast_to(heat.ambient, (len(time), len(heat.rate)))
+    else:
+        states = heat.ambient * -np.expm1(-(history.clock + time)[:, None] * heat.rate)
+    return np.asarray(states @ heat.outputs.T)
+
+
+def rise_by_feed(heat: ThermalModel, history: History, feed: float, time: Array) -> Array:
+    """What a feed adds that is by its own size faster, all day, to first order, (M,) [s] to (M, K) [K].
+
+    Zero for the network, whose losses are summed over a program's joints and not given by a feed.
+    """
+    if not isinstance(heat, NodeModel):
+        return np.zeros((len(time), len(heat.names)))
+
+    def states(factor: float) -> tuple[Array, Array]:
+        before = [replace(duty, feed=duty.feed * factor) for duty in history.before]
+        return state_after(heat, before, initial_state(heat)), heat.steady_rise("moving", np.array([feed * factor]))[0]
+
+    (low, low_goal), (high, high_goal) = states(1 - FEED_STEP), states(1 + FEED_STEP)
+    state, goal = (high - low) / (2 * FEED_STEP), (high_goal - low_goal) / (2 * FEED_STEP)
+    return np.asarray(goal + (state - goal) * np.exp(-time[:, None] * heat.rate))

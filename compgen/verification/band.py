@@ -1,0 +1,151 @@
+r"""The band of a position error along a program: what the files leave open, to first order.
+
+With columns c_q(n) of quantities whose amounts have means m_q and standard deviations s_q,
+
+    S(n) = lambda^2 (sum_q s_q^2 c_q c_q^T + m m^T + sum_i v_i(n) I),      m(n) = sum_q m_q c_q(n)
+
+is the second moment about what the program uses, v_i the variances that have no direction (fit noise, what the thermal
+physics misses, repeatability). Half-widths are 2 sqrt(d^T S d) along a direction d. How far the point is off at all in
+95 of 100 cases is the radius r of
+
+    |x|^2 ~ g chi^2_h,    g = tr S^2 / tr S,   h = (tr S)^2 / tr S^2        (Welch and Satterthwaite)
+
+exact for an error along one line, and for one that is alike in all directions. Columns are taken at some waypoints,
+and S is a straight line between them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammaincinv
+
+from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.planning.toolpath import ToolPath
+from compgen.verification.deviation import percentile99, rms
+
+COVERAGE = 2.0  # k
+SHARE = 0.95
+MIDDLES = "middles of intervals"  # in the budget: how far those lie from what the program uses
+ALONG = 1e-3  # sine of the angle to the axis, below which the path runs along it
+_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetShare:
+    """What one source adds to the band."""
+
+    source: str
+    largest: float  # [m] radius of 95 % along the part
+    rms: float  # [m] of that radius along the part
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Columns:
+    """What one unit of each of Q quantities does to the position error at M waypoints."""
+
+    column: Array  # (M, 3, Q) [m] World
+    mean: Array  # (Q,) of the amounts
+    deviation: Array  # (Q,)
+    source: tuple[str, ...]  # (Q,) of the budget
+    undirected: Mapping[str, Array]  # standard deviation along any direction, of a source, (M,) [m]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Band:
+    """What a file leaves open along a program of N waypoints."""
+
+    rows: IntArray  # (M,) waypoints at which it was evaluated, the first and the last among them
+    moment: Array  # (M, 6) [m^2] xx, xy, xz, yy, yz, zz of S
+    radius: Array  # (M,) [m] that the point stays within in 95 of 100 cases
+    largest: float  # [m] radius on the part
+    p99: float  # [m] what 99 % of the part's length stay at or below
+    budget: tuple[BudgetShare, ...]  # the largest first
+
+    def __post_init__(self) -> None:
+        own(self, rows=("M",), moment=("M", 6), radius=("M",))
+
+    def half_widths(self, path: ToolPath, rows: slice = slice(None)) -> Array:
+        """k = 2 at some waypoints: along World x, y, z, feed, cross and normal, (n, 6) [m]."""
+        first, last, _ = rows.indices(len(path.arc))
+        arc = path.arc[first:last]
+        xx, xy, xz, yy, yz, zz = (np.interp(arc, path.arc[self.rows], column) for column in self.moment.T)
+        variances = [xx, yy, zz]
+        for d in travel_directions(path, first, last):
+            x, y, z = d.T
+            variances.append(x * x * xx + y * y * yy + z * z * zz + 2 * (x * y * xy + x * z * xz + y * z * yz))
+        return np.asarray(COVERAGE * np.sqrt(np.maximum(np.column_stack(variances), 0.0)))
+
+
+def travel_directions(path: ToolPath, first: int, last: int) -> tuple[Array, Array, Array]:
+    """Feed, cross and normal at some waypoints, (n, 3) each, from the chords beside them.
+
+    As the deviation has them: cross = t x z, feed = z x cross, normal = -z, with the tool's axis z and the way t.
+    Where the path runs along the axis, and where it turns back, feed is the tool's x.
+    """
+    begin, end = max(first - 1, 0), min(last + 1, len(path.arc))
+    place = path.target.position[begin:end]
+    ahead = np.empty((last - first, 3))
+    ahead[:] = place[np.arange(first, last) + 1 - begin - (np.arange(first, last) == len(path.arc) - 1)]
+    ahead -= place[np.maximum(np.arange(first, last) - 1, 0) - begin]
+    rotation = path.target.rotation[first:last]
+    axis = rotation[:, :, 2]
+    side = np.cross(ahead, axis)
+    length, way = (np.linalg.norm(v, axis=1) for v in (side, ahead))
+    along = length <= ALONG * way
+    side[along], length[along] = np.cross(rotation[along, :, 0], axis[along]), 1.0
+    side /= np.where(length > 0, length, 1.0)[:, None]
+    return np.cross(axis, side), side, -axis
+
+
+def band_of(columns: Columns, rows: IntArray, weight: Array, scale: float = 1.0) -> Band:
+    """The band of a program, and its budget.
+
+    Args:
+        columns: At some of its waypoints.
+        rows: Which they are, (M,), rising.
+        weight: Length of part that each stands for, (M,) [m]; all zero counts all alike.
+        scale: lambda.
+    """
+    sources = tuple(dict.fromkeys([*columns.source, *columns.undirected]))
+    moments = {source: _moment(columns, source) * scale**2 for source in sources}
+    offset = columns.column @ columns.mean
+    if offset.any():
+        moments[MIDDLES] = _squares(offset[:, :, None]) * scale**2
+    moment = sum(moments.values(), np.zeros((len(rows), 6)))
+    on_part: BoolArray = weight > 0 if weight.any() else np.ones(len(rows), dtype=bool)
+    lengths = weight[on_part] if weight.any() else np.ones(len(rows))
+    shares = []
+    for source, own_moment in moments.items():
+        if not own_moment.any():
+            continue
+        of_source = radius_of(own_moment)[on_part]
+        shares.append(BudgetShare(source, float(of_source.max()), rms(of_source, lengths)))
+    radius = radius_of(moment)
+    touched = radius[on_part]
+    shares.sort(key=lambda share: (-share.largest, share.source))
+    return Band(rows, moment, radius, float(touched.max()), percentile99(touched, lengths), tuple(shares))
+
+
+def radius_of(moment: Array) -> Array:
+    """The radius of 95 % of second moments (M, 6) [m^2], (M,) [m]."""
+    xx, xy, xz, yy, yz, zz = moment.T
+    trace = xx + yy + zz
+    square = xx**2 + yy**2 + zz**2 + 2 * (xy**2 + xz**2 + yz**2)
+    safe = np.where(trace > 0, trace, 1.0)
+    freedom = np.clip(np.where(trace > 0, safe**2 / np.where(trace > 0, square, 1.0), 1.0), 1.0, 3.0)
+    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / freedom * 2 * gammaincinv(freedom / 2, SHARE)))
+
+
+def _moment(columns: Columns, source: str) -> Array:
+    """Second moment of one source alone about its mean, (M, 6) [m^2]."""
+    mine = np.array([name == source for name in columns.source], dtype=bool)
+    moment = _squares(columns.column[:, :, mine] * columns.deviation[mine])
+    if source in columns.undirected:
+        moment[:, [0, 3, 5]] += columns.undirected[source][:, None] ** 2
+    return moment
+
+
+def _squares(C: Array) -> Array:
+    """C C^T of columns (M, 3, Q), (M, 6)."""
+    return np.stack([np.einsum("mq,mq->m", C[:, i], C[:, j]) for i, j in _PAIRS], axis=1)

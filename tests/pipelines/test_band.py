@@ -1,0 +1,119 @@
+"""The linear band: its columns against the whole chain with a changed job, its size by hand, and what has none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from shipped import path_file, quiet
+
+from compgen.core.units import UM
+from compgen.error_model.quantities import combined
+from compgen.pipelines.band import DrivenProgram, band_along, columns_along, uncertainty_of
+from compgen.pipelines.generate import predict
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.uncertainty import changed_job
+from compgen.thermal import rises_during
+from compgen.thermal.duty import JointMotion
+
+WINDOW = 120.0  # s
+COARSE = ["process.chord_um=20"]
+#: a robot that knows a little of everything
+FLAWED = [
+    "robot.sources.link_offsets.a_um=[0, 50, 0, 0, 0, 0]",
+    "robot.sources.link_offsets.sigma.a_um=[0, 12, 5, 0, 0, 0]",
+    "robot.sources.joint_zeros.offset_mdeg=[5, 0, 0, 0, 0, 0]",
+    "robot.sources.joint_zeros.sigma.offset_mdeg=[0, 1, 1, 0, 2, 0]",
+    "robot.sources.hysteresis.backlash_mdeg=[4, 3, 2, 0, 0, 0]",
+    "robot.sources.hysteresis.width_mdeg=[90, 90, 90, 90, 90, 90]",
+    "robot.sources.hysteresis.sigma.backlash_mdeg=[1, 1, 1, 0, 0, 0]",
+    "robot.sources.thermal_bend.link=['column']",
+    "robot.sources.thermal_bend.plane=['x']",
+    "robot.sources.thermal_bend.node=['j2']",
+    "robot.sources.thermal_bend.rate_arcsec_K=[0.2]",
+    "robot.sources.thermal_bend.sigma.rate_arcsec_K=0.1",
+    "frame.x_mm=-40",
+    "frame.taught.through='model'",
+    "frame.taught.sigma_um=[5, 6, 7]",
+    "frame.taught.sigma_mdeg=[1, 2, 3]",
+]
+
+
+def program_of(*overrides, path="spiral_1300"):
+    job = load_job(path_file(path), None, [*COARSE, *overrides])
+    planned = predict(job, quiet)
+    return DrivenProgram(
+        job, planned.model, planned.path, planned.theta, planned.trajectory.time, planned.rise, planned.motion
+    )
+
+
+def position_of(job, program):
+    """Where the whole chain says that the tool is, (N, 3), with the job's own sources, heat, air and start."""
+    from compgen.error_model.direction_memory import direction_states, reversal_widths
+    from compgen.error_model.model import build_error_model
+
+    model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
+    way = np.diff(program.path.arc) / np.diff(program.time)
+    motion = JointMotion(program.time, program.theta, np.where(np.isfinite(way), way, job.feed))
+    rise, _ = rises_during(job.heat, job.state(), motion, job.history.air, job.history.clock)
+    directions = direction_states(reversal_widths(job.sources), program.theta, program.path.target.position)
+    return model.actual_pose(program.theta, rise, directions).position
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return program_of()
+
+
+@pytest.mark.parametrize("overrides", [(), FLAWED, ["robot.thermal.model=network"]], ids=["plain", "flawed", "network"])
+def test_each_column_is_what_one_sigma_of_its_quantity_does_to_the_whole_chain(overrides):
+    program = program_of(*overrides)
+    job, rows = program.job, np.arange(len(program.time))
+    uncertainty = uncertainty_of(program, WINDOW)
+    columns = columns_along(program, uncertainty, rows)
+    here = position_of(job, program)
+    assert len({q.name for q in uncertainty.quantities}) == len(uncertainty.quantities)
+    for k, quantity in enumerate(uncertainty.quantities):
+        amount = quantity.deviation
+        cause = combined([quantity], [amount])
+        moved = position_of(changed_job(job, uncertainty.parameters, cause), program) - here
+        expected = amount * columns.column[:, :, k]
+        size = max(np.abs(moved).max(), 0.1 * UM)
+        slack = 0.15 if quantity.source in ("start delay", "feed") else 0.01  # linear in them only to first order
+        assert np.abs(moved - expected).max() <= slack * size, quantity.name
+        if "network" not in str(overrides):  # which has no feed of its own, and nodes that nothing grows with
+            assert np.abs(moved).max() > 1e-9, quantity.name
+
+
+def test_the_band_of_one_expansion_is_its_share_of_the_thermal_error(plain):
+    """By hand: cte off by 10 % is 10 % of the error that the warmth makes; 1.96 of such a sigma is 95 %."""
+    job = plain.job
+    warmth = replace(
+        job.cell.warmth, law=0.0, sensors=0.0, air=0.0, feed=0.0, missing=0.0, growth={},
+        expansion=(-0.1 * np.sqrt(3), 0.1 * np.sqrt(3)),
+    )  # fmt: skip
+    known = replace(plain, job=replace(job, cell=replace(job.cell, warmth=warmth)))
+    band = band_along(known)
+    error = np.linalg.norm(plain.model.error(plain.theta, plain.rise, plain.path.target, plain.motion)[:, :3], axis=1)
+    assert_allclose(band.radius, 1.959964 * 0.1 * error, rtol=2e-3)
+    assert [share.source for share in band.budget] == ["cte"]
+
+
+def test_nothing_unknown_is_no_band(plain):
+    job = plain.job
+    warmth = replace(
+        job.cell.warmth, law=0.0, sensors=0.0, air=0.0, feed=0.0, missing=0.0, growth={}, expansion=(0.0, 0.0)
+    )
+    band = band_along(replace(plain, job=replace(job, cell=replace(job.cell, warmth=warmth))))
+    assert band.largest == 0.0
+    assert not band.half_widths(plain.path).any()
+
+
+def test_the_second_moment_is_positive_and_alike_in_both_frames(plain):
+    band = band_along(plain, WINDOW)
+    xx, xy, xz, yy, yz, zz = band.moment.T
+    matrices = np.stack([np.stack([xx, xy, xz]), np.stack([xy, yy, yz]), np.stack([xz, yz, zz])]).transpose(2, 0, 1)
+    assert np.linalg.eigvalsh(matrices).min() >= -1e-12 * matrices.max()
+    widths = band.half_widths(plain.path)
+    assert_allclose(np.linalg.norm(widths[:, :3], axis=1), np.linalg.norm(widths[:, 3:], axis=1), rtol=1e-9)
+    assert_allclose(widths[7:9], band.half_widths(plain.path, slice(7, 9)))
