@@ -8,6 +8,7 @@ prior holds the time constants near the 5.91 h of the whole robot's cooling (stu
 """
 
 import csv
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,10 +21,17 @@ from compgen.thermal import Duty, NodeModel
 
 HERE = Path(__file__).parent
 FITTED = ("j2", "link1", "j3", "wrist")
+Rows = list[dict[str, str]]
+#: which temperatures are left out of a fit together
+GROUPS: dict[str, Callable[[dict[str, str]], str]] = {
+    "one by one": lambda row: " ".join(row.values()),
+    "a feed at a time": lambda row: row["feed_mm_s"],
+    "a part at a time": lambda row: row["node"],
+}
 PRIOR_TAU_H, PRIOR_WIDTH, SENSOR_K = 5.91, 0.25, 0.3
 
 
-def measured() -> list[dict[str, str]]:
+def measured() -> Rows:
     with (HERE / "m710ic50_temperatures.csv").open() as file:
         return list(csv.DictReader(file))
 
@@ -37,8 +45,27 @@ def modelled(heat: NodeModel, row: dict[str, str]) -> float:
     return float(heat.rise_after(duties)[heat.names.index(row["node"])])
 
 
-def misses(heat: NodeModel) -> np.ndarray:
-    return np.array([modelled(heat, row) - float(row["rise_K"]) for row in measured()])
+def misses(heat: NodeModel, rows: Rows | None = None) -> np.ndarray:
+    return np.array([modelled(heat, row) - float(row["rise_K"]) for row in rows or measured()])
+
+
+def left_out(misses_without: Callable[[Rows, Rows], np.ndarray], group: Callable[[dict[str, str]], str]) -> np.ndarray:
+    """How far each temperature is off by a fit that has not seen its group, in their order [K].
+
+    Args:
+        misses_without: Misses of the second rows by a fit to the first.
+        group: The group of a temperature: itself, a feed, a part.
+    """
+    rows = measured()
+    out = np.zeros(len(rows))
+    for name in {group(row): None for row in rows}:
+        places = [i for i, row in enumerate(rows) if group(row) == name]
+        out[places] = misses_without([row for row in rows if group(row) != name], [rows[i] for i in places])
+    return out
+
+
+def misses_without(seen: Rows, unseen: Rows) -> np.ndarray:
+    return misses(fit(shipped(), seen), unseen)
 
 
 def with_parameters(heat: NodeModel, x: np.ndarray) -> NodeModel:
@@ -50,21 +77,28 @@ def with_parameters(heat: NodeModel, x: np.ndarray) -> NodeModel:
     return replace(heat, tau=tau, exponent=exponent)
 
 
-def fit(heat: NodeModel) -> NodeModel:
+def fit(heat: NodeModel, rows: Rows | None = None) -> NodeModel:
     def residuals(x: np.ndarray) -> np.ndarray:
         prior = (x[: len(FITTED)] - np.log(PRIOR_TAU_H)) / PRIOR_WIDTH * SENSOR_K
-        return np.concatenate([misses(with_parameters(heat, x)), prior])
+        return np.concatenate([misses(with_parameters(heat, x), rows), prior])
 
     start = np.concatenate([np.full(len(FITTED), np.log(PRIOR_TAU_H)), np.full(len(FITTED), 0.5)])
     return with_parameters(heat, least_squares(residuals, start, xtol=1e-12, ftol=1e-12).x)
 
 
+def shipped() -> NodeModel:
+    return load_job(str(HERE.parent / "paths" / "circle_1300.toml")).heat
+
+
 def main() -> None:
-    heat = fit(load_job(str(HERE.parent / "paths" / "circle_1300.toml")).heat)
+    heat = fit(shipped())
     for name, exponent, tau in zip(heat.names, heat.exponent, heat.tau):
         print(f"{name:6s} exponent = {exponent:.3f}  tau_h = {tau / HOUR:.2f}")
     off = misses(heat)
     print(f"rms {np.sqrt(np.mean(off**2)):.3f} K, worst {np.abs(off).max():.2f} K over {len(off)} temperatures")
+    for name, group in GROUPS.items():
+        off = left_out(misses_without, group)
+        print(f"left out {name}: rms {np.sqrt(np.mean(off**2)):.3f} K, worst {np.abs(off).max():.2f} K")
 
 
 if __name__ == "__main__":
