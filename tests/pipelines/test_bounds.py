@@ -18,7 +18,7 @@ from compgen.verification.verdict import judge
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
 
 
-def test_all_nine_paths_are_shipped():
+def test_all_ten_paths_are_shipped():
     assert PATHS == sorted(
         [
             "line_x",
@@ -26,12 +26,21 @@ def test_all_nine_paths_are_shipped():
             "line_z",
             "circle_1300",
             "spiral_1300",
+            "spiral_spindle",
             "raster_1300",
             "iso9283",
             "optic_spiral",
             "optic_raster",
         ]
     )
+
+
+def test_the_spindles_flange_is_where_the_bare_flange_was():
+    """Same joints: the part stands lower by the tool's length, and UTOOL 1 is written."""
+    bare, tooled = (generate.predict(load_job(path_file(n), None, ["process.feed_mm_s=200"]), quiet)
+                    for n in ("spiral_1300", "spiral_spindle"))  # fmt: skip
+    np.testing.assert_allclose(tooled.theta, bare.theta, atol=1e-9)
+    assert tooled.job.tool.number == 1
 
 
 @pytest.mark.parametrize("name", PATHS)
