@@ -142,15 +142,31 @@ def test_one_idea_a_file(path):
     assert len(path.read_text().splitlines()) <= 400
 
 
-def test_the_twin_shares_no_chain_with_the_optimiser():
-    reached, todo = set(), [m for m in MODULES if f"{m}.".startswith("compgen.verification.twin.")]
+def reached_from(room):
+    """Modules that a room imports, itself or through others, its own among them."""
+    reached, todo = set(), [m for m in MODULES if f"{m}.".startswith(f"compgen.{room}.")]
     while todo:
         module = todo.pop()
         if module not in reached:
             reached.add(module)
             todo += [n for n in own(MODULES[module]) if n in MODULES and n != "compgen"]
+    return reached
+
+
+def test_the_twin_shares_no_chain_with_the_optimiser():
+    reached = reached_from("verification.twin")
     assert not [m for m in reached if m.split(".")[1] in ("error_model", "compensation")]
     assert "compgen.robot.kinematics" not in reached
+
+
+def test_the_page_lists_all_that_twin_and_planner_share():
+    page = (PACKAGE.parent / "docs" / "conventions.md").read_text()
+    for module in reached_from("verification"):
+        path = MODULES[module].relative_to(PACKAGE)
+        names = [path.as_posix(), *(f"{folder.as_posix()}/" for folder in path.parents[:-1] if folder.parent.name)]
+        assert path.parts[0] == "verification" or any(f"`{name}`" in page for name in names), (
+            f"{path} is not in the page"
+        )
 
 
 def test_the_remote_service_of_ruckig_is_never_called():

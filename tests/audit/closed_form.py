@@ -1,0 +1,83 @@
+"""The closed form of a path file, walked by the waypoints of an output."""
+
+import numpy as np
+
+from tests.audit import curves, poses
+from tests.audit.surface import Surface, tool_axes
+
+
+class ClosedForm:
+    """Where the tool shall be at N waypoints and between them."""
+
+    def __init__(self, path, written):
+        """Finds each waypoint on the curve.
+
+        Args:
+            path: The path file's tables.
+            written: Targets in World as the output has them, (N, 3) [mm].
+
+        Raises:
+            OffCurveError: They are not a walk along the curve.
+        """
+        self.frame = poses.of_table(path.get("frame", {}))
+        self._spin = np.radians(path.get("tool", {}).get("spin_deg", 0.0))
+        self._surface = _surface(path)
+        boundary = _boundary(path)
+        pieces = curves.with_lift(curves.pattern(path["path"], boundary), path["process"].get("lift_mm", 20.0))
+        local = self._surface.local((written - self.frame[0]) @ self.frame[1])
+        self._pieces = pieces
+        self._piece, self._span = curves.walk(pieces, local)
+        #: how far waypoints lie inside the part's edge, (N,) [mm]
+        self.inside_by = np.full(len(local), np.inf) if boundary is None else boundary.inside(local[:, :2])
+
+    def at_waypoints(self):
+        """Poses at N waypoints, in World."""
+        first, last = self._at(self._piece, self._span[:, 0]), self._at(self._piece[-1:], self._span[-1:, 1])
+        return tuple(np.concatenate(pair) for pair in zip(first, last))
+
+    def halfway(self):
+        """Poses in the middle of N - 1 segments, in World."""
+        t = np.empty(len(self._piece))
+        for k in np.unique(self._piece):
+            rows = self._piece == k
+            t[rows] = curves.middle(self._pieces[k], self._span[rows])
+        return self._at(self._piece, t)
+
+    def contact(self):
+        """Whether waypoints are on the part, (N,)."""
+        working = self._working()
+        either = np.concatenate([working[:1], working[:-1] | working[1:], working[-1:]])
+        return either & (self.inside_by >= -1e-6)
+
+    def touching(self):
+        """Whether the tool touches somewhere on segments, (N - 1,)."""
+        contact = self.contact()
+        return self._working() & (contact[:-1] | contact[1:])
+
+    def _working(self):
+        return np.array([p.touching for p in self._pieces])[self._piece]
+
+    def _at(self, piece, t):
+        xyh = np.empty((len(t), 3))
+        for k in np.unique(piece):
+            rows = piece == k
+            xyh[rows] = self._pieces[k].at(t[rows])
+        position, normal = self._surface.point_and_normal(xyh)
+        return poses.in_world(self.frame, position, tool_axes(normal, self._spin))
+
+
+def _surface(path):
+    centre, optic = np.array([path["path"][f"{a}_mm"] for a in "xyz"]), path.get("surface", {})
+    if optic.get("kind", "plane") == "plane":
+        return Surface(centre)
+    return Surface(centre, optic["radius_of_curvature_m"] * 1e3, optic["conic_constant"], optic["off_axis_m"] * 1e3)
+
+
+def _boundary(path):
+    """The part's edge; a raster without one is clipped to its own circle."""
+    edge = path.get("boundary")
+    if edge and edge["shape"] == "hexagon":
+        return curves.Boundary(edge["corner_to_corner_mm"] / 2, True, np.radians(edge.get("rotation_deg", 0.0)))
+    if edge:
+        return curves.Boundary(edge["diameter_mm"] / 2)
+    return curves.Boundary(path["path"]["diameter_mm"] / 2) if path["path"]["pattern"] == "raster" else None

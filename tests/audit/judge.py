@@ -1,0 +1,146 @@
+"""The audit itself: an output folder against what the audit computes.
+
+Tolerances, each about the smallest that a right program keeps:
+
+- a waypoint is written with 1e-6 mm, so it is on the closed form to 2 nm;
+- CONFIG, contact and frames are exact; the tool's axes are written with 0.001 deg: 0.01 mdeg where both sides read the
+  same text, 2 mdeg against the target;
+- pendant angles in the table are those before that rounding: 0.005 deg, near the wrist's singularity;
+- times are written with 1 us: 1 ms, and 1e-6 of the whole;
+- written speeds may be 0.5 % over the feed, as docs/conventions.md says;
+- rises: exponents and time constants stand in the robot file with three digits: 0.005 K. Along the path they are the
+  plan's, which takes ``planned_s`` and not ``duration_s``: so much more as that makes of them;
+- errors: 0.005 K on every node lengthens the arm by 0.12 um; with rounded joints 0.15 um. Before: 25 um/K more of what
+  the plan's clock makes, and for the largest, driven from a text, 0.87 um of rounding to 0.001 mm in three axes.
+"""
+
+import numpy as np
+
+from tests.audit import arm, clock, heat, listing, poses, study
+from tests.audit.checks import below, count, equal
+from tests.audit.closed_form import ClosedForm
+from tests.audit.scope import duties, load
+from tests.audit.waypoints import read_waypoints
+
+ON_PATH_UM, EDGE_MM, TURNED_MDEG, JOINT_DEG = 0.002, 1e-5, 2.0, 0.005
+TIME_S, TIME, FEED, AT_FEED = 1e-3, 1e-6, 0.005, 0.002
+RISE_K, UM_K, ERROR_UM, ROUNDING_UM, AXIS_MDEG = 0.005, 25.0, 0.15, 0.87, 0.01
+
+
+def audit(folder, path_file=None):
+    """Name of the program, and the checks of its output folder.
+
+    Raises:
+        NotJudgedError: What the audit has no oracle for.
+        UnreadableError: The program or the table is not what the format says.
+        OffCurveError: The waypoints are not a walk along the path.
+        UnreachableError: The arm does not come to a position.
+    """
+    report, path = load(folder, path_file)
+    program = listing.read(folder, report["program"]["file"])
+    table = read_waypoints(folder, len(program.numbers))
+    form, tool = ClosedForm(path, table["position"]), poses.of_table(path.get("tool", {}))
+    target, touching = form.at_waypoints(), form.touching()
+    commanded = poses.in_world(form.frame, program.numbers[:, :3], arm.rotation(*np.radians(program.numbers[:, 3:]).T))
+    pendant = arm.pendant_angles(*poses.flange(commanded, tool))
+    checks = [*path_checks(form, target, table), *posture_checks(path, program, table, pendant)]
+
+    length = np.linalg.norm(np.diff(program.numbers[:, :3], axis=0), axis=1)
+    passed = clock.passages(length, program.speed_mm_s, program.stop, arm.dh_angles(pendant))
+    checks += clock_checks(path, report, program, table, length, touching, passed)
+
+    law, timing = heat.fitted(), report["timing"]
+    rise = law.along(law.after(duties(path)), passed.time, passed.driven)
+    slower = timing["planned_s"] / timing["duration_s"]
+    planned = np.abs(law.along(rise[0], passed.time * slower, passed.driven / slower) - rise).max()
+    for moment, row, more in (("start", rise[0], 0.0), ("end", rise[-1], planned)):
+        written = [report["thermal"][f"{moment}_K"].get(n, np.nan) for n in study.NODES]
+        checks.append(equal(f"rises at the {moment}, K", row, written, RISE_K + more))
+    checks.append(equal("rises along the path, K", rise, table["rise"], RISE_K + planned))
+
+    halfway, warmth = form.halfway(), (rise, (rise[:-1] + rise[1:]) / 2)
+    own = arm.pendant_angles(*poses.flange(target, tool))
+    before = _actual(own, rise, tool)[0] - target[0]
+    checks.append(equal("errors before, um", before * 1e3, table["before"], ERROR_UM + UM_K * planned))
+    chord = (before[:-1] + before[1:] + target[0][:-1] + target[0][1:]) / 2 - halfway[0]
+    largest = max(np.linalg.norm(e, axis=1).max() for e in (before, chord)) * 1e3
+    checks.append(equal("largest before, um", largest, report["before"]["total"]["max_um"], ERROR_UM + ROUNDING_UM))
+
+    between = arm.pendant_angles(*poses.flange(poses.halfway(commanded), tool), (pendant[:-1] + pendant[1:]) / 2)
+    actual = [_actual(joints, r, tool) for joints, r in zip((pendant, between), warmth)]
+    checks.append(equal("errors after, um", (actual[0][0] - target[0]) * 1e3, table["after"], ERROR_UM))
+    return report["name"], [*checks, *residual_checks(path, report, actual, (target, halfway), touching)]
+
+
+def path_checks(form, target, table):
+    """Whether the waypoints are on the path, and on the part where it says so."""
+    off = np.linalg.norm(target[0] - table["position"], axis=1).max() * 1e3
+    edge = np.abs(form.inside_by) < EDGE_MM  # rounding decides there
+    return [
+        below("waypoints off the closed form, um", off, 0.0, ON_PATH_UM),
+        count("waypoints wrongly on or off the part", np.sum((form.contact() != table["contact"]) & ~edge)),
+    ]
+
+
+def posture_checks(path, program, table, pendant):
+    """Whether frame, tool, CONFIG and joints are what the positions ask for, inside the arm's limits."""
+    moved = any(path.get("tool", {}).get(f"{key}", 0) for key in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"))
+    frame = path["frame"].get("number", 1) if "frame" in path else 0
+    asked = frame, path.get("tool", {}).get("number", int(moved))
+    letters, turns = arm.config(pendant)
+    another = (letters != program.letters).any(axis=1) | (turns != program.turns).any(axis=1)
+    theta = np.degrees(arm.dh_angles(pendant))
+    beyond = np.maximum(np.array(study.LOWER_DEG) - theta, theta - np.array(study.UPPER_DEG)).max()
+    return [
+        count("frame or tool of another number", asked != (program.uframe, program.utool)),
+        count("positions with another CONFIG", another.sum()),
+        equal("pendant angles, deg", np.degrees(pendant), table["joints"], JOINT_DEG),
+        below("joint beyond its limit, deg", beyond, 0.0, 0.0),
+    ]
+
+
+def clock_checks(path, report, program, table, length, touching, passed):
+    """Whether it takes the time and keeps the feed that the output says."""
+    feed, allowed = path["process"]["feed_mm_s"], TIME_S + TIME * passed.time[-1]
+    at_feed = program.speed_mm_s >= feed * (1 - 1e-9)
+    stops = np.flatnonzero(program.stop)
+    ramps = sum(passed.ramps[at_feed[n], k].sum() for k, n in enumerate((stops[:-1], stops[1:] - 1)))
+    share = (length[at_feed].sum() - ramps) / length.sum()
+    return [
+        equal("times of waypoints, s", passed.time, table["time"], allowed),
+        equal("duration, s", passed.time[-1], report["timing"]["duration_s"], allowed),
+        below("fastest on the part over the feed", program.speed_mm_s[touching].max() / feed, 1.0, FEED),
+        equal("share of the length at feed", share, report["timing"]["at_feed"], AT_FEED),
+    ]
+
+
+def residual_checks(path, report, actual, wanted, touching):
+    """Whether what stays is what the report says, and inside the path file's bounds where the verdict says so."""
+    errors = [a[0] - w[0] for a, w in zip(actual, wanted)]
+    sizes = (
+        ("total", "um", "max_um", [np.linalg.norm(e, axis=1) * 1e3 for e in errors]),
+        ("normal", "um", "normal_um", [np.abs((e * w[1][:, :, 2]).sum(axis=1)) * 1e3 for e, w in zip(errors, wanted)]),
+        (
+            "axis_angle",
+            "mdeg",
+            "axis_mdeg",
+            [np.degrees(poses.angle(a[1], w[1], 2)) * 1e3 for a, w in zip(actual, wanted)],
+        ),
+    )
+    checks = []
+    for component, unit, bound, (there, between) in sizes:
+        allowed, said = AXIS_MDEG if unit == "mdeg" else ERROR_UM, report["after"][component][f"max_{unit}"]
+        checks.append(equal(f"largest {component} after, {unit}", max(there.max(), between.max()), said, allowed))
+        limit = path.get("bounds", {}).get(bound)
+        if limit is not None and report["verdict"] == "inside":
+            on_part = max(there[:-1][touching].max(), between[touching].max())
+            checks.append(below(f"bounds.{bound} on the part", on_part, limit, allowed))
+    if not path.get("tool", {}).get("axisymmetric", False):
+        turned = np.degrees(poses.angle(actual[0][1], wanted[0][1], 0)).max() * 1e3
+        checks.append(below("tool turned about its axis, mdeg", turned, 0.0, TURNED_MDEG))
+    return checks
+
+
+def _actual(pendant, rise, tool):
+    """Where the tool centre point is of an arm at pendant angles (M, 6) and rises (M, K)."""
+    return poses.tool_centre(arm.flange(pendant, arm.growth_of_rises(rise)), tool)
