@@ -219,10 +219,7 @@ class ProfileTable(Table):
 
 
 class UncertaintyTable(Table):
-    """How well the warmth is known: standard deviations, and intervals in which anything is as likely.
-
-    What is left out is assumed, or taken from the error sources' priors, and said in a finding.
-    """
+    """How well the warmth is known: standard deviations, intervals of equal likelihood; what is missing is assumed."""
 
     provenance: Annotated[str, Field(max_length=400)] = ""
     """Where the values are from."""
