@@ -20,9 +20,10 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops
-from compgen.pipelines import delivery, job_findings
+from compgen.pipelines import delivery, job_findings, model_form
 from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.job import Job
+from compgen.pipelines.model_form import ModelForm
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
 from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
@@ -96,6 +97,9 @@ class Corrected:
     written: WrittenMotion
     start_window: float  # [s] how late the program may start
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
+    model_form: (
+        ModelForm | None
+    )  # on the robot file's other heat model; None: it has one, or the other cannot be driven
     findings: tuple[Finding, ...]
 
     def execution(self) -> Execution:
@@ -229,6 +233,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     written = read_motion(prepared, np.diff(path.arc), planned.feed)
     chunks = prepared.chunks(lambda share: progress("twin after", share))
     deviation = deviation_from_path(path, chunks, prepared.sample_count)
+    progress("cross flight", 0.0)
+    form, form_findings = model_form.cross_flight(job, prepared, deviation)
     verdict = [
         *judge(deviation, job.bounds),
         *job_findings.beyond_knowledge(job.bounds, job.cell.held_out),
@@ -238,6 +244,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *delivery.size_findings(job, delivered, planned.page_stops),
         *job_findings.clocks_apart(trajectory, written),
         *job_findings.joints_asked(job, text, written),
+        *form_findings,
         *planned.findings,
     ]
     ripple = mid_spatial(path, solution.correction)
@@ -248,7 +255,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         )
     return planned, Corrected(
         solution, trajectory, text, delivered, prepared.twin, job.history.before, job.history.air,
-        prepared.first_samples(), deviation, written, window, ripple, tuple(verdict),
+        prepared.first_samples(), deviation, written, window, ripple, form, tuple(verdict),
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """What one run needs, in SI, with nothing left to look up: a job plans a program, a cell takes one that exists."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -111,6 +111,7 @@ class Job:
     inputs_hash: str  # of both files, what they name, and the overrides
     unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
     heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
+    on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
 
     @property
     def source(self) -> str:

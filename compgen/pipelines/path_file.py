@@ -4,9 +4,10 @@ import json
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
-from compgen.core.toml import check, override, read_toml, read_toml_text, shipped
+from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.core.unlikely import unlikely_values
 from compgen.error_model.direction_memory import reversal_widths
@@ -25,7 +26,7 @@ from compgen.pipelines.day_plan import Programs, plan_history
 from compgen.pipelines.job import Cell, Job, PathPlan, Process, ProgramPlan, Tool
 from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_motion, run_in_length
 from compgen.pipelines.part_frame import frame_of
-from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
+from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.schema import PathFile
 from compgen.planning.boundaries import Boundary
 from compgen.planning.tables import (
@@ -75,7 +76,28 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     robot_text = read_toml_text(robot_source, "robots")
     for item in for_robot:
         override(robot_text.tables, item.removeprefix("robot."), item)
-    cell = cell_of(robot_text, robot_source, for_robot)
+    return _JobFiles(source, path_data, robot_source, robot_text, tuple(overrides))()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _JobFiles:
+    """The files of a job as they were read, overrides put in: called, they become the job."""
+
+    source: Path
+    path_data: dict[str, Any]
+    robot_source: Path
+    robot_text: TomlText
+    overrides: tuple[str, ...]
+
+    def __call__(self) -> Job:
+        """The job that they describe."""
+        return _job_of(self)
+
+
+def _job_of(files: _JobFiles) -> Job:
+    source, path = files.source, check(PathFile, files.path_data, str(files.source))
+    cell = cell_of(files.robot_text, files.robot_source, [o for o in files.overrides if o.startswith("robot.")])
+    other = with_other_heat_model(files.robot_text)
     air = tables.ambient_of(path.ambient, str(source))
     read = None
     if path.log is not None:
@@ -85,7 +107,8 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
     settings = _settings(path, cell)
     program, longer = _program(path, str(source), cell, settings.rate)
     others = files_read(path, str(source))
-    inputs = json.dumps([__version__, source.stem, path_data, robot_text.tables, *others], sort_keys=True, default=str)
+    data = [files.path_data, files.robot_text.tables]
+    inputs = json.dumps([__version__, source.stem, *data, *others], sort_keys=True, default=str)
 
     def load(name: str) -> ProgramPlan:
         return _other_program(find_program(name, str(source)), cell)
@@ -111,9 +134,10 @@ def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] 
         settings=settings,
         start_drift=path.compensation.start_drift_um * UM,
         bounds=bounds_of(path.bounds),
-        overrides=tuple(overrides),
+        overrides=files.overrides,
         inputs_hash=sha256(inputs.encode()).hexdigest(),
-        unlikely=(*unlikely_values(path_data, str(source)), *cell.unlikely, *longer),
+        unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer),
+        on_other_heat_model=None if other is None else replace(files, robot_text=other),
     )
 
 

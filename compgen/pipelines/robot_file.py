@@ -159,6 +159,15 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     )
 
 
+def with_other_heat_model(text: TomlText) -> TomlText | None:
+    """A robot file's tables with its other heat model chosen: the network for the nodes; None where it has one only."""
+    thermal = text.tables.get("thermal")
+    if not isinstance(thermal, dict) or not thermal.get("network"):
+        return None
+    other = "network" if thermal.get("model", "nodes") == "nodes" else "nodes"
+    return TomlText({**text.tables, "thermal": {**thermal, "model": other}}, text.content)
+
+
 def find_robot(name: str, path_file: Path | None = None) -> Path:
     """The file of a robot: as named, or from the project it is used in, else shipped; never one by chance.
 

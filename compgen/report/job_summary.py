@@ -9,6 +9,7 @@ from compgen import __version__, fanuc
 from compgen.core.arrays import column_extremes, row_norms, step_lengths
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.model_form import ModelForm
 from compgen.verification.deviation import statistics
 from compgen.verification.verdict import Verdict
 
@@ -85,6 +86,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
             "predicted_residual_um": float(row_norms(solution.residual[:, :3]).max() / UM),
         }
+        report["model_form"] = _model_form(corrected.model_form)
         report["program"] = _program(corrected)
     report["provenance"] = {
         "compgen": __version__,
@@ -104,6 +106,19 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "joint_range_deg": _joint_range(planned, corrected),
     }
     return report
+
+
+def _model_form(form: ModelForm | None) -> dict[str, Any] | None:
+    """What the robot file's other heat model leaves of the correction."""
+    if form is None:
+        return None
+    return {
+        "corrected": form.corrected,
+        "driven": form.driven,
+        "max_um": form.largest / UM,
+        "rms_um": form.rms / UM,
+        "share": form.share,
+    }
 
 
 def _program(corrected: Corrected) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.growth import growth_per_kelvin
 from compgen.verification.twin.heat import mode_states
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
-from compgen.verification.twin.real_arm import CONFIRMED, Twin, refuse_wrong_inverse
+from compgen.verification.twin.real_arm import Twin, refuse_wrong_inverse
 from compgen.verification.twin.timing import time_program
 
 SPACING = 1e-3  # m between samples at most
@@ -128,7 +128,7 @@ class PreparedProgram:
         if reach_margin.min() < 0:
             raise TwinError(f"P[{segment[int(np.argmin(reach_margin))] + 1}]: out of the controller's reach")
         refuse_wrong_inverse(segment, distance, turned)
-        every = max(1, (len(segment) * len(self.samples_per_segment)) // (CONFIRMED * (last - first)))
+        every = max(1, (len(segment) * len(self.samples_per_segment)) // (twin.confirmed * (last - first)))
         actual = Pose.from_rows(position, rotation)
         twin.confirm_by_pinocchio(theta, growth, actual, every)
         if twin.faults is not None:

@@ -34,6 +34,7 @@ class Twin:
     tool: Pose  # TCP in the flange
     faults: Faults | None = None  # beside growth; None is a perfect arm that only grows
     uframe: Pose | None = None  # the controller's register that programs are read in; None: World
+    confirmed: int = CONFIRMED  # samples of a motion that pinocchio repeats
 
     def actual_pose(
         self, theta: Array, rise: Array, progress: Callable[[float], None], tools: Pose | None = None
@@ -48,7 +49,7 @@ class Twin:
         """
         if self.faults is None and tools is None:
             return self._grown_pose(theta, self.growth(rise), progress)
-        every = max(1, len(theta) // CONFIRMED)
+        every = max(1, len(theta) // self.confirmed)
         pose, _ = self.faulty_pose(theta, self.growth(rise), rise, DirectionHistory(), every, tools)
         progress(1.0)
         return pose
@@ -80,7 +81,7 @@ class Twin:
     def _grown_pose(self, theta: Array, growth: Array, progress: Callable[[float], None]) -> Pose:
         """The real TCP at joints (M, 6) [rad] and growths (M, 6) [m], confirmed by pinocchio on samples."""
         pose = Pose.from_rows(*evaluate(build_grown_pose(self.robot, self.tool), theta, growth))
-        self.confirm_by_pinocchio(theta, growth, pose, max(1, len(theta) // CONFIRMED))
+        self.confirm_by_pinocchio(theta, growth, pose, max(1, len(theta) // self.confirmed))
         progress(1.0)
         return pose
 

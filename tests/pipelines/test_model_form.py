@@ -1,0 +1,83 @@
+"""Cross flight: what one heat model corrected, driven on the other."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shipped import ROOT
+
+from compgen.core.findings import Finding
+from compgen.core.units import UM
+from compgen.pipelines import generate
+from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.model_form import fly_across
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.verification.deviation import deviation_from_path
+from compgen.verification.twin import prepare
+
+LINE = str(ROOT / "paths" / "line_x.toml")
+
+
+def corrected(*overrides: str, robot: str | None = None, path: str = LINE) -> tuple[Planned, Corrected]:
+    return generate.generate(load_job(path, robot, overrides), lambda stage, share: None)
+
+
+def told(result: Corrected) -> list[Finding]:
+    return [f for f in result.findings if f.code == "thermal.model_form"]
+
+
+@pytest.mark.parametrize(("own", "other"), [("nodes", "network"), ("network", "nodes")])
+def test_a_correction_is_off_on_the_other_model_by_what_the_whole_flight_says(own: str, other: str) -> None:
+    planned, result = corrected(f'robot.thermal.model="{own}"')
+    form = result.model_form
+    assert form is not None
+    assert (form.corrected, form.driven) == (own, other)
+    job = load_job(LINE, None, [f'robot.thermal.model="{other}"'])
+    prepared = prepare(twin_of(job), result.program, job.history.before, job.history.air)
+    flown = deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count).extents["total"]
+    np.testing.assert_allclose([form.largest, form.rms], [flown.max, flown.rms], rtol=0, atol=0.02 * UM)
+    assert 25 * UM < form.largest < 40 * UM  # the study's arm: some 32
+    assert 0.2 < form.share < 1.0
+    (finding,) = told(result)
+    assert f"up to {form.largest / UM:.1f} um off" in finding.message
+
+
+def test_in_moving_air_both_models_feel_the_same_air() -> None:
+    air = ("ambient.kind=wave", "ambient.amplitude_K=3", "ambient.peak_h=6")
+    planned, result = corrected(*air)
+    job = load_job(LINE, None, [*air, 'robot.thermal.model="network"'])
+    prepared = prepare(twin_of(job), result.program, job.history.before, job.history.air)
+    flown = deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count).extents["total"]
+    assert result.model_form is not None
+    assert abs(result.model_form.largest - flown.max) < 0.02 * UM
+    assert abs(flown.max - corrected()[1].model_form.largest) > 0.5 * UM  # type: ignore[union-attr]  the air matters
+
+
+def test_a_long_program_is_heated_stretch_by_stretch() -> None:
+    planned, result = corrected("robot.thermal.model=network")
+    prepared = prepare(result.twin, result.program, result.before, result.air)
+    whole, parted = (fly_across(planned.job, prepared, result.deviation, stretch) for stretch in (10**6, 40))
+    assert whole is not None
+    assert parted is not None
+    assert len(prepared.time) > 80
+    assert abs(whole.largest - parted.largest) < 0.01 * UM
+
+
+def test_a_robot_with_one_model_has_no_model_form(tmp_path: Path) -> None:
+    text = (ROOT / "robots" / "m710ic50.toml").read_text()
+    robot = tmp_path / "one.toml"
+    robot.write_text(text[: text.index("# Second thermal model")])
+    _, result = corrected(robot=str(robot))
+    assert result.model_form is None
+    assert told(result) == []
+
+
+def test_another_model_that_cannot_be_driven_is_said(tmp_path: Path) -> None:
+    text = (ROOT / "robots" / "m710ic50.toml").read_text()
+    robot = tmp_path / "broken.toml"
+    robot.write_text(text.replace('{ name = "d6", length_mm = 175,', '{ name = "d6", length_mm = 180,'))
+    _, result = corrected(robot=str(robot))
+    assert result.model_form is None
+    assert "model form is not known" in told(result)[0].message
+    assert "'d6' is 180 mm" in told(result)[0].message
