@@ -13,6 +13,7 @@ from compgen.cli.options import Quiet
 from compgen.cli.ownership import check_identified
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
+from compgen.core.files import POSTERIOR
 from compgen.core.findings import Level, first_of
 from compgen.core.units import UM
 
@@ -46,7 +47,7 @@ def identify(
     from compgen.cli.progress_bar import show_progress
     from compgen.identification import identify as identification
     from compgen.pipelines.identification_files import (
-        identified_robot_text,
+        identified_texts,
         log_findings,
         read_measurements,
         robot_files_of,
@@ -62,7 +63,7 @@ def identify(
     if target.suffix != ".toml" or target.is_dir():
         raise InputError(f"-o {target}: not the name of a robot file; give one that ends in .toml")
     check_writable(target.absolute().parent)
-    check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json")])
+    check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json", POSTERIOR)])
     check_identified(target)
     measurements, of_log = read_measurements(
         arm, poses or [], lines or [], warm_up or [], temperatures, force, reference
@@ -80,7 +81,12 @@ def identify(
     stem = target.stem if is_written or not target.exists() else f"{target.stem}_refused"
     page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
     reports = {report.name: identification_json(identified), page.name: identification_html(identified)}
-    robot_files = robot_files_of(target, identified_robot_text(arm, identified, files)) if is_written else {}
+    robot_files = {}
+    if is_written:
+        posterior = target.with_suffix(POSTERIOR).name
+        text, of_posterior = identified_texts(arm, identified, files, posterior)
+        robot_files = robot_files_of(target, text)
+        reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
     publish(target.parent, robot_files, reports, {*robot_files, *reports})
     if as_json:
         sys.stdout.write(identification_json(identified).decode())

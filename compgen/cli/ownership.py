@@ -14,7 +14,7 @@ from typing import Any
 
 from compgen.cli.publish import check_writable
 from compgen.core.exceptions import InputError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.files import MOST_TABLE_BYTES, POSTERIOR, read_regular
 
 REPORT = "report.json"
 HEAT = "heat.json"
@@ -113,6 +113,9 @@ def check_identified(target: Path) -> None:
         report, page = target.with_name(f"{stem}.json"), target.with_name(f"{stem}.html")
         if "held_out_um" not in read_record(report):
             foreign = foreign or next((file for file in (report, page) if os.path.lexists(file)), None)
+    posterior = target.with_suffix(POSTERIOR)
+    if os.path.lexists(posterior) and not _contains(posterior, b'"correlation"', MOST_TABLE_BYTES):
+        foreign = foreign or posterior
     if foreign:
         raise InputError(
             f"{foreign}: it is there and not what cgen identify wrote; move it away, or give another file with -o"

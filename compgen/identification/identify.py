@@ -22,6 +22,7 @@ from compgen.identification.parameters import candidate_models, symbolic_sources
 from compgen.identification.plausibility import check_plausible, check_row_count
 from compgen.identification.pose_files import STILL
 from compgen.identification.reversals import (
+    LostMotion,
     fit_lost_motion,
     lost_motion_findings,
     with_directions,
@@ -49,6 +50,7 @@ class Identification:
     findings: tuple[Finding, ...]
     known: tuple[UncertainSource, ...]  # sources with fitted values and sigmas
     box: Array  # (6, 2) [rad] theta that the poses cover
+    lost_motion: LostMotion | None = None  # what reversal runs told
 
     @property
     def selected(self) -> FittedCandidate:
@@ -142,7 +144,7 @@ def identify(
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
-        robot, model, data, tuple(candidates), best, identifiability, tuple(findings), identified, box
+        robot, model, data, tuple(candidates), best, identifiability, tuple(findings), identified, box, lost_motion
     )
 
 

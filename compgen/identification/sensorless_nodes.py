@@ -24,6 +24,10 @@ class SensorlessNode:
     lag: float
     is_known: bool  # whether the measurements say more than the file
 
+    def written(self, rise_K: float, tau_h: float) -> tuple[float, float]:
+        """Rise and time constant for the file, from those that it has."""
+        return float(f"{rise_K * self.height:.4g}"), float(f"{tau_h * self.lag:.4g}")
+
 
 def sensorless_nodes(model: ArmModel, fitted: Fit, names: Sequence[str]) -> list[SensorlessNode]:
     """Of a fit with a log; none where every node had a sensor.
@@ -55,8 +59,7 @@ def with_sensorless_nodes(text: str, nodes: Sequence[SensorlessNode]) -> str:
     for table in document.get("thermal", {}).get("node", []):
         node = known.get(str(table["name"]))
         if node is not None:
-            table["rise_K"] = float(f"{float(table['rise_K']) * node.height:.4g}")
-            table["tau_h"] = float(f"{float(table['tau_h']) * node.lag:.4g}")
+            table["rise_K"], table["tau_h"] = node.written(float(table["rise_K"]), float(table["tau_h"]))
     return str(tomlkit.dumps(document)) if known else text
 
 

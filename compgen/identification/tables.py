@@ -17,6 +17,10 @@ class IdentifiedTable(Table):
     """Standard deviation of one measured coordinate."""
     held_out_um: Annotated[list[Number], Field(max_length=3)] = []
     """Error at poses that the fit did not see: mean and its 95 % interval."""
+    posterior: Annotated[str, Field(pattern=r"^([^/\\]{1,120}\.posterior\.json)?$")] = ""
+    """File beside this one with the covariance of the identified parameters."""
+    posterior_sha256: Annotated[str, Field(pattern="^([0-9a-f]{64})?$")] = ""
+    """Its sha256 (line ends as LF): no other file is taken for it."""
     instrument: str = ""
     """Name of the instrument, where the measurements name it."""
     instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)]

@@ -1,24 +1,28 @@
 """What the measuring commands read and write: measurements, the instrument's frames, the identified robot file."""
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
+from compgen.core.arrays import Array
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_matrix
-from compgen.core.units import DEG, MM
+from compgen.core.units import DEG, HOUR, MM
+from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
 from compgen.identification.axis_tests import read_lines
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import Measurements, concatenate, with_one_frame_a_name
+from compgen.identification.parameter_posterior import posterior_of
 from compgen.identification.pose_files import read_poses
 from compgen.identification.sensorless_nodes import (
     SensorlessNode,
@@ -109,17 +113,55 @@ def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
     )
 
 
-def identified_robot_text(arm: Arm, identified: Identification, files: Sequence[str]) -> str:
-    """The robot file with the error sources that were identified, and the files that they are from."""
+def identified_robot_text(
+    arm: Arm, identified: Identification, files: Sequence[str], posterior: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """The robot file with the error sources that were identified, the files that they are from, and its posterior."""
     checksums = ", ".join(f"{Path(f).name} ({sha256(read_regular(f)).hexdigest()[:12]})" for f in files)
     model = identified.selected.candidate.name
     provenance = f"{len(identified.data.theta)} poses, model '{model}', from {checksums}"
     known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]
-    text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], identified.record())
+    record = identified.record() | dict(posterior)
+    text = robot_text(arm.text, arm.robot, known, identified.box, provenance[:380], record)
     if isinstance(arm.heat, NodeModel):
         text = with_sensorless_nodes(text, _sensorless(arm, identified))
     arm_of(tomllib.loads(text), text, arm.source)  # a file that would not load is refused here
     return text
+
+
+def identified_texts(arm: Arm, identified: Identification, files: Sequence[str], name: str) -> tuple[str, str]:
+    """The robot file, and what stands beside it: the covariance of its identified parameters.
+
+    Args:
+        arm: The robot file that was identified.
+        identified: What was found.
+        files: Measurements.
+        name: Of the posterior's file.
+    """
+    written = identified.known, *_nodes_as_written(arm, identified)
+    fitted = frozenset(arm.nodes.index(node.name) for node in _written_nodes(arm, identified))
+    posterior = posterior_text(posterior_of(identified, numbers_of(*written), fitted), arm.robot.name)
+    named = {"posterior": name, "posterior_sha256": posterior_hash(posterior.encode())}
+    return identified_robot_text(arm, identified, files, named), posterior
+
+
+def _written_nodes(arm: Arm, identified: Identification) -> list[SensorlessNode]:
+    """Nodes whose rise and time constant the robot file has as they were fitted."""
+    if not isinstance(arm.heat, NodeModel):
+        return []
+    return [node for node in _sensorless(arm, identified) if node.is_known]
+
+
+def _nodes_as_written(arm: Arm, identified: Identification) -> tuple[Array | None, Array | None]:
+    """Rises (K,) [K] and time constants (K,) [s] of the nodes, as the robot file has them after identification."""
+    if not isinstance(arm.heat, NodeModel):
+        return None, None
+    rise, tau = arm.heat.reference_rise.copy(), arm.heat.tau.copy()
+    for node in _written_nodes(arm, identified):
+        k = arm.nodes.index(node.name)
+        rise[k], tau_h = node.written(float(rise[k]), float(tau[k]) / HOUR)
+        tau[k] = tau_h * HOUR
+    return rise, tau
 
 
 def _sensorless(arm: Arm, identified: Identification) -> list[SensorlessNode]:

@@ -10,6 +10,7 @@ from compgen.core.arrays import Array
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.sealed import seal
+from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import Unknown
@@ -44,7 +45,8 @@ class Cell:
     robot_file_hash: str  # sha256 of its bytes
     sensors: Mapping[str, str] = field(default_factory=dict)  # part_<n> of a thermocouple log to the name of a rise
     held_out: float | None = None  # [m] error of the file's prediction at poses that its identification did not see
-    unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's
+    unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's; what is missing
+    posterior: ParameterPosterior | None = None  # how well identification knows its parameters together
 
 
 @dataclass(frozen=True, slots=True)

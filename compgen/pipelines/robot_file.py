@@ -23,6 +23,7 @@ from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import unknown_of
 from compgen.identification.tables import IdentifiedTable
 from compgen.pipelines.job import Cell
+from compgen.pipelines.posterior_file import posterior_beside
 from compgen.pipelines.schema import RobotFile
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.robot import Robot
@@ -140,6 +141,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
     arm = ArmFacts(robot, heat.names, growth, loads_of(facts.sources.loads, robot))
     known = read_sources(facts.sources, arm, where)
     inputs = json.dumps([__version__, data], sort_keys=True, default=str)
+    posterior, of_posterior = posterior_beside(facts.identified, source, known, heat, bool(overrides))
     return Cell(
         robot=robot,
         heat=heat,
@@ -155,7 +157,8 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         robot_file=str(source),
         robot_file_hash=sha256(text.content).hexdigest(),
         held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
-        unlikely=unlikely_values(data, where),
+        unlikely=(*unlikely_values(data, where), *of_posterior),
+        posterior=posterior,
     )
 
 

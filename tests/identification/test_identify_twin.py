@@ -19,6 +19,7 @@ from compgen import fanuc
 from compgen.cli import identify, plan_poses
 from compgen.cli.app import app
 from compgen.core.exceptions import InputError
+from compgen.core.files import POSTERIOR
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import fitted_sources
@@ -94,25 +95,28 @@ def test_the_report_says_what_a_reader_needs(made):
 
 def test_the_same_files_give_the_same_bytes(made):
     truth, folder, target, _ = made
-    other = folder / "again.toml"
+    other = folder / "again" / target.name
     CliRunner().invoke(
         app, ["identify", truth.arm.source, "--poses", str(folder / "poses.csv"), "-o", str(other), "-q"]
     )
     assert other.read_bytes() == target.read_bytes()
-    assert other.with_suffix(".html").read_bytes() == target.with_suffix(".html").read_bytes()
+    for suffix in (".html", ".posterior.json"):
+        assert other.with_suffix(suffix).read_bytes() == target.with_suffix(suffix).read_bytes()
 
 
 def test_robot_file_and_reports_are_of_one_run_whenever_it_ends(made, monkeypatch, tmp_path):
     truth, folder, target, _ = made
     (tmp_path / "mine").write_text("mine")
-    names = {name.name: name.read_bytes() for name in (target.with_suffix(s) for s in (".toml", ".html", ".json"))}
+    names = {
+        name.name: name.read_bytes() for name in (target.with_suffix(s) for s in (".toml", ".html", ".json", POSTERIOR))
+    }
     names["robot.schema.json"] = (folder / "robot.schema.json").read_bytes()
     command = ["identify", truth.arm.source, "--poses", str(folder / "poses.csv"), "-q"]
     command += ["-o", str(tmp_path / target.name)]
-    for last in range(5):  # the file system gives up after so many files
+    for last in range(6):  # the file system gives up after so many files
         for name, content in names.items():
-            old = b'{"held_out_um": 1}' if name.endswith("d.json") else b"\n[identified]\n"
-            (tmp_path / name).write_bytes(content if "schema" in name else old)
+            old = {"identified.json": b'{"held_out_um": 1}', "identified.posterior.json": b'"correlation"'}
+            (tmp_path / name).write_bytes(content if "schema" in name else old.get(name, b"\n[identified]\n"))
         left, replace_file = [last], Path.replace
 
         def put(self, to, left=left, replace_file=replace_file):

@@ -6,11 +6,12 @@ from typing import Any
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
+from compgen.core.files import POSTERIOR
 from compgen.core.findings import Finding, Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
-from compgen.pipelines.identification_files import identified_robot_text, read_measurements
+from compgen.pipelines.identification_files import identified_texts, read_measurements
 from compgen.pipelines.robot_file import load_arm
 from compgen.report.identification_page import FIGURES, identification_figures, identification_html
 from compgen.report.identification_summary import identification_json, identification_summary
@@ -35,6 +36,7 @@ class IdentifiedRobot:
     result: Identification  # the whole result, for who needs more
     report: dict[str, Any]  # as the JSON file has it
     robot_file: bytes  # with the sources that were identified; whatever the verdict
+    posterior: bytes  # the covariance of their parameters, which the robot file names
 
     @property
     def accepted(self) -> bool:
@@ -83,7 +85,8 @@ class IdentifiedRobot:
             f"{self.name}.html": identification_html(self.result),
             f"{self.name}.json": identification_json(self.result),
         }
-        return {**({f"{self.name}.toml": self.robot_file} if self.accepted or force else {}), **reports}
+        of_robot = {f"{self.name}{POSTERIOR}": self.posterior, f"{self.name}.toml": self.robot_file}
+        return {**(of_robot if self.accepted or force else {}), **reports}
 
     def __repr__(self) -> str:
         held_out = self.report["held_out_um"]["mean"]
@@ -136,8 +139,9 @@ def identify(
         )
         result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.unlikely))
         files = [*pose_files, *line_files, *warm_files, *([log] if log else [])]
-        text = identified_robot_text(arm, result, files).encode()
-    identified = IdentifiedRobot(arm.robot.name, result, identification_summary(result), text)
+        text, posterior = identified_texts(arm, result, files, f"{arm.robot.name}{POSTERIOR}")
+    report = identification_summary(result)
+    identified = IdentifiedRobot(arm.robot.name, result, report, text.encode(), posterior.encode())
     logger.info("%r", identified)
     log_findings(identified.name, result.findings)
     return identified

@@ -1,0 +1,236 @@
+"""The posterior beside a robot file: kept with it, and refused where it is not the one meant."""
+
+import json
+import shutil
+import tomllib
+from hashlib import sha256
+
+import numpy as np
+import pytest
+from campaign import robot_file
+from numpy.testing import assert_allclose
+from shipped import quiet
+from synthetic import made_up, measured, random_theta, warming
+
+from compgen.core.exceptions import InputError
+from compgen.core.files import POSTERIOR
+from compgen.error_model.posterior import KnownParameter, ParameterPosterior, posterior_text
+from compgen.identification.identify import identify
+from compgen.identification.measurements import concatenate
+from compgen.pipelines.identification_files import identified_texts
+from compgen.pipelines.robot_file import load_arm, load_cell
+
+POINTS = np.array([[0.0, 0, 0.15]])
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """A robot file of a warm made-up arm with its posterior beside it, and the identification that wrote them."""
+    folder = tmp_path_factory.mktemp("posterior")
+    truth = made_up(robot_file(folder), 3)
+    rng = np.random.default_rng(5)
+    cold = measured(truth, random_theta(truth.arm.robot, rng, 60), rng)
+    data = concatenate([cold, warming(truth, rng)[0]])
+    arm = load_arm(truth.arm.source)
+    result = identify(arm.robot, arm.known, data, len(arm.nodes), True, quiet, arm.facts)
+    text, posterior = identified_texts(arm, result, [truth.arm.source], f"mine{POSTERIOR}")
+    (folder / "mine.toml").write_text(text)
+    (folder / f"mine{POSTERIOR}").write_text(posterior)
+    return folder, result
+
+
+@pytest.fixture
+def copied(identified, tmp_path):
+    """The two files, to be damaged."""
+    for name in ("mine.toml", f"mine{POSTERIOR}"):
+        shutil.copy(identified[0] / name, tmp_path / name)
+    return tmp_path
+
+
+def damage(folder, change):
+    """Change the posterior's record, and let the robot file name what comes of it."""
+    file, robot = folder / f"mine{POSTERIOR}", folder / "mine.toml"
+    old = sha256(file.read_bytes()).hexdigest()
+    record = json.loads(file.read_text())
+    change(record)
+    file.write_text(json.dumps(record))
+    robot.write_text(robot.read_text().replace(old, sha256(file.read_bytes()).hexdigest()))
+
+
+def test_sigmas_of_the_posterior_are_those_of_the_robot_file(identified):
+    cell = load_cell(str(identified[0] / "mine.toml"))
+    sigmas = {k.source.NAME: k.sigma for k in cell.known}
+    sources = [p for p in cell.posterior.parameters if p.field in sigmas.get(p.table, {})]
+    of_file = [sigmas[p.table][p.field][p.index] for p in sources]
+    assert_allclose(cell.posterior.sigma[: len(sources)], of_file, rtol=1e-7)
+    assert len(sources) == sum(int((s > 0).sum()) for k in cell.known for s in k.sigma.values())
+    assert {p.table for p in sources} >= {"thermal_growth", "thermal_bend", "link_offsets", "hysteresis"}
+
+
+def test_the_posterior_moves_the_tool_as_the_fit_itself_says(identified):
+    """The band of a place by the file, through the sources' own numbers, against that of the fit's linear problem."""
+    folder, result = identified
+    cell = load_cell(str(folder / "mine.toml"))
+    fit = result.selected.fit
+    K = int(fit.active.sum())
+    A = fit.linear.A[:, :, :K]
+    of_fit = np.sqrt(np.einsum("nij,jk,nik->ni", A, fit.posterior.covariance[:K, :K], A))
+    values = {p.name: i for i, p in enumerate(cell.posterior.parameters)}
+    names = [t.name for t in result.model.parameters]
+    kept = [k for k in np.flatnonzero(fit.active).tolist() if not result.model.parameters[k].thermal]
+    assert all(names[k] in values for k in kept)
+    at = [values[names[k]] for k in kept]
+    rows = [np.flatnonzero(fit.active).tolist().index(k) for k in kept]
+    scaled = A[:, :, rows] / result.model.prior[kept]
+    of_file = np.sqrt(np.einsum("nij,jk,nik->ni", scaled, cell.posterior.covariance[np.ix_(at, at)], scaled))
+    cold = result.data.rise[result.data.pose].max(axis=1) == 0
+    assert_allclose(of_file[cold], of_fit[cold], rtol=0.01)
+    alone = np.sqrt(np.einsum("nij,j,nij->ni", scaled, np.diag(cell.posterior.covariance)[at], scaled))
+    assert alone[cold].mean() > 1.5 * of_fit[cold].mean()  # correlations matter
+
+
+def test_terms_that_were_not_needed_leave_the_others_their_own_rows(identified):
+    folder, result = identified
+    cell = load_cell(str(folder / "mine.toml"))
+    bend = next(k for k in cell.known if k.source.NAME == "thermal_bend")
+    labels = [t.label for t in result.model.parameters if t.source == "thermal_bend"]
+    fit_of = {
+        t.label: (p, s)
+        for t, p, s in zip(result.model.parameters, result.selected.fit.p, result.selected.fit.sigma)
+        if t.source == "thermal_bend"
+    }
+    written = [" ".join(words) for words in zip(bend.source.link, bend.source.plane, bend.source.node_name)]
+    rows = [i for i, p in enumerate(cell.posterior.parameters) if p.table == "thermal_bend"]
+    assert 0 < len(written) < len(labels)
+    for i in rows:
+        value, sigma = fit_of[written[cell.posterior.parameters[i].index[0]]]
+        assert cell.posterior.value[i] == pytest.approx(value, rel=1e-8)
+        assert cell.posterior.sigma[i] == pytest.approx(sigma, rel=1e-7)
+
+
+def test_robot_file_is_renamed_with_its_posterior_beside_it(copied):
+    (copied / "mine.toml").rename(copied / "other.toml")
+    cell = load_cell(str(copied / "other.toml"))
+    assert cell.posterior is not None
+    assert not [f for f in cell.unlikely if f.code.startswith("posterior")]
+
+
+def test_another_comment_or_line_end_keeps_the_posterior(copied):
+    robot, file = copied / "mine.toml", copied / f"mine{POSTERIOR}"
+    robot.write_text("# of the left cell\n" + robot.read_text())
+    file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    assert load_cell(str(robot)).posterior is not None
+
+
+def test_without_its_posterior_a_robot_file_says_that_the_band_is_too_wide(copied):
+    (copied / f"mine{POSTERIOR}").unlink()
+    cell = load_cell(str(copied / "mine.toml"))
+    assert cell.posterior is None
+    assert any(f.code == "posterior.missing" and "too wide" in f.message for f in cell.unlikely)
+
+
+def test_a_robot_file_that_was_never_identified_needs_no_posterior():
+    cell = load_cell("m710ic50")
+    assert cell.posterior is None
+    assert not [f for f in cell.unlikely if f.code.startswith("posterior")]
+
+
+def test_overridden_values_have_no_posterior(copied):
+    cell = load_cell(str(copied / "mine.toml"), ["sources.joint_zeros.offset_mdeg=[0, 0, 0, 0, 0, 0]"])
+    assert cell.posterior is None
+    assert any(f.code == "posterior.overridden" for f in cell.unlikely)
+
+
+def test_a_posterior_of_another_run_is_refused(copied):
+    file = copied / f"mine{POSTERIOR}"
+    file.write_text(file.read_text().replace("0", "1", 1))
+    with pytest.raises(InputError, match=r"sha256 begins with .* another identification"):
+        load_cell(str(copied / "mine.toml"))
+
+
+def test_a_value_changed_by_hand_refuses_the_posterior(copied):
+    robot = copied / "mine.toml"
+    text = robot.read_text()
+    first = tomllib.loads(text)["sources"]["joint_zeros"]["offset_mdeg"][1]
+    robot.write_text(text.replace(f"{first:.9g}", "12.5", 1))
+    with pytest.raises(InputError, match=r"joint_zeros.offset_mdeg\[2\].* robot file has 12.5"):
+        load_cell(str(robot))
+
+
+def twice(record):
+    record["parameters"][1] = record["parameters"][0]
+
+
+def unknown(record):
+    record["parameters"][0]["name"] = "joint_zeros.offset_mdeg[9]"
+
+
+def not_positive(record):
+    rows = record["correlation"]
+    rows[1][0], rows[2][0], rows[2][1] = 0.9, 0.9, -0.9
+
+
+def above_one(record):
+    record["correlation"][1][0] = 1.2
+
+
+def not_a_number(record):
+    record["correlation"][1][0] = float("nan")
+
+
+def short(record):
+    record["correlation"][3].pop()
+
+
+def few(record):
+    record["correlation"].pop()
+
+
+def diagonal(record):
+    record["correlation"][2][2] = 0.5
+
+
+def negative(record):
+    record["parameters"][0]["sigma"] = -1.0
+
+
+def no_list(record):
+    record["parameters"] = 3
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (twice, "stands there twice"),
+        (unknown, r"offset_mdeg\[9\] is not in the robot file"),
+        (not_positive, "not positive"),
+        (above_one, "1.2, must be -1 to 1"),
+        (not_a_number, "must be -1 to 1"),
+        (short, "row 4 has 3 numbers, must be 4"),
+        (few, "rows of"),
+        (diagonal, "with itself must be 1"),
+        (negative, "must be a number from 0 up"),
+        (no_list, "no posterior of an identification"),
+    ],
+)
+def test_what_is_no_covariance_of_this_robot_is_refused_in_a_line(copied, change, message):
+    damage(copied, change)
+    with pytest.raises(InputError, match=message) as refusal:
+        load_cell(str(copied / "mine.toml"))
+    assert len(str(refusal.value).replace(str(copied), "")) <= 300
+    assert POSTERIOR in str(refusal.value)
+
+
+def test_the_file_keeps_a_covariance_to_its_digits():
+    rng = np.random.default_rng(1)
+    root = rng.normal(size=(5, 5))
+    parameters = tuple(KnownParameter("joint_zeros", "offset", (i,), "offset_mdeg", 1e-3) for i in range(5))
+    covariance = root @ root.T * 1e-12
+    text = posterior_text(ParameterPosterior(parameters, np.zeros(5), covariance), "arm")
+    record = json.loads(text)
+    matrix = np.zeros((5, 5))
+    for i, row in enumerate(record["correlation"]):
+        matrix[i, : i + 1] = row
+    matrix += np.tril(matrix, -1).T
+    sigma = np.array([p["sigma"] for p in record["parameters"]]) * 1e-3
+    assert_allclose(matrix * np.outer(sigma, sigma), covariance, rtol=1e-5, atol=1e-19)
