@@ -121,6 +121,8 @@ def _list(value: Schema) -> str:
 
 def _plain(value: Schema) -> str:
     """What a key without a list may hold."""
+    if "const" in value:
+        return f"`{value['const']}`"
     if "enum" in value:
         return ", ".join(f"`{word}`" for word in value["enum"])
     if value["type"] == "boolean":

@@ -7,6 +7,7 @@ from pydantic import Field, FiniteFloat
 from compgen.compensation.problem import Settings, Solver
 from compgen.core.toml import Table
 from compgen.core.units import DEG, MM, UM
+from compgen.thermal.tables.ensemble import AverageOverTable
 
 
 class CompensationTable(Table):
@@ -26,6 +27,7 @@ class CompensationTable(Table):
     """Who finds the correction: compgen's own solver, or CasADi's ipopt, a thousand times slower, for comparison."""
     start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
     """How much error a late start may add: it sets the start window."""
+    average_over: AverageOverTable | None = None
 
 
 CLAMP_MM = 3.0

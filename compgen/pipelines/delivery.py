@@ -17,6 +17,7 @@ from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manif
 from compgen.fanuc.paging.split import Page, PagedProgram
 from compgen.fanuc.paging.stops import PageStops, canonical_size, controller_capacity, head_line_count
 from compgen.pipelines.job import Job
+from compgen.pipelines.program_text import start_remarks
 
 BLOCK_ROWS = 16384  # positions compared at a time
 
@@ -130,6 +131,8 @@ def _page_remarks(job: Job, program: Program, k: int, count: int, start: PageSta
     remarks = [*program.remarks[:3], f"page {k + 1} of {count}, after {start.time:.0f} s"]
     remarks += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
     wait = "start within" if k == 0 else "wait before it at most"
+    if k == 0 and job.ensemble is not None:
+        return _ascii(line[:REMARK_LENGTH] for line in [*remarks, start_remarks(job, start.window)[0]])
     return _ascii(line[:REMARK_LENGTH] for line in [*remarks, f"{wait} {start.window:.0f} s"])
 
 

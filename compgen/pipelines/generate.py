@@ -20,7 +20,9 @@ from compgen.error_model.model import ErrorModel
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
 from compgen.fanuc.paging.stops import PageStops
-from compgen.pipelines import delivery, job_findings, model_form
+from compgen.pipelines import averaging, delivery, job_findings, model_form
+from compgen.pipelines.averaging import Averaged, WrittenFile
+from compgen.pipelines.averaging_findings import averaging_findings
 from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.job import Job
 from compgen.pipelines.model_form import ModelForm
@@ -33,10 +35,10 @@ from compgen.planning import retiming
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path
-from compgen.thermal import Ambient, Duty, rises_during, states_at
+from compgen.thermal import Ambient, Duty, states_at
 from compgen.thermal import JointMotion as Driven
 from compgen.verification.deviation import Deviation, deviation_from_path
-from compgen.verification.twin import Execution, Twin, execute, prepare
+from compgen.verification.twin import Execution, PreparedProgram, Twin, execute, prepare
 from compgen.verification.verdict import Verdict, judge, verdict_of
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
@@ -101,6 +103,7 @@ class Corrected:
         ModelForm | None
     )  # on the robot file's other heat model; None: it has one, or the other cannot be driven
     findings: tuple[Finding, ...]
+    averaged: Averaged | None = None  # what the file leaves over its starts, where it was made for several
 
     def execution(self) -> Execution:
         """What the twin does with the text at every sample, executed anew."""
@@ -147,11 +150,13 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         plan = plan_motion(job.plan, job.cell, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
-    rise, _ = rises_during(job.heat, job.state(), plan.joint_motion, job.history.air, job.history.clock)
+    rise = averaging.planned_rises(job, plan.joint_motion)
 
     def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
         program = planned_program(job, path, theta, trajectory, date)
         prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
+        if job.ensemble is not None:
+            prepared = prepared.with_rise(rise)
         written = read_motion(prepared, np.diff(path.arc), plan.feed)
         return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
@@ -159,7 +164,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     twin_result = run_in_background(drive_uncorrected, len(theta))
     notes = [
         Finding(Level.WARNING, "thermal.box", text)
-        for text in job.heat.extrapolations(job.history.before, job.feed, trajectory.time[-1], rise)
+        for text in job.heat.extrapolations(job.duties_before(), job.feed, trajectory.time[-1], rise)
     ]
     places = path.target.position
     on_part = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
@@ -231,8 +236,12 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     text = delivered.program
     prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
     written = read_motion(prepared, np.diff(path.arc), planned.feed)
-    chunks = prepared.chunks(lambda share: progress("twin after", share))
-    deviation = deviation_from_path(path, chunks, prepared.sample_count)
+    averaged = _averaged(planned, problem, solution, prepared, trajectory, progress)
+    if averaged is None:
+        chunks = prepared.chunks(lambda share: progress("twin after", share))
+        deviation = deviation_from_path(path, chunks, prepared.sample_count)
+    else:
+        deviation = averaged.worst
     progress("cross flight", 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
     verdict = [
@@ -244,6 +253,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *delivery.size_findings(job, delivered, planned.page_stops),
         *job_findings.clocks_apart(trajectory, written),
         *job_findings.joints_asked(job, text, written),
+        *(averaging_findings(averaged) if averaged is not None else ()),
         *form_findings,
         *planned.findings,
     ]
@@ -255,7 +265,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         )
     return planned, Corrected(
         solution, trajectory, text, delivered, prepared.twin, job.history.before, job.history.air,
-        prepared.first_samples(), deviation, written, window, ripple, form, tuple(verdict),
+        prepared.first_samples(), deviation, written, window, ripple, form, tuple(verdict), averaged,
     )  # fmt: skip
 
 
@@ -309,8 +319,36 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     )
 
 
+def _averaged(
+    planned: Planned,
+    problem: Problem,
+    solution: Solution,
+    prepared: PreparedProgram,
+    trajectory: Trajectory,
+    progress: Progress,
+) -> Averaged | None:
+    """What the written file leaves over the starts that it was made for; None where that is one."""
+    job, path = planned.job, planned.path
+    if job.ensemble is None:
+        return None
+
+    def write(solution: Solution) -> PreparedProgram:
+        commanded = problem.commanded(solution.correction)
+        program, printed = compose_program(job, commanded, solution.theta, trajectory, path, DATE, None)
+        return prepare(twin_of(job), fanuc.as_written(program, printed), job.history.before, job.history.air)
+
+    motion = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
+    file = WrittenFile(job, path, planned.model, motion, planned.motion, planned.rise, solution.theta, prepared)
+    return averaging.fly_starts(file, problem, write, lambda share: progress("twin after", share))
+
+
 def start_window(planned: Planned, solution: Solution) -> float:
-    """How long the start may be delayed, servo on and standing, before it adds more than ``job.start_drift`` [s]."""
+    """How long the start may be delayed, servo on and standing [s].
+
+    Until it adds more than ``job.start_drift``; a file that serves an interval of delays may be started within it.
+    """
+    if planned.job.ensemble is not None and planned.job.ensemble.delay[1] > 0:
+        return planned.job.ensemble.delay[1]
     return float(start_windows(planned, solution, np.zeros(1, dtype=np.int64))[0])
 
 
@@ -318,7 +356,7 @@ def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Arra
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job, trajectory = planned.job, planned.trajectory
     driven = Driven(trajectory.time, planned.theta, trajectory.driven_speed)
-    state = states_at(job.heat, job.state(), driven, first, job.history.air, job.history.clock)
+    state = states_at(job.heat, job.state(), driven, first, job.history.air, job.clock)
     course = Course(trajectory.time, solution.theta, planned.rise, planned.motion)
     return windows(job, planned.model, course, first, state)
 
@@ -330,6 +368,7 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
 
     def starts_at(first: IntArray) -> list[PageStart]:
         windows = start_windows(planned, solution, first)
+        windows[0] = start_window(planned, solution)
         time, rise = planned.trajectory.time[first], planned.rise[first]
         return [PageStart(*now) for now in zip(time.tolist(), rise, windows.tolist())]
 

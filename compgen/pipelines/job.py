@@ -20,7 +20,8 @@ from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.surfaces import Quadric
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
-from compgen.thermal import NodeModel, Profile
+from compgen.thermal import Duty, NodeModel, Profile, state_after
+from compgen.thermal.ensemble import Ensemble, Start, duties_before
 from compgen.thermal.history import History
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
@@ -114,6 +115,7 @@ class Job:
     unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
     heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
     on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
+    ensemble: Ensemble | None = None  # the starts that the file shall serve; None: the planned one alone
 
     @property
     def source(self) -> str:
@@ -156,12 +158,26 @@ class Job:
         """What makes the robot err."""
         return self.cell.sources
 
+    @property
+    def clock(self) -> float:
+        """When it is planned to start, from the first duty of ``before`` on [s]."""
+        first = 0.0 if self.ensemble is None else self.history.runs[self.ensemble.runs[0]]
+        return self.history.clock + first
+
+    def duties_before(self) -> tuple[Duty, ...]:
+        """What the cell does until the last run that the file serves."""
+        if self.ensemble is None:
+            return self.history.before
+        return duties_before(self.history, Start(self.ensemble.runs[1]))
+
     def state(self) -> Array:
-        """Thermal state when the program starts, (S,)."""
-        return self.history.state(self.heat)
+        """Thermal state at the planned start, (S,); of several runs that one file serves, at the first of them."""
+        if self.ensemble is None:
+            return self.history.state(self.heat)
+        return state_after(self.heat, duties_before(self.history, self.ensemble.first), air=self.history.air)
 
     def start_rise(self) -> Array:
-        """Rises when the program starts, (K,) [K]."""
+        """Rises then, (K,) [K]."""
         return np.asarray(self.heat.outputs @ self.state())
 
 

@@ -114,7 +114,7 @@ def _rises(job: Job, prepared: PreparedProgram, rows: IntArray, stretch: int) ->
         part = slice(first, last + 1)
         motion = JointMotion(time[part] - time[first], prepared.theta[part], prepared.driven[first:last])
         here = rows[(rows >= first) & ((rows < last) | (last == len(time) - 1))] - first
-        at = states_at(heat, state, motion, np.append(here, last - first), air, job.history.clock + time[first])
+        at = states_at(heat, state, motion, np.append(here, last - first), air, job.clock + time[first])
         states.append(at[:-1])
         state = at[-1]
     return np.asarray(np.vstack(states) @ heat.outputs.T)

@@ -119,6 +119,10 @@ def _job_of(files: _JobFiles) -> Job:
     ]
     shifts = tables.shifts_of(path.shift, str(source))
     history = plan_history(Programs(program, cell, load), cell, air, parts, shifts, path.ambient.clock_h * HOUR)
+    ensemble = None
+    if (table := path.compensation.average_over) is not None:
+        where = f"{source}: compensation.average_over"
+        ensemble = tables.ensemble_of(table, len(history.runs), program.process.feed, where)
     if read is not None:
         loss: tuple[float, ...] = ()
         if isinstance(cell.heat, NetworkModel):
@@ -138,6 +142,7 @@ def _job_of(files: _JobFiles) -> Job:
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer),
         on_other_heat_model=None if other is None else replace(files, robot_text=other),
+        ensemble=ensemble,
     )
 
 

@@ -54,7 +54,7 @@ def compose_program(
         rises = [f"{name} {rise:.1f}" for name, rise in zip(job.heat.names, job.start_rise())]
         pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
         remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
-        remarks.append(f"start within {start_window:.0f} s of that")
+        remarks += start_remarks(job, start_window)
     program = Program(
         name=program_name_of(job),
         comment=f"compgen {job.inputs_hash[:8]}",
@@ -71,6 +71,23 @@ def compose_program(
         decimals=decimals,
     )
     return program, printed
+
+
+def start_remarks(job: Job, window: float) -> list[str]:
+    """From when to when the program may start, and in which runs and at which overrides where it serves several."""
+    ensemble = job.ensemble
+    if ensemble is None:
+        return [f"start within {window:.0f} s of that"]
+    early, late = ensemble.delay
+    start = f"start {early:.0f} to {late:.0f} s after that" if early > 0 else f"start within {window:.0f} s of that"
+    served = []
+    if ensemble.runs != (0, 0):
+        first, last = (run + 1 for run in ensemble.runs)
+        served.append(f"runs {first} to {last}")
+    if ensemble.overrides != (1.0,):
+        slowest, fastest = (f"{100 * ensemble.overrides[k]:.4g}" for k in (0, -1))
+        served.append(f"override {slowest} to {fastest} %" if slowest != fastest else f"override {slowest} %")
+    return [start, *([", ".join(served)[:REMARK_WIDTH]] if served else [])]
 
 
 def printed_in_world(job: Job, pose: Pose) -> Pose:

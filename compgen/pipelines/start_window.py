@@ -60,7 +60,7 @@ def _windows(job: Job, model: ErrorModel, course: Course, first: IntArray, state
     def is_allowed(delay: Array, which: IntArray) -> Array:
         """Whether delays at some of the places are allowed."""
         rows = samples[which].ravel()
-        late = late_rise(job, delay, time[which] - begin[which, None], state[which], job.history.clock + begin[which])
+        late = late_rise(job, delay, time[which] - begin[which, None], state[which], job.clock + begin[which])
         rise = course.rise[rows] + late.reshape(len(rows), -1)
         moved = model.actual_pose(course.theta[rows], rise, course.motion.at(rows)).position
         drift = np.linalg.norm(moved.reshape(-1, SAMPLES, 3) - now.reshape(-1, SAMPLES, 3)[which], axis=2).max(axis=1)

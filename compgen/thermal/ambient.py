@@ -39,6 +39,25 @@ class Ambient:
         w = 2 * np.pi / self.period
         return np.interp(time, self.time, self.rise) + self.amplitude * np.cos(w * (np.asarray(time) - self.peak))
 
+    def integral(self, time: Array) -> Array:
+        """Of the rise from a fixed moment on, (M,) [s] to (M,) [K s]; differences of it count."""
+        w = 2 * np.pi / self.period
+        to_knots = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (self.rise[1:] + self.rise[:-1]) / 2)])
+        knot = (np.searchsorted(self.time, time, side="right") - 1).clip(0)
+        height = (self.rise[knot] + np.interp(time, self.time, self.rise)) / 2
+        ramps = to_knots[knot] + height * (time - self.time[knot])
+        return np.asarray(ramps + self.amplitude / w * np.sin(w * (time - self.peak)))
+
+    def seen_from(self, clocks: Array, span: float) -> "Ambient":
+        """The mean of this air over several clocks (R,) [s], as time from each of them on, for ``span`` [s]."""
+        w = 2 * np.pi / self.period
+        knots = (self.time - clocks[:, None]).ravel()
+        knots = np.unique(np.concatenate([[0.0, span], knots[(knots > 0) & (knots < span)]]))
+        rise = sum(np.interp(clock + knots, self.time, self.rise) for clock in clocks.tolist()) / len(clocks)
+        turn = complex(np.exp(1j * w * (clocks - self.peak)).mean())
+        peak = -float(np.angle(turn)) / w
+        return Ambient(knots, np.asarray(rise), self.amplitude * abs(turn), self.period, peak)
+
     def response(self, rate: Array, start: float, time: Array) -> Array:
         """What the air does to modes that stood at zero at ``start``.
 

@@ -31,3 +31,7 @@ class JointMotion:
 
     def __post_init__(self) -> None:
         own(self, time=("N",), theta=("N", 6), driven=("S",))
+
+    def at_override(self, share: float) -> "JointMotion":
+        """The same way at a share of the speed."""
+        return JointMotion(self.time / share, self.theta, self.driven * share)

@@ -165,6 +165,14 @@ class PreparedProgram:
         states = heat.ambient * self.air.response(heat.rate, 0.0, self.start_time + grid)
         return np.array([np.interp(time, grid, column) for column in (states @ heat.outputs.T).T]).T
 
+    def at_override(self, share: float) -> "PreparedProgram":
+        """The program driven at a share of its speeds; its warmth is left to ``reheated``."""
+        return replace(self, time=self.time / share, driven=self.driven * share, highest=self.highest * share)
+
+    def with_rise(self, rise: Array) -> "PreparedProgram":
+        """The program with given rises at its positions, (N, K) [K], what the air does among them."""
+        return replace(self, rise=rise, air=still_air())
+
     def reheated(self, twin: Twin, duties: Sequence[Duty], air: Ambient | None = None) -> "PreparedProgram":
         """The program prepared for an arm that differs in its heat and what was before only."""
         return replace(self, twin=twin, **_thermal_fields(twin, self.time, self.theta, self.driven, duties, air))

@@ -1,0 +1,155 @@
+r"""The starts that one file serves (how late, at which override, in which run), and the mean of the rises over them.
+
+A robot that stands for d before a run begins with z(d) = g + (z - g) exp(-rate d); at the share s of the written speed
+it is at waypoint n after t_n / s. Runs count alike, overrides count alike, delays count evenly from a to b. Rises are
+linear in the state, so their mean is exact without a quadrature:
+
+    mean_d exp(-rate d) = (exp(-rate a) - exp(-rate b)) / (rate (b - a))
+
+Air that moves adds its response R to the time x since the run could begin; from dR/dx = rate (u - R),
+
+    mean_d R(d + t) = (int_{a+t}^{b+t} u dx - (R(b + t) - R(a + t)) / rate) / (b - a)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.thermal.ambient import Ambient
+from compgen.thermal.duty import Duty, JointMotion
+from compgen.thermal.history import History
+from compgen.thermal.integration import ROWS, initial_state, rises_during, state_after, states_at
+from compgen.thermal.model import ThermalModel
+
+SHORT = 1.0  # [s] an interval of delays below it counts as its middle
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """One start of a program."""
+
+    run: int = 0  # of the history's runs, from 0
+    delay: float = 0.0  # [s] servo on, standing, before it
+    override: float = 1.0  # share of the written speed
+
+
+@dataclass(frozen=True, slots=True)
+class Ensemble:
+    """All starts that one file serves: each combination of run, delay and override."""
+
+    delay: tuple[float, float] = (0.0, 0.0)  # [s] every one from first to last, evenly
+    overrides: tuple[float, ...] = (1.0,)  # each as often
+    runs: tuple[int, int] = (0, 0)  # every one from first to last, from 0
+
+    @property
+    def first(self) -> Start:
+        """The start without what is not averaged: first run, no delay, full speed."""
+        return Start(self.runs[0])
+
+    @property
+    def run_numbers(self) -> IntArray:
+        """(R,) from 0."""
+        return np.arange(self.runs[0], self.runs[1] + 1)
+
+
+def duties_before(history: History, start: Start) -> tuple[Duty, ...]:
+    """What a cell does until a start of its program: what was before, the cycle so far, and standing."""
+    duties, left = list(history.before), history.runs[start.run]
+    for duty in history.cycle:
+        if left <= 0:
+            break
+        duties.append(replace(duty, duration=min(duty.duration, left)))
+        left -= duty.duration
+    if start.delay > 0:
+        duties.append(replace(history.standing, duration=start.delay))
+    return tuple(duties)
+
+
+def states_at_runs(heat: ThermalModel, history: History, runs: IntArray) -> Array:
+    """States as some runs begin without a delay, (R,) rising numbers from 0 to (R, S)."""
+    times = np.array(history.runs)[runs]
+    states = np.empty((len(times), len(heat.rate)))
+    z = state_after(heat, history.before, initial_state(heat, history.air))
+    goals = {duty: heat.steady_state(duty) for duty in set(history.cycle)}
+    begin, done = 0.0, 0
+    for duty in history.cycle:
+        goal, last = goals[duty], int(np.searchsorted(times, begin + duty.duration))
+        states[done:last] = goal + (z - goal) * np.exp(-(times[done:last, None] - begin) * heat.rate)
+        z = goal + (z - goal) * np.exp(-duty.duration * heat.rate)
+        begin, done = begin + duty.duration, last
+    states[done:] = z
+    return np.asarray(states + heat.ambient * history.air.response(heat.rate, 0.0, history.clock + times))
+
+
+def mean_rises(heat: ThermalModel, history: History, ensemble: Ensemble, motion: JointMotion) -> Array:
+    """Rises at a program's waypoints, averaged over all starts of an ensemble, (N, K) [K].
+
+    Args:
+        heat: The model.
+        history: Of the cell.
+        ensemble: The starts.
+        motion: The program at the written speed, N waypoints.
+    """
+    low, high = ensemble.delay
+    if high - low < SHORT:
+        low = high = (low + high) / 2
+    runs = ensemble.run_numbers
+    standing = heat.steady_state(history.standing)
+    state = states_at_runs(heat, history, runs).mean(axis=0)
+    state = standing + (state - standing) * _mean_decay(heat.rate, low, high)
+    clocks = history.clock + np.array(history.runs)[runs]
+    longest = float(motion.time[-1]) / min(ensemble.overrides)
+    air = history.air.seen_from(clocks, high + longest)
+    total = np.zeros((len(motion.time), len(heat.outputs)))
+    for share in ensemble.overrides:
+        driven = motion.at_override(share)
+        total += rises_during(heat, state, driven).rise
+        for k in range(0, len(total) if not air.is_still else 0, ROWS):
+            response = _mean_response(air, heat.rate, low, high, driven.time[k : k + ROWS])
+            total[k : k + ROWS] += (heat.ambient * response) @ heat.outputs.T
+    return np.asarray(total / len(ensemble.overrides))
+
+
+def rises_of(heat: ThermalModel, history: History, start: Start, motion: JointMotion) -> Array:
+    """Rises at a program's waypoints after one start, (N, K) [K]."""
+    alone = Ensemble((start.delay, start.delay), (start.override,), (start.run, start.run))
+    return mean_rises(heat, history, alone, motion)
+
+
+def rises_at(
+    heat: ThermalModel, history: History, starts: Sequence[Start], motion: JointMotion, which: IntArray
+) -> Array:
+    """Rises at some waypoints after each of many starts: (P,) rising numbers from 0 to (G, P, K) [K]."""
+    rate, standing = heat.rate, heat.steady_state(history.standing)
+    runs, row = np.unique([start.run for start in starts], return_inverse=True)
+    states = states_at_runs(heat, history, runs)
+    forced = {
+        share: states_at(heat, np.zeros(len(rate)), motion.at_override(share), which)
+        for share in {start.override for start in starts}
+    }
+    rises = np.empty((len(starts), len(which), len(heat.outputs)))
+    for g, start in enumerate(starts):
+        time = motion.time[which] / start.override
+        begin = standing + (states[row[g]] - standing) * np.exp(-start.delay * rate)
+        state = begin * np.exp(-time[:, None] * rate) + forced[start.override]
+        clock = history.clock + history.runs[start.run]
+        state += heat.ambient * history.air.response(rate, clock, clock + start.delay + time)
+        rises[g] = state @ heat.outputs.T
+    return rises
+
+
+def _mean_decay(rate: Array, low: float, high: float) -> Array:
+    """Mean of exp(-rate d) over delays d from low to high, (S,)."""
+    x = rate * (high - low)
+    return np.asarray(np.exp(-rate * low) * (-np.expm1(-x) / x if high > low else 1.0))
+
+
+def _mean_response(air: Ambient, rate: Array, low: float, high: float, time: Array) -> Array:
+    """Mean over delays d of what air does from 0 to d + time, (M,) [s] to (M, S) [K]."""
+    late = air.response(rate, 0.0, high + time)
+    if high == low:
+        return late
+    passed = (air.integral(high + time) - air.integral(low + time))[:, None]
+    return np.asarray((passed - (late - air.response(rate, 0.0, low + time)) / rate) / (high - low))
