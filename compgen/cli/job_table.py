@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -20,6 +21,7 @@ ROWS = (  # row of the report, its label, its bound
     ("normal", "normal, um", "normal_um"),
     ("axis_angle", "tool axis, mdeg", "axis_mdeg"),
 )
+_SIZES = ("max_um", "p99_um", "rms_um")
 MOST_LISTED = 4  # numbered files of one name; of more, only the first and the last are
 
 
@@ -44,17 +46,34 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         f"{100 * time['at_feed']:.1f} % of the length at feed, {path['stops']} stops"
     )
     rises = ", ".join(f"{n} {heat['start_K'][n]:.2f} to {heat['end_K'][n]:.2f}" for n in heat["start_K"])
-    console.print(f"rise [K]: {rises}")
+    mean = " mean over the starts" if "average_over" in summary else ""
+    console.print(f"rise [K]{mean}: {rises}")
     if corrected:
         console.print(
             f"{summary['ratio']:.0f} times smaller; start within {heat['start_window_s']:.0f} s of the state it is for"
         )
+    if corrected and corrected.averaged is not None:
+        console.print(_starts_table(summary["average_over"]))
     for finding in summary["findings"]:
         console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
     robot_file = summary["provenance"]["robot_file"]
     console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}", markup=False, highlight=False)
     if folder is not None:
         console.print(f"wrote {name_list(files)} to {folder}", markup=False, highlight=False)
+
+
+def _starts_table(average: dict[str, Any]) -> Table:
+    """What one file leaves at each start that was flown, and what one made anew for it would."""
+    table = Table(title=Text("one file for many starts, largest error on the part, um"), title_justify="left")
+    table.title_style = "bold"
+    for column in ("start", "this file", "p99", "rms", "made anew"):
+        table.add_column(column, justify="left" if column == "start" else "right")
+    table.add_row("mean of the rises", *(f"{average['at_mean'][key]:.2f}" for key in _SIZES), "")
+    for one in average["flown"]:
+        words = f"run {one['run']}, {one['delay_s']:.0f} s late, {one['override_percent']:.4g} %"
+        anew = one["remade_max_um"]
+        table.add_row(words, *(f"{one[key]:.2f}" for key in _SIZES), "none is legal" if anew is None else f"{anew:.2f}")
+    return table
 
 
 def name_list(files: Iterable[str]) -> str:

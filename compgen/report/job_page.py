@@ -10,6 +10,7 @@ from compgen.core.arrays import Array, column_extremes
 from compgen.core.units import MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
+from compgen.report.averaged import averaged_figure
 from compgen.report.figure import (
     COOL,
     GREY,
@@ -41,6 +42,7 @@ PARTS = {
 }
 
 FIGURES = {
+    "average": "Error at each start that this file serves",
     "time": "Error over time",
     "space": "The path, coloured by error",
     "heat": "Temperature while the program runs",
@@ -73,7 +75,9 @@ def job_figures(planned: Planned, corrected: Corrected | None, summary: dict[str
     """Figures by the keys of ``FIGURES``."""
     curves = [_error_curves(planned.deviation())] + ([_error_curves(corrected.deviation)] if corrected else [])
     rises = (planned.job.heat.names, planned.trajectory.time, planned.rise)
+    averaged = None if corrected is None else corrected.averaged
     return {
+        **({} if averaged is None else {"average": averaged_figure(averaged)}),
         "time": _error_over_time(curves, planned.job.bounds.max),
         "space": _path_in_space(curves, planned.path),
         "heat": rise_figure(*rises, "time from leaving P[1] [s]"),
@@ -91,6 +95,13 @@ def _verdict(data: dict[str, Any]) -> str:
             f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
             f"written text: {data['ratio']:.0f} times smaller, <b>{VERDICTS[data['verdict']]}</b>. Right for a start "
             f"within {window:.0f} s of the stated warmth."
+        )
+    if served := data.get("average_over", {}).get("flown"):
+        average = data["average_over"]
+        text += (
+            f" This file serves many starts: with the mean of their rises it leaves {average['at_mean']['max_um']:.2f} "
+            f"&micro;m, at the worst of {len(served)} flown starts {average['max_um']:.2f}, "
+            f"{average['rms_um']:.2f} rms over all of them."
         )
     kind = data["verdict"] if data["verdict"] in ("inside", "predicted") else "outside"
     return verdict(kind, text)

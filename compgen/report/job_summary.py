@@ -10,6 +10,7 @@ from compgen.core.arrays import column_extremes, row_norms, step_lengths
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.model_form import ModelForm
+from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.verification.deviation import statistics
 from compgen.verification.verdict import Verdict
 
@@ -88,6 +89,9 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         }
         report["model_form"] = _model_form(corrected.model_form)
         report["program"] = _program(corrected)
+    if job.ensemble is not None:
+        averaged = None if corrected is None else corrected.averaged
+        report["average_over"] = ensemble_record(job.ensemble) if averaged is None else averaged_record(averaged)
     report["provenance"] = {
         "compgen": __version__,
         "inputs_sha256": job.inputs_hash,

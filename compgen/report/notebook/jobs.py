@@ -9,6 +9,7 @@ from compgen.core.dates import checked_date
 from compgen.core.findings import Finding, Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.pipelines import generate as pipeline
+from compgen.pipelines.averaging import Averaged
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job as read_job
@@ -229,6 +230,11 @@ class GeneratedProgram:
         """How late the program may start [s]."""
         return self.corrected.start_window
 
+    @property
+    def averaged(self) -> Averaged | None:
+        """What the file leaves over the starts of ``compensation.average_over``; None where it serves one."""
+        return self.corrected.averaged
+
     def to_dataframe(self) -> Any:
         """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a position.
 
@@ -240,6 +246,8 @@ class GeneratedProgram:
 
     def plot(self, which: str = "time") -> Any:
         """A plotly Figure: the error over ``time`` or in ``space``, the ``heat``, or the use of the ``joints``.
+
+        Of a file that serves many starts, also the ``average``: the error at each of them.
 
         Raises:
             InputError: No such figure.

@@ -1,0 +1,101 @@
+"""A file that serves many starts, as data and as a figure: its error at each of them, beside the file made anew."""
+
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from compgen.core.units import UM
+from compgen.pipelines.averaging import Averaged
+from compgen.report.figure import GREY, LINES, WARM, Figure, Trace, axis, figure, trace
+from compgen.thermal.ensemble import Ensemble, Start
+from compgen.verification.deviation import Extent
+
+
+def ensemble_record(ensemble: Ensemble) -> dict[str, Any]:
+    """The starts as the path file's keys have them."""
+    return {
+        "delay_s": list(ensemble.delay),
+        "override_percent": [100 * share for share in ensemble.overrides],
+        "runs": [run + 1 for run in ensemble.runs],
+    }
+
+
+def averaged_record(averaged: Averaged) -> dict[str, Any]:
+    """What one file leaves over its starts, in plain types; docs/report.md has the keys."""
+    return {
+        **ensemble_record(averaged.ensemble),
+        "at_mean": _sizes(averaged.at_mean),
+        "max_um": averaged.worst_flown.total.max / UM,
+        "rms_um": averaged.rms / UM,
+        "spread_rms_um": averaged.spread / UM,
+        "spread_max_um": float(averaged.added.max() / UM),
+        "remade_max_um": None if averaged.remade is None else averaged.remade / UM,
+        "times_better": averaged.times,
+        "files": {"count": averaged.files, "within_um": averaged.tolerance / UM},
+        "twin_from_model_rms_um": averaged.disagreement / UM,
+        "flown": [
+            {
+                **_start(one.start),
+                **_sizes(one.total),
+                "remade_max_um": None if one.remade is None else one.remade.max / UM,
+            }
+            for one in averaged.flown
+        ],
+        "foretold": [
+            {**_start(start), "max_um": float(size / UM)} for start, size in zip(averaged.starts, averaged.largest)
+        ],
+    }
+
+
+def averaged_figure(averaged: Averaged) -> Figure:
+    """The largest error over delays (else runs, else overrides): foretold as lines, flown as marks, made anew below."""
+    key, title = _abscissa(averaged.ensemble)
+    rows = sorted(zip(averaged.starts, averaged.largest.tolist()), key=lambda row: _others(row[0], key))
+    ends = {_others(one.start, key) for one in averaged.flown}
+    lines = [(others, list(group)) for others, group in groupby(rows, lambda row: _others(row[0], key))]
+    traces: list[Trace] = []
+    for k, (others, group) in enumerate((o, g) for o, g in lines if o in ends):
+        points = sorted((_start(start)[key], size / UM) for start, size in group)
+        x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
+        name = ", ".join(["this file", *_words(others, averaged.ensemble)])
+        traces.append(trace("scatter", x, y, name=name, mode="lines", line={"color": LINES[k % len(LINES)]}))
+    flown = sorted((_start(one.start)[key], one.total.max / UM) for one in averaged.flown)
+    anew = sorted((_start(one.start)[key], one.remade.max / UM) for one in averaged.flown if one.remade is not None)
+    for name, points, marker in (
+        ("this file, flown by the twin", flown, {"color": WARM, "size": 8}),
+        ("made anew for each start, flown", anew, {"color": GREY, "size": 7, "symbol": "diamond"}),
+    ):
+        if points:
+            x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
+            traces.append(trace("scatter", x, y, name=name, mode="markers", marker=marker))
+    return figure(traces, 340, xaxis=axis(title), yaxis=axis("largest error [µm]", rangemode="tozero"))
+
+
+def _abscissa(ensemble: Ensemble) -> tuple[str, str]:
+    """The key of a start that the figure runs over, and the title of its axis."""
+    if ensemble.delay[1] > ensemble.delay[0]:
+        return "delay_s", "start later than planned [s]"
+    if ensemble.runs[1] > ensemble.runs[0]:
+        return "run", "run"
+    return "override_percent", "override [%]"
+
+
+def _start(start: Start) -> dict[str, float]:
+    return {"delay_s": start.delay, "override_percent": 100 * start.override, "run": start.run + 1}
+
+
+def _others(start: Start, key: str) -> tuple[tuple[str, float], ...]:
+    """What says a start beside one of its keys."""
+    return tuple((name, value) for name, value in _start(start).items() if name != key)
+
+
+def _words(others: tuple[tuple[str, float], ...], ensemble: Ensemble) -> list[str]:
+    """Those of them that vary."""
+    varies = {"run": ensemble.runs[1] > ensemble.runs[0], "override_percent": len(ensemble.overrides) > 1}
+    forms = {"run": "run {:.0f}", "override_percent": "{:.4g} %"}
+    return [forms[name].format(value) for name, value in others if varies.get(name)]
+
+
+def _sizes(extent: Extent) -> dict[str, float]:
+    return {"max_um": extent.max / UM, "p99_um": extent.p99 / UM, "rms_um": extent.rms / UM}
