@@ -23,6 +23,18 @@ Temperatures = Annotated[str | None, typer.Option("--temperatures", help="CSV lo
 ReferenceOption = Annotated[
     str, typer.Option("--reference", help="What rises in the log count from: start (cold), ambient, or degC.")
 ]
+Distances = Annotated[
+    list[str] | None,
+    typer.Option("--distances", help="CSV of distances between measured places, or to a fixed one; repeatable."),
+]
+Touches = Annotated[list[str] | None, typer.Option("--touches", help="CSV of touched spheres; repeatable.")]
+ArtefactOption = Annotated[
+    str | None, typer.Option("--artefact", help="TOML of spheres and probe; default artefact.toml beside the CSV.")
+]
+UserFrames = Annotated[
+    str | None, typer.Option("--frames", help="Frames table or SYSFRAME.VA, for touches in a user frame.")
+]
+NOTHING = "--poses: missing; give at least one CSV of measured poses, or --distances, or --touches"
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
@@ -33,6 +45,10 @@ def identify(
     warm_up: Annotated[
         list[str] | None, typer.Option("--warm-up", help="CSV of poses measured while warming; repeatable.")
     ] = None,
+    distances: Distances = None,
+    touches: Touches = None,
+    artefact: ArtefactOption = None,
+    frames: UserFrames = None,
     temperatures: Temperatures = None,
     reference: ReferenceOption = "start",
     output: Annotated[
@@ -47,6 +63,7 @@ def identify(
     from compgen.cli.progress_bar import show_progress
     from compgen.identification import identify as identification
     from compgen.pipelines.identification_files import (
+        MeasurementFiles,
         identified_texts,
         log_findings,
         read_measurements,
@@ -56,8 +73,12 @@ def identify(
     from compgen.report.identification_page import identification_html
     from compgen.report.identification_summary import identification_json
 
-    if not poses and not warm_up:
-        raise InputError("--poses: missing; give at least one CSV of measured poses")
+    if not (poses or warm_up or distances or touches):
+        raise InputError(NOTHING)
+    check_options_used(touches, artefact, frames)
+    files = MeasurementFiles(
+        poses or [], lines or [], warm_up or [], distances or [], touches or [], artefact, frames, temperatures
+    )
     arm = load_arm(robot)
     target = Path(output) if output is not None else Path("outputs") / "identify" / f"{arm.robot.name}.toml"
     if target.suffix != ".toml" or target.is_dir():
@@ -65,9 +86,7 @@ def identify(
     check_writable(target.absolute().parent)
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json", POSTERIOR)])
     check_identified(target)
-    measurements, of_log = read_measurements(
-        arm, poses or [], lines or [], warm_up or [], temperatures, force, reference
-    )
+    measurements, of_log = read_measurements(arm, files, force, reference)
     with show_progress(quiet or as_json) as progress:
         identified = identification.identify(
             arm.robot, arm.known, measurements, len(arm.nodes), temperatures is not None, progress, arm.facts
@@ -75,7 +94,6 @@ def identify(
     identified = replace(
         identified, findings=(*identified.findings, *of_log, *log_findings(arm, identified), *arm.unlikely)
     )
-    files = [*(poses or []), *(lines or []), *(warm_up or []), *([temperatures] if temperatures else [])]
     is_written = not identified.refused or force
     # a robot file that stands stays with its own reports
     stem = target.stem if is_written or not target.exists() else f"{target.stem}_refused"
@@ -84,7 +102,7 @@ def identify(
     robot_files = {}
     if is_written:
         posterior = target.with_suffix(POSTERIOR).name
-        text, of_posterior = identified_texts(arm, identified, files, posterior)
+        text, of_posterior = identified_texts(arm, identified, files.names, posterior)
         robot_files = robot_files_of(target, text)
         reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
     publish(target.parent, robot_files, reports, {*robot_files, *reports})
@@ -106,6 +124,10 @@ def validate(
     hot: Annotated[
         list[str] | None, typer.Option("--hot", help="CSV of poses of the warm arm, with --temperatures; repeatable.")
     ] = None,
+    distances: Distances = None,
+    touches: Touches = None,
+    artefact: ArtefactOption = None,
+    frames: UserFrames = None,
     temperatures: Temperatures = None,
     reference: ReferenceOption = "start",
     refit: Annotated[
@@ -119,21 +141,21 @@ def validate(
     """Compare an identified robot with measurements it has not seen. Fits nothing but frames, and those when asked."""
     from compgen.cli.identification_table import show_validation
     from compgen.identification import validation
-    from compgen.pipelines.identification_files import identified_frames, read_measurements
+    from compgen.pipelines.identification_files import MeasurementFiles, identified_frames, read_measurements
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_summary import validation_summary
 
-    if not poses and not hot:
-        raise InputError("--poses: missing; give at least one CSV of measured poses")
+    if not (poses or hot or distances or touches):
+        raise InputError(NOTHING)
+    check_options_used(touches, artefact, frames)
     if hot and temperatures is None:
         raise InputError("--hot: how warm the arm was must be known: give the log with --temperatures")
     arm = load_arm(robot)
-    measurements, of_log = read_measurements(
-        arm, poses or [], [], hot or [], temperatures, True, reference, frames_known=not refit
-    )
-    frames = None if refit else identified_frames(arm, measurements)
+    files = MeasurementFiles(poses or [], [], hot or [], distances or [], touches or [], artefact, frames, temperatures)
+    measurements, of_log = read_measurements(arm, files, True, reference, frames_known=not refit)
+    known_frames = None if refit else identified_frames(arm, measurements)
     bound = None if max_um is None else max_um * UM
-    result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), frames, bound)
+    result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), known_frames, bound)
     result = replace(result, findings=(*result.findings, *of_log))
     summary = validation_summary(result)
     if as_json:
@@ -143,3 +165,10 @@ def validate(
     outside = first_of(Level.OUTSIDE, result.findings)
     if outside is not None:
         raise typer.Exit(print_error(f"outside: {outside.message}", 1))
+
+
+def check_options_used(touches: list[str] | None, artefact: str | None, frames: str | None) -> None:
+    """Raises InputError where an option has nothing to act on."""
+    for option, value in (("--artefact", artefact), ("--frames", frames)):
+        if value is not None and not touches:
+            raise InputError(f"{option} {value}: is for touches; give their CSV with --touches, or leave it out")

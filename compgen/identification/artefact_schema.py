@@ -19,8 +19,8 @@ class ArtefactTable(Table):
     """Expansion of the artefact; its places hold at 20 degC."""
     temperature_degC: Annotated[FiniteFloat, Field(ge=-20, le=60)] = 20.0
     """Temperature of the artefact while it is touched."""
-    certified: bool = False
-    """Whether places and lengths are certified."""
+    certified: bool | None = None
+    """Whether places and lengths are certified; left out: a [[length]] is, places are not."""
 
 
 class SphereTable(Table):

@@ -3,6 +3,7 @@ r"""How well a model predicts measurements that it was not fitted to: blocked cr
 Poses that follow each other are alike (same posture, same warmth), so they are left out in blocks: consecutive poses
 make a block, blocks are dealt to the folds in turn, and all rows of a pose stay together. For each fold the linear
 problem, with its scales and noise, is solved anew from the other folds' rows; its own rows are then predicted.
+A distance between two poses is left out with either.
 Rows that were set aside take no part in the solution and count in the error: what is measured next time will have its
 wild rows too. Models are compared by a mean in which no row counts for more than LIMIT medians."""
 
@@ -14,7 +15,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.identification.evidence import posterior
 from compgen.identification.fit import Fit, frame_prior
 from compgen.identification.linearisation import channel_equations
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import NONE, Measurements
 from compgen.identification.model import ArmModel
 
 FOLDS = 10
@@ -28,7 +29,9 @@ ROUNDS = 25
 class CrossValidation:
     """Distances of measured positions from predictions that did not use them."""
 
-    distance: Array  # (N,) [m] of all rows, those that were set aside with them; NaN where nothing predicts a row
+    #: (N,) [m] of all rows, those that were set aside with them; NaN where nothing predicts a row. A row of one number
+    #: counts sqrt(3) times its misfit, as the place that it is one coordinate of
+    distance: Array
     block: IntArray  # (N,)
 
     @property
@@ -51,41 +54,52 @@ class CrossValidation:
 
 
 def pose_blocks(data: Measurements) -> IntArray:
-    """The block of each row, (N,)."""
+    """The block of each row, (N,): that of its pose, or of the first of its two."""
+    return np.asarray(blocks_of_poses(data)[data.pose])
+
+
+def blocks_of_poses(data: Measurements) -> IntArray:
+    """The block of each pose, (M,)."""
     size = max(SMALLEST, round(len(data.theta) / BLOCKS))
     rank = np.empty(len(data.theta), dtype=int)
     rank[np.argsort(data.time, kind="stable")] = np.arange(len(data.theta))
-    return np.asarray(rank[data.pose] // size)
+    return np.asarray(rank // size)
 
 
 def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossValidation:
     """Cross-validation of a fit, by folds of blocks."""
     block = pose_blocks(data)
-    fold = block % FOLDS
+    fold, fold_of_far_end = block % FOLDS, _far_blocks(data, block) % FOLDS
     u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(_frame_unknowns(fitted))])
     weight = (~fitted.outlier) / data.sigma**2
     rho = fitted.posterior.scales.rho
-    all_rows = channel_equations(fitted.linear, weight, u, data.pose, rho)
+    all_rows = channel_equations(fitted.linear, weight, u, data, rho)
     _, group = model.groups()
     fixed, target = frame_prior(data, fitted.frames, _frame_unknowns(fitted))
     distance = np.full(len(block), np.nan)
     for k in range(FOLDS):
-        held_out = fold == k
+        held_out = (fold == k) | (fold_of_far_end == k)
         if not held_out.any():
             continue
         training = [
-            a.without(b)
-            for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, data.pose, rho, held_out))
+            a.without(b) for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, data, rho, held_out))
         ]
-        if training[0].rows * (data.sigma**2).min() < 3:
+        if sum(t.rows for t in training) * (data.sigma**2).min() < 3:
             continue
         refitted = posterior(
             training, group[fitted.active], fixed, target, fitted.posterior.scales, rounds=ROUNDS, ceiling=model.ceiling
         )
         step = refitted.x - u
         residual = fitted.linear.z[held_out] - fitted.linear.A[held_out] @ step
-        distance[held_out] = np.linalg.norm(residual, axis=1)
+        distance[held_out] = np.linalg.norm(residual, axis=1) * np.sqrt(3 / data.numbers[held_out])
     return CrossValidation(distance, block)
+
+
+def _far_blocks(data: Measurements, block: IntArray) -> IntArray:
+    """The block of the pose at each row's far end, (N,); where there is none, its own."""
+    if data.ends is None:
+        return block
+    return np.where(data.ends.pose == NONE, block, blocks_of_poses(data)[data.ends.pose])
 
 
 def improvement_interval(model: CrossValidation, other: CrossValidation) -> tuple[float, float]:

@@ -30,7 +30,8 @@ from scipy.sparse import coo_matrix
 from compgen.core.arrays import Array, BoolArray, IntArray
 
 NU = 0.3
-USUAL_NOISE = (30e-6, 50e-6)  # [m], [rad] of one coordinate: an instrument's and the arm's repeatability together
+#: [m], [rad] of one number of each kind (``measurements``): an instrument's and the arm's repeatability together
+USUAL_NOISE = (30e-6, 50e-6, 30e-6, 30e-6, 1.0)
 NOISE_ROWS = 10.0  # weight of the usual noise, as so many measured coordinates
 ROUNDS = 60
 FLOOR = 1e-6  # of lambda
@@ -44,7 +45,8 @@ class NormalEquations:
     matrix: Array  # (D, D) A'A
     vector: Array  # (D,) A'z
     sum_of_squares: float  # z'z
-    rows: float  # how many, by weight
+    rows: float  # how many, by weight; none: their noise is known
+    kind: int = 0  # whose noise they have
 
     def without(self, other: "NormalEquations") -> "NormalEquations":
         """The equations less those of some of the rows."""
@@ -53,18 +55,20 @@ class NormalEquations:
             self.vector - other.vector,
             self.sum_of_squares - other.sum_of_squares,
             self.rows - other.rows,
+            self.kind,
         )
 
     def of_unknowns(self, kept: BoolArray) -> "NormalEquations":
         """The equations of some of the unknowns, (D,), the others at zero."""
-        return NormalEquations(self.matrix[np.ix_(kept, kept)], self.vector[kept], self.sum_of_squares, self.rows)
+        matrix = self.matrix[np.ix_(kept, kept)]
+        return NormalEquations(matrix, self.vector[kept], self.sum_of_squares, self.rows, self.kind)
 
 
-def normal_equations(A: Array, z: Array, weight: Array) -> NormalEquations:
-    """Normal equations of rows A (n, D), z (n,), weights (n,)."""
+def normal_equations(A: Array, z: Array, weight: Array, kind: int = 0) -> NormalEquations:
+    """Normal equations of rows A (n, D), z (n,), weights (n,) of one kind."""
     root = np.sqrt(weight)
     scaled, right = A * root[:, None], z * root
-    return NormalEquations(scaled.T @ scaled, scaled.T @ right, float(right @ right), float(weight.sum()))
+    return NormalEquations(scaled.T @ scaled, scaled.T @ right, float(right @ right), float(weight.sum()), kind)
 
 
 def pose_equations(A: Array, z: Array, weight: Array, pose: IntArray, rho: float) -> NormalEquations:
@@ -81,11 +85,11 @@ def pose_equations(A: Array, z: Array, weight: Array, pose: IntArray, rho: float
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Scales:
-    """Variances: of each group against its prior, of the noise of each channel, and of poses beside rows."""
+    """Variances: of each group against its prior, of the noise of each kind of rows, and of poses beside rows."""
 
     group: Array  # (G,) lambda
-    noise: Array  # (channels,) s^2 [m^2], [rad^2]
-    rho: float = 0.0  # of the noise that the rows of a pose share, over s^2
+    noise: Array  # (kinds,) s^2 [m^2], [rad^2]
+    rho: float = 0.0  # of the noise that the rows of a pose share, over s^2, where an instrument measured them
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,7 +117,7 @@ def posterior(
     """The posterior, with scales of the groups and of the noise that maximise the evidence.
 
     Args:
-        channels: Equations of the position rows, and of the orientation rows if any.
+        channels: Equations of the rows of each kind.
         group: Group of each parameter, (K,); the first K unknowns.
         frame_precision: Prior precision of the other unknowns, (D - K,).
         frame_mean: Prior mean of the other unknowns, (D - K,).
@@ -131,9 +135,9 @@ def posterior(
         precision = np.concatenate([1 / lam[group], frame_precision])
         H = np.diag(precision)
         b = prior_vector.copy()
-        for channel, s2 in zip(channels, noise):
-            H += channel.matrix / s2
-            b += channel.vector / s2
+        for channel in channels:
+            H += channel.matrix / noise[channel.kind]
+            b += channel.vector / noise[channel.kind]
         root = np.sqrt(np.diag(H))
         factor = cho_factor(H / np.outer(root, root), lower=True)
         inverse, _ = lapack.dpotri(factor[0], lower=1)
@@ -148,8 +152,9 @@ def posterior(
             new_lam = (NU + np.bincount(group, x[:K] ** 2, G)) / (NU + np.bincount(group, np.maximum(gamma[:K], 0), G))
             new_lam = np.where(size > 0, np.clip(new_lam, FLOOR, ceiling), lam)
         if learn_noise:
-            for c, channel in enumerate(channels):
+            for channel in channels:
                 if channel.rows > 0:
+                    c = channel.kind
                     determined = float(np.einsum("ij,ji->", C, channel.matrix)) / noise[c]
                     misfit = max(_squared_residual(channel, x), 0.0)
                     freedom = max(channel.rows - determined, 0.0)
@@ -159,7 +164,7 @@ def posterior(
         if change < CONVERGED:
             rounds = min(rounds, step + 1)
     evidence = -0.5 * sum(
-        n.rows * np.log(2 * np.pi * s2) + _squared_residual(n, x) / s2 for n, s2 in zip(channels, noise) if n.rows
+        n.rows * np.log(2 * np.pi * noise[n.kind]) + _squared_residual(n, x) / noise[n.kind] for n in channels
     )
     deviation = np.concatenate([x[:K], x[K:] - frame_mean])
     with np.errstate(divide="ignore"):

@@ -1,6 +1,8 @@
 r"""The fit: Gauss-Newton steps on the most probable parameters, scales by maximum evidence, outliers set aside.
 
-    minimise  sum_n w_n |y_n - f_n(p, frames)|^2 / s^2  +  sum_k (p_k / sigma_k)^2 / lambda_g(k)
+    minimise  sum_n w_n |z_n(p, frames)|^2 / s^2  +  sum_k (p_k / sigma_k)^2 / lambda_g(k)
+
+with the residuals z of places, touches and distances (``linearisation``); each kind has a noise s of its own.
 
 Each step linearises all rows at once (``ArmModel.derivatives``), solves the linear problem with its scales
 (``evidence``) and is shortened while it makes the sum worse. First with weights of Student's t, so that outliers do not
@@ -13,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_matrix, rotation_vector
 from compgen.identification.evidence import (
     Posterior,
@@ -21,10 +23,12 @@ from compgen.identification.evidence import (
     pose_equations,
     posterior,
 )
-from compgen.identification.frames import InstrumentFrames, initial_frames, measured_distance
+from compgen.identification.frame_start import initial_frames
+from compgen.identification.frames import InstrumentFrames, measured_distance
 from compgen.identification.linearisation import Linearisation, channel_equations, linearise
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import KINDS, KNOWN, ORIENTATION, PLACE, Measurements
 from compgen.identification.model import ArmModel
+from compgen.identification.unknowns import Unknowns, unknowns_of
 
 STEPS = 10
 ROUNDS = 5  # of setting outliers aside
@@ -52,15 +56,22 @@ class Fit:
     sigma: Array  # (K,) [SI] standard deviation, the prior's where nothing was free
     gamma: Array  # (K,) share of each that the data determines
     outlier: BoolArray  # (N,) rows set aside
-    residual: Array  # (N, 3) [m] measured less predicted
+    residual: Array  # (N, 3) [m] measured less predicted: coordinates, or a distance in the first
+    kind: IntArray  # (N,) of each row
     distance: Array  # (N,) squared leave-one-out deviation over its variance
     linear: Linearisation
     steps: int
 
     @property
     def noise(self) -> float:
-        """Standard deviation of one coordinate of one row [m]."""
-        return float(np.sqrt(row_variance(self.posterior.scales)))
+        """Standard deviation of one number of one row [m]: of a place where an instrument measured any."""
+        return float(np.sqrt(row_variance(self.posterior.scales, int(self.kind.min(initial=len(KINDS))))))
+
+    @property
+    def noise_of_row(self) -> Array:
+        """Standard deviation of one number of each row, (N,) [m], beside what the row says of itself."""
+        variance = np.array([row_variance(self.posterior.scales, kind) for kind in range(len(KINDS))])
+        return np.asarray(np.sqrt(variance)[self.kind])
 
 
 def fit(
@@ -102,9 +113,9 @@ def fit(
     return solver.finish(point, outlier)
 
 
-def row_variance(scales: Scales) -> float:
-    """Variance of one coordinate of one row: its own noise, and that of its pose [m^2]."""
-    return float(scales.noise[0]) * (1 + scales.rho)
+def row_variance(scales: Scales, kind: int = PLACE) -> float:
+    """Variance of one number of one row of a kind: its own noise, and that of its pose [m^2]."""
+    return float(scales.noise[kind]) * (1 + (scales.rho if kind == PLACE else 0.0))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -139,7 +150,7 @@ class _Solver:
         distance = measured_distance(frames, self.data, position, rotation)
         s2 = self.noise**2 if self.noise else max(START_NOISE, 0.2 * float(np.median(distance))) ** 2
         names, _ = self.model.groups()
-        scales = Scales(np.ones(len(names)), np.array([s2, s2]))
+        scales = Scales(np.ones(len(names)), np.where(np.arange(len(KINDS)) == KNOWN, 1.0, s2))
         return _Iterate(p, frames, _reflector_rotations(self.data, frames, rotation), scales, None, None, 0)
 
     def minimise(self, point: _Iterate, weight: Array, student: bool = False) -> _Iterate:
@@ -148,14 +159,15 @@ class _Solver:
         data = self.data
         steps = 0
         learning = self.learn or self.noise is None
+        kinds = np.unique(data.kind)
         for _ in range(STEPS):
             steps += 1
             w = weight / data.sigma**2
             if student:
-                w = w * _student_weights(linear.z / data.sigma[:, None], float(point.scales.noise[0]))
+                w = w * _student_weights(linear.z / data.sigma[:, None], point.scales.noise[data.kind], data.numbers)
             x0, frame_mean = self._prior(point)
             frame_precision = frame_prior(data, point.frames, len(frame_mean))[0]
-            channels = channel_equations(linear, w, x0, data.pose, point.scales.rho)
+            channels = channel_equations(linear, w, x0, data, point.scales.rho)
             _, group = self.model.groups()
             solution = posterior(
                 channels, group[self.active], frame_precision, frame_mean, point.scales, self.learn, self.noise is None,
@@ -170,9 +182,9 @@ class _Solver:
                     break
                 share /= 4
             largest_shift = float(np.abs(new_linear.z - linear.z).max())
-            scales_moved = float(np.abs(np.log(solution.scales.noise[0] / point.scales.noise[0])))
+            scales_moved = float(np.abs(np.log(solution.scales.noise / point.scales.noise)[kinds]).max())
             point, linear = candidate, new_linear
-            faint = NEGLIGIBLE * float(np.sqrt(point.scales.noise[0]))
+            faint = NEGLIGIBLE * float(np.sqrt(point.scales.noise[kinds].min()))
             if largest_shift < CONVERGED or (learning and largest_shift < faint and scales_moved < 0.01):
                 break
         return _Iterate(
@@ -191,35 +203,42 @@ class _Solver:
         return np.concatenate([u, np.zeros(free)]), frame_prior(self.data, point.frames, free)[1]
 
     def _frame_unknowns(self) -> int:
-        oriented = np.isfinite(self.data.rotation[:, 0, 0]).any()
-        return 6 * len(self.data.instruments) + (6 if oriented else 3) * len(self.data.reflectors)
+        return self.unknowns.size - self.unknowns.parameters
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """Which columns are whose."""
+        return unknowns_of(self.data, self.active)
 
     def _stepped(self, point: _Iterate, solution: Posterior, x0: Array, share: float) -> _Iterate:
-        K = int(self.active.sum())
+        unknowns = self.unknowns
+        K = unknowns.parameters
         step = share * (solution.x - x0)
         p = point.p.copy()
         p[self.active] += step[:K] * self.model.prior[self.active]
-        V, R = len(self.data.instruments), len(self.data.reflectors)
-        frame_step = step[K : K + 6 * V].reshape(V, 6)
-        reflector_step = step[K + 6 * V : K + 6 * V + 3 * R].reshape(R, 3)
-        turn_step = step[K + 6 * V + 3 * R :].reshape(-1, 3)
+        V, Q, S = unknowns.instruments, unknowns.reflectors, unknowns.places
+        frame_step = step[K : unknowns.frame(V).start].reshape(V, 6)
         frames = InstrumentFrames(
             rotation_matrix(frame_step[:, :3]) @ point.frames.rotation,
             point.frames.origin + frame_step[:, 3:],
-            point.frames.reflector + reflector_step,
+            point.frames.reflector + step[unknowns.reflector(0).start : unknowns.reflector(Q).start].reshape(Q, 3),
+            point.frames.place + step[unknowns.place(0).start : unknowns.place(S).start].reshape(S, 3),
         )
         rotation = point.reflector_rotation
-        if len(turn_step):
-            rotation = rotation @ rotation_matrix(turn_step)
+        if unknowns.oriented:
+            rotation = rotation @ rotation_matrix(step[unknowns.turn(0).start :].reshape(Q, 3))
         return _Iterate(p, frames, rotation, solution.scales, solution, None, point.steps)
 
     def _cost(self, point: _Iterate, linear: Linearisation, w: Array, scales: Scales) -> float:
         _, group = self.model.groups()
-        cost = float((w[:, None] * linear.z**2).sum())
+        kind = self.data.kind
+        cost = float((w * (linear.z**2).sum(axis=1) / scales.noise[kind]).sum())
         if scales.rho:
-            cost -= pose_equations(linear.A[:, :, :0], linear.z, w, self.data.pose, scales.rho).sum_of_squares
-        cost /= float(scales.noise[0])
-        cost += float((w[linear.oriented, None] * linear.turn**2).sum() / scales.noise[1])
+            places, A = kind == PLACE, linear.A[:, :, :0]
+            shared = pose_equations(A[places], linear.z[places], w[places], self.data.pose[places], scales.rho)
+            cost -= shared.sum_of_squares / float(scales.noise[PLACE])
+        cost += float((w[linear.oriented, None] * linear.turn**2).sum() / scales.noise[ORIENTATION])
+        cost += float((linear.known**2).sum())
         u = (point.p / self.model.prior)[self.active] if len(point.p) else point.p
         cost += float((u**2 / scales.group[group[self.active]]).sum()) if len(u) else 0.0
         for i, aligned in enumerate(self.data.aligned.tolist()):
@@ -234,7 +253,9 @@ class _Solver:
         """
         if self.noise is not None or point.posterior is None or point.linear is None:
             return 0.0
-        kept = ~outlier
+        kept = ~outlier & (self.data.kind == PLACE)
+        if not kept.any():
+            return 0.0
         pose, weight = self.data.pose[kept], 1 / self.data.sigma[kept]
         z = point.linear.z[kept] * weight[:, None]
         count = np.bincount(pose, minlength=len(self.data.theta)).astype(float)
@@ -254,7 +275,7 @@ class _Solver:
         if point.posterior is None or point.linear is None:
             return outlier
         distance = leave_one_out_distance(point.linear, point.posterior, self.data, outlier)
-        return np.asarray(distance > outlier_threshold(len(distance)))
+        return np.asarray(distance > outlier_threshold(len(distance), self.data.numbers))
 
     def finish(self, point: _Iterate, outlier: BoolArray) -> Fit:
         solution, linear = point.posterior, point.linear
@@ -267,7 +288,7 @@ class _Solver:
             gamma[self.active] = solution.gamma
         return Fit(
             point.p, point.frames, point.reflector_rotation, solution, self.active, sigma, gamma, outlier, linear.z,
-            leave_one_out_distance(linear, solution, self.data, outlier), linear, point.steps,
+            self.data.kind, leave_one_out_distance(linear, solution, self.data, outlier), linear, point.steps,
         )  # fmt: skip
 
 
@@ -281,9 +302,9 @@ def frame_prior(data: Measurements, frames: InstrumentFrames, free: int) -> tupl
     return precision, mean
 
 
-def outlier_threshold(rows: int) -> float:
-    """Squared deviation over variance beyond which a row is an outlier."""
-    return float(chi2.isf(CHANCE / max(rows, 1), 3))
+def outlier_threshold(rows: int, numbers: IntArray | int = 3) -> Array:
+    """Squared deviation over variance beyond which a row of so many numbers is an outlier."""
+    return np.asarray(chi2.isf(CHANCE / max(rows, 1), numbers))
 
 
 def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Measurements, outlier: BoolArray) -> Array:
@@ -291,7 +312,7 @@ def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Mea
 
     For a row inside the fit e' (s^2 V - A C A')^-1 e, for one that was set aside e' (s^2 V + A C A')^-1 e.
     """
-    s2 = solution.scales.noise[0] * (data.sigma**2 + solution.scales.rho)
+    s2 = solution.scales.noise[data.kind] * (data.sigma**2 + solution.scales.rho * (data.kind == PLACE))
     fit_variance = linear.A @ solution.covariance @ np.swapaxes(linear.A, 1, 2)
     sign = np.where(outlier, 1.0, -1.0)[:, None, None]
     S = s2[:, None, None] * np.eye(3) + sign * fit_variance
@@ -312,6 +333,6 @@ def _reflector_rotations(data: Measurements, frames: InstrumentFrames, rotation:
     return reflector_rotation
 
 
-def _student_weights(z: Array, s2: float) -> Array:
-    """Weights of Student's t for rows of three, (N,)."""
-    return np.asarray((DEGREES_OF_FREEDOM + 3) / (DEGREES_OF_FREEDOM + (z**2).sum(axis=1) / s2))
+def _student_weights(z: Array, s2: Array, numbers: IntArray) -> Array:
+    """Weights of Student's t for rows of one number or three, (N,)."""
+    return np.asarray((DEGREES_OF_FREEDOM + numbers) / (DEGREES_OF_FREEDOM + (z**2).sum(axis=1) / s2))

@@ -36,9 +36,7 @@ class Identifiability:
 def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> Identifiability:
     """Singular values, ranking, correlations and condition numbers of a fit's scaled Jacobian."""
     K = int(fitted.active.sum())
-    rows_kept = ~fitted.outlier
-    D = fitted.linear.A.shape[2]
-    rows = (fitted.linear.A[rows_kept] / data.sigma[rows_kept, None, None]).reshape(-1, D)
+    rows = scaled_rows(data, fitted)
     frames = rows[:, K:]
     size = np.linalg.norm(frames, axis=0)
     scaled = frames / np.where(size > 0, size, 1.0)
@@ -50,7 +48,7 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     base = np.linalg.qr(scaled @ eigenvectors[:, values > 1e-10 * values[-1]])[0]
     _, group = model.groups()
     spread = np.sqrt(fitted.posterior.scales.group[group[fitted.active]])
-    S = rows[:, :K] * spread / fitted.noise
+    S = rows[:, :K] * spread
     S = S - base @ (base.T @ S)
     _, pivot = qr(np.linalg.qr(S, mode="r"), mode="r", pivoting=True)
     singular = np.linalg.svd(S, compute_uv=False)
@@ -67,12 +65,21 @@ def assess_identifiability(model: ArmModel, data: Measurements, fitted: Fit) -> 
     )
 
 
+def scaled_rows(data: Measurements, fitted: Fit) -> Array:
+    """The Jacobian of the rows kept over their noise, and of what was known beforehand, (n, D)."""
+    kept = ~fitted.outlier
+    noise = (data.sigma * fitted.noise_of_row)[kept, None, None]
+    rows = (fitted.linear.A[kept] / noise).reshape(-1, fitted.linear.A.shape[2])
+    return np.concatenate([rows, fitted.linear.C])
+
+
 def _condition_of_frames(data: Measurements, fitted: Fit, K: int) -> float:
     """Condition of the columns of free instrument frames and of their reflectors; axis tests are aligned with World."""
-    free = ~data.aligned[data.instrument] & ~fitted.outlier
+    free = ~np.append(data.aligned, False)[data.instrument] & ~fitted.outlier
     if not free.any():
         return 1.0
     rows = fitted.linear.A[free].reshape(-1, fitted.linear.A.shape[2])[:, K:]
+    rows = np.concatenate([rows, fitted.linear.C[:, K:] * fitted.noise])
     size = np.linalg.norm(rows, axis=0)
     values = np.linalg.svd(rows[:, size > 0] / size[size > 0], compute_uv=False)
     return float(values[0] / values[-1]) if values[-1] > 0 else float("inf")

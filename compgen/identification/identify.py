@@ -15,11 +15,14 @@ from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.cross_validation import cross_validate
 from compgen.identification.fit import Fit, fit
+from compgen.identification.fixed_places import WORLD
+from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identifiability import Identifiability, assess_identifiability
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
+from compgen.identification.observability import unobservable
 from compgen.identification.parameters import candidate_models, symbolic_sources, warm_up_states
-from compgen.identification.plausibility import check_plausible, check_row_count
+from compgen.identification.plausibility import check_plausible, check_row_count, check_scale
 from compgen.identification.pose_files import STILL
 from compgen.identification.reversals import (
     LostMotion,
@@ -60,23 +63,38 @@ class Identification:
     def record(self) -> dict[str, Any]:
         """The robot file's table ``identified``: frames, noise and held-out error."""
         frames, validation = self.selected.fit.frames, self.selected.cross_validation
-        i = int(np.argmin(self.data.aligned))  # the first instrument whose frame is its own
-        numbers = {k: [float(f"{v:.9g}") for v in row] for k, row in (
-            ("held_out_um", [validation.mean / UM, *(x / UM for x in validation.interval())]),
-            ("instrument_mm", (frames.origin[i] / MM).tolist()),
-            ("instrument_deg", (rotation_vector(frames.rotation[i]) / DEG).tolist()),
-        )}  # fmt: skip
-        name = self.data.named_instrument(i)
+        held_out = np.array([validation.mean, *validation.interval()])
         return {
             "model": self.selected.candidate.name,
             "noise_um": float(f"{self.selected.fit.noise / UM:.9g}"),
-            **({"instrument": name} if name else {}),
-            **numbers,
+            "held_out_um": _nine_digits(held_out / UM),
+            **self._frames(frames),
             "reflector_mm": {
-                name: [float(f"{v:.9g}") for v in place / MM]
-                for name, place in zip(self.data.reflectors, frames.reflector)
+                name: _nine_digits(place / MM) for name, place in zip(self.data.reflectors, frames.reflector)
             },
+            **(
+                {"place_mm": {n: _nine_digits(place / MM) for n, place in zip(self.data.fixed.names, frames.place)}}
+                if len(frames.place)
+                else {}
+            ),
         }
+
+    def _frames(self, frames: InstrumentFrames) -> dict[str, Any]:
+        """Where World is in the frame of the first instrument, and in those of artefacts; axis tests have none."""
+        record: dict[str, Any] = {}
+        artefacts = set(self.data.fixed.frame.tolist())
+        origin, turn = frames.origin / MM, rotation_vector(frames.rotation) / DEG
+        instruments = [i for i in np.flatnonzero(~self.data.aligned).tolist() if i not in artefacts]
+        if instruments:
+            i = instruments[0]
+            name = self.data.named_instrument(i)
+            record |= {"instrument": name} if name else {}
+            record |= {"instrument_mm": _nine_digits(origin[i]), "instrument_deg": _nine_digits(turn[i])}
+        framed = [i for i in sorted(artefacts) if i != WORLD]
+        if framed:
+            record["artefact_mm"] = {self.data.instruments[i]: _nine_digits(origin[i]) for i in framed}
+            record["artefact_deg"] = {self.data.instruments[i]: _nine_digits(turn[i]) for i in framed}
+        return record
 
     @property
     def refused(self) -> bool:
@@ -109,6 +127,7 @@ def identify(
     """
     progress("model", 0.0)
     check_row_count(data)
+    check_scale(data)
     moved = np.asarray(np.ptp(data.theta, axis=0) > STILL)
     warm = bool((data.warm > 0).any())
     if not nodes and facts is not None:
@@ -140,12 +159,18 @@ def identify(
     identifiability = assess_identifiability(model, data, candidates[best].fit)
     findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
+    findings += unobservable(model, data, candidates[best].fit)
     findings += [*shared, *held, *(_unwritten_warmth(nodes) if states else ())]
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
         robot, model, data, tuple(candidates), best, identifiability, tuple(findings), identified, box, lost_motion
     )
+
+
+def _nine_digits(values: Array) -> list[float]:
+    """Numbers as the robot file has them."""
+    return [float(f"{v:.9g}") for v in values]
 
 
 def is_fitted(source: SymbolicSource, chosen: FittedCandidate) -> bool:

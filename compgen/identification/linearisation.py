@@ -1,11 +1,16 @@
-r"""All rows at a point: their residuals, their Jacobian against parameters and frames, and the equations they give.
+r"""All rows at a point: their residuals, their Jacobian against all unknowns, and the equations they give.
 
-    z = y - F (P + R t) - c,     dz = -A dx,     x = (u, for each instrument w and c, for each reflector t)
+    delta = y - F (P + R t + v) - c,     d delta = -A dx
+    z = delta,                           dz = -A dx                    a row of coordinates
+    z = l - |delta|,                     dz = (delta / |delta|)' A dx   a row of one distance
+
+    x = (u, for each instrument w and c, for each reflector t, for each fixed place y)
 
 with u the parameters in units of their priors, w a small turn of the instrument's frame, c its origin, t the reflector
-in the flange. Orientations give rows of their own, in the reflector's axes."""
+in the flange. The far end y is measured, or a fixed place, or another reflector P' + R' t'. Orientations give rows of
+their own, in the reflector's axes; so does what is known of fixed places beforehand, in units of its sigma."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,46 +19,63 @@ from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_vector
 from compgen.identification.evidence import NormalEquations, normal_equations, pose_equations
 from compgen.identification.frames import InstrumentFrames
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import KNOWN, NONE, ORIENTATION, PLACE, Measurements
 from compgen.identification.model import ArmModel
+from compgen.identification.unknowns import Unknowns, unknowns_of
+
+SHORTEST = 1e-9  # [m] a distance that has no direction
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Linearisation:
     """All rows at a point: residuals, and their Jacobian against (u, frames)."""
 
-    z: Array  # (N, 3) [m] position residuals
+    z: Array  # (N, 3) [m] residuals of coordinates, or of a distance in the first
     A: Array  # (N, 3, D)
     turn: Array  # (N', 3) [rad] orientation residuals
     B: Array  # (N', 3, D)
     oriented: IntArray  # (N',) which rows have an orientation
+    known: Array  # (H,) what was known beforehand of fixed places, less where they are, over its sigma
+    C: Array  # (H, D)
 
 
 def channel_equations(
-    linear: Linearisation, weight: Array, x0: Array, pose: IntArray, rho: float, rows: BoolArray | None = None
+    linear: Linearisation, weight: Array, x0: Array, data: Measurements, rho: float, rows: BoolArray | None = None
 ) -> list[NormalEquations]:
-    """Normal equations of the position and the orientation rows, for x itself rather than a step from ``x0``.
+    """Normal equations of the rows of each kind, for x itself rather than a step from ``x0``.
 
     Args:
         linear: All rows.
         weight: Of each, (N,).
         x0: Where they were linearised, (D,).
-        pose: Of each row, (N,).
-        rho: Noise that the rows of a pose share.
-        rows: Some of them; those of a pose stay together.
+        data: The rows' poses and kinds.
+        rho: Noise that the rows of a pose share, where an instrument measured them.
+        rows: Some of them; those of a pose stay together. What was known beforehand is then left out.
     """
     keep = np.ones(len(weight), dtype=bool) if rows is None else rows
     D = linear.A.shape[2]
-    A, z = linear.A[keep].reshape(-1, D), linear.z[keep].ravel()
-    measured = A.any(axis=1)  # a coordinate that was not measured is no row
-    equations = [normal_equations(A, z + A @ x0, np.repeat(weight[keep], 3) * measured)]
-    if rho:
-        right = (z + A @ x0).reshape(-1, 3)
-        equations[0] = equations[0].without(pose_equations(linear.A[keep], right, weight[keep], pose[keep], rho))
+    kind = data.kind
+    equations = []
+    for k in np.unique(kind).tolist():
+        of_kind = keep & (kind == k) if data.ends is not None else keep
+        A, z = linear.A[of_kind].reshape(-1, D), linear.z[of_kind].ravel()
+        measured = A.any(axis=1)  # a coordinate that was not measured is no row
+        equation = normal_equations(A, z + A @ x0, np.repeat(weight[of_kind], 3) * measured, k)
+        if rho and k == PLACE:
+            right = (z + A @ x0).reshape(-1, 3)
+            equation = equation.without(
+                pose_equations(linear.A[of_kind], right, weight[of_kind], data.pose[of_kind], rho)
+            )
+        equations.append(equation)
     if len(linear.oriented):
         oriented = keep[linear.oriented]
         B, t = linear.B[oriented].reshape(-1, D), linear.turn[oriented].ravel()
-        equations.append(normal_equations(B, t + B @ x0, np.repeat(weight[linear.oriented[oriented]], 3)))
+        w = np.repeat(weight[linear.oriented[oriented]], 3)
+        equations.append(normal_equations(B, t + B @ x0, w, ORIENTATION))
+    if len(linear.known):
+        C = linear.C if rows is None else linear.C[:0]
+        known = linear.known[: len(C)] + C @ x0
+        equations.append(replace(normal_equations(C, known, np.ones(len(C)), KNOWN), rows=0.0))
     return equations
 
 
@@ -74,64 +96,97 @@ def linearise(
     else:
         P, R = model.pose(data, p)
         dP, dR = np.zeros((len(P), 3, 0)), np.zeros((len(P), 3, 3, 0))
-    N, K = len(data.pose), int(active.sum())
-    V, Q = len(data.instruments), len(data.reflectors)
+    unknowns = unknowns_of(data, active)
+    arm = _Arm(unknowns, R, dP, dR, frames)
     oriented = np.flatnonzero(np.isfinite(data.rotation[:, 0, 0]))
-    D = K + 6 * V + (6 if len(oriented) else 3) * Q
-    A = np.zeros((N, 3, D))
-    F = frames.rotation[data.instrument]
-    offset = frames.reflector[data.reflector]
-    Rn = R[data.pose]
-    reflector = P[data.pose] + np.einsum("nij,nj->ni", Rn, offset)
-    rotated = np.einsum("nij,nj->ni", F, reflector)
-    for i in range(V):
+    F = frames.rotation_of(data.instrument)
+    A = np.zeros((len(data.pose), 3, unknowns.size))
+    arm.carry(A, data.pose, data.reflector, F)
+    rotated = np.einsum("nij,nj->ni", F, frames.near_ends(data, P, R))
+    for i in range(len(data.instruments)):
         rows = data.instrument == i
-        jacobian = np.zeros((int(rows.sum()), 3, D))
-        for r in range(Q):
-            rows_of_reflector = data.reflector[rows] == r
-            pose = data.pose[rows][rows_of_reflector]
-            derivative = dP[pose] + np.einsum("nijk,j->nik", dR[pose], frames.reflector[r])
-            jacobian[rows_of_reflector, :, :K] = frames.rotation[i] @ derivative
-            jacobian[rows_of_reflector, :, K + 6 * V + 3 * r : K + 6 * V + 3 * r + 3] = (
-                frames.rotation[i] @ Rn[rows][rows_of_reflector]
-            )
         s = rotated[rows]
         zero = np.zeros(len(s))
         cross = [[zero, s[:, 2], -s[:, 1]], [-s[:, 2], zero, s[:, 0]], [s[:, 1], -s[:, 0], zero]]
-        jacobian[:, :, K + 6 * i : K + 6 * i + 3] = np.moveaxis(np.array(cross), 2, 0)
-        jacobian[:, :, K + 6 * i + 3 : K + 6 * i + 6] = np.eye(3)
-        A[rows] = jacobian
-    z = data.position - rotated - frames.origin[data.instrument]
+        turn = unknowns.frame(i).start
+        A[rows, :, turn : turn + 3] = np.moveaxis(np.array(cross), 2, 0)
+        A[rows, :, turn + 3 : turn + 6] = np.eye(3)
+    z = frames.far_ends(data, P, R) - rotated - frames.origin_of(data.instrument)
+    if data.ends is not None:
+        z, A = _with_far_ends(data, arm, z, A)
     measured = np.isfinite(z)
     if not measured.all():  # coordinates that were not measured carry no weight
         z, A = np.where(measured, z, 0.0), A * measured[:, :, None]
-    turn, B = _linearise_orientations(data, active, R, dR, frames, reflector_rotation, oriented, D)
-    return Linearisation(z, A, turn, B, oriented)
+    turns, B = _linearise_orientations(data, unknowns, R, dR, frames, reflector_rotation, oriented)
+    known, of_places = data.fixed.prior_rows(frames.place)
+    C = np.zeros((len(known), unknowns.size))
+    C[:, unknowns.place(0).start : unknowns.place(unknowns.places).start] = of_places
+    return Linearisation(z, A, turns, B, oriented, known, C)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Arm:
+    """The flange at each pose, and its derivatives by the parameters."""
+
+    unknowns: Unknowns
+    rotation: Array  # (M, 3, 3)
+    dP: Array  # (M, 3, K)
+    dR: Array  # (M, 3, 3, K)
+    frames: InstrumentFrames
+
+    def carry(self, A: Array, pose: IntArray, reflector: IntArray, F: Array) -> None:
+        """Put F d(P + R t) / dx of reflectors (n,) at poses (n,) into rows (n, 3, D)."""
+        K = self.unknowns.parameters
+        for r in np.unique(reflector).tolist():
+            rows = np.flatnonzero(reflector == r)
+            at = pose[rows]
+            derivative = self.dP[at] + np.einsum("nijk,j->nik", self.dR[at], self.frames.reflector[r])
+            A[rows, :, :K] = F[rows] @ derivative
+            A[rows, :, self.unknowns.reflector(r)] = F[rows] @ self.rotation[at]
+
+
+def _with_far_ends(data: Measurements, arm: _Arm, delta: Array, A: Array) -> tuple[Array, Array]:
+    """z and A of all rows: far ends that are no measured places, and distances."""
+    ends = data.ends
+    if ends is None:
+        return delta, A
+    other = np.flatnonzero(ends.pose != NONE)
+    far = np.zeros((len(other), 3, A.shape[2]))
+    arm.carry(far, ends.pose[other], ends.reflector[other], np.tile(np.eye(3), (len(other), 1, 1)))
+    A[other] -= far
+    for s in np.unique(ends.place[ends.place != NONE]).tolist():
+        A[ends.place == s, :, arm.unknowns.place(s)] -= np.eye(3)
+    rows = np.flatnonzero(np.isfinite(ends.distance))
+    length = np.linalg.norm(delta[rows], axis=1)
+    toward = delta[rows] / np.maximum(length, SHORTEST)[:, None]
+    along = -np.einsum("ni,nid->nd", toward, A[rows])
+    A[rows] = 0.0
+    A[rows, 0] = along
+    delta[rows] = np.column_stack([ends.distance[rows] - length, np.zeros((len(rows), 2))])
+    return delta, A
 
 
 def _linearise_orientations(
     data: Measurements,
-    active: BoolArray,
+    unknowns: Unknowns,
     R: Array,
     dR: Array,
     frames: InstrumentFrames,
     reflector_rotation: Array,
     oriented: IntArray,
-    D: int,
 ) -> tuple[Array, Array]:
     """Residuals and Jacobian of the orientations, in the reflector's own axes."""
-    B = np.zeros((len(oriented), 3, D))
+    B = np.zeros((len(oriented), 3, unknowns.size))
     if not len(oriented):
         return np.zeros((0, 3)), B
-    K, V, Q = int(active.sum()), len(data.instruments), len(data.reflectors)
     pose, inst, refl = data.pose[oriented], data.instrument[oriented], data.reflector[oriented]
     S = R[pose] @ reflector_rotation[refl]
     predicted = frames.rotation[inst] @ S
     spin = np.einsum("nijk,nlj->nilk", dR[pose], R[pose])  # dR R'
     w = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)  # (N', 3, K)
-    B[:, :, :K] = np.swapaxes(S, 1, 2) @ w
+    B[:, :, : unknowns.parameters] = np.swapaxes(S, 1, 2) @ w
     for n in range(len(oriented)):
-        B[n, :, K + 6 * inst[n] : K + 6 * inst[n] + 3] = predicted[n].T
-        begin_ = K + 6 * V + 3 * Q + 3 * refl[n]
-        B[n, :, begin_ : begin_ + 3] = np.eye(3)
+        turn = unknowns.frame(int(inst[n])).start
+        B[n, :, turn : turn + 3] = predicted[n].T
+        B[n, :, unknowns.turn(int(refl[n]))] = np.eye(3)
     return rotation_vector(np.swapaxes(predicted, 1, 2) @ data.rotation[oriented]), B

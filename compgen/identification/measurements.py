@@ -1,15 +1,59 @@
-"""Measured positions of reflectors, and the joints at which they were measured, in SI."""
+r"""What was measured of an arm, and the joints at which it was measured, in SI.
+
+A row compares a reflector (or the probe), carried by the flange at a pose and moved by a shift, with its far end:
+
+    delta = y - [F (P + R t + v) + c]     y: a place measured, or a fixed place, in the frame (F, c) of an instrument
+    delta = (P' + R' t') - (P + R t)      another reflector, or the same one at another pose
+
+All coordinates of delta are a row's residual, or its length alone against a measured distance l: l - |delta|.
+"""
 
 from dataclasses import dataclass, fields, replace
+from typing import Final
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.identification.fixed_places import NO_PLACES, WORLD, FixedPlaces, merged_places
+
+#: kinds of rows, each with a noise of its own: places by an instrument, orientations, touches, distances, and what
+#: is known beforehand, whose noise is known too
+PLACE, ORIENTATION, TOUCH, DISTANCE, KNOWN = range(5)
+KINDS: Final = ("places", "orientations", "touches", "distances", "known")
+NONE = -1  # no fixed place, no other pose
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FarEnds:
+    """What the reflector of each row is compared with, beyond places that an instrument measured."""
+
+    kind: IntArray  # (N,) PLACE, TOUCH or DISTANCE
+    shift: Array  # (N, 3) [m] World, of the near end
+    place: IntArray  # (N,) fixed place; NONE: the position given
+    pose: IntArray  # (N,) at which another reflector is compared; NONE: no other
+    reflector: IntArray  # (N,) that one
+    distance: Array  # (N,) [m] measured; NaN: all coordinates count
+    toward: Array  # (N, 3) unit vector in World, roughly from the near end to the far one; NaN: not known
+
+    def __post_init__(self) -> None:
+        own(
+            self, kind=("N",), shift=("N", 3), place=("N",), pose=("N",), reflector=("N",), distance=("N",),
+            toward=("N", 3),
+        )  # fmt: skip
+
+
+def plain_ends(count: int) -> FarEnds:
+    """Of rows that an instrument measured."""
+    none = np.full(count, NONE)
+    return FarEnds(
+        kind=np.full(count, PLACE), shift=np.zeros((count, 3)), place=none, pose=none,
+        reflector=np.zeros(count, dtype=int), distance=np.full(count, np.nan), toward=np.full((count, 3), np.nan),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Measurements:
-    """Poses of the arm, and rows measured at them; several rows (reflectors) may share a pose."""
+    """Poses of the arm, and rows measured at them; several rows (reflectors) may share a pose, and one may have two."""
 
     theta: Array  # (M, 6) [rad] commanded, DH
     rise: Array  # (M, K) [K] of the heat model's nodes; zeros when cold
@@ -17,9 +61,9 @@ class Measurements:
     time: Array  # (M,) [s]
     warm: Array  # (M,) [s] since the warm-up's start; 0 at cold poses
     pose: IntArray  # (N,) of each row
-    instrument: IntArray  # (N,) which frame it was measured in
+    instrument: IntArray  # (N,) which frame it was measured in; WORLD: none
     reflector: IntArray  # (N,)
-    position: Array  # (N, 3) [m] in the instrument's frame; NaN: not measured
+    position: Array  # (N, 3) [m] of the far end in the instrument's frame; NaN: not measured, or fitted along
     rotation: Array  # (N, 3, 3) in the instrument's frame; NaN: not measured
     sigma: Array  # (N,) standard deviation relative to the other rows, median 1
     label: tuple[str, ...]  # of each row: file and line
@@ -28,6 +72,9 @@ class Measurements:
     aligned: BoolArray  # (I,) the instrument's frame is World, but for small errors (axis tests)
     modelled: tuple[int, ...] = ()  # nodes without a sensor, whose rise at warm poses a model says
     lag: Array | None = None  # (M, K) [K] d rise / d log tau of those nodes; None: all zero
+    ends: FarEnds | None = None  # None: an instrument measured all rows
+    fixed: FixedPlaces = NO_PLACES
+    timed: bool = True  # whether the file gives the times of its poses
 
     def __post_init__(self) -> None:
         own(
@@ -37,12 +84,29 @@ class Measurements:
         if self.lag is not None:
             own(self, lag=("M", "K"))
 
+    @property
+    def kind(self) -> IntArray:
+        """Of each row, (N,)."""
+        return np.full(len(self.pose), PLACE) if self.ends is None else self.ends.kind
+
+    @property
+    def numbers(self) -> IntArray:
+        """How many numbers each row has at most: three coordinates, or one distance, (N,)."""
+        if self.ends is None:
+            return np.full(len(self.pose), 3)
+        return np.where(np.isfinite(self.ends.distance), 1, 3)
+
+    def row_of(self, pose: int) -> int:
+        """The first row measured at a pose."""
+        far = np.full(len(self.pose), NONE) if self.ends is None else self.ends.pose
+        return int(np.flatnonzero((self.pose == pose) | (far == pose))[0])
+
     def file(self, row: int = 0) -> str:
         """The file that a row is from."""
         return self.label[row].rsplit(": line", 1)[0]
 
     def named_instrument(self, i: int) -> str:
-        """The name that the files give an instrument; "" where it is known by its file alone."""
+        """The name that the files give an instrument or artefact; "" where it is known by its file alone."""
         files = {self.file(n) for n in np.flatnonzero(self.instrument == i).tolist()}
         return "" if self.instruments[i] in files else self.instruments[i]
 
@@ -52,6 +116,8 @@ class Measurements:
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         values.update({name: values[name][rows] for name in per_row})
         values["label"] = tuple(label for label, keep in zip(self.label, rows.tolist()) if keep)
+        if self.ends is not None:
+            values["ends"] = FarEnds(*(getattr(self.ends, f.name)[rows] for f in fields(self.ends)))
         return Measurements(**values)
 
 
@@ -60,6 +126,9 @@ def concatenate(files: list[Measurements]) -> Measurements:
     names = list(dict.fromkeys(r for p in files for r in p.reflectors))
     frames = np.cumsum([0, *(len(p.instruments) for p in files)])
     poses = np.cumsum([0, *(len(p.theta) for p in files)])
+
+    reflector = [np.array([names.index(r) for r in p.reflectors], dtype=int) for p in files]
+    fixed, place = merged_places([p.fixed for p in files], frames.tolist())
 
     def stack(name: str) -> Array:
         return np.concatenate([getattr(p, name) for p in files])
@@ -71,8 +140,8 @@ def concatenate(files: list[Measurements]) -> Measurements:
         time=stack("time"),
         warm=stack("warm"),
         pose=np.concatenate([p.pose + n for p, n in zip(files, poses.tolist())]),
-        instrument=np.concatenate([p.instrument + n for p, n in zip(files, frames.tolist())]),
-        reflector=np.concatenate([np.array([names.index(r) for r in p.reflectors])[p.reflector] for p in files]),
+        instrument=np.concatenate([_numbered(p.instrument, n) for p, n in zip(files, frames.tolist())]),
+        reflector=np.concatenate([number[p.reflector] for p, number in zip(files, reflector)]),
         position=stack("position"),
         rotation=stack("rotation"),
         sigma=stack("sigma"),
@@ -82,12 +151,41 @@ def concatenate(files: list[Measurements]) -> Measurements:
         aligned=np.concatenate([p.aligned for p in files]),
         modelled=tuple(sorted({k for p in files for k in p.modelled})),
         lag=np.concatenate([np.zeros_like(p.rise) if p.lag is None else p.lag for p in files]),
+        ends=_stacked_ends(files, reflector, place, poses.tolist()),
+        fixed=fixed,
     )
+
+
+def _stacked_ends(
+    files: list[Measurements], reflector: list[IntArray], place: list[IntArray], poses: list[int]
+) -> FarEnds | None:
+    """The far ends of all rows, numbered anew."""
+    if all(p.ends is None for p in files):
+        return None
+    parts = []
+    for p, reflectors, places, first in zip(files, reflector, place, poses):
+        ends = p.ends or plain_ends(len(p.pose))
+        parts.append(
+            replace(
+                ends, pose=_numbered(ends.pose, first), reflector=reflectors[ends.reflector],
+                place=np.append(places, NONE)[ends.place],
+            )
+        )  # fmt: skip
+    return FarEnds(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(FarEnds)))
+
+
+def _numbered(indices: IntArray, first: int) -> IntArray:
+    """Indices counted on from the first of their file; -1 stays."""
+    return np.where(indices < 0, indices, indices + first)
 
 
 def with_one_frame_a_name(data: Measurements) -> Measurements:
     """Measurements whose instruments of one name have one frame: it stood in one place for all its files."""
     names = list(dict.fromkeys(data.instruments))
-    number = np.array([names.index(name) for name in data.instruments])
+    number = np.array([names.index(name) for name in data.instruments], dtype=int)
     first = [data.instruments.index(name) for name in names]
-    return replace(data, instrument=number[data.instrument], instruments=tuple(names), aligned=data.aligned[first])
+    number = np.append(number, WORLD)
+    fixed = replace(data.fixed, frame=number[data.fixed.frame])
+    return replace(
+        data, instrument=number[data.instrument], instruments=tuple(names), aligned=data.aligned[first], fixed=fixed
+    )

@@ -1,15 +1,18 @@
 """Whether measurements can be of this arm at all: their number, units and angles. One line for what is wrong."""
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, BoolArray
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
-from compgen.identification.conventions import better_reading
-from compgen.identification.frames import InstrumentFrames, initial_frames
-from compgen.identification.measurements import Measurements
+from compgen.identification.conventions import SUSPECT, better_reading
+from compgen.identification.frame_start import initial_frames
+from compgen.identification.frames import InstrumentFrames, measured_distance
+from compgen.identification.measurements import DISTANCE, PLACE, TOUCH, Measurements
 from compgen.identification.model import ArmModel
 from compgen.robot.robot import Robot
 
@@ -17,19 +20,63 @@ FAR = 0.05  # of the arm's reach: a larger median distance is no calibration err
 NEAR = 0.2  # of the spread of the positions
 FEWEST = 8  # poses from which a reading of the joints can be told from frames
 BETTER = 5.0  # times nearer: a reading of the file that explains it so much better is the right one
+NEAR_LENGTH = 0.05  # share by which a length in another unit may differ from what the arm says
 UNITS = ((1000.0, "metres instead of mm"), (1e-3, "um instead of mm"), (25.4, "inches instead of mm"))
 
 
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """Words for what the rows of a kind hold."""
+
+    kind: int
+    words: str
+    joints: str
+    values: str
+    check: str
+    moved: str
+
+
+_MEASURED = {
+    PLACE: _Measured(
+        PLACE, "places", "j1_deg to j6_deg", "columns x_mm y_mm z_mm", "that x y z are of one instrument",
+        "has the instrument moved, or are these other reflectors?",
+    ),
+    TOUCH: _Measured(
+        TOUCH, "spheres", "j1_deg to j6_deg", "x_mm y_mm z_mm of the spheres in the artefact's file",
+        "the spheres' names and places, and the probe", "has the artefact moved, or is it another probe?",
+    ),
+    DISTANCE: _Measured(
+        DISTANCE, "distances", "a_j1_deg to b_j6_deg", "column distance_mm", "that each target is one reflector",
+        "has a socket moved, or are these other reflectors?",
+    ),
+}  # fmt: skip
+
+
 def check_row_count(data: Measurements) -> None:
-    """Raises InputError when the measured numbers are fewer than the frames alone have unknowns."""
-    unknowns = 6 * len(data.instruments) + 3 * len(data.reflectors)
-    measured = int(np.isfinite(data.position).sum()) + 3 * int(np.isfinite(data.rotation[:, 0, 0]).sum())
+    """Raises InputError when the measured numbers are fewer than frames, reflectors and places have unknowns."""
+    places = int(np.isnan(data.fixed.place[:, 0]).sum())
+    unknowns = 6 * len(data.instruments) + 3 * (len(data.reflectors) + places) - len(data.fixed.length)
+    of_places = np.isfinite(data.position[data.kind == PLACE]).sum() + 3 * np.isfinite(data.rotation[:, 0, 0]).sum()
+    measured = int(of_places + data.numbers[data.kind != PLACE].sum())
     if measured <= unknowns:
-        missing = int(np.ceil((unknowns + 1 - measured) / 3))
+        missing = int(np.ceil((unknowns + 1 - measured) / int(data.numbers.max())))
         raise InputError(
             f"{data.file()}: {measured} measured numbers, and the {unknowns} unknowns of "
-            f"{len(data.instruments)} instrument frame(s) and {len(data.reflectors)} reflector place(s) need more; "
-            f"measure {missing} or more rows more"
+            f"{len(data.instruments)} instrument frame(s) and {len(data.reflectors)} reflector place(s)"
+            f"{f', {places} fixed place(s)' if places else ''} need more; measure {missing} or more rows more"
+        )
+
+
+def check_scale(data: Measurements) -> None:
+    """Raises InputError when nothing tells how long anything is: touches of spheres without a certified length.
+
+    If the arm, the probe and the places of the spheres grow by one factor, every touch stays as it is.
+    """
+    if (data.kind == TOUCH).all() and not data.fixed.certified:
+        raise InputError(
+            f"{data.file()}: no row tells the scale: all lengths of the arm and between the spheres may grow together; "
+            "give the certified length between two touched spheres ([[length]] in the artefact's file), or certified "
+            "places (certified = true), or --distances"
         )
 
 
@@ -40,58 +87,110 @@ def check_plausible(robot: Robot, model: ArmModel, data: Measurements, frames: I
         robot: The nominal arm.
         model: The arm whose places are compared; its parameters are at zero.
         data: Measurements.
-        frames: Of instruments and reflectors; None: those that fit best.
+        frames: Of instruments and reflectors, places; None: those that fit best.
     """
-    reach = float(np.abs(robot.a).sum() + np.abs(robot.d).sum())
+    for part in _parts(data):
+        _check_part(robot, model, data.subset(part), frames)
+
+
+def _parts(data: Measurements) -> Iterator[BoolArray]:
+    """Rows that are judged together: of each instrument, of each file of touches or distances."""
     for i in range(len(data.instruments)):
-        of_instrument = data.instrument == i
-        if data.aligned[i] or not of_instrument.any():
-            continue
-        rows = data.subset(of_instrument)
-        name = rows.file()
-        distance = _median_distance(model, rows, data.theta, 1.0, frames)
-        if distance <= FAR * reach:
-            _check_conventions(robot, model, rows, frames)
-            continue
-        spread = np.linalg.norm(rows.position - np.median(rows.position, axis=0), axis=1)
-        near = FAR * reach if frames is not None else NEAR * float(np.median(spread))
+        of_instrument = (data.instrument == i) & (data.kind == PLACE)
+        if not data.aligned[i] and of_instrument.any():
+            yield of_instrument
+    others = np.flatnonzero(data.kind != PLACE).tolist()
+    files = np.array([data.file(n) for n in others])
+    for file in dict.fromkeys(files.tolist()):
+        rows = np.zeros(len(data.pose), dtype=bool)
+        rows[np.array(others)[files == file]] = True
+        yield rows
 
-        def explains(
-            theta: Array, factor: float, rows: Measurements = rows, distance: float = distance, near: float = near
-        ) -> bool:
-            """Whether other angles or units explain the positions: much nearer, and near against their spread."""
-            explained = _median_distance(model, rows, theta, factor, frames)
-            limit = near if frames is not None else near * factor
-            return explained < limit and (explained < distance / BETTER or factor > 1)
 
-        radians = robot.to_theta(robot.to_pendant(data.theta) / DEG)
-        small = np.abs(robot.to_pendant(data.theta)).max() / DEG <= 7
-        if small and explains(radians, 1.0):
-            raise InputError(
-                f"{name}: columns j1_deg to j6_deg: the values are radians, not degrees; multiply them by 57.29578"
-            )
-        for factor, unit in UNITS:
-            if explains(data.theta, factor):
-                raise InputError(
-                    f"{name}: columns x_mm y_mm z_mm: the values look like {unit} (off by {factor:g}); multiply them "
-                    f"by {factor:g}"
-                )
+def _check_part(robot: Robot, model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
+    reach = float(np.abs(robot.a).sum() + np.abs(robot.d).sum())
+    measured = _MEASURED[int(rows.kind[0])]
+    is_place = measured.kind == PLACE
+    far = FAR * reach if is_place else 2 * SUSPECT
+    name = rows.file()
+    distance = _median_distance(model, rows, rows.theta, 1.0, frames)
+    if distance <= far:
         _check_conventions(robot, model, rows, frames)
-        if frames is not None:
-            raise InputError(
-                f"{name}: the places are {distance / MM:.0f} mm (median) from where the robot file has them; has the "
-                "instrument moved, or are these other reflectors? --refit-frames fits both"
-            )
+        _check_lengths(model, rows, frames)
+        return
+    spread = np.linalg.norm(rows.position - np.median(rows.position, axis=0), axis=1)
+    near = far if frames is not None or not is_place else NEAR * float(np.median(spread))
+
+    def explains(theta: Array, factor: float) -> bool:
+        """Whether other angles or units explain what was measured: much nearer, and near against its spread."""
+        explained = _median_distance(model, rows, theta, factor, frames)
+        limit = near if frames is not None or not is_place else near * factor
+        return explained < limit and (explained < distance / BETTER or factor > 1)
+
+    radians = robot.to_theta(robot.to_pendant(rows.theta) / DEG)
+    small = np.abs(robot.to_pendant(rows.theta)).max() / DEG <= 7
+    if small and explains(radians, 1.0):
         raise InputError(
-            f"{name}: the nominal arm misses the places by {distance / MM:.0f} mm (median); check joint order, "
-            f"signs and J3 of the pendant's convention (pendant table of robot '{robot.name}'), "
-            "and that x y z are of one instrument"
+            f"{name}: columns {measured.joints}: the values are radians, not degrees; multiply them by 57.29578"
         )
+    for factor, unit in UNITS:
+        if explains(rows.theta, factor):
+            raise InputError(
+                f"{name}: {measured.values}: the values look like {unit} (off by {factor:g}); multiply them "
+                f"by {factor:g}"
+            )
+    _check_exchanged(model, rows, frames, distance)
+    _check_conventions(robot, model, rows, frames)
+    if frames is not None:
+        raise InputError(
+            f"{name}: the {measured.words} are {distance / MM:.0f} mm (median) from where the robot file has them; "
+            f"{measured.moved} --refit-frames fits both"
+        )
+    raise InputError(
+        f"{name}: the nominal arm misses the {measured.words} by {distance / MM:.0f} mm (median); check joint order, "
+        f"signs and J3 of the pendant's convention (pendant table of robot '{robot.name}'), "
+        f"and {measured.check}"
+    )
+
+
+def _check_lengths(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
+    """Raises InputError where the nominal arm has two spheres at another distance than their certified length."""
+    if frames is not None or not len(rows.fixed.length):
+        return
+    position, rotation = model.pose(rows, np.zeros(len(model.parameters)))
+    place = initial_frames(rows, position, rotation).place
+    touched = np.zeros(len(place), dtype=bool)
+    touched[rows.ends.place if rows.ends is not None else 0] = True
+    for (a, b), length in zip(rows.fixed.between.tolist(), rows.fixed.length.tolist()):
+        by_arm = float(np.linalg.norm(place[a] - place[b]))
+        if touched[a] and touched[b] and abs(by_arm - length) > 2 * SUSPECT:
+            units = ((1000.0, "metres"), (1e-3, "um"), (25.4, "inches"))
+            unit = next((u for f, u in units if abs(length * f / by_arm - 1) < NEAR_LENGTH), "")
+            raise InputError(
+                f"{rows.file()}: the length of {length / MM:.4g} mm between '{rows.fixed.names[a]}' and "
+                f"'{rows.fixed.names[b]}', which the arm has {by_arm / MM:.4g} mm apart"
+                f"{f': is it {unit} instead of mm?' if unit else ''}; mend [[length]] in the artefact's file"
+            )
+
+
+def _check_exchanged(model: ArmModel, rows: Measurements, frames: InstrumentFrames | None, distance: float) -> None:
+    """Raises InputError where touches fit once the names of two spheres are exchanged."""
+    if rows.ends is None or int(rows.kind[0]) != TOUCH:
+        return
+    names = rows.fixed.names
+    for a, b in combinations(range(len(names)), 2):
+        order = np.arange(len(names))
+        order[[a, b]] = b, a
+        exchanged = replace(rows, ends=replace(rows.ends, place=order[rows.ends.place]))
+        if _median_distance(model, exchanged, rows.theta, 1.0, frames) < distance / BETTER:
+            raise InputError(
+                f"{rows.file()}: the touches fit where '{names[a]}' and '{names[b]}' are exchanged; mend them"
+            )
 
 
 def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames: InstrumentFrames | None) -> None:
     """Raises InputError when another reading of the joint columns explains the places much better: says which."""
-    if len(rows.theta) < FEWEST and frames is None:
+    if len(np.unique(rows.pose)) < FEWEST and frames is None:
         return
 
     def distance_of(pendant: Array) -> Array:
@@ -101,7 +200,8 @@ def _check_conventions(robot: Robot, model: ArmModel, rows: Measurements, frames
     if better is not None:
         words, as_given, explained = better
         raise InputError(
-            f"{rows.file()}: the nominal arm misses the places by {as_given / MM:.0f} mm, and by {explained / MM:.1f} "
+            f"{rows.file()}: the nominal arm misses the {_MEASURED[int(rows.kind[0])].words} by "
+            f"{as_given / MM:.0f} mm, and by {explained / MM:.1f} "
             f"mm where {words}; mend the columns, or the pendant table of robot '{robot.name}' (joint order, signs, J3)"
         )
 
@@ -118,6 +218,9 @@ def _distances(
 ) -> Array:
     """Distance of each measured position from the arm, with the best frames unless they are given, (N,) [m]."""
     scaled = replace(rows, theta=theta, position=rows.position * factor)
+    if scaled.ends is not None and int(scaled.kind[0]) == DISTANCE:
+        scaled = replace(scaled, ends=replace(scaled.ends, distance=scaled.ends.distance * factor))
+    elif scaled.ends is not None:
+        scaled = replace(scaled, fixed=replace(scaled.fixed, place=scaled.fixed.place * factor))
     position, rotation = model.pose(scaled, np.zeros(len(model.parameters)))
-    frames = frames or initial_frames(scaled, position, rotation)
-    return np.asarray(np.linalg.norm(frames.predict(scaled, position, rotation) - scaled.position, axis=1))
+    return measured_distance(frames or initial_frames(scaled, position, rotation), scaled, position, rotation)

@@ -1,5 +1,7 @@
 """Pose files: joints, and where an instrument measured the reflectors."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
@@ -61,10 +63,10 @@ def read_poses(
     if not frames_known:
         _check_measured_twice(table, reflectors, reflector)
     theta = robot.to_theta(pendant[first] * DEG)
-    _check_limits(table, robot, theta, pendant, first)
+    check_within_limits(robot, theta, lambda m, k: table.location(int(first[m]), JOINTS[k]))
     if timed and time is not None:
         _check_seconds(table, robot, pendant, time, first)
-    _check_moving(table, pendant, force)
+    check_moving(source, pendant, force)
     clock = time[first] if time is not None else np.arange(len(first), dtype=float)
     N = len(pendant)
     return Measurements(
@@ -78,7 +80,7 @@ def read_poses(
         reflector=reflector,
         position=position * MM,
         rotation=_rotation(table, N),
-        sigma=_sigma(table, N),
+        sigma=relative_sigma(table, N),
         label=tuple(table.location(i) for i in range(N)),
         reflectors=reflectors,
         instruments=(instrument,),
@@ -184,7 +186,8 @@ def _check_measured_twice(table: CsvTable, reflectors: tuple[str, ...], reflecto
         )
 
 
-def _check_limits(table: CsvTable, robot: Robot, theta: Array, pendant: Array, first: IntArray) -> None:
+def check_within_limits(robot: Robot, theta: Array, location: Callable[[int, int], str]) -> None:
+    """Raises InputError where a joint is outside its limits; ``location`` says where pose and joint were read."""
     for k in range(6):
         beyond = np.flatnonzero((theta[:, k] < robot.lower[k] - LIMIT) | (theta[:, k] > robot.upper[k] + LIMIT))
         if len(beyond):
@@ -192,18 +195,19 @@ def _check_limits(table: CsvTable, robot: Robot, theta: Array, pendant: Array, f
             zero = robot.pendant_zero[k]
             value, low, high = ((v - zero) / DEG for v in (theta[m, k], robot.lower[k], robot.upper[k]))
             raise InputError(
-                f"{table.location(int(first[m]), JOINTS[k])}: {robot.joint_names[k]} at {value:.3f} deg is outside its "
+                f"{location(m, k)}: {robot.joint_names[k]} at {value:.3f} deg is outside its "
                 f"limits {low:g} to {high:g} deg; the joints are those of the pendant: mend the row, or the robot file"
             )
 
 
-def _check_moving(table: CsvTable, pendant: Array, force: bool) -> None:
+def check_moving(source: str, pendant: Array, force: bool) -> None:
+    """Raises InputError where a joint, of pendant angles (M, 6) [deg], never moves."""
     if force:
         return
     for k, span in enumerate(np.ptp(pendant, axis=0) * DEG):
         if span < STILL:
             raise InputError(
-                f"{table.source}: column {JOINTS[k]}: constant at {pendant[0, k]:g} deg in all {len(pendant)} rows, so "
+                f"{source}: column {JOINTS[k]}: constant at {pendant[0, k]:g} deg in all {len(pendant)} rows, so "
                 f"nothing of joint {k + 1} can be identified; measure poses that move it, or --force holds its "
                 "parameters at nominal"
             )
@@ -228,7 +232,7 @@ def _rotation(table: CsvTable, count: int) -> Array:
     return rotation
 
 
-def _sigma(table: CsvTable, count: int) -> Array:
+def relative_sigma(table: CsvTable, count: int) -> Array:
     """How uncertain each row is beside the others, (N,), median 1."""
     if not table.has("sigma_um"):
         return np.ones(count)

@@ -23,9 +23,15 @@ class IdentifiedTable(Table):
     """Its sha256 (line ends as LF): no other file is taken for it."""
     instrument: str = ""
     """Name of the instrument, where the measurements name it."""
-    instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)]
+    instrument_mm: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
     """Origin of World in the instrument's frame."""
-    instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)]
+    instrument_deg: Annotated[list[Angle], Field(min_length=3, max_length=3)] | None = None
     """Rotation vector from World to the instrument's frame."""
     reflector_mm: dict[str, Point]
     """Place of each reflector in the flange, by its name."""
+    artefact_mm: dict[str, Point] = {}
+    """Origin of World in the frame of each artefact of known places that was touched, by its file's name."""
+    artefact_deg: dict[str, Annotated[list[Angle], Field(min_length=3, max_length=3)]] = {}
+    """Rotation vector from World to that frame."""
+    place_mm: dict[str, Point] = {}
+    """Place of each sphere, in its artefact's frame or in World, and of each socket of a ballbar."""

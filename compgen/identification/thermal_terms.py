@@ -147,7 +147,7 @@ def _problem(model: ArmModel, data: Measurements, fitted: Fit, group: IntArray) 
     weight = (~fitted.outlier) / data.sigma**2
 
     def equations(rows: BoolArray) -> list[NormalEquations]:
-        return channel_equations(linear, weight, u, data.pose, rho, rows)
+        return channel_equations(linear, weight, u, data, rho, rows)
 
     block = warm_blocks(data)[data.pose]
     everything = np.ones(len(block), dtype=bool)

@@ -10,13 +10,14 @@ from compgen.core.arrays import Array, IntArray, own
 from compgen.core.csv_table import CsvTable, quote_cell, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr
+from compgen.core.rotations import from_wpr, rotation_vector
 from compgen.core.toml import check, read_toml, suggest
 from compgen.core.units import DEG, MM, UM
 from compgen.fanuc.configuration import apply_turns, parse_config
 from compgen.identification.artefact_schema import ArtefactFile
 from compgen.identification.pose_files import JOINTS, LIMIT
 from compgen.robot.inverse_kinematics import check_arm_class, solve_tool
+from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
 PLACE = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
@@ -24,6 +25,8 @@ NORMAL = ("nx", "ny", "nz")
 KNOWN = ("time_s", "target", *PLACE, "config", *JOINTS, *NORMAL, "value_mm", "sigma_um")
 CERTIFIED_AT = 20.0  # degC
 UNIT = 1e-3  # of the length of a direction
+OTHER = 0.01  # share by which a length may differ from the distance of its spheres' places
+STEP = 1e-6  # [rad] of the difference quotient
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,9 +41,16 @@ class Artefact:
     diameter: Array  # (S,) [m]; NaN: unknown
     probe: Array  # (3,) [m] its centre in the flange
     probe_diameter: float  # [m]
+    between: IntArray  # (L, 2) spheres whose distance is given
+    length: Array  # (L,) [m] at the temperature of touching
+    length_sigma: Array  # (L,) [m]
+    certified: bool | None  # whether places and lengths are; None: not said
 
     def __post_init__(self) -> None:
-        own(self, place=("S", 3), sigma=("S",), diameter=("S",), probe=(3,))
+        own(
+            self, place=("S", 3), sigma=("S",), diameter=("S",), probe=(3,), between=("L", 2), length=("L",),
+            length_sigma=("L",),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,6 +100,11 @@ def read_artefact(source: str) -> Artefact:
         unknown = next((n for n in length.between if n not in names), None)
         if unknown is not None:
             raise InputError(f"{source}: length.{i}.between: no sphere '{unknown}'{suggest(unknown, names)}")
+        if length.between[0] == length.between[1]:
+            raise InputError(
+                f"{source}: length.{i}.between: '{length.between[0]}' twice; a length is between two spheres"
+            )
+    _check_lengths(source, file, names, np.array(places), grown)
     probe = file.probe
     return Artefact(
         source,
@@ -100,7 +115,23 @@ def read_artefact(source: str) -> Artefact:
         np.array([np.nan if s.diameter_mm is None else s.diameter_mm * MM for s in file.sphere]),
         np.array([probe.x_mm, probe.y_mm, probe.z_mm]) * MM,
         probe.diameter_mm * MM,
+        np.array([[names.index(n) for n in length.between] for length in file.length], dtype=int).reshape(-1, 2),
+        np.array([length.mm * MM * grown for length in file.length]),
+        np.array([length.sigma_um * UM for length in file.length]),
+        file.artefact.certified,
     )
+
+
+def _check_lengths(source: str, file: ArtefactFile, names: tuple[str, ...], place: Array, grown: float) -> None:
+    """Raises InputError where a length is not what the places of its spheres say."""
+    for i, length in enumerate(file.length):
+        a, b = (names.index(n) for n in length.between)
+        by_places = float(np.linalg.norm(place[a] - place[b])) / MM / grown
+        if np.isfinite(by_places) and abs(by_places - length.mm) > OTHER * length.mm:
+            raise InputError(
+                f"{source}: length.{i}.mm: {length.mm:g} between '{names[a]}' and '{names[b]}', whose places are "
+                f"{by_places:.4g} mm apart; mend one of them"
+            )
 
 
 def read_touches(source: str, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Touches:
@@ -140,6 +171,19 @@ def read_touches(source: str, robot: Robot, artefact: Artefact, uframes: Mapping
         *_directions(table, artefact, target),
         _sigma(table),
     )
+
+
+def probing_directions(robot: Robot, theta: Array, normal: Array) -> Array:
+    """Signs of the joints' speeds while the flange moves along a direction in World without turning, (M, 6)."""
+    J = np.zeros((len(theta), 6, 6))
+    flange = flange_pose(robot, theta)
+    for k in range(6):
+        moved = flange_pose(robot, theta + STEP * np.eye(6)[k])
+        J[:, :3, k] = (moved.position - flange.position) / STEP
+        J[:, 3:, k] = rotation_vector(moved.rotation @ np.swapaxes(flange.rotation, 1, 2)) / STEP
+    wanted = np.concatenate([normal, np.zeros((len(theta), 3))], axis=1)
+    speed = np.einsum("nij,nj->ni", np.linalg.pinv(J), wanted)
+    return np.asarray(np.where(np.abs(speed) > 1e-6, np.sign(speed), 0.0))
 
 
 def _joints(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Array:

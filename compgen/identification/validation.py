@@ -135,9 +135,9 @@ def far_rows(data: Measurements, residual: Array) -> BoolArray:
 
 
 def _residual(model: ArmModel, data: Measurements, frames: InstrumentFrames) -> Array:
-    """Each row's measured place less where the arm is predicted, (N, 3) [m]."""
+    """What each row measured less what is predicted, (N, 3) [m]."""
     position, rotation = model.pose(data, np.zeros(0))
-    return np.asarray(data.position - frames.predict(data, position, rotation))
+    return np.nan_to_num(frames.residual(data, position, rotation))
 
 
 def _named(data: Measurements, distance: Array, outlier: BoolArray) -> list[Finding]:

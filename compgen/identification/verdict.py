@@ -91,7 +91,7 @@ def judge(
     outliers = np.flatnonzero(selected.fit.outlier).tolist()
     for n in outliers[:20]:
         distance = np.linalg.norm(selected.fit.residual[n]) / UM
-        usual = selected.fit.noise * np.sqrt(3) / UM
+        usual = selected.fit.noise_of_row[n] * np.sqrt(data.numbers[n]) / UM
         findings.append(
             Finding(Level.WARNING, "outlier", f"{data.label[n]}: set aside: {distance:.0f} um from what the other rows "
                     f"say, where {usual:.0f} um is usual")

@@ -108,7 +108,7 @@ def _check_covered(data: Measurements, log: Temperatures) -> None:
     outside = np.flatnonzero((data.time < low - 1e-9) | (data.time > high + 1e-9))
     if not len(outside):
         return
-    row = int(np.flatnonzero(data.pose == outside[0])[0])
+    row = data.row_of(int(outside[0]))
     pose, first, last = float(data.time[outside[0]]), float(data.time.min()), float(data.time.max())
     mend = "both need one clock"
     for factor, unit in CLOCKS:

@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
@@ -17,7 +17,9 @@ from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
+from compgen.fanuc.frames import default_frames, load_frames
 from compgen.identification.axis_tests import read_lines
+from compgen.identification.distances import read_distances
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identified_robot_file import robot_text
 from compgen.identification.identify import Identification
@@ -30,6 +32,9 @@ from compgen.identification.sensorless_nodes import (
     sensorless_nodes,
     with_sensorless_nodes,
 )
+from compgen.identification.tables import IdentifiedTable
+from compgen.identification.touch_rows import touch_rows
+from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, with_temperatures
 from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema, schema_text
 from compgen.pipelines.robot_file import Arm, arm_of
@@ -37,35 +42,87 @@ from compgen.thermal import NodeModel
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 
+@dataclass(frozen=True, slots=True)
+class MeasurementFiles:
+    """Names of files with what was measured of an arm, by kind."""
+
+    poses: Sequence[str] = ()
+    lines: Sequence[str] = ()
+    warm_up: Sequence[str] = ()  # poses of the warming, or warm, arm
+    distances: Sequence[str] = ()
+    touches: Sequence[str] = ()
+    artefact: str | None = None  # what was touched; None: artefact.toml beside each file of touches
+    frames: str | None = None  # user frames in which touches were commanded
+    log: str | None = None  # temperatures
+
+    def artefact_of(self, touches: str) -> str:
+        """The artefact that a file's touches are of."""
+        return self.artefact or str(Path(touches).with_name("artefact.toml"))
+
+    @property
+    def names(self) -> list[str]:
+        """All files."""
+        artefacts = list(dict.fromkeys(map(self.artefact_of, self.touches)))
+        single = [name for name in (self.frames if self.touches else None, self.log) if name is not None]
+        return [*self.poses, *self.lines, *self.warm_up, *self.distances, *self.touches, *artefacts, *single]
+
+
 def read_measurements(
-    arm: Arm,
-    poses: Sequence[str],
-    lines: Sequence[str],
-    warm_up: Sequence[str],
-    log: str | None,
-    force: bool,
-    reference: str = "start",
-    frames_known: bool = False,
+    arm: Arm, files: MeasurementFiles, force: bool, reference: str = "start", frames_known: bool = False
 ) -> tuple[Measurements, list[Finding]]:
     """All measurements as one, and what the user must know of the log.
 
-    A temperature log goes with the poses of a warm-up, or else with all poses.
+    A temperature log goes with the poses of a warm-up, or else with all poses, and with the distances and touches that
+    have times.
     """
     nodes, findings = len(arm.nodes), list[Finding]()
-    lenient = force or len(poses) + len(warm_up) > 1
-    cold = [read_poses(f, arm.robot, nodes, lenient, bool(log and not warm_up), frames_known) for f in poses]
-    warm = [read_poses(f, arm.robot, nodes, True, True, frames_known) for f in warm_up]
-    if log is not None:
-        logged = []
-        for part in warm or cold:
-            part, of_part = with_temperatures(part, log, arm.heat, arm.sensors, rise_reference(reference))
-            logged.append(part)
+    lenient = force or len([*files.poses, *files.warm_up, *files.distances, *files.touches]) > 1
+    timed = bool(files.log and not files.warm_up)
+    cold = [read_poses(f, arm.robot, nodes, lenient, timed, frames_known) for f in files.poses]
+    warm = [read_poses(f, arm.robot, nodes, True, True, frames_known) for f in files.warm_up]
+    distances = [read_distances(f, arm.robot, nodes, lenient, frames_known) for f in files.distances]
+    touches = _read_touches(arm, files, lenient, frames_known)
+    if files.log is not None:
+        on_clock = [*(warm or cold), *(part for part in (*distances, *touches) if part.timed)]
+        if not on_clock:
+            raise InputError(
+                f"{files.log}: no measurements have times, so temperatures have no use; give column time_s, or leave "
+                "the log out"
+            )
+        logged = {}
+        for part in on_clock:
+            logged[id(part)], of_part = with_temperatures(
+                part, files.log, arm.heat, arm.sensors, rise_reference(reference)
+            )
             findings += [finding for finding in of_part if finding not in findings]
-        cold, warm = (cold, logged) if warm else (logged, [])
+        cold, warm, distances, touches = (
+            [logged.get(id(part), part) for part in parts] for parts in (cold, warm, distances, touches)
+        )
     elif warm:
         warm = [as_warm_up(part) for part in warm]
-    measured = [*cold, *warm, *(read_lines(file, arm.robot, nodes) for file in lines)]
-    return with_one_frame_a_name(concatenate(measured)), findings
+    lines = [read_lines(file, arm.robot, nodes) for file in files.lines]
+    return with_one_frame_a_name(concatenate([*cold, *warm, *distances, *touches, *lines])), findings
+
+
+def _read_touches(arm: Arm, files: MeasurementFiles, lenient: bool, frames_known: bool) -> list[Measurements]:
+    """The touches of each file, as rows."""
+    if not files.touches:
+        return []
+    uframes = (load_frames(files.frames) if files.frames else default_frames()).uframe
+    artefacts = {source: read_artefact(source) for source in map(files.artefact_of, files.touches)}
+    by_name = {Path(source).name: source for source in artefacts}
+    other = next((source for source in artefacts if by_name[Path(source).name] != source), None)
+    if other is not None:
+        raise InputError(
+            f"--touches: {other} and {by_name[Path(other).name]}: two artefacts of one name; rename one, as the robot "
+            "file tells their spheres apart by it"
+        )
+    parts = []
+    for file in files.touches:
+        artefact = artefacts[files.artefact_of(file)]
+        rows = read_touches(file, arm.robot, artefact, uframes)
+        parts.append(touch_rows(rows, artefact, arm.robot, len(arm.nodes), lenient, frames_known))
+    return parts
 
 
 def rise_reference(text: str) -> Reference:
@@ -84,33 +141,54 @@ def rise_reference(text: str) -> Reference:
 
 
 def identified_frames(arm: Arm, measurements: Measurements) -> InstrumentFrames:
-    """Where the robot file says that instruments and reflectors are."""
+    """Where the robot file says that instruments, artefacts, reflectors and fixed places are."""
     identified = arm.identified
     if identified is None:
         raise InputError(
             f"{arm.source}: identified: missing, it says where instrument and reflectors are; --refit-frames fits them"
         )
-    named = [measurements.named_instrument(i) for i in range(len(measurements.instruments))]
-    other = next((name for name in named if name and identified.instrument and name != identified.instrument), None)
-    if other is not None:
+    frames = [_identified_frame(arm.source, identified, measurements, i) for i in range(len(measurements.instruments))]
+    return InstrumentFrames(
+        rotation_matrix(np.array([turn for _, turn in frames]).reshape(-1, 3) * DEG),
+        np.array([origin for origin, _ in frames]).reshape(-1, 3) * MM,
+        _identified_places(arm.source, identified.reflector_mm, measurements.reflectors, measurements, "target"),
+        _identified_places(arm.source, identified.place_mm, measurements.fixed.names, measurements, "place"),
+    )
+
+
+def _identified_frame(
+    source: str, identified: IdentifiedTable, measurements: Measurements, i: int
+) -> tuple[Sequence[float], Sequence[float]]:
+    """Where World is in the frame of an instrument or artefact: origin [mm], rotation vector [deg]."""
+    name = measurements.instruments[i]
+    if name in identified.artefact_mm and name in identified.artefact_deg:
+        return identified.artefact_mm[name], identified.artefact_deg[name]
+    name = measurements.named_instrument(i)
+    file = measurements.file(int(np.flatnonzero(measurements.instrument == i)[0]))
+    if identified.instrument_mm is None or identified.instrument_deg is None or i in measurements.fixed.frame:
         raise InputError(
-            f"{measurements.file()}: instrument {quote_cell(other, 'of the file')}: {arm.source} knows where "
+            f"{file}: {source} does not know where {quote_cell(name, 'its instrument')} stood; --refit-frames fits its "
+            "frame"
+        )
+    if name and identified.instrument and name != identified.instrument:
+        raise InputError(
+            f"{file}: instrument {quote_cell(name, 'of the file')}: {source} knows where "
             f"{quote_cell(identified.instrument, 'another')} stood; --refit-frames fits its frame"
         )
-    unknown = next((r for r in measurements.reflectors if r not in identified.reflector_mm), None)
+    return identified.instrument_mm, identified.instrument_deg
+
+
+def _identified_places(
+    source: str, known: Mapping[str, Sequence[float]], names: Sequence[str], measurements: Measurements, word: str
+) -> Array:
+    """Places by their names, (n, 3) [m]."""
+    unknown = next((name for name in names if name not in known), None)
     if unknown is not None:
-        known = ", ".join(identified.reflector_mm)
         raise InputError(
-            f"{measurements.file()}: target {quote_cell(unknown, 'of a row')} is not in {arm.source} "
-            f"(known: {known}); --refit-frames fits its place"
+            f"{measurements.file()}: {word} {quote_cell(unknown, 'of a row')} is not in {source} "
+            f"(known: {', '.join(known)}); --refit-frames fits its place"
         )
-    count = len(measurements.instruments)
-    rotation = rotation_matrix(np.array([identified.instrument_deg]) * DEG)
-    return InstrumentFrames(
-        np.repeat(rotation, count, axis=0),
-        np.tile(np.array(identified.instrument_mm) * MM, (count, 1)),
-        np.array([identified.reflector_mm[r] for r in measurements.reflectors]) * MM,
-    )
+    return np.array([known[name] for name in names]).reshape(-1, 3) * MM
 
 
 def identified_robot_text(

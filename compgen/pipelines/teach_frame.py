@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
 from compgen.core.pose import Pose
@@ -18,15 +18,12 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.identification.frame_fit import FrameFit, fit_frame
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
-from compgen.identification.touches import Touches, read_artefact, read_touches
+from compgen.identification.touches import Touches, probing_directions, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.pipelines.part_frame import WARM
 from compgen.pipelines.robot_file import Arm
-from compgen.robot.kinematics import flange_pose
 from compgen.thermal.logged_rises import HEIGHT, LAG
 from compgen.thermal.temperature_log import Reference
-
-STEP = 1e-6  # [rad] of the difference quotient
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -100,27 +97,13 @@ def _poses(arm: Arm, touches: Touches) -> Measurements:
     sides = np.flatnonzero(np.isfinite(touches.normal[:, 0]))
     direction = np.zeros((N, 6))
     if reversal_widths([k.source for k in arm.known]) is not None and len(sides):
-        direction[sides] = _probing_directions(arm, touches, sides)
+        direction[sides] = probing_directions(arm.robot, touches.theta[sides], touches.normal[sides])
     return Measurements(
         theta=touches.theta, rise=np.zeros((N, len(arm.nodes))), direction=direction, time=touches.time,
         warm=np.zeros(N), pose=np.arange(N), instrument=np.zeros(N, dtype=int), reflector=np.zeros(N, dtype=int),
         position=np.zeros((N, 3)), rotation=np.full((N, 3, 3), np.nan), sigma=np.ones(N), label=touches.label,
         reflectors=("probe",), instruments=(touches.file,), aligned=np.array([False]),
     )  # fmt: skip
-
-
-def _probing_directions(arm: Arm, touches: Touches, rows: IntArray) -> Array:
-    """Signs of the joints' speeds while the flange moves along the probing direction without turning, (M, 6)."""
-    theta = touches.theta[rows]
-    J = np.zeros((len(theta), 6, 6))
-    flange = flange_pose(arm.robot, theta)
-    for k in range(6):
-        moved = flange_pose(arm.robot, theta + STEP * np.eye(6)[k])
-        J[:, :3, k] = (moved.position - flange.position) / STEP
-        J[:, 3:, k] = rotation_vector(moved.rotation @ np.swapaxes(flange.rotation, 1, 2)) / STEP
-    wanted = np.concatenate([touches.normal[rows], np.zeros((len(theta), 3))], axis=1)
-    speed = np.einsum("nij,nj->ni", np.linalg.pinv(J), wanted)
-    return np.asarray(np.where(np.abs(speed) > 1e-6, np.sign(speed), 0.0))
 
 
 def _variants(data: Measurements) -> list[Measurements]:

@@ -29,7 +29,7 @@ from compgen.core.evaluation import evaluate  # noqa: E402
 from compgen.core.pose import Pose  # noqa: E402
 from compgen.identification.identify import identify  # noqa: E402
 from compgen.identification.model import SymbolicSource, build_model  # noqa: E402
-from compgen.pipelines.identification_files import identified_robot_text, read_measurements  # noqa: E402
+from compgen.pipelines.identification_files import MeasurementFiles, identified_robot_text, read_measurements  # noqa: E402
 from compgen.pipelines.robot_file import arm_of, load_arm  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
 from compgen.robot.joint_path import follow_branch  # noqa: E402
@@ -155,7 +155,8 @@ def run(seed, sensors=NODES, robot=None):
         nominal = load_arm(robot or robot_file(folder))
         site = Site(seed, nominal.robot)
         cold, warm, log = campaign_files(site, seed, folder, sensors)
-        data, _ = read_measurements(nominal, [cold], [], [warm], log if sensors else None, False)
+        files = MeasurementFiles([cold], warm_up=[warm], log=log if sensors else None)
+        data, _ = read_measurements(nominal, files, False)
         start = time.perf_counter()
         result = identify_arm(nominal, data, bool(sensors))
         seconds = time.perf_counter() - start

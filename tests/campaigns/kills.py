@@ -41,7 +41,7 @@ import compgen  # noqa: E402
 from compgen import __main__ as command_line  # noqa: E402
 from compgen.cli import study_journal  # noqa: E402
 from compgen.identification import identify  # noqa: E402
-from compgen.pipelines.identification_files import read_measurements  # noqa: E402
+from compgen.pipelines.identification_files import MeasurementFiles, read_measurements  # noqa: E402
 from compgen.pipelines.robot_file import load_arm  # noqa: E402
 
 AUDITED = {"open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "ctypes.dlsym"}
@@ -310,7 +310,7 @@ def remember_fits() -> None:
     fit, fits = identify.identify, {}
     for file in POSES:
         arm = load_arm("arm.toml")
-        measurements, _ = read_measurements(arm, [file], [], [], None, True)
+        measurements, _ = read_measurements(arm, MeasurementFiles([file]), True)
         fits[len(measurements.position)] = fit(
             arm.robot, arm.known, measurements, len(arm.nodes), False, lambda stage, share: None
         )

@@ -13,7 +13,7 @@ from wider_arm import NODES
 from compgen.core.findings import Level
 from compgen.identification.identify import identify
 from compgen.identification.measurements import Measurements
-from compgen.pipelines.identification_files import identified_robot_text, read_measurements
+from compgen.pipelines.identification_files import MeasurementFiles, identified_robot_text, read_measurements
 from compgen.pipelines.robot_file import arm_of, load_arm
 from compgen.robot.kinematics import flange_pose
 
@@ -27,7 +27,7 @@ def identified(tmp_path_factory):
     nominal = load_arm(robot_file(folder))
     site = Site(SEED, nominal.robot)
     cold, warm, log = campaign_files(site, SEED, folder, NODES)
-    data, _ = read_measurements(nominal, [cold], [], [warm], log, False)
+    data, _ = read_measurements(nominal, MeasurementFiles([cold], warm_up=[warm], log=log), False)
     result = identify_arm(nominal, data, True)
     text = identified_robot_text(nominal, result, [cold, warm, log])
     return site, result, arm_of(tomllib.loads(text), text, "identified.toml")

@@ -11,7 +11,7 @@ from compgen.core.findings import Finding, Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
-from compgen.pipelines.identification_files import identified_texts, read_measurements
+from compgen.pipelines.identification_files import MeasurementFiles, identified_texts, read_measurements
 from compgen.pipelines.robot_file import load_arm
 from compgen.report.identification_page import FIGURES, identification_figures, identification_html
 from compgen.report.identification_summary import identification_json, identification_summary
@@ -105,6 +105,10 @@ def identify(
     reference: str | float = "start",
     force: bool = False,
     progress: Progress | None = None,
+    distances: File | Sequence[File] = (),
+    touches: File | Sequence[File] = (),
+    artefact: File | None = None,
+    frames: File | None = None,
 ) -> IdentifiedRobot:
     """Fit the error sources of a robot to measurements, and judge the fit; the same as ``cgen identify``.
 
@@ -117,29 +121,38 @@ def identify(
         reference: What rises in the log count from: ``start`` (cold), ``ambient``, or a temperature [degC].
         force: Take also measurements that are refused for being too few.
         progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
+        distances: CSV files of distances between measured places, or to a fixed one.
+        touches: CSV files of touched spheres.
+        artefact: TOML of spheres and probe; ``artefact.toml`` beside the touches where it is left out.
+        frames: Frames table or SYSFRAME.VA, for touches that were commanded in a user frame.
 
     Raises:
         InputError: An argument, a file or what it holds is wrong.
     """
     instance(force, bool, "force", "give True or False")
     name = file_name(robot, "robot", "a robot's name, as 'm710ic50', or its file")
-    by_kind = (("poses", poses), ("lines", lines), ("warm_up", warm_up))
-    pose_files, line_files, warm_files = (file_names(files, key, "a CSV file") for key, files in by_kind)
     log = optional_name(temperatures, "temperatures", "a CSV file")
-    if not pose_files and not warm_files:
-        raise InputError("--poses: missing; give at least one CSV of measured poses")
+    files = MeasurementFiles(
+        poses=file_names(poses, "poses", "a CSV file"),
+        lines=file_names(lines, "lines", "a CSV file"),
+        warm_up=file_names(warm_up, "warm_up", "a CSV file"),
+        distances=file_names(distances, "distances", "a CSV file"),
+        touches=file_names(touches, "touches", "a CSV file"),
+        artefact=optional_name(artefact, "artefact", "a TOML file"),
+        frames=optional_name(frames, "frames", "a file of frames"),
+        log=log,
+    )
+    if not (files.poses or files.warm_up or files.distances or files.touches):
+        raise InputError("--poses: missing; give at least one CSV of measured poses, or --distances, or --touches")
     report_progress = progress_of(progress)
     arm = load_arm(name)
     with numpy_alone():
-        measurements, of_log = read_measurements(
-            arm, pose_files, line_files, warm_files, log, force, _reference(reference)
-        )
+        measurements, of_log = read_measurements(arm, files, force, _reference(reference))
         fitted = pipeline.identify(
             arm.robot, arm.known, measurements, len(arm.nodes), log is not None, report_progress, arm.facts
         )
         result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.unlikely))
-        files = [*pose_files, *line_files, *warm_files, *([log] if log else [])]
-        text, posterior = identified_texts(arm, result, files, f"{arm.robot.name}{POSTERIOR}")
+        text, posterior = identified_texts(arm, result, files.names, f"{arm.robot.name}{POSTERIOR}")
     report = identification_summary(result)
     identified = IdentifiedRobot(arm.robot.name, result, report, text.encode(), posterior.encode())
     logger.info("%r", identified)

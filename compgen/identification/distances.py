@@ -1,0 +1,201 @@
+"""Files of measured distances: between two reflectors on the flange, or to a place that stands in the cell."""
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.csv_table import CsvTable, quote_cell, read_csv
+from compgen.core.exceptions import InputError
+from compgen.core.units import DEG, MM
+from compgen.identification.fixed_places import WORLD, FixedPlaces
+from compgen.identification.measurements import DISTANCE, NONE, FarEnds, Measurements
+from compgen.identification.pose_files import (
+    FARTHEST,
+    JOINTS,
+    SAME,
+    check_moving,
+    check_within_limits,
+    motion_directions,
+    relative_sigma,
+)
+from compgen.robot.robot import Robot
+
+NEAR = tuple(f"a_{name}" for name in JOINTS)
+FAR = tuple(f"b_{name}" for name in JOINTS)
+KNOWN = ("time_s", "a_target", *NEAR, "b_target", *FAR, "distance_mm", "sigma_um")
+REFLECTOR, SOCKET = "tcp", "socket"  # where the file names none
+UNKNOWNS = 3  # of a reflector or a fixed place
+
+
+def read_distances(
+    source: str, robot: Robot, nodes: int, force: bool = False, frames_known: bool = False
+) -> Measurements:
+    """One file of distances.
+
+    Columns: ``a_j1_deg`` to ``a_j6_deg`` as the pendant shows them, where ``a_target`` (a reflector; else one) was;
+    ``b_j1_deg`` to ``b_j6_deg`` and ``b_target``, the other end: left out or empty, it is a place that stands in the
+    cell, as the socket of a ballbar, unknown and fitted along; ``distance_mm`` between the two, and where known
+    ``time_s`` and ``sigma_um``. Rows with the same joints at the same time are one pose.
+
+    Args:
+        source: A CSV file.
+        robot: Whose pendant convention and limits the joints follow.
+        nodes: How many nodes its heat model has.
+        force: Go on with a joint that never moves.
+        frames_known: Whether reflectors and sockets are known, so that one distance is enough.
+
+    Raises:
+        InputError: Anything wrong, naming file, line and column.
+    """
+    table = read_csv(source, (*NEAR, "distance_mm"), KNOWN)
+    N = len(table.line)
+    near = np.column_stack([table.numbers(c) for c in NEAR]) * DEG
+    far, carried = _far_joints(table, N)
+    distance = table.numbers("distance_mm", largest=FARTHEST) * MM
+    bad = np.flatnonzero(distance <= 0)
+    if len(bad):
+        raise InputError(
+            f"{table.location(int(bad[0]), 'distance_mm')}: {distance[bad[0]] / MM:g} must be above 0; mend the row"
+        )
+    time = table.numbers("time_s") if table.has("time_s") else None
+    a_name = table.words("a_target") if table.has("a_target") else [REFLECTOR] * N
+    b_name = table.words("b_target") if table.has("b_target") else [(SOCKET, REFLECTOR)[int(c)] for c in carried]
+    reflectors, sockets = _named_ends(table, a_name, b_name, carried)
+    pose_a, pose_b, pendant, row_of_pose = _poses(near, far, carried, time)
+    theta = robot.to_theta(pendant)
+    check_within_limits(
+        robot,
+        theta,
+        lambda m, k: table.location(int(row_of_pose[m]), (NEAR if pose_a[row_of_pose[m]] == m else FAR)[k]),
+    )
+    check_moving(source, pendant / DEG, force)
+    clock = time if time is not None else np.arange(N, dtype=float)
+    reflector = np.array([reflectors.index(name) for name in a_name])
+    other = np.array([reflectors.index(name) if c else 0 for name, c in zip(b_name, carried)])
+    place = np.array([NONE if c else sockets.index(name) for name, c in zip(b_name, carried)])
+    _check_two_ends(table, pose_a, pose_b, reflector, other, distance)
+    if not frames_known:
+        _check_measured_enough(table, reflectors, sockets, reflector, other, place, carried)
+    return Measurements(
+        theta=theta,
+        rise=np.zeros((len(theta), nodes)),
+        direction=motion_directions(theta),
+        time=clock[row_of_pose],
+        warm=np.zeros(len(theta)),
+        pose=pose_a,
+        instrument=np.full(N, WORLD),
+        reflector=reflector,
+        position=np.full((N, 3), np.nan),
+        rotation=np.full((N, 3, 3), np.nan),
+        sigma=relative_sigma(table, N),
+        label=tuple(table.location(n) for n in range(N)),
+        reflectors=reflectors,
+        instruments=(),
+        aligned=np.zeros(0, dtype=bool),
+        ends=FarEnds(
+            kind=np.full(N, DISTANCE),
+            shift=np.zeros((N, 3)),
+            place=place,
+            pose=pose_b,
+            reflector=other,
+            distance=distance,
+            toward=np.full((N, 3), np.nan),
+        ),
+        fixed=FixedPlaces(
+            sockets, np.full(len(sockets), WORLD), np.full((len(sockets), 3), np.nan), np.zeros(len(sockets))
+        ),
+        timed=time is not None,
+    )
+
+
+def _far_joints(table: CsvTable, count: int) -> tuple[Array, BoolArray]:
+    """Joints of the second ends, (N, 6) [rad], and which have any, (N,)."""
+    if not any(table.has(c) for c in FAR):
+        return np.full((count, 6), np.nan), np.zeros(count, dtype=bool)
+    missing = next((c for c in FAR if not table.has(c)), None)
+    if missing is not None:
+        raise InputError(f"{table.source}: column {missing}: missing; the second end needs {FAR[0]} to {FAR[-1]}")
+    joints = np.column_stack([table.numbers(c, gaps=True) for c in FAR])
+    given = np.isfinite(joints)
+    partial = np.flatnonzero(given.any(axis=1) & ~given.all(axis=1))
+    if len(partial):
+        n = int(partial[0])
+        column = FAR[int(np.argmin(given[n]))]
+        raise InputError(f"{table.location(n, column)}: empty; give all six joints of the second end, or none")
+    return joints * DEG, np.asarray(given.all(axis=1), dtype=np.bool_)
+
+
+def _named_ends(
+    table: CsvTable, a_name: list[str], b_name: list[str], carried: BoolArray
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the reflectors on the flange, and of the places that stand in the cell."""
+    on_flange = [*a_name, *(name for name, c in zip(b_name, carried) if c)]
+    standing = [name for name, c in zip(b_name, carried) if not c]
+    for n, name in enumerate(b_name):
+        if not carried[n] and name in on_flange:
+            raise InputError(
+                f"{table.location(n, FAR[0] if table.has(FAR[0]) else 'b_target')}: {quote_cell(name, 'the target')} "
+                "is on the flange in other rows, and stands in the cell where the second end has no joints; give the "
+                "joints, or another name"
+            )
+    return tuple(dict.fromkeys(on_flange)), tuple(dict.fromkeys(standing))
+
+
+def _poses(
+    near: Array, far: Array, carried: BoolArray, time: Array | None
+) -> tuple[IntArray, IntArray, Array, IntArray]:
+    """The pose of each row's ends, the poses' joints [rad] in the order driven, and the first row of each."""
+    number: dict[tuple[float, ...], int] = {}
+    joints, rows = list[Array](), list[int]()
+    pose = np.full((2, len(near)), NONE)
+    for n in range(len(near)) if time is None else np.argsort(time, kind="stable").tolist():
+        for end, q in ((0, near[n]), (1, far[n])) if carried[n] else ((0, near[n]),):
+            key = (*np.round(q / SAME).tolist(), 0.0 if time is None else float(time[n]))
+            if key not in number:
+                number[key] = len(joints)
+                joints.append(q)
+                rows.append(n)
+            pose[end, n] = number[key]
+    return pose[0], pose[1], np.array(joints), np.array(rows)
+
+
+def _check_two_ends(
+    table: CsvTable, pose_a: IntArray, pose_b: IntArray, reflector: IntArray, other: IntArray, distance: Array
+) -> None:
+    """Raises InputError where the two ends of a row are one, or a row stands twice."""
+    same = np.flatnonzero((pose_a == pose_b) & (reflector == other))
+    if len(same):
+        raise InputError(
+            f"{table.location(int(same[0]), FAR[0])}: both ends are the same target at the same joints; mend the row"
+        )
+    rows: dict[tuple[float, ...], int] = {}
+    for n, key in enumerate(zip(pose_a.tolist(), pose_b.tolist(), reflector.tolist(), other.tolist(), distance)):
+        if key in rows:
+            raise InputError(f"{table.location(n)}: duplicate of line {table.line[rows[key]]}; remove one")
+        rows[key] = n
+
+
+def _check_measured_enough(
+    table: CsvTable,
+    reflectors: tuple[str, ...],
+    sockets: tuple[str, ...],
+    reflector: IntArray,
+    other: IntArray,
+    place: IntArray,
+    carried: BoolArray,
+) -> None:
+    """Raises InputError where an end has no more distances than unknowns."""
+    for s, name in enumerate(sockets):
+        count = int((place == s).sum())
+        if count <= UNKNOWNS:
+            raise InputError(
+                f"{table.location(int(np.flatnonzero(place == s)[0]))}: {quote_cell(name, 'the second end')} stands in "
+                f"the cell and is in {count} distances, which only tell where; measure more to it, or give the joints "
+                "of the second end"
+            )
+    for r, name in enumerate(reflectors):
+        rows = (reflector == r) | (carried & (other == r))
+        if rows.sum() <= UNKNOWNS:
+            raise InputError(
+                f"{table.location(int(np.flatnonzero(rows)[0]))}: reflector {quote_cell(name, 'of this row')} is in "
+                f"{int(rows.sum())} distances, which only tell where it sits; measure more of them, or remove the row"
+            )

@@ -1,0 +1,144 @@
+r"""Touches of an artefact as rows of an identification.
+
+The probe's centre c_n = P + R t - v n is compared with its sphere s in the artefact's frame (F, c),
+
+    s - (F c_n + c) = 0                     where the touch located the sphere's centre: three rows
+    |s - (F c_n + c)| = (D + d) / 2         where it came from one side along n: one row
+
+The frame is fitted where three spheres of given places that do not lie on a line are touched. Where fewer are, spheres
+stand anywhere in World, and what the places say of them is how far apart they are.
+"""
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.exceptions import InputError
+from compgen.core.units import DEG, MM
+from compgen.identification.fixed_places import WORLD, FixedPlaces
+from compgen.identification.measurements import NONE, TOUCH, FarEnds, Measurements
+from compgen.identification.pose_files import check_moving, motion_directions
+from compgen.identification.touches import Artefact, Touches, probing_directions
+from compgen.robot.robot import Robot
+
+UNCERTIFIED = 1 * MM  # sigma of what an artefact's file says without a certificate and without a sigma
+ON_A_LINE = 0.02  # of the spheres' spread: nearer to a line, they do not fix a frame
+
+
+def touch_rows(
+    touches: Touches, artefact: Artefact, robot: Robot, nodes: int, force: bool = False, frames_known: bool = False
+) -> Measurements:
+    """The touches as measurements: one reflector, the probe; the spheres as fixed places.
+
+    Args:
+        touches: N of them.
+        artefact: What was touched.
+        robot: Whose joints they are.
+        nodes: How many nodes its heat model has.
+        force: Go on with a joint that never moves.
+        frames_known: Whether it is known where spheres stand and the probe sits.
+
+    Raises:
+        InputError: A joint never moves, or a sphere that stands anywhere is touched too little to be located.
+    """
+    N = len(touches.target)
+    check_moving(touches.file, robot.to_pendant(touches.theta) / DEG, force)
+    sided: BoolArray = np.isfinite(touches.normal[:, 0])
+    order = np.argsort(touches.time, kind="stable")
+    direction = np.empty((N, 6))
+    direction[order] = motion_directions(touches.theta[order])
+    direction[sided] = probing_directions(robot, touches.theta[sided], touches.normal[sided])
+    normal = np.nan_to_num(touches.normal)
+    touched = np.unique(touches.target)
+    framed = _fixes_a_frame(artefact.place[touched])
+    frame, name = (0 if framed else WORLD), Path(artefact.source).name
+    if not framed and not frames_known:
+        _check_located(touches, artefact, touched, sided)
+    relative = np.where(np.isfinite(touches.sigma), touches.sigma, np.nanmedian(np.append(touches.sigma, 1.0)))
+    radius = (artefact.diameter[touches.target] + artefact.probe_diameter) / 2
+    return Measurements(
+        theta=touches.theta,
+        rise=np.zeros((N, nodes)),
+        direction=direction,
+        time=touches.time,
+        warm=np.zeros(N),
+        pose=np.arange(N),
+        instrument=np.full(N, frame),
+        reflector=np.zeros(N, dtype=int),
+        position=np.full((N, 3), np.nan),
+        rotation=np.full((N, 3, 3), np.nan),
+        sigma=relative / np.median(relative),
+        label=touches.label,
+        reflectors=(f"probe of {name}",),
+        instruments=(name,) if framed else (),
+        aligned=np.zeros(int(framed), dtype=bool),
+        ends=FarEnds(
+            kind=np.full(N, TOUCH),
+            shift=-touches.deflection[:, None] * normal,
+            place=np.searchsorted(touched, touches.target),
+            pose=np.full(N, NONE),
+            reflector=np.zeros(N, dtype=int),
+            distance=np.where(sided, radius, np.nan),
+            toward=touches.normal,
+        ),
+        fixed=_spheres(artefact, touched, name, frame),
+        timed=touches.timed,
+    )
+
+
+def _fixes_a_frame(place: Array) -> bool:
+    """Whether three of some places, (S, 3) [m], NaN where unknown, do not lie on a line."""
+    known = place[np.isfinite(place[:, 0])]
+    if len(known) < 3:
+        return False
+    spread = np.linalg.svd(known - known.mean(axis=0), compute_uv=False)
+    return bool(spread[1] > ON_A_LINE * spread[0])
+
+
+def _check_located(touches: Touches, artefact: Artefact, touched: IntArray, sided: BoolArray) -> None:
+    for s in touched.tolist():
+        rows = touches.target == s
+        if (~sided[rows]).any() or rows.sum() > 3:
+            continue
+        raise InputError(
+            f"{touches.file}: sphere '{artefact.names[s]}' stands anywhere and is touched from {int(rows.sum())} "
+            "side(s), which hardly locate it; touch it from four or more"
+        )
+
+
+def _spheres(artefact: Artefact, touched: IntArray, name: str, frame: int) -> FixedPlaces:
+    """The touched spheres as places to be fitted, with what the artefact's file says of them."""
+    index = {s: n for n, s in enumerate(touched.tolist())}
+    given = [s for s in index if np.isfinite(artefact.place[s, 0])]
+    by_places, by_lengths = artefact.certified is True, artefact.certified is not False
+    place_sigma = _sigma(artefact.sigma, by_places)
+    lengths = {
+        (index[int(a)], index[int(b)]): (length, sigma)
+        for (a, b), length, sigma in zip(artefact.between, artefact.length, _sigma(artefact.length_sigma, by_lengths))
+        if int(a) in index and int(b) in index
+    }
+    certified = (by_lengths and bool(lengths)) or (by_places and len(given) > 1)
+    place = artefact.place[touched]
+    if frame == WORLD:
+        for a, b in combinations(given, 2):
+            apart = float(np.linalg.norm(artefact.place[a] - artefact.place[b]))
+            lengths.setdefault((index[a], index[b]), (apart, float(np.hypot(place_sigma[a], place_sigma[b]))))
+        place = np.full(place.shape, np.nan)
+    values = np.array(list(lengths.values())).reshape(-1, 2)
+    return FixedPlaces(
+        names=tuple(f"{name}: {artefact.names[s]}" for s in touched.tolist()),
+        frame=np.full(len(touched), frame),
+        place=place,
+        sigma=place_sigma[touched],
+        between=np.array(list(lengths), dtype=int).reshape(-1, 2),
+        length=values[:, 0],
+        length_sigma=values[:, 1],
+        certified=certified,
+    )
+
+
+def _sigma(given: Array, certified: bool) -> Array:
+    """Standard deviations as given; where none is, those of what nobody certified [m]."""
+    return given if certified else np.where(given > 0, given, UNCERTIFIED)
