@@ -121,7 +121,7 @@ class ToolTable(Table):
     r_deg: Angle = 0.0
     """Rotation of the tool about the flange's z."""
     spin_deg: Angle = 0.0
-    """Angle of the tool's x axis from World x, about the tool axis."""
+    """Angle of the tool's x axis from World's x, or the frame's, counted about its z."""
     axisymmetric: bool = False
     """Whether the tool is round, so that a correction may turn it about its own axis."""
 

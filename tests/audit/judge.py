@@ -24,6 +24,7 @@ from tests.audit.waypoints import read_waypoints
 
 ON_PATH_UM, EDGE_MM, TURNED_MDEG, JOINT_DEG = 0.002, 1e-5, 2.0, 0.005
 TIME_S, TIME, FEED, AT_FEED = 1e-3, 1e-6, 0.005, 0.002
+DECIMALS = 3  # of a frame on the controller
 RISE_K, UM_K, ERROR_UM, ROUNDING_UM, AXIS_MDEG = 0.005, 25.0, 0.15, 0.87, 0.01
 
 
@@ -41,7 +42,8 @@ def audit(folder, path_file=None):
     table = read_waypoints(folder, len(program.numbers))
     form, tool = ClosedForm(path, table["position"]), poses.of_table(path.get("tool", {}))
     target, touching = form.at_waypoints(), form.touching()
-    commanded = poses.in_world(form.frame, program.numbers[:, :3], arm.rotation(*np.radians(program.numbers[:, 3:]).T))
+    register = poses.of_table({key: round(value, DECIMALS) for key, value in path.get("frame", {}).items()})
+    commanded = poses.in_world(register, program.numbers[:, :3], arm.rotation(*np.radians(program.numbers[:, 3:]).T))
     pendant = arm.pendant_angles(*poses.flange(commanded, tool))
     checks = [*path_checks(form, target, table), *posture_checks(path, program, table, pendant)]
 

@@ -44,6 +44,8 @@ def load(folder, path_file=None):
         raise NotJudgedError(
             f"overrides {', '.join(map(str, made_from['overrides']))}: not judged; put them in the path file"
         )
+    if not (folder / file).is_file():
+        raise NotJudgedError(f"{file} was not written ({report['verdict']}): there is nothing to audit")
     file_read = Path(path_file) if path_file else PATHS / f"{name}.toml"
     try:
         path = tomllib.loads(file_read.read_text())
