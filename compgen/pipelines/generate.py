@@ -157,7 +157,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
         if job.ensemble is not None:
             prepared = prepared.with_rise(rise)
-        written = read_motion(prepared, np.diff(path.arc), plan.feed)
+        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace)
         return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
     progress("twin before", 0.0)
@@ -225,7 +225,12 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         limited = job_findings.limited(solution)
     commanded = problem.commanded(solution.correction)
     trajectory = retiming.retime(
-        job.robot, path.arc, solution.theta, path.stop, planned.feed, lambda share: progress("final timing", share)
+        job.robot,
+        path.arc,
+        solution.theta,
+        path.stop,
+        planned.feed * path.pace,
+        lambda share: progress("final timing", share),
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
@@ -235,7 +240,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     planned.deviation()
     text = delivered.program
     prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
-    written = read_motion(prepared, np.diff(path.arc), planned.feed)
+    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace)
     averaged = _averaged(planned, problem, solution, prepared, trajectory, progress)
     if averaged is None:
         chunks = prepared.chunks(lambda share: progress("twin after", share))

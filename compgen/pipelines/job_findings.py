@@ -102,10 +102,10 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             )
         )
     gaps = np.diff(path.arc)
-    slow = float(gaps[trajectory.speed < feed * (1 - 1e-9)].sum() / path.arc[-1])
+    slow = float(gaps[trajectory.speed < feed * path.pace * (1 - 1e-9)].sum() / path.arc[-1])
     if slow > 0.001:
         period = job.robot.controller.period
-        short = bool(np.any(gaps < feed * period))
+        short = bool(np.any(gaps < feed * path.pace * period))
         why = (
             "segments there are shorter than feed x the interpolation period, or joint limits bind"
             if short

@@ -85,7 +85,9 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     if page_stops is not None:
         path = replace(path, stop=page_stops.stop)
     progress("timing", 0.0)
-    trajectory = retiming.retime(robot, path.arc, theta, path.stop, feed, lambda share: progress("timing", share))
+    trajectory = retiming.retime(
+        robot, path.arc, theta, path.stop, feed * path.pace, lambda share: progress("timing", share)
+    )
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
 
 
@@ -184,5 +186,5 @@ def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> Motion
     unmoved, period = np.zeros_like(plan.path.target.position), cell.robot.controller.period
     rows = simplify.simplify(plan.path, unmoved, program.process.thin, plan.feed * period)
     path, theta = plan.path.subset(rows), plan.theta[rows]
-    trajectory = retiming.retime(cell.robot, path.arc, theta, path.stop, plan.feed)
+    trajectory = retiming.retime(cell.robot, path.arc, theta, path.stop, plan.feed * path.pace)
     return replace(plan, path=path, page_stops=None, theta=theta, trajectory=trajectory)

@@ -28,7 +28,9 @@ from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_
 from compgen.pipelines.part_frame import frame_of
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.schema import PathFile
-from compgen.planning.boundaries import Boundary
+from compgen.planning.boundaries import Boundary, unbounded
+from compgen.planning.own_points.space_curve import SpaceCurve
+from compgen.planning.own_points.tables import OwnPoints, own_points_curve
 from compgen.planning.tables import (
     MAX_LEAD,
     AnyPattern,
@@ -177,12 +179,19 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     if process.lead_in and process.lift_mm == 0:
         raise InputError(f"{source}: process.lead_in: it begins above the part, and lift_mm = 0; raise process.lift_mm")
     boundary = boundary_from_table(path.boundary, source)
-    pattern, edge = pattern_from_table(path.path, boundary, source)
+    surface = surface_from_table(path.surface, path.path, source)
+    spin, feed = tool.spin_deg * DEG, process.feed_mm_s * MM
+    notes: tuple[Finding, ...] = ()
+    if isinstance(path.path, OwnPoints):
+        given = own_points_curve(path.path, surface, spin, feed, source)
+        pattern, edge, notes = given.curve, boundary or unbounded(), (_of_points(given),)
+    else:
+        pattern, edge = pattern_from_table(path.path, boundary, source)
     program = ProgramPlan(
         source=source,
-        path=PathPlan(pattern, surface_from_table(path.surface, path.path, source), edge, frame),
+        path=PathPlan(pattern, surface, edge, frame),
         process=Process(
-            feed=process.feed_mm_s * MM,
+            feed=feed,
             chord=process.chord_um * UM,
             spacing=process.spacing_mm * MM,
             thin=None if process.thin_um is None else process.thin_um * UM,
@@ -193,11 +202,19 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
         tool=Tool(
             number=tool.number if tool.number is not None else int(offset),
             pose=Pose(np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM, from_wpr(*angles)[0]),
-            spin=tool.spin_deg * DEG,
+            spin=spin,
         ),
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
     )
-    return _with_run_in(program, cell, rate, path.path, boundary)
+    program, longer = _with_run_in(program, cell, rate, path.path, boundary)
+    return program, (*notes, *longer)
+
+
+def _of_points(given: SpaceCurve) -> Finding:
+    """What the curve through a user's points does that the points do not say."""
+    stops = f"; it stops at {given.corners} corners (path.corner_deg)" if given.corners else ""
+    message = f"the curve leaves the lines between points by up to {given.bulge / UM:.3g} um{stops}"
+    return Finding(Level.NOTE, "path.points", message)
 
 
 def _with_run_in(
@@ -237,7 +254,8 @@ def find_program(name: str, path_file: str) -> str:
 def files_read(path: PathFile, where: str) -> list[str]:
     """Hashes of the other files that a path file reads: they are inputs as well."""
     frame = path.frame.file if path.frame else None
-    names = [n for n in (path.ambient.file, path.log.file if path.log else None, frame) if n]
+    points = path.path.file if isinstance(path.path, OwnPoints) else None
+    names = [n for n in (path.ambient.file, path.log.file if path.log else None, frame, points) if n]
     sources = [Path(where).parent / n for n in names]
     rows = (*path.before, *path.cycle, *path.after)
     sources += [Path(find_program(row.program, where)) for row in rows if row.program]

@@ -3,10 +3,10 @@ r"""Piecewise plane curves: every pattern is one.
 One formula covers straight sweeps, arcs, Archimedean spirals, smooth turns and moves along the tool axis, so that
 nothing downstream asks which it is. On each piece, t from 0 to 1:
 
-    p(t) = sum_k c_k t^k + (r0 + r1 t) (cos, sin)(f0 + f1 t)        h(t) = h0 + h1 t        g(t) = (1 - t) g0
+    p(t) = sum_k c_k t^k + (r0 + r1 t) (cos, sin)(f0 + f1 t)        h(t) = sum_k h_k t^k        g(t) = sum_k g_k t^k
 
 with p in the local plane of the surface, h the height above it along the normal, and g the Gibbs vector (the axis times
-tan of half the angle) by which a lead-in tilts the tool in its own axes. Pieces join end to end; where
+tan of half the angle) by which the tool is tilted in its own axes. Pieces join end to end; where
 ``stop`` is false the next piece continues with the same direction and curvature, where it is true the robot stops.
 """
 
@@ -22,7 +22,10 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.core.evaluation import IndexedRows, evaluate
 
-DEGREE = 7
+DEGREE = 7  # of p
+CUBIC = 3  # the degree of h and g
+SEGMENTS = 3  # of a piece at least
+WIDTH = 2 * (DEGREE + 1) + 4 + 4 * (CUBIC + 1)  # coefficients of a piece
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,72 +34,85 @@ class PiecewiseCurve:
 
     poly: Array  # (K, 8, 2) [m] c_k
     polar: Array  # (K, 4) [m, m, rad, rad] r0, r1, f0, f1
-    lift: Array  # (K, 2) [m] h0, h1
+    lift: Array  # (K, 4) [m] h_k
     stop: BoolArray  # (K,) the robot stops at the end of the piece
     working: BoolArray  # (K,) the tool may touch the part here
-    tilt: Array  # (K, 3) [-] g0
+    tilt: Array  # (K, 4, 3) [-] g_k
+    pace: Array  # (K,) share of the feed that the piece is driven at
+    least: IntArray  # (K,) segments that the piece is cut into at least: joint motion is a curve and not a chord
 
     def __post_init__(self) -> None:
-        own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), lift=("K", 2), stop=("K",), working=("K",), tilt=("K", 3))
+        own(self, poly=("K", DEGREE + 1, 2), polar=("K", 4), stop=("K",), working=("K",), pace=("K",), least=("K",))
+        own(self, lift=("K", CUBIC + 1), tilt=("K", CUBIC + 1, 3))
 
     def coefficients(self) -> Array:
-        """A row for each piece, (K, 25), as ``curve_expr``, ``height_expr`` and ``tilt_expr`` take it."""
-        return np.hstack([self.poly.reshape(len(self.poly), -1), self.polar, self.lift, self.tilt])
+        """A row for each piece, (K, WIDTH), as ``curve_expr``, ``height_expr`` and ``tilt_expr`` take it."""
+        K = len(self.poly)
+        return np.hstack([self.poly.reshape(K, -1), self.polar, self.lift, self.tilt.reshape(K, -1)])
 
     def derivatives(self, piece: IntArray, t: Array) -> tuple[Array, Array, Array]:
         """p, dp/dt and d2p/dt2 at parameters t (M,) of pieces (M,), (M, 2) each [m]."""
-        p, d1, d2, _, _ = evaluate(
+        p, d1, d2 = evaluate(
             _build_derivatives(), IndexedRows(self.coefficients(), piece), np.asarray(t, dtype=float)[:, None]
         )
         return p, d1, d2
 
     def height(self, piece: IntArray, t: Array) -> tuple[Array, Array]:
         """h and dh/dt at parameters t (M,) of pieces (M,), (M,) each [m]."""
-        h0, h1 = self.lift[piece].T
-        return h0 + h1 * t, h1
+        h = self.lift[piece].T
+        return h[0] + t * (h[1] + t * (h[2] + t * h[3])), h[1] + t * (2 * h[2] + 3 * t * h[3])
 
     def subset(self, rows: IntArray) -> "PiecewiseCurve":
         """The pieces at these rows, in their order."""
         return PiecewiseCurve(*(getattr(self, name)[rows] for name in PiecewiseCurve.__slots__))
 
-    def end(self) -> tuple[float, float]:
-        """Where the last piece ends [m]."""
-        p, _, _ = self.derivatives(np.array([len(self.poly) - 1]), np.array([1.0]))
-        return float(p[0, 0]), float(p[0, 1])
+    def start(self) -> tuple[Array, Array]:
+        """Where the first piece starts, (3,) x, y and height [m], and its tilt there, (3,)."""
+        return self._local(0, 0.0)
 
-    def start(self) -> tuple[float, float]:
-        """Where the first piece starts [m]."""
-        p, _, _ = self.derivatives(np.array([0]), np.array([0.0]))
-        return float(p[0, 0]), float(p[0, 1])
+    def end(self) -> tuple[Array, Array]:
+        """Where the last piece ends, (3,) x, y and height [m], and its tilt there, (3,)."""
+        return self._local(len(self.poly) - 1, 1.0)
+
+    def _local(self, piece: int, t: float) -> tuple[Array, Array]:
+        row, at = np.array([piece]), np.array([t])
+        place = np.append(self.derivatives(row, at)[0][0], self.height(row, at)[0])
+        return place, np.asarray(t ** np.arange(CUBIC + 1) @ self.tilt[piece])
 
 
 def curve_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
-    """p, dp/dt and d2p/dt2, (2, 1) each [m], of a piece's coefficients (25, 1) at a parameter."""
-    c, (r0, r1, f0, f1) = ca.reshape(piece[:16], 2, DEGREE + 1), ca.vertsplit(piece[16:20])
-    p, d1, d2 = c[:, DEGREE], ca.SX.zeros(2), ca.SX.zeros(2)
-    for k in range(DEGREE - 1, -1, -1):
-        p, d1, d2 = p * t + c[:, k], d1 * t + p, d2 * t + 2 * d1
+    """p, dp/dt and d2p/dt2, (2, 1) each [m], of a piece's coefficients (WIDTH, 1) at a parameter."""
+    (r0, r1, f0, f1) = ca.vertsplit(piece[16:20])
+    p, d1, d2 = _polynomial(ca.reshape(piece[:16], 2, DEGREE + 1), t)
     r, angle = r0 + r1 * t, f0 + f1 * t
     out = ca.vertcat(ca.cos(angle), ca.sin(angle))
     across = ca.vertcat(-out[1], out[0])
     return p + r * out, d1 + r1 * out + r * f1 * across, d2 + 2 * r1 * f1 * across - r * f1**2 * out
 
 
-def height_expr(piece: Any, t: Any) -> tuple[Any, Any]:
-    """h and dh/dt [m] of a piece's coefficients (25, 1) at a parameter."""
-    return piece[20] + piece[21] * t, piece[21]
+def height_expr(piece: Any, t: Any) -> tuple[Any, Any, Any]:
+    """h, dh/dt and d2h/dt2 [m] of a piece's coefficients (WIDTH, 1) at a parameter."""
+    return _polynomial(ca.reshape(piece[20:24], 1, CUBIC + 1), t)
 
 
 def tilt_expr(piece: Any, t: Any) -> Any:
-    """The Gibbs vector g (3, 1) of a piece's coefficients (25, 1) at a parameter."""
-    return (1 - t) * piece[22:25]
+    """The Gibbs vector g (3, 1) of a piece's coefficients (WIDTH, 1) at a parameter."""
+    return _polynomial(ca.reshape(piece[24:WIDTH], 3, CUBIC + 1), t)[0]
+
+
+def _polynomial(c: Any, t: Any) -> tuple[Any, Any, Any]:
+    """sum_k c_k t^k of columns c_k, and its first two derivatives."""
+    p, d1, d2 = c[:, -1], ca.SX.zeros(c.shape[0]), ca.SX.zeros(c.shape[0])
+    for k in range(c.shape[1] - 2, -1, -1):
+        p, d1, d2 = p * t + c[:, k], d1 * t + p, d2 * t + 2 * d1
+    return p, d1, d2
 
 
 @lru_cache(maxsize=1)
 def _build_derivatives() -> Any:
-    """(piece (25), t) -> p (2), dp/dt (2), d2p/dt2 (2), h, dh/dt."""
-    piece, t = ca.SX.sym("piece", 25), ca.SX.sym("t")
-    return ca.Function("curve", [piece, t], [*curve_expr(piece, t), *height_expr(piece, t)])
+    """(piece (WIDTH), t) -> p (2), dp/dt (2), d2p/dt2 (2)."""
+    piece, t = ca.SX.sym("piece", WIDTH), ca.SX.sym("t")
+    return ca.Function("curve", [piece, t], [*curve_expr(piece, t)])
 
 
 def join(*curves: PiecewiseCurve) -> PiecewiseCurve:
@@ -105,24 +121,24 @@ def join(*curves: PiecewiseCurve) -> PiecewiseCurve:
 
 
 def line(
-    start: Sequence[float] | Array, end: Sequence[float], *, stop: bool = False, working: bool = True
+    start: Sequence[float] | Array, end: Sequence[float] | Array, *, stop: bool = False, working: bool = True
 ) -> PiecewiseCurve:
     """A straight line from start to end, (x, y) or (x, y, height) [m]."""
     return lines(np.array([start], dtype=float), np.array([end], dtype=float), np.array([stop]), np.array([working]))
 
 
-def tilted(curve: PiecewiseCurve, tilt: Array) -> PiecewiseCurve:
-    """A curve along each of whose pieces the tool turns back from a tilt, (3,) as a Gibbs vector in its own axes."""
-    return replace(curve, tilt=np.tile(tilt, (len(curve.poly), 1)))
+def tilted(curve: PiecewiseCurve, start: Array, end: Array) -> PiecewiseCurve:
+    """A curve along each of whose pieces the tool turns from tilt to tilt, (3,) Gibbs vectors in its own axes."""
+    return replace(curve, tilt=np.tile([start, end - start, 0 * start, 0 * start], (len(curve.poly), 1, 1)))
 
 
 def lines(start: Array, end: Array, stop: BoolArray, working: BoolArray) -> PiecewiseCurve:
     """K straight lines from starts to ends, (K, 2) or (K, 3) [m]; ``stop`` and ``working`` (K,)."""
-    poly, lift = np.zeros((len(start), DEGREE + 1, 2)), np.zeros((len(start), 2))
+    poly, lift = np.zeros((len(start), DEGREE + 1, 2)), np.zeros((len(start), CUBIC + 1))
     poly[:, 0], poly[:, 1] = start[:, :2], end[:, :2] - start[:, :2]
     if start.shape[1] == 3:
         lift[:, 0], lift[:, 1] = start[:, 2], end[:, 2] - start[:, 2]
-    return PiecewiseCurve(poly, np.zeros((len(start), 4)), lift, stop, working, np.zeros((len(start), 3)))
+    return PiecewiseCurve(poly, np.zeros((len(start), 4)), lift, stop, working, *_plain(len(start)))
 
 
 def spiral(
@@ -144,8 +160,13 @@ def spiral(
     polar = np.column_stack([r[:-1], np.diff(r), f[:-1], np.diff(f)])
     stops = np.zeros(quarters, dtype=bool)
     stops[-1] = stop
-    upright = np.zeros((quarters, 3))
-    return PiecewiseCurve(poly, polar, np.zeros((quarters, 2)), stops, np.full(quarters, working), upright)
+    flat = np.zeros((quarters, CUBIC + 1))
+    return PiecewiseCurve(poly, polar, flat, stops, np.full(quarters, working), *_plain(quarters))
+
+
+def _plain(count: int) -> tuple[Array, Array, IntArray]:
+    """Tilt, pace and least segments of pieces along which the tool stands on the surface, at the feed."""
+    return np.zeros((count, CUBIC + 1, 3)), np.ones(count), np.full(count, SEGMENTS)
 
 
 def u_turn(start: Sequence[float], end: Sequence[float], heading: Sequence[float], reach: float) -> PiecewiseCurve:
@@ -168,4 +189,4 @@ def u_turns(start: Array, end: Array, heading: Array, reach: float) -> Piecewise
     system = np.array([[1, 1, 1, 1], [4, 5, 6, 7], [12, 20, 30, 42], [24, 60, 120, 210]], dtype=float)
     c[:, 4:] = np.linalg.solve(system, np.stack([gap, slope, 0 * gap, 0 * gap], axis=1))
     never = np.zeros(K, dtype=bool)
-    return PiecewiseCurve(c, np.zeros((K, 4)), np.zeros((K, 2)), never, never, np.zeros((K, 3)))
+    return PiecewiseCurve(c, np.zeros((K, 4)), np.zeros((K, CUBIC + 1)), never, never, *_plain(K))

@@ -1,6 +1,6 @@
 """The exact path: a piecewise curve on a surface, and its points, lengths and chords by piece and parameter.
 
-Everything is a CasADi expression of a piece's coefficients (25), the surface's (15) and the parameter t, evaluated at
+Everything is a CasADi expression of a piece's coefficients, the surface's (15) and the parameter t, evaluated at
 many points at once.
 """
 
@@ -16,7 +16,7 @@ from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.pose import Pose
 from compgen.planning.boundaries import Boundary, inside_distance_expr
-from compgen.planning.curves import PiecewiseCurve, curve_expr, height_expr, tilt_expr
+from compgen.planning.curves import WIDTH, PiecewiseCurve, curve_expr, height_expr, tilt_expr
 from compgen.planning.surfaces import Quadric, check_extent, curve_derivatives_expr, lift_expr
 
 MAX_SPACING = 10e-3  # m; the actual path between waypoints is curved by some 1e-4 / m: 1 nm at this spacing
@@ -51,7 +51,7 @@ class ExactPath:
     boundary: Boundary
     spin: float  # [rad] the tool's x axis against the frame's x, about its z
     frame: Pose | None = None  # that the surface stands in; None: World
-    coefficients: Array = field(init=False)  # (K, 25) of the curve's pieces
+    coefficients: Array = field(init=False)  # (K, WIDTH) of the curve's pieces
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficients", frozen(self.curve.coefficients()))
@@ -118,6 +118,21 @@ class ExactPath:
         turned = travel if self.frame is None else travel @ self.frame.rotation.T
         return PathPoses(self.in_world(Pose.from_rows(position, rotation)), turned)
 
+    def above(self, piece: int, t: float, lift: float) -> Array:
+        """A point on the tool axis over a point of the path, (3,) x, y along the surface and the height above it [m].
+
+        Args:
+            piece: Of the curve.
+            t: Its parameter.
+            lift: How far over it [m].
+        """
+        row, at = np.array([piece]), np.array([t])
+        height, tilt = self.curve.height(row, at)[0], t ** np.arange(4) @ self.curve.tilt[piece]
+        if not tilt.any():
+            return np.append(self.curve.derivatives(row, at)[0][0], height + lift)
+        pose = self.pose(row, at)[0][0]
+        return self.local(pose.position - lift * pose.rotation[:, 2])
+
     def in_world(self, pose: Pose) -> Pose:
         """Poses given in the frame, in World."""
         return pose if self.frame is None else self.frame @ pose
@@ -153,13 +168,13 @@ def parameter_expr(span: Any, slope: Any, u: Any) -> Any:
 
 
 class PathFunctions:
-    """CasADi functions of a piece (25) and a surface (15) with further inputs, each built when asked for.
+    """CasADi functions of a piece (WIDTH) and a surface (15) with further inputs, each built when asked for.
 
     A point's expression is a function of its own, called for every node: SX is put together in C++ then, not in Python.
     """
 
     def __init__(self) -> None:
-        piece, surface, t = ca.SX.sym("piece", 25), ca.SX.sym("surface", 15), ca.SX.sym("t")
+        piece, surface, t = ca.SX.sym("piece", WIDTH), ca.SX.sym("surface", 15), ca.SX.sym("t")
         curve, height = curve_expr(piece, t), height_expr(piece, t)
         self._inputs, self._t, self._pair = [piece, surface], t, ca.SX.sym("pair", 2)
         derivatives = curve_derivatives_expr(surface, curve, height)
@@ -281,11 +296,11 @@ def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any, tilt: Any) -> tuple[
 
 @lru_cache(maxsize=8)
 def build_pose(sides: int) -> Any:
-    """(piece (25), surface (15), t, (cos, sin) of the spin, boundary (3 sides + 1)) -> pose, extent, distance inside.
+    """The pose, position (3) and rotation (9, row by row), the extent, and the distance inside.
 
-    The pose is a position (3) and a rotation (9, row by row).
+    Inputs: piece (WIDTH), surface (15), t, (cos, sin) of the spin, boundary (3 sides + 1).
     """
-    piece, surface, t = ca.SX.sym("piece", 25), ca.SX.sym("surface", 15), ca.SX.sym("t")
+    piece, surface, t = ca.SX.sym("piece", WIDTH), ca.SX.sym("surface", 15), ca.SX.sym("t")
     axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * sides + 1)
     xy = curve_expr(piece, t)[0]
     lifted = lift_expr(surface, xy, height_expr(piece, t)[0])

@@ -82,7 +82,8 @@ def plan_lead_in(arm: Arm, theta: Array, least: Array, travel: float, exact: Exa
         start = _start(arm, theta[0], tcp.position, rate, tried, (least, travel, lift), exact)
         if start is None:
             continue
-        line = curves.tilted(curves.line(start.start, (*exact.local(tcp.position)[:2], 0.0)), start.tilt)
+        place, tilt = exact.curve.start()
+        line = curves.tilted(curves.line(start.start, place), start.tilt, tilt)
         there = ExactPath(line, exact.surface, exact.boundary, exact.spin, exact.frame)
         poses, _ = there.pose(np.zeros(len(SAMPLES), dtype=np.int64), SAMPLES)
         if arm.can_drive(poses):

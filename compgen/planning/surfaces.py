@@ -50,25 +50,29 @@ class Quadric:
         return position, normal
 
     def local(self, point: Array) -> Array:
-        """x, y along the surface and the height above it of a point near it, (3,) in the base frame to (3,) [m].
+        """x, y along the surface and the height above it of points near it, (..., 3) in the base frame [m].
 
         Raises:
-            InputError: The surface does not extend to the point.
+            InputError: The surface does not extend to a point.
         """
-        xy, height = point[:2] - self.origin[:2], 0.0
+        points = np.atleast_2d(point)
+        xy, height = points[:, :2] - self.origin[:2], np.zeros(len(points))
         for _ in range(LOCAL_ROUNDS):
-            position, normal = self.lift(xy[None], np.array([height]))
-            gap = point - position[0]
-            height += float(gap @ normal[0])
-            xy = xy + (gap - (gap @ normal[0]) * normal[0])[:2]
-        return np.array([*xy, height])
+            position, normal = self.lift(xy, height)
+            gap = points - position
+            along = np.einsum("ij,ij->i", gap, normal)
+            height = height + along
+            xy = xy + (gap - along[:, None] * normal)[:, :2]
+        return np.column_stack([xy, height]).reshape(np.shape(point))
 
-    def curve_derivatives(self, xy: tuple[Array, Array, Array], height: tuple[Array, Array]) -> tuple[Array, Array]:
+    def curve_derivatives(
+        self, xy: tuple[Array, Array, Array], height: tuple[Array, Array, Array]
+    ) -> tuple[Array, Array]:
         """First and second derivative of the lifted point along a plane curve; see ``curve_derivatives_expr``.
 
         Args:
             xy: Plane curve and its first two derivatives, (M, 2) each [m].
-            height: h and h', (M,) each [m].
+            height: h, h' and h'', (M,) each [m].
 
         Returns:
             P' and P'', (M, 3) each [m].
@@ -106,12 +110,14 @@ def lift_expr(surface: Any, xy: Any, height: Any) -> tuple[Any, Any, Any, Any]:
     return surface[:3] + p + height * n, n, z, extent
 
 
-def curve_derivatives_expr(surface: Any, xy: tuple[Any, Any, Any], height: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+def curve_derivatives_expr(
+    surface: Any, xy: tuple[Any, Any, Any], height: tuple[Any, Any, Any]
+) -> tuple[Any, Any, Any]:
     r"""First and second derivative of the lifted point along a plane curve, (3, 1) each [m], and the extent.
 
     With g . p' = 0 and g . p'' + 2 p'^T A p' = 0 on the surface, and n' = (g' - n (n . g')) / |g|, g' = 2 A p':
 
-        P' = p' + h' n + h n',        P'' = p'' (at height zero, or where the plane curve stands still)
+        P' = p' + h' n + h n',        P'' = p'' + h'' n + 2 h' n' (less h n'', zero on a plane and at height zero)
     """
     A, b = ca.reshape(surface[3:12], 3, 3), surface[12:15]
     _, n, z, extent = lift_expr(surface, xy[0], height[0])
@@ -121,7 +127,7 @@ def curve_derivatives_expr(surface: Any, xy: tuple[Any, Any, Any], height: tuple
     p2 = ca.vertcat(xy[2], -(ca.dot(g[:2], xy[2]) + bend) / g[2])
     g1 = 2 * (A @ p1)
     n1 = (g1 - n * ca.dot(n, g1)) / ca.norm_2(g)
-    return p1 + height[1] * n + height[0] * n1, p2, extent
+    return p1 + height[1] * n + height[0] * n1, p2 + height[2] * n + 2 * height[1] * n1, extent
 
 
 @lru_cache(maxsize=1)
@@ -133,11 +139,11 @@ def _build_lift() -> Any:
 
 @lru_cache(maxsize=1)
 def _build_curve_derivatives() -> Any:
-    """(surface (15), xy and its two derivatives (2 each), h, h') -> P' (3), P'' (3), extent."""
-    surface, h0, h1 = ca.SX.sym("surface", 15), ca.SX.sym("h0"), ca.SX.sym("h1")
+    """(surface (15), xy and its two derivatives (2 each), h, h', h'') -> P' (3), P'' (3), extent."""
+    surface, *h = ca.SX.sym("surface", 15), *(ca.SX.sym(f"h{k}") for k in range(3))
     xy = [ca.SX.sym(f"xy{k}", 2) for k in range(3)]
-    derivatives = curve_derivatives_expr(surface, (xy[0], xy[1], xy[2]), (h0, h1))
-    return ca.Function("curve_derivatives", [surface, *xy, h0, h1], [*derivatives])
+    derivatives = curve_derivatives_expr(surface, (xy[0], xy[1], xy[2]), (h[0], h[1], h[2]))
+    return ca.Function("curve_derivatives", [surface, *xy, *h], [*derivatives])
 
 
 def plane(origin: Array) -> Quadric:

@@ -12,6 +12,7 @@ from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.own_points.tables import OwnPoints
 
 MAX_SWEEPS = 1e4
 MAX_LEAD = 50.0  # mm
@@ -85,9 +86,8 @@ class Iso9283Table(PatternTable):
     """Side of the square."""
 
 
-AnyPattern = Annotated[
-    LineTable | CircleTable | SpiralTable | RasterTable | Iso9283Table, Field(discriminator="pattern")
-]
+Shape = LineTable | CircleTable | SpiralTable | RasterTable | Iso9283Table
+AnyPattern = Annotated[Shape | OwnPoints, Field(discriminator="pattern")]
 
 
 class SurfaceTable(Table):
@@ -156,7 +156,7 @@ def boundary_from_table(table: BoundaryTable | None, file: str) -> Boundary | No
     return boundaries.hexagon(size * MM, (table.rotation_deg or 0.0) * DEG)
 
 
-def pattern_from_table(table: AnyPattern, boundary: Boundary | None, file: str) -> tuple[PiecewiseCurve, Boundary]:
+def pattern_from_table(table: Shape, boundary: Boundary | None, file: str) -> tuple[PiecewiseCurve, Boundary]:
     """The pattern's pieces and the edge that marks contact.
 
     Raises:

@@ -19,13 +19,13 @@ from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath, 
 from compgen.planning.lead_in import LeadIn
 from compgen.planning.surfaces import Quadric
 
-MIN_SEGMENTS = 3  # a piece, so that its joint motion is a curve and not a chord
 CELLS = 48  # a piece, for its curvature
+ALL_CELLS = 2_000_000  # of all pieces: a path of so many short ones has fewer each, two at least
 SAFETY = 0.98  # of the spacing, for what the cells do not see
 REFINEMENTS = 8  # rounds of adding segments where a piece's curvature changes faster than its cells see
 MIN_LENGTH = 1e-6  # m, of a pattern
 MAX_WAYPOINTS = 2e7
-CHUNK = 512  # pieces at a time
+CHUNK = 24_576  # cells at a time
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -51,6 +51,11 @@ class ToolPath:
             span=("S", 2),
             slope=("S", 2),
         )
+
+    @property
+    def pace(self) -> Array:
+        """Share of the feed that each segment is driven at, (N - 1,)."""
+        return self.exact.curve.pace[self.piece]
 
     def at(self, segment: IntArray, fraction: Array) -> PathPoses:
         """M true poses at fractions of segments' arc lengths, and which way the path goes there."""
@@ -108,15 +113,12 @@ def plan_tool_path(
     if bare.length(pieces, zeros, zeros + 1).sum() < MIN_LENGTH:
         raise InputError("path: it has zero length; give it a size")
     if lift > 0:
-        (x0, y0), (x1, y1) = pattern.start(), pattern.end()
-        top = float(pattern.height(np.array([len(pattern.poly) - 1]), np.array([1.0]))[0][0])
-        if lead_in is None:
-            down = curves.line((x0, y0, lift), (x0, y0, 0.0), stop=True, working=False)
-        else:
-            down = curves.line(lead_in.start, (x0, y0, 0.0), stop=True, working=False)
-            down = curves.tilted(down, lead_in.tilt)
-        up = curves.line((x1, y1, top), (x1, y1, top + lift), stop=True, working=False)
-        pattern = curves.join(down, pattern, up)
+        (start, tilt), (end, tilt_end) = pattern.start(), pattern.end()
+        above = bare.above(0, 0.0, lift) if lead_in is None else lead_in.start
+        down = curves.line(above, start, stop=True, working=False)
+        down = curves.tilted(down, tilt if lead_in is None else lead_in.tilt, tilt)
+        up = curves.line(end, bare.above(len(pattern.poly) - 1, 1.0, lift), stop=True, working=False)
+        pattern = curves.join(down, pattern, curves.tilted(up, tilt_end, tilt_end))
     exact = ExactPath(pattern, surface, boundary, spin, frame)
     share, parameter, wanted = _segment_density(exact, chord, spacing)
     keep = wanted > 1e-6
@@ -129,7 +131,7 @@ def plan_tool_path(
     stops = pattern.stop.copy()
     before = np.maximum.accumulate(np.where(keep, np.arange(len(keep)), -1))[~keep & stops]
     stops[before[before >= 0]] = True
-    segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), MIN_SEGMENTS), 0).astype(np.int64)
+    segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), pattern.least), 0).astype(np.int64)
     pieces = np.flatnonzero(segments)
     for _ in range(REFINEMENTS):
         piece, span = _spans(pieces, segments[pieces], share, parameter)
@@ -187,19 +189,20 @@ def _segment_density(exact: ExactPath, chord: float, max_spacing: float) -> tupl
     Piece k occupies [k, k + 1] on both axes of one running curve: the share of its segments over its parameter.
 
     Returns:
-        The curve's shares and parameters, (K (CELLS + 1),) each, and the number of segments wanted, (K,).
+        The curve's shares and parameters, (K (C + 1),) each, and the number of segments wanted, (K,).
     """
     K = len(exact.curve.poly)
-    edges = np.linspace(0, 1, CELLS + 1)
-    half = 0.5 / CELLS
+    C = int(np.clip(ALL_CELLS // K, 2, CELLS))
+    edges = np.linspace(0, 1, C + 1)
+    half = 0.5 / C
     nodes = ((edges[:-1] + half)[:, None] + half * NODES).ravel()
-    cells = np.empty((K, CELLS))
-    for begin in range(0, K, CHUNK):
-        pieces = np.arange(begin, min(begin + CHUNK, K))
+    cells = np.empty((K, C))
+    for begin in range(0, K, CHUNK // C):
+        pieces = np.arange(begin, min(begin + CHUNK // C, K))
         points = np.repeat(pieces, len(nodes)), np.tile(nodes, len(pieces))
         speed, spacing = exact.speed_and_spacing(*points, SAFETY**2 * chord, max_spacing)
-        count = np.tile(WEIGHTS * half, len(pieces) * CELLS) * speed / spacing
-        cells[pieces] = count.reshape(len(pieces), CELLS, len(NODES)).sum(axis=2)
+        count = np.tile(WEIGHTS * half, len(pieces) * C) * speed / spacing
+        cells[pieces] = count.reshape(len(pieces), C, len(NODES)).sum(axis=2)
     wanted: Array = np.asarray(cells.sum(axis=1))
     share = np.cumsum(cells, axis=1) / np.where(wanted > 0, wanted, 1.0)[:, None]
     start = np.arange(K, dtype=float)[:, None]

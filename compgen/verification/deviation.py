@@ -19,6 +19,7 @@ import numpy as np
 from compgen.core.arrays import Array, frozen, own, row_norms
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.units import MDEG, UM
+from compgen.planning.curves import WIDTH
 from compgen.planning.exact_path import parameter_expr, path_functions
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.twin import Execution
@@ -128,10 +129,10 @@ def _compare(path: ToolPath, execution: Execution) -> tuple[Array, Array, Array]
 def _build_components() -> Any:
     """Of a point of the path and an actual pose: the error in base axes (3); feed, cross, normal, axis angle (4).
 
-    Inputs: piece (25), surface (15) and axis (2) as ``ExactPath`` has them; the segment's span (2) and slope (2), the
+    Inputs: piece, surface (15) and axis (2) as ``ExactPath`` has them; the segment's span (2) and slope (2), the
     fraction of it; its parameter there, where that is known; actual position (3), rotation (9, row by row).
     """
-    widths = {"piece": 25, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
+    widths = {"piece": WIDTH, "surface": 15, "axis": 2, "span": 2, "slope": 2, "u": 1, "known": 1, "q": 3, "s": 9}
     inputs = [ca.SX.sym(name, size) for name, size in widths.items()]
     piece, surface, axis, span, slope, u, known, q, s = inputs
     t = ca.if_else(known > UNKNOWN, known, parameter_expr(span, slope, u))

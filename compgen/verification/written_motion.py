@@ -34,13 +34,13 @@ class WrittenMotion:
         own(self, time=("N",), use=(2, 6))
 
 
-def read_motion(prepared: PreparedProgram, length: Array, feed: float) -> WrittenMotion:
+def read_motion(prepared: PreparedProgram, length: Array, feed: float | Array) -> WrittenMotion:
     """What the twin's clock reads in a program.
 
     Args:
         prepared: The program.
         length: Of its lines, (N - 1,) [m].
-        feed: Wanted [m/s].
+        feed: Wanted [m/s], on all lines or on each, (N - 1,).
     """
     robot, program = prepared.twin.robot, prepared.program
     length = np.maximum(length, SAME_POSITION)

@@ -16,6 +16,7 @@ from compgen.pipelines.json_schema import SCHEMA_FILES, path_schema, robot_schem
 from compgen.pipelines.schema import PathFile, RobotFile
 
 ROOT = Path(__file__).parents[2]
+SHAPES = ("line", "circle", "spiral", "raster", "iso9283")
 SCHEMAS = {"path": path_schema(), "robot": robot_schema()}
 MODELS = {"path": PathFile, "robot": RobotFile}
 SHIPPED = [
@@ -75,7 +76,16 @@ def test_a_schema_is_one_of_draft_2020_12(kind):
 def test_the_pattern_decides_which_keys_a_path_has():
     schema = SCHEMAS["path"]
     choices = [schema["$defs"][choice["$ref"].split("/")[-1]] for choice in schema["properties"]["path"]["oneOf"]]
-    assert [c["properties"]["pattern"]["const"] for c in choices] == ["line", "circle", "spiral", "raster", "iso9283"]
+    assert [c["properties"]["pattern"]["const"] for c in choices] == [
+        "line",
+        "circle",
+        "spiral",
+        "raster",
+        "iso9283",
+        "points",
+        "apt",
+        "gcode",
+    ]
     assert all("pattern" in c["required"] for c in choices)
 
 

@@ -14,8 +14,8 @@ ATOL_M = 1e-14
 def anything():
     """One piece with every coefficient at work."""
     rng, off = np.random.default_rng(7), np.array([False])
-    poly, polar, lift = rng.normal(size=(1, 8, 2)), rng.normal(size=(1, 4)), rng.normal(size=(1, 2))
-    return PiecewiseCurve(poly, polar, lift, off, off, np.zeros((1, 3)))
+    poly, polar, lift = rng.normal(size=(1, 8, 2)), rng.normal(size=(1, 4)), rng.normal(size=(1, 4))
+    return PiecewiseCurve(poly, polar, lift, off, off, rng.normal(size=(1, 4, 3)), np.ones(1), np.ones(1, dtype=int))
 
 
 KINDS = {
@@ -47,8 +47,10 @@ def test_height_rises_at_its_derivative(kind):
     table = KINDS[kind]
     K = len(table.poly)
     piece = np.arange(K)
-    (h0, rate), (h1, _) = (table.height(piece, np.full(K, t)) for t in (0.25, 0.75))
-    assert_allclose(h1 - h0, 0.5 * rate, atol=ATOL_M)
+    h = 1e-3
+    near = {e: table.height(piece, np.full(K, 0.4 + e * h))[0] for e in (-2, -1, 1, 2)}
+    slope = (8 * (near[1] - near[-1]) - (near[2] - near[-2])) / (12 * h)
+    assert_allclose(table.height(piece, np.full(K, 0.4))[1], slope, atol=1e-11)
     assert_allclose(table.height(piece, np.zeros(K))[0], table.lift[:, 0], atol=0)
 
 
@@ -148,7 +150,12 @@ def test_join_keeps_the_order_and_every_column():
 
 
 def test_start_and_end_are_those_of_the_curve():
-    assert_allclose(KINDS["line"].start(), (0.1, -0.2), atol=ATOL_M)
-    assert_allclose(KINDS["line"].end(), (0.7, 0.4), atol=ATOL_M)
-    assert_allclose(KINDS["spiral"].start(), (0, 0), atol=ATOL_M)
-    assert_allclose(KINDS["spiral"].end(), (0.65, 0), atol=ATOL_M)
+    zero = np.zeros(3)
+    for name, start, end in (("line", (0.1, -0.2, 0), (0.7, 0.4, 0)), ("spiral", (0, 0, 0), (0.65, 0, 0))):
+        for (place, tilt), want in ((KINDS[name].start(), start), (KINDS[name].end(), end)):
+            assert_allclose(place, want, atol=ATOL_M)
+            assert_allclose(tilt, zero, atol=0)
+    tilted = curves.tilted(KINDS["lifted line"], np.array([0.1, 0.2, 0.3]), np.array([0.0, -0.1, 0.2]))
+    assert_allclose(tilted.start()[0], (0.1, -0.2, 0.3), atol=ATOL_M)
+    assert_allclose(tilted.start()[1], (0.1, 0.2, 0.3), atol=0)
+    assert_allclose(tilted.end()[1], (0, -0.1, 0.2), atol=1e-16)

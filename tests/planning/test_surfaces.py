@@ -126,7 +126,7 @@ def curve(t):
 @pytest.mark.parametrize("h", [(0.0, 0.0), (0.05, 0.0), (0.02, -0.03)])
 def test_first_derivative_along_a_curve(R, k, rho, h):
     surface, t, d = surfaces.conic(ORIGIN, R, k, rho), np.linspace(-0.8, 0.8, 33), 1e-5
-    first, _ = surface.curve_derivatives(curve(t), (h[0] + h[1] * t, np.full(33, h[1])))
+    first, _ = surface.curve_derivatives(curve(t), (h[0] + h[1] * t, np.full(33, h[1]), np.zeros(33)))
     ahead, behind = (surface.lift(curve(t + e)[0], h[0] + h[1] * (t + e))[0] for e in (d, -d))
     assert_allclose(first, (ahead - behind) / (2 * d), atol=1e-9)
 
@@ -134,15 +134,30 @@ def test_first_derivative_along_a_curve(R, k, rho, h):
 @pytest.mark.parametrize(("R", "k", "rho"), CONICS)
 def test_second_derivative_along_a_curve_on_the_surface(R, k, rho):
     surface, t, d = surfaces.conic(ORIGIN, R, k, rho), np.linspace(-0.8, 0.8, 33), 1e-5
-    zero = (np.zeros(33), np.zeros(33))
+    zero = (np.zeros(33), np.zeros(33), np.zeros(33))
     _, second = surface.curve_derivatives(curve(t), zero)
     ahead, behind = (surface.curve_derivatives(curve(t + e), zero)[0] for e in (d, -d))
     assert_allclose(second, (ahead - behind) / (2 * d), atol=1e-8)
 
 
+def test_second_derivative_of_a_curve_above_a_plane():
+    surface, t, d = surfaces.plane(ORIGIN), np.linspace(-0.8, 0.8, 33), 1e-5
+
+    def height(t):
+        return 0.02 - 0.03 * t + 0.05 * t**3, -0.03 + 0.15 * t**2, 0.3 * t
+
+    first, second = surface.curve_derivatives(curve(t), height(t))
+    places = [surface.lift(curve(t + e)[0], height(t + e)[0])[0] for e in (d, -d)]
+    assert_allclose(first, (places[0] - places[1]) / (2 * d), atol=1e-9)
+    ahead, behind = (surface.curve_derivatives(curve(t + e), height(t + e))[0] for e in (d, -d))
+    assert_allclose(second, (ahead - behind) / (2 * d), atol=1e-8)
+
+
 def test_a_move_along_the_normal_has_no_second_derivative():
     surface, still = surfaces.conic(ORIGIN, 2.0, -0.5, 0.7), np.zeros((5, 2))
-    first, second = surface.curve_derivatives((disc(0.5, 5), still, still), (np.linspace(0, 0.02, 5), np.full(5, 0.02)))
+    first, second = surface.curve_derivatives(
+        (disc(0.5, 5), still, still), (np.linspace(0, 0.02, 5), np.full(5, 0.02), np.zeros(5))
+    )
     assert not second.any()
     assert_allclose(np.linalg.norm(first, axis=1), 0.02, atol=ATOL_M)
 

@@ -70,7 +70,7 @@ def cut_blocks(arc: Array, stop: BoolArray) -> Partition:
 
 
 def limit_blocks(
-    robot: Robot, joints: JointCurve, partition: Partition, followable: Array, feed: float, arc: Array
+    robot: Robot, joints: JointCurve, partition: Partition, followable: Array, feed: Array, arc: Array
 ) -> Blocks:
     """Speed, acceleration and jerk along the arc that each block allows, and its speeds at both ends.
 
@@ -79,7 +79,7 @@ def limit_blocks(
         joints: The curve.
         partition: The blocks.
         followable: Speed that the controller's interpolation period allows in each segment, (N - 1,) [m/s].
-        feed: Wanted speed [m/s].
+        feed: Wanted speed in each block, (B,) [m/s].
         arc: Of the waypoints, (N,) [m].
 
     Raises:
@@ -92,7 +92,7 @@ def limit_blocks(
         )
         if drivable.min() < MIN_SPEED:
             _raise_too_slow(robot, joints, partition, int(np.argmin(drivable)), arc)
-        V = np.minimum(np.minimum(_smallest_in_blocks(arc, followable, partition), feed), drivable)
+        V = np.minimum(np.minimum(smallest_in_blocks(arc, followable, partition), feed), drivable)
         V = np.where((feed > V) & (V > SPEED_STEP), np.floor(V / SPEED_STEP + 1e-9) * SPEED_STEP, V)
         left_a = 1 - most[:, 1] * V**2
         left_j = 1 - most[:, 2] * V**3
@@ -147,7 +147,7 @@ def _raise_too_slow(robot: Robot, joints: JointCurve, partition: Partition, bloc
     )
 
 
-def _smallest_in_blocks(arc: Array, values: Array, partition: Partition) -> Array:
+def smallest_in_blocks(arc: Array, values: Array, partition: Partition) -> Array:
     """Smallest value of the segments that reach into each block, (B,)."""
     first = np.clip(np.searchsorted(arc, partition.begin, side="right") - 1, 0, len(values) - 1)
     inner = np.minimum.reduceat(values, first)

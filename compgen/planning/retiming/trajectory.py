@@ -13,7 +13,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, frozen, own
 from compgen.core.exceptions import ImpossibleError
 from compgen.planning import joint_curve
-from compgen.planning.retiming.blocks import Blocks, Partition, cut_blocks, limit_blocks, stop_ramps
+from compgen.planning.retiming.blocks import Blocks, Partition, cut_blocks, limit_blocks, smallest_in_blocks, stop_ramps
 from compgen.planning.retiming.phases import Phases
 from compgen.planning.retiming.state_to_state import drive_blocks
 from compgen.planning.retiming.utilisation import largest_shares
@@ -50,7 +50,7 @@ def retime(
     arc: Array,
     theta: Array,
     stop: BoolArray,
-    feed: float,
+    feed: float | Array,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Trajectory:
     """Fastest constant-feed motion within the joint limits, stopping only where the path demands.
@@ -60,7 +60,7 @@ def retime(
         arc: Arc length at the waypoints, (N,) [m], rising.
         theta: Joint angles there, (N, 6) [rad], smooth between stops.
         stop: Where the robot stops, (N,); true at both ends.
-        feed: Wanted speed along the path [m/s].
+        feed: Wanted speed along the path [m/s], of all segments or of each, (N - 1,).
         progress: Called with the share done.
 
     Returns:
@@ -75,11 +75,13 @@ def retime(
         raise ImpossibleError(f"waypoints {n} and {n + 1} coincide; thin the path")
     if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
         raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
-    followable = np.minimum(feed, length / robot.controller.period)
+    feeds = np.broadcast_to(feed, length.shape)
+    followable = np.minimum(feeds, length / robot.controller.period)
     joints = joint_curve.fit_joint_curve(arc, theta, stop)
     partition = cut_blocks(arc, stop)
     progress(0.1)
-    blocks = limit_blocks(robot, joints, partition, followable, feed, arc)
+    wanted = smallest_in_blocks(arc, feeds, partition)
+    blocks = limit_blocks(robot, joints, partition, followable, wanted, arc)
     progress(0.5)
     phases = drive_blocks(blocks, lambda share: progress(0.5 + 0.2 * share))
     passed = phases.locate(arc)
@@ -87,7 +89,7 @@ def retime(
     time = phases.time(passed)
     time[0], time[-1] = 0.0, phases.end
     speed = _programmed_speeds(arc, time, blocks, partition)
-    cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= feed * (1 - 1e-9))
+    cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= wanted[phases.block] * (1 - 1e-9))
     at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
     progress(1.0)
     driven = driven_speed(time, length, speed, stop)

@@ -1,0 +1,135 @@
+"""A path's points from APT cutter locations (ISO 4343, as CAM systems write them).
+
+Read are ``GOTO/x,y,z[,i,j,k]`` and ``FROM/``, ``FEDRAT/f[,MMPM]``, ``RAPID`` (for the next move), ``UNITS/MM``,
+``GODLTA/dx,dy,dz`` and ``STOP``; ``$`` goes on in the next line, ``$$`` begins a remark. i, j, k point from the part
+into the tool, which is out of the surface. What would move the tool otherwise is refused; words without motion are
+passed over.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.exceptions import InputError
+from compgen.planning.own_points.given import GivenPoints
+from compgen.planning.own_points.words import PointRows, feed_in_m_s, read_lines
+
+UNIT = 0.01  # that an axis' length may differ from one
+#: moves, or turns of the points, that are not read
+REFUSED = {
+    "CIRCLE": "circles are not read; let the CAM system write linear moves",
+    "ARC": "circles are not read; let the CAM system write linear moves",
+    "MOVARC": "circles are not read; let the CAM system write linear moves",
+    "INDIRV": "circles are not read; let the CAM system write linear moves",
+    "CYCLE": "drilling cycles are not read; write the moves themselves",
+    "COPY": "copies are not read; write the moves themselves",
+    "TRANS": "shifts are not read; write the points where they are",
+    "TRACUT": "transformed points are not read; write the points where they are",
+    "ORIGIN": "a moved origin is not read; write the points where they are",
+    "CUTCOM": "cutter compensation is not read; write the tool's own path",
+    "ROTABL": "rotary tables are not read; the part stands still",
+    "ROTATE": "rotary tables are not read; the part stands still",
+    "GOHOME": "a machine's home is not the robot's; remove it",
+    "RETRCT": "a machine's retract plane is not known; write the move itself",
+}
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([EDed][+-]?\d+)?", re.ASCII)
+
+
+def read_apt(source: str | Path) -> GivenPoints:
+    """Read a path's points.
+
+    Raises:
+        InputError: Not readable, in inches, a move that is not read, a number that is none, an axis that is no unit
+            vector or is missing from some of the points.
+    """
+    name = str(source)
+    rows = PointRows(name)
+    feed, rapid, place = np.nan, False, None
+    axis: tuple[float, float, float] | None = None
+    for line, word, arguments in _statements(name, read_lines(source, "an APT file")):
+        where = f"{name}: line {line}"
+        if word in REFUSED:
+            if word == "CUTCOM" and arguments[:1] == ["OFF"]:
+                continue
+            raise InputError(f"{where}: {word}: {REFUSED[word]}")
+        if word == "UNITS" and not arguments[0].startswith("MM"):
+            raise InputError(
+                f"{where}: UNITS/{arguments[0][:16]}: points are read in mm; write the file in millimetres"
+            )
+        if word == "RAPID":
+            rapid = True
+        elif word == "STOP" and rows.stop:
+            rows.stop[-1] = True
+        elif word == "FEDRAT":
+            feed = _feed(name, line, arguments, feed)
+        elif word in ("GOTO", "FROM", "GODLTA"):
+            numbers = [_number(where, a) for a in arguments]
+            if word == "FROM":
+                continue  # where the machine stood, not where the tool goes
+            if len(numbers) not in ((3,) if word == "GODLTA" else (3, 6)):
+                raise InputError(f"{where}: {word} with {len(numbers)} numbers; give x, y, z, or x, y, z, i, j, k")
+            if word == "GODLTA":
+                if place is None:
+                    raise InputError(f"{where}: GODLTA before any GOTO; give the first point with GOTO")
+                numbers = [a + b for a, b in zip(place, numbers)]
+            place = (numbers[0], numbers[1], numbers[2])
+            axis = _axis(where, numbers[3:], axis, bool(rows.position))
+            before = len(rows.position)
+            rows.add(line, place, np.nan if rapid else feed, not rapid)
+            if len(rows.position) > before and axis is not None:
+                rows.normal.append(axis)
+            rapid = False
+    return rows.given(normal=axis is not None)
+
+
+def _axis(
+    where: str, given: list[float], known: tuple[float, float, float] | None, begun: bool
+) -> tuple[float, float, float] | None:
+    """The tool's axis after a point: as given, or the one before."""
+    if not given:
+        return known
+    if begun and known is None:
+        raise InputError(f"{where}: i, j, k here and not at the first point; give them from the first on, or nowhere")
+    length = float(np.linalg.norm(given))
+    if abs(length - 1) > UNIT:
+        raise InputError(f"{where}: the axis i, j, k has length {length:.4g}, not 1; mend it")
+    return given[0] / length, given[1] / length, given[2] / length
+
+
+def _feed(name: str, line: int, arguments: list[str], before: float) -> float:
+    unit = next((a for a in arguments if a in ("IPM", "IPR", "MMPR", "PERREV", "INVERS", "MMPM", "PERMIN")), "MMPM")
+    if unit not in ("MMPM", "PERMIN"):
+        raise InputError(f"{name}: line {line}: FEDRAT in {unit}: feeds are read in mm/min; write MMPM")
+    numbers = [a for a in arguments if NUMBER.fullmatch(a)]
+    if not numbers:
+        return before  # a word such as RAPID or AUTO: no number of ours
+    return feed_in_m_s(name, line, float(numbers[0]))
+
+
+def _number(where: str, word: str) -> float:
+    if not NUMBER.fullmatch(word):
+        shown = f"'{word}' " if re.fullmatch(r"[\x21-\x7e]{1,20}", word) else "what stands here "
+        raise InputError(f"{where}: {shown}is no number; give x, y, z, or x, y, z, i, j, k")
+    return float(re.sub("[Dd]", "E", word))
+
+
+def _statements(name: str, lines: list[str]) -> Iterator[tuple[int, str, list[str]]]:
+    """Line, major word and arguments of each statement."""
+    text, first = "", 0
+    for n, line in enumerate(lines, 1):
+        line = line.split("$$", 1)[0]
+        first = first if text else n
+        if line.rstrip().endswith("$"):
+            text += line.rstrip()[:-1]
+            continue
+        statement, text = (text + line).strip().upper(), ""
+        if not statement:
+            continue
+        word, _, rest = statement.partition("/")
+        if word.startswith(("PPRINT", "PARTNO", "REMARK", "INSERT", "TOOL PATH")):
+            continue
+        yield first, word.strip(), [a.strip() for a in rest.split(",")]
+    if text:
+        raise InputError(f"{name}: line {len(lines)}: ends with $, which goes on in a line that is not there")

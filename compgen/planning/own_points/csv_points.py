@@ -1,0 +1,85 @@
+"""A path's points from CSV: ``x_mm, y_mm, z_mm`` and how the tool stands, in the frame of the part."""
+
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, row_norms
+from compgen.core.csv_table import CsvTable, read_csv
+from compgen.core.exceptions import InputError
+from compgen.core.rotations import from_wpr
+from compgen.core.units import DEG, MM
+from compgen.planning.own_points.given import GivenPoints
+from compgen.planning.own_points.words import FEEDS
+
+PLACE = ("x_mm", "y_mm", "z_mm")
+NORMAL = ("i", "j", "k")
+ANGLES = ("w_deg", "p_deg", "r_deg")
+OTHERS = ("feed_mm_s", "contact", "stop")
+UNIT = 0.01  # that a normal's length may differ from one
+LARGEST = 1e4  # mm
+
+
+def read_points(source: str | Path) -> GivenPoints:
+    """Read a path's points.
+
+    Args:
+        source: CSV with ``x_mm, y_mm, z_mm``; either ``i, j, k`` (unit normal out of the surface), or ``w_deg, p_deg,
+            r_deg`` of the tool, or neither; optional ``feed_mm_s`` on the way to a point (empty: the process's),
+            ``contact`` on that way and ``stop`` at the point, 0 or 1.
+
+    Raises:
+        InputError: What ``read_csv`` refuses; a column of one kind without the others, or of both; a normal that is no
+            unit vector; a feed that no program can say; a flag that is neither 0 nor 1.
+    """
+    table = read_csv(source, PLACE, (*PLACE, *NORMAL, *ANGLES, *OTHERS))
+    given = [kind for kind in (NORMAL, ANGLES) if any(table.has(c) for c in kind)]
+    if len(given) == 2:
+        raise InputError(f"{source}: i, j, k and w_deg, p_deg, r_deg both say how the tool stands; keep one of them")
+    for column in given[0] if given else ():
+        if not table.has(column):
+            raise InputError(f"{source}: column {column}: missing; give {', '.join(given[0])} together, or none")
+    position = np.column_stack([table.numbers(c, largest=LARGEST) for c in PLACE]) * MM
+    M = len(position)
+    return GivenPoints(
+        source=str(source),
+        line=np.array(table.line),
+        position=position,
+        normal=_normals(table) if given == [NORMAL] else None,
+        rotation=from_wpr(*(table.numbers(c, largest=3600) * DEG for c in ANGLES)) if given == [ANGLES] else None,
+        feed=_feeds(table) if table.has("feed_mm_s") else np.full(M, np.nan),
+        contact=_flags(table, "contact") if table.has("contact") else np.ones(M, dtype=bool),
+        stop=_flags(table, "stop") if table.has("stop") else np.zeros(M, dtype=bool),
+    )
+
+
+def _normals(table: CsvTable) -> Array:
+    normal = np.column_stack([table.numbers(c, largest=1e3) for c in NORMAL])
+    length = row_norms(normal)
+    bad = np.flatnonzero(np.abs(length - 1) > UNIT)
+    if len(bad):
+        row = int(bad[0])
+        raise InputError(
+            f"{table.location(row)}: the normal i, j, k has length {length[row]:.4g}, not 1; divide it by its length"
+        )
+    return np.asarray(normal / length[:, None])
+
+
+def _feeds(table: CsvTable) -> Array:
+    feed = table.numbers("feed_mm_s", gaps=True)
+    bad = np.flatnonzero((feed < FEEDS[0]) | (feed > FEEDS[1]))
+    if len(bad):
+        row = int(bad[0])
+        raise InputError(
+            f"{table.location(row, 'feed_mm_s')}: {feed[row]:g} mm/s is outside {FEEDS[0]:g} to {FEEDS[1]:g}; mend it"
+        )
+    return feed * MM
+
+
+def _flags(table: CsvTable, column: str) -> BoolArray:
+    flag = table.numbers(column)
+    bad = np.flatnonzero((flag != 0) & (flag != 1))
+    if len(bad):
+        row = int(bad[0])
+        raise InputError(f"{table.location(row, column)}: {flag[row]:g} is neither 0 nor 1; give one of them")
+    return np.asarray(flag == 1)

@@ -1,0 +1,184 @@
+"""A path's points from G-code of three axes (ISO 6983, RS-274): ``G0 G1 G2 G3`` with ``X Y Z I J R F``.
+
+Millimetres, arcs in the XY plane with centres relative to their start; the tool stands on the surface. ``G0`` is off
+the part. Read as well: ``G90`` and ``G91``, ``G4`` (the robot stops), and words without motion. What would move the
+tool otherwise is refused: inches, other planes, rotary axes, cutter compensation, cycles, macros.
+"""
+
+import re
+from math import atan2, ceil, cos, hypot, pi, sin, sqrt
+from pathlib import Path
+
+from compgen.core.exceptions import InputError
+from compgen.planning.own_points.given import GivenPoints
+from compgen.planning.own_points.words import PointRows, feed_in_m_s, read_lines
+
+WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
+STEP_ERROR = 2e-3  # mm that an arc's chord leaves it, from point to point
+QUARTER = 16  # points at least
+RADII = (0.02, 0.001)  # mm, and share of them, by which an arc's two radii may differ
+MODES = {0, 1, 2, 3, 4, 17, 21, 40, 43, 49, 54, 55, 56, 57, 58, 59, 61, 64, 80, 90, 91, 94, 98, 99}
+REFUSED = {
+    18: "arcs in the ZX plane are not read; use G17, or lines",
+    19: "arcs in the YZ plane are not read; use G17, or lines",
+    20: "points are read in mm; write the file in millimetres (G21)",
+    28: "a machine's home is not the robot's; remove it",
+    30: "a machine's home is not the robot's; remove it",
+    41: "cutter compensation is not read; write the tool's own path",
+    42: "cutter compensation is not read; write the tool's own path",
+    53: "machine coordinates are not the part's; remove it",
+    65: "macros are not read; write the moves themselves",
+    66: "macros are not read; write the moves themselves",
+    92: "shifted coordinates are not read; write the points where they are",
+    93: "inverse-time feed is not read; write mm/min (G94)",
+    95: "feed per revolution is not read; write mm/min (G94)",
+}
+
+
+def read_gcode(source: str | Path) -> GivenPoints:
+    """Read a path's points.
+
+    Raises:
+        InputError: Not readable, a word that is none, a code that is not read, an arc that is none, motion before the
+            place of all axes is known.
+    """
+    name = str(source)
+    rows, reader = PointRows(name), _Reader(name)
+    for n, text in enumerate(read_lines(source, "a G-code file"), 1):
+        reader.block(n, _uncommented(text), rows)
+    return rows.given(normal=False)
+
+
+def _uncommented(text: str) -> str:
+    return re.sub(r"\([^)]*\)", " ", text).split(";", 1)[0].strip().upper()
+
+
+class _Reader:
+    """What stays in force from block to block."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.motion: int | None = None
+        self.absolute = True
+        self.feed = float("nan")
+        self.place: dict[str, float] = {}  # mm, of the axes that were given
+
+    def block(self, line: int, text: str, rows: PointRows) -> None:
+        """One line."""
+        if not text or text == "%":
+            return
+        if text.startswith("/"):
+            raise InputError(f"{self.name}: line {line}: a block that may be skipped; remove its / or the block")
+        words = self._words(line, text)
+        codes = [(letter, value) for letter, value in words if letter in "GM"]
+        values = {letter: value for letter, value in words if letter not in "GMNO"}
+        dwell = False
+        for letter, value in codes:
+            dwell |= self._code(line, letter, value)
+        if dwell:
+            if rows.stop:
+                rows.stop[-1] = True
+            return
+        if "F" in values:
+            self.feed = feed_in_m_s(self.name, line, values["F"])
+        axes = {a: values[a] for a in "XYZ" if a in values}
+        if not axes and not (self.motion in (2, 3) and values.keys() & set("IJ")):
+            return
+        if self.motion is None:
+            raise InputError(f"{self.name}: line {line}: a place without G0, G1, G2 or G3; say how to go there")
+        start = dict(self.place)
+        for a, value in axes.items():
+            if not self.absolute and a not in start:
+                raise InputError(f"{self.name}: line {line}: G91 before {a} is known; give the first place with G90")
+            self.place[a] = value if self.absolute else start[a] + value
+        if len(self.place) < 3:
+            if self.motion != 0:
+                missing = next(a for a in "XYZ" if a not in self.place)
+                raise InputError(f"{self.name}: line {line}: {missing} is not known yet; give it before the first cut")
+            return
+        end = (self.place["X"], self.place["Y"], self.place["Z"])
+        if self.motion in (2, 3):
+            if len(start) < 3:
+                raise InputError(f"{self.name}: line {line}: an arc from an unknown place; give X, Y, Z before it")
+            for place in self._arc(line, (start["X"], start["Y"], start["Z"]), end, values):
+                rows.add(line, place, self.feed, True)
+        rows.add(line, end, self.feed if self.motion else float("nan"), self.motion != 0)
+
+    def _words(self, line: int, text: str) -> list[tuple[str, float]]:
+        if re.search(r"[#=\[\]]|\b(IF|WHILE|GOTO|DO\d|END\d)", text):
+            raise InputError(f"{self.name}: line {line}: macros are not read; write the moves themselves")
+        compact = re.sub(r"\s+", "", text)
+        words = [(m[1], float(m[2])) for m in WORD.finditer(compact)]
+        if sum(m.end() - m.start() for m in WORD.finditer(compact)) != len(compact):
+            raise InputError(f"{self.name}: line {line}: not words of a letter and a number; mend it, or remove it")
+        for letter, _ in words:
+            if letter in "ABCUVW":
+                raise InputError(
+                    f"{self.name}: line {line}: rotary or second axis {letter} is a machine's own, of unknown "
+                    "geometry; write the points with their normals (pattern = 'points' or 'apt')"
+                )
+        return words
+
+    def _code(self, line: int, letter: str, value: float) -> bool:
+        """Whether the block only waits."""
+        where = f"{self.name}: line {line}: {letter}{value:g}"
+        if letter == "M":
+            if value in (97, 98):
+                raise InputError(f"{where}: sub-programs are not read; write the moves themselves")
+            return value in (0, 1)
+        if value in REFUSED:
+            raise InputError(f"{where}: {REFUSED[int(value)]}")
+        if value == 91.1:
+            return False
+        if value not in MODES:
+            known = "cycles are not read; write the moves themselves" if 73 <= value <= 89 else "not read; remove it"
+            raise InputError(f"{where}: {known}")
+        if value in (0, 1, 2, 3):
+            self.motion = int(value)
+        elif value in (90, 91):
+            self.absolute = value == 90
+        return value == 4
+
+    def _arc(
+        self, line: int, start: tuple[float, float, float], end: tuple[float, float, float], values: dict[str, float]
+    ) -> list[tuple[float, float, float]]:
+        """Points on an arc between its ends [mm]."""
+        where = f"{self.name}: line {line}"
+        turn = -1.0 if self.motion == 2 else 1.0
+        if "K" in values:
+            raise InputError(f"{where}: K belongs to arcs in other planes, which are not read; give I and J (G17)")
+        if "R" in values:
+            centre = _centre(where, start, end, values["R"], turn)
+        elif "I" in values or "J" in values:
+            centre = (start[0] + values.get("I", 0.0), start[1] + values.get("J", 0.0))
+        else:
+            raise InputError(f"{where}: an arc without I, J or R; give its centre")
+        radii = [hypot(p[0] - centre[0], p[1] - centre[1]) for p in (start, end)]
+        if not radii[0] > 0 or abs(radii[1] - radii[0]) > max(RADII[0], RADII[1] * radii[0]):
+            raise InputError(
+                f"{where}: the arc's ends are {radii[0]:.3f} and {radii[1]:.3f} mm from its centre; mend I and J"
+            )
+        first, last = (atan2(p[1] - centre[1], p[0] - centre[0]) for p in (start, end))
+        swept = turn * (last - first) % (2 * pi)
+        if swept < 1e-9:
+            swept = 2 * pi
+        count = max(ceil(swept / sqrt(8 * STEP_ERROR / radii[0])), ceil(QUARTER * swept / (pi / 2)))
+        points = []
+        for k in range(1, count):
+            u = k / count
+            angle, radius = first + turn * u * swept, radii[0] + u * (radii[1] - radii[0])
+            x, y = centre[0] + radius * cos(angle), centre[1] + radius * sin(angle)
+            points.append((x, y, start[2] + u * (end[2] - start[2])))
+        return points
+
+
+def _centre(
+    where: str, start: tuple[float, float, float], end: tuple[float, float, float], radius: float, turn: float
+) -> tuple[float, float]:
+    """The centre of an arc by its radius; a negative one goes the long way round."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    chord = hypot(dx, dy)
+    if not 0 < chord <= 2 * abs(radius) * (1 + 1e-6):
+        raise InputError(f"{where}: R = {radius:g} mm makes no arc between places {chord:.3f} mm apart; give I and J")
+    height = sqrt(max(radius * radius - chord * chord / 4, 0.0)) * turn * (1 if radius > 0 else -1)
+    return (start[0] + end[0]) / 2 - height * dy / chord, (start[1] + end[1]) / 2 + height * dx / chord

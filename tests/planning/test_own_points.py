@@ -1,0 +1,182 @@
+"""A curve through given points: near every one, smooth between corners, the tool as it was given."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+from compgen.core.exceptions import InputError
+from compgen.planning import boundaries, surfaces, toolpath
+from compgen.planning.own_points.given import GivenPoints, check_points
+from compgen.planning.own_points.placing import place_points
+from compgen.planning.own_points.space_curve import Tolerance, space_curve
+
+ORIGIN = np.zeros(3)
+PLANE = surfaces.plane(ORIGIN)
+SPIN, FEED = 0.3, 0.1
+NEAR = Tolerance(place=2e-6, tilt=2e-4, corner=np.radians(25), exact=False)
+EXACT = replace(NEAR, exact=True)
+RNG = np.random.default_rng(3)
+
+
+def given(position, normal=None, rotation=None, **changed):
+    M = len(position)
+    parts = {"feed": np.full(M, np.nan), "contact": np.ones(M, dtype=bool), "stop": np.zeros(M, dtype=bool)} | changed
+    return GivenPoints("points.csv", np.arange(2, M + 2), position, normal, rotation, **parts)
+
+
+def bowl(M=800):
+    """A spiral in a bowl, rounded to a micrometre, with its normals."""
+    t = np.linspace(0, 8 * np.pi, M)
+    r = 0.05 + 0.2 * t / t[-1]
+    x, y = r * np.cos(t), r * np.sin(t)
+    normal = np.column_stack([-0.6 * x, -0.6 * y, np.ones(M)])
+    return np.round(np.column_stack([x, y, 0.3 * (x**2 + y**2)]), 6), normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def planned(points, tolerance=NEAR, surface=PLANE):
+    curve = space_curve(place_points(points, surface, SPIN, FEED), tolerance).curve
+    return toolpath.plan_tool_path(curve, surface, boundaries.unbounded(), spin=SPIN, chord=1.5e-6, lift=0.02)
+
+
+def nearest(tool, places):
+    """Distance of places from the true path, and the tool's axes at the nearest point."""
+    work = np.flatnonzero(tool.exact.curve.working[tool.piece])
+    segment, u = np.repeat(work, 40), np.tile(np.linspace(0, 1, 40), len(work))
+    pose = tool.at(segment, u)[0]
+    rows = [int(np.argmin(np.linalg.norm(pose.position - p, axis=1))) for p in places]
+    distance = []
+    for row, p in zip(rows, places):
+        a, b = pose.position[max(row - 1, 0)], pose.position[min(row + 1, len(segment) - 1)]
+        along = (b - a) / np.linalg.norm(b - a)
+        gap = p - pose.position[row]
+        distance.append(np.linalg.norm(gap - (gap @ along) * along))
+    return np.array(distance), pose.rotation[rows]
+
+
+@pytest.mark.parametrize(("tolerance", "limit"), [(NEAR, 2e-6), (EXACT, 1e-7)])
+def test_the_path_passes_every_point_and_the_tool_stands_against_its_normal(tolerance, limit):
+    position, normal = bowl()
+    rows = np.arange(0, len(position), 37)
+    distance, rotation = nearest(planned(given(position, normal), tolerance), position[rows])
+    assert distance.max() < limit
+    angle = np.arccos(np.clip(-(rotation[:, :, 2] * normal[rows]).sum(axis=1), -1, 1))
+    assert angle.max() < 5e-4
+
+
+def test_few_pieces_do_for_many_rounded_points():
+    position, normal = bowl(20_000)
+    pieces = len(space_curve(place_points(given(position, normal), PLANE, SPIN, FEED), NEAR).curve.poly)
+    assert pieces < 2000
+
+
+@pytest.mark.parametrize("tolerance", [NEAR, EXACT])
+def test_place_slope_and_curvature_run_on_from_piece_to_piece(tolerance):
+    position, normal = bowl()
+    points = place_points(given(position, normal), PLANE, SPIN, FEED)
+    curve = space_curve(points, tolerance).curve
+    K = len(curve.poly)
+    ends, starts = (
+        curve.derivatives(np.arange(K - 1), np.ones(K - 1)),
+        curve.derivatives(np.arange(1, K), np.zeros(K - 1)),
+    )
+    # per metre of the spline's own parameter: the length of each piece
+    h = np.linalg.norm(curve.poly[:, 1], axis=1)
+    assert_allclose(ends[0], starts[0], atol=1e-12)
+    unit_end, unit_start = (d[1] / np.linalg.norm(d[1], axis=1)[:, None] for d in (ends, starts))
+    assert_allclose(unit_end, unit_start, atol=1e-7)
+
+    def curvature(d):
+        return (d[1][:, 0] * d[2][:, 1] - d[1][:, 1] * d[2][:, 0]) / np.linalg.norm(d[1], axis=1) ** 3
+
+    assert_allclose(curvature(ends), curvature(starts), atol=1e-4)
+    assert h.min() > 0
+
+
+def test_the_tool_is_turned_as_w_p_r_say():
+    M = 60
+    t = np.linspace(0, 1, M)
+    position = np.column_stack([0.3 * t, 0.05 * np.sin(3 * t), 0.02 * t])
+    turn = Rotation.from_euler("xyz", np.column_stack([180 - 20 * t, 15 * t, 30 * t - 10]), degrees=True)
+    distance, rotation = nearest(planned(given(position, rotation=turn.as_matrix())), position)
+    assert distance.max() < 2e-6
+    off = (Rotation.from_matrix(rotation).inv() * turn).magnitude()
+    assert off.max() < 5e-4
+
+
+def test_points_without_a_normal_stand_on_the_surface():
+    surface = surfaces.conic(np.array([1.2, 0.1, 0.3]), 1.5, -0.5, 0.4)
+    t = np.linspace(0, 6, 200)
+    xy = np.column_stack([0.1 * np.cos(t), 0.08 * np.sin(t)])
+    place, normal = surface.lift(xy, np.full(200, 0.001))
+    tool = planned(given(place - surface.origin), NEAR, surface)
+    distance, rotation = nearest(tool, place)
+    assert distance.max() < 2e-6
+    assert_allclose(-rotation[:, :, 2], normal, atol=5e-4)
+
+
+def test_the_robot_stops_at_corners_and_the_sides_stay_straight():
+    side = np.linspace(0, 0.1, 11)[:-1]
+    zero = np.zeros(10)
+    square = [(side, zero), (zero + 0.1, side), (0.1 - side, zero + 0.1), (zero, 0.1 - side)]
+    position = np.vstack([np.column_stack([x, y, zero]) for x, y in square])
+    drawn = space_curve(place_points(given(position), PLANE, SPIN, FEED), NEAR)
+    assert drawn.corners == 3
+    assert drawn.bulge < 1e-9
+
+
+def test_a_long_span_beside_short_ones_stays_straight():
+    arc = np.linspace(0, np.pi / 2, 40)
+    end = np.column_stack([0.05 * np.sin(arc), 0.05 * (1 - np.cos(arc)), np.zeros(40)])
+    position = np.vstack([[-0.4, 0.0, 0.0], end])
+    tool = planned(given(position))
+    work = np.flatnonzero(tool.exact.curve.working[tool.piece])
+    places = tool.at(np.repeat(work, 5), np.tile(np.linspace(0, 1, 5), len(work)))[0].position
+    on_line = places[(places[:, 0] < -0.01)]
+    assert len(on_line) > 10
+    assert np.abs(on_line[:, 1]).max() < 4e-6
+
+
+def test_contact_and_feed_hold_from_point_to_point():
+    x = np.linspace(0, 0.3, 31)
+    position = np.column_stack([x, 0.01 * np.sin(9 * x), 0 * x])
+    contact, feed = (x > 0.055) & (x < 0.255), np.where(x > 0.155, 0.05, np.nan)
+    tool = planned(given(position, contact=contact, feed=feed))
+    middle = tool.at(np.arange(len(tool.span)), np.full(len(tool.span), 0.5))[0].position
+    work = np.abs(middle[:, 2]) < 1e-9
+    assert_allclose(tool.exact.curve.working[tool.piece][work], (middle[work, 0] > 0.05) & (middle[work, 0] < 0.25))
+    assert_allclose(tool.pace[work], np.where(middle[work, 0] > 0.15, 0.5, 1.0))
+
+
+def test_approach_and_retract_go_along_the_tool():
+    position, normal = bowl()
+    tool = planned(given(position, normal))
+    for first, last, at in ((0, 1, 0), (-1, -2, -1)):
+        steps = tool.target.position[first] - tool.target.position[np.flatnonzero(tool.stop)[[1, -2]][at]]
+        assert_allclose(np.linalg.norm(steps), 0.02, rtol=1e-6)
+        assert_allclose(steps / 0.02, normal[at], atol=1e-3)
+        assert_allclose(tool.target.rotation[first], tool.target.rotation[last], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("position", "words"),
+    [
+        (np.array([[0, 0, 0]]), "give two at least"),
+        (np.column_stack([np.linspace(0, 0.0006, 20)] * 3), "if it is in metres, give millimetres"),
+        (np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0, 0], [0.2, 0, 0]]), "line 4: the same place as line 3"),
+        (np.array([[0.01 * k + 0.3 * (k > 5), 0, 0] for k in range(30)]), "line 8: 310.0 mm from the point before"),
+    ],
+)
+def test_points_that_make_no_path_are_refused(position, words):
+    with pytest.raises(InputError, match=words):
+        check_points(given(np.asarray(position, dtype=float)), 0.1)
+
+
+def test_a_tool_upside_down_is_refused_by_its_line():
+    normal = np.tile([0.0, 0.0, 1.0], (20, 1))
+    normal[12] = [0.0, np.sin(3.0), np.cos(3.0)]
+    x = np.linspace(0, 0.3, 20)
+    with pytest.raises(InputError, match=r"line 14: the tool is turned 172 deg"):
+        place_points(given(np.column_stack([x, 0 * x, 0 * x]), normal), PLANE, SPIN, FEED)

@@ -1,0 +1,185 @@
+"""Files of points: what is read, and one line with file, line and mend for what is not."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.exceptions import InputError
+from compgen.planning.own_points.apt import read_apt
+from compgen.planning.own_points.csv_points import read_points
+from compgen.planning.own_points.gcode import read_gcode
+
+HEAD = "x_mm,y_mm,z_mm"
+
+
+def written(folder, text, name="given.txt"):
+    file = folder / name
+    file.write_text(text)
+    return file
+
+
+def test_csv_with_everything(tmp_path):
+    text = f"{HEAD},i,j,k,feed_mm_s,contact,stop\n1,2,3,0,0,1,,1,0\n# a remark\n2,2,3,0,0.6,0.8,50,0,1\n"
+    points = read_points(written(tmp_path, text))
+    assert_allclose(points.position, [[0.001, 0.002, 0.003], [0.002, 0.002, 0.003]])
+    assert_allclose(points.normal, [[0, 0, 1], [0, 0.6, 0.8]])
+    assert np.isnan(points.feed[0])
+    assert points.feed[1] == pytest.approx(0.05)
+    assert points.contact.tolist() == [True, False]
+    assert points.stop.tolist() == [False, True]
+    assert points.line.tolist() == [2, 4]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (f"{HEAD}\n1,2\n", "line 2: 2 cells"),
+        (f"{HEAD}\n1,2,nan\n", "line 2, column z_mm: 'nan' is not a finite number"),
+        (f"{HEAD}\n1,2,\n", "line 2, column z_mm: empty"),
+        ("x,y,z\n1,2,3\n", "column x_mm: missing; is it 'x', in another unit or spelling"),
+        (f"{HEAD},i,j\n1,2,3,0,0\n", "column k: missing"),
+        (f"{HEAD},i,j,k,w_deg,p_deg,r_deg\n1,2,3,0,0,1,0,0,0\n", "both say how the tool stands"),
+        (f"{HEAD},i,j,k\n1,2,3,0,0,1\n1,2,4,0,0,2\n", "line 3: the normal i, j, k has length 2, not 1"),
+        (f"{HEAD},feed_mm_s\n1,2,3,0\n", "line 2, column feed_mm_s: 0 mm/s is outside 0.05 to 2000"),
+        (f"{HEAD},contact\n1,2,3,2\n", "line 2, column contact: 2 is neither 0 nor 1"),
+        (f"{HEAD}\n1,2,20000\n", "beyond 10000"),
+    ],
+)
+def test_bad_csv(tmp_path, text, words):
+    with pytest.raises(InputError, match=words) as refusal:
+        read_points(written(tmp_path, text))
+    assert "given.txt" in str(refusal.value)
+    assert len(str(refusal.value)) < 300 + len(str(tmp_path))
+
+
+APT = """PARTNO/DISH, 400.0
+UNITS/MM
+MULTAX/ON
+$$ a remark
+LOADTL/1
+FROM/0.,0.,500.
+RAPID
+GOTO/  10.0,   0.0, 50.0, 0.,0.,1.
+FEDRAT/600.0,MMPM
+GOTO/10.0,0.0,0.5,$
+ 0.0,0.6,0.8
+GOTO/ 12.5D0,1.,.5
+GODLTA/1.0,0,-.25
+STOP
+FINI
+"""
+
+
+def test_apt(tmp_path):
+    points = read_apt(written(tmp_path, APT))
+    assert_allclose(points.position * 1e3, [[10, 0, 50], [10, 0, 0.5], [12.5, 1, 0.5], [13.5, 1, 0.25]])
+    assert_allclose(points.normal, [[0, 0, 1], *[[0, 0.6, 0.8]] * 3])
+    assert points.contact.tolist() == [False, True, True, True]
+    assert_allclose(points.feed, [np.nan, 0.01, 0.01, 0.01])
+    assert points.stop.tolist() == [False, False, False, True]
+    assert points.line.tolist() == [8, 10, 12, 13]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("UNITS/INCHES\n", "line 1: UNITS/INCHES: points are read in mm"),
+        ("GOTO/1,2\n", "line 1: GOTO with 2 numbers"),
+        ("GOTO/1,2,x\n", "line 1: 'X' is no number"),
+        ("GOTO/1,2,3\nCIRCLE/0,0,0,0,0,1,5\n", "line 2: CIRCLE: circles are not read"),
+        ("GOTO/1,2,3\nGOTO/1,2,4,0,0,1\n", "line 2: i, j, k here and not at the first point"),
+        ("GOTO/1,2,3,0,0,2\n", "has length 2, not 1"),
+        ("FEDRAT/10,IPM\n", "FEDRAT in IPM"),
+        ("FEDRAT/0\n", "a feed of 0 mm/min is outside"),
+        ("GODLTA/1,2,3\n", "GODLTA before any GOTO"),
+        ("GOTO/1,2,3 $\n", "which goes on in a line that is not there"),
+        ("CUTCOM/LEFT\n", "cutter compensation is not read"),
+    ],
+)
+def test_bad_apt(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        read_apt(written(tmp_path, text))
+
+
+GCODE = """%
+O1234 (DISH)
+N10 G21 G17 G90 G94 G54
+G0 X0 Y0
+Z5.
+G1 Z0 F600
+X10 ; a line
+G3 X20 Y10 I0 J10
+N20 G2 X30 Y20 R10.
+G91
+G1 X1.5 Y-.5
+G4 P500
+M30
+"""
+
+
+def test_gcode(tmp_path):
+    points = read_gcode(written(tmp_path, GCODE))
+    p = points.position * 1e3
+    assert_allclose(p[:3], [[0, 0, 5], [0, 0, 0], [10, 0, 0]])
+    assert points.contact[:3].tolist() == [False, True, True]
+    assert_allclose(p[-1], [31.5, 19.5, 0])
+    assert points.stop[-1]
+    assert_allclose(points.feed[1:], 0.01)
+    first, second = (points.line == n for n in (8, 9))
+    assert_allclose(np.linalg.norm(p[first][:, :2] - [10, 10], axis=1), 10, atol=1e-9)
+    assert_allclose(np.linalg.norm(p[second][:, :2] - [30, 10], axis=1), 10, atol=1e-9)
+    assert_allclose(p[first][-1], [20, 10, 0], atol=1e-12)
+    assert first.sum() >= 16
+    steps = np.diff(np.arctan2(p[first][:, 1] - 10, p[first][:, 0] - 10))
+    assert (steps > 0).all()
+
+
+def test_a_full_turn_and_the_long_way_round(tmp_path):
+    points = read_gcode(written(tmp_path, "G0 X10 Y0 Z0\nG2 I-10 Z-4 F600\nG3 X0 Y10 R-10\n"))
+    p = points.position * 1e3
+    turn = points.line == 2
+    assert_allclose(np.linalg.norm(p[turn][:, :2], axis=1), 10, atol=1e-9)
+    assert p[turn][-1].tolist() == [10, 0, -4]
+    swept = np.unwrap(np.arctan2(p[turn][:, 1], p[turn][:, 0]))
+    assert (np.diff(swept) < 0).all()
+    assert_allclose(np.diff(p[turn][:, 2]), np.diff(p[turn][:, 2])[0], atol=1e-9)
+    long = p[points.line == 3]
+    assert_allclose(np.linalg.norm(long[:, :2] - [10, 10], axis=1), 10, atol=1e-9)
+    length = np.linalg.norm(np.diff(long, axis=0), axis=1).sum()
+    assert length > 1.4 * np.pi * 10
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("G20\n", "line 1: G20: points are read in mm"),
+        ("G18\n", "arcs in the ZX plane"),
+        ("G0 X1 Y1 Z1\n#100=5\n", "line 2: macros are not read"),
+        ("G65 P9000\n", "macros are not read"),
+        ("G0 X1 Y1 Z1 A90\n", "rotary or second axis A"),
+        ("G41 D1\n", "cutter compensation"),
+        ("G81 X1\n", "G81: cycles are not read"),
+        ("X1 Y1\n", "a place without G0, G1, G2 or G3"),
+        ("G1 X1 Y1 F100\n", "Z is not known yet"),
+        ("G0 X0 Y0 Z0\nG2 X10 F100\n", "an arc without I, J or R"),
+        ("G0 X0 Y0 Z0\nG2 X10 I3 F100\n", "the arc's ends are 3.000 and 7.000 mm from its centre"),
+        ("G0 X0 Y0 Z0\nG2 X10 R4 F100\n", "makes no arc"),
+        ("G0 X0 Y0 Z0\nG3 X10 K5 F100\n", "K belongs to arcs in other planes"),
+        ("G0 X0 Y0 Z0\n/G1 X1\n", "a block that may be skipped"),
+        ("M98 P1\n", "sub-programs are not read"),
+        ("G0 X0 Y0 Z0 ?\n", "not words of a letter and a number"),
+        ("G1 F0\n", "a feed of 0 mm/min is outside"),
+        ("G0 X0 Y0 Z99999\n", "beyond 10000 mm"),
+    ],
+)
+def test_bad_gcode(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        read_gcode(written(tmp_path, text))
+
+
+@pytest.mark.parametrize("reader", [read_points, read_apt, read_gcode])
+def test_files_that_are_none(tmp_path, reader):
+    (tmp_path / "zero").write_bytes(b"GOTO/1\0")
+    for name in ("missing", ".", "zero"):
+        with pytest.raises(InputError):
+            reader(tmp_path / name)
