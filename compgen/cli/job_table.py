@@ -13,6 +13,7 @@ from rich.text import Text
 
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.report import job_summary
+from compgen.report.band_words import headline
 
 ROWS = (  # row of the report, its label, its bound
     ("total", "total, um", "max_um"),
@@ -54,6 +55,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         )
     if corrected and corrected.averaged is not None:
         console.print(_starts_table(summary["average_over"]))
+    console.print(headline(summary), markup=False, highlight=False)
     for finding in summary["findings"]:
         console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
     robot_file = summary["provenance"]["robot_file"]

@@ -15,3 +15,4 @@ KB = 1000.0  # bytes
 MB = 1000 * KB  # bytes
 URAD = 1e-6  # rad
 PPM = 1e-6  # parts per million
+PERCENT = 0.01

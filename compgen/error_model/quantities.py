@@ -63,6 +63,8 @@ def combined(quantities: Sequence[Quantity], amounts: Sequence[float]) -> Cause:
     heat = HeatChange(
         rise=np.sum([a * c.heat.rise for a, c in parts], axis=0),
         start=np.sum([a * c.heat.start for a, c in parts], axis=0),
+        scale=np.sum([a * c.heat.scale for a, c in parts], axis=0),
+        lag=np.sum([a * c.heat.lag for a, c in parts], axis=0),
         air=sum(a * c.heat.air for a, c in parts),
         feed=sum(a * c.heat.feed for a, c in parts),
     )

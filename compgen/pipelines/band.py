@@ -5,19 +5,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, column_extremes, row_norms
+from compgen.core.findings import Finding, Level
+from compgen.core.pose import Pose
+from compgen.core.units import PERCENT
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.knowledge import build_slopes
 from compgen.error_model.model import ErrorModel
 from compgen.error_model.quantities import Quantity
-from compgen.pipelines.job import Job
+from compgen.error_model.unknown import Unknown, still_unknown
+from compgen.pipelines.job import Cell, Job
 from compgen.pipelines.start_window import late_rise
 from compgen.pipelines.uncertainty import JobUncertainty, quantities_of
 from compgen.planning.toolpath import ToolPath
-from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_feed
+from compgen.thermal.history import History
+from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
 from compgen.verification.band import Band, Columns, band_of
 
 ROWS = 8192  # waypoints at which a band is evaluated; of more, so many along the program
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
+MISSING = "thermal physics missing"  # in the budget
+LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
 WIDTH_STEP = 1e-3  # relative, over which the effect of a width is differenced
 
 
@@ -34,6 +41,18 @@ class DrivenProgram:
     motion: DirectionState  # of the sources
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Places:
+    """M places on a program's way, with one tool."""
+
+    theta: Array  # (M, 6) [rad] commanded
+    time: Array  # (M,) [s]
+    rise: Array  # (M, K) [K]
+    motion: DirectionState
+    tool: Pose  # TCP in the flange
+    turned: Array | None = None  # (M, 6) how each joint's direction changes with its own width, relative
+
+
 def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
     """What a job's files leave open along its program.
 
@@ -43,7 +62,31 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
     """
     rows = rows_of_band(program)
     columns = columns_along(program, uncertainty_of(program, window), rows)
-    return band_of(columns, rows, _part_lengths(program.path, rows))
+    return band_of(columns, rows, _part_lengths(program.path, rows), program.job.cell.fit.scale)
+
+
+def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
+    """What a band leaves out because nothing is known of it."""
+    of_sources = [
+        Unknown(f"error of the file's {known.source.NAME.replace('_', ' ')}", None, "", "")
+        for known in cell.known
+        if known.source.FITTING is None and not known.sigma
+    ]
+    identified = {known.source.BUDGET for known in cell.known if known.sigma}
+    return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources
+
+
+def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
+    """A note where the robot file leaves it to compgen how well its warmth is known."""
+    warmth = cell.warmth
+    if not warmth.is_assumed:
+        return ()
+    message = (
+        f"the robot file has no [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, {warmth.sensors:g} K "
+        f"of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, {warmth.missing / PERCENT:g} % of "
+        "missing physics; give what is known"
+    )
+    return (Finding(Level.NOTE, "thermal.uncertainty", message),)
 
 
 def uncertainty_of(program: DrivenProgram, window: float = 0.0) -> JobUncertainty:
@@ -76,25 +119,60 @@ def columns_along(program: DrivenProgram, uncertainty: JobUncertainty, rows: Int
         uncertainty: Of its job.
         rows: Waypoints, rising, (M,).
     """
-    job, parameters = program.job, uncertainty.parameters
-    quantities = _by_source(uncertainty)
+    job, history = program.job, program.job.history
+    places = Places(
+        program.theta[rows], program.time[rows], program.rise[rows], program.motion.at(rows), job.tool.pose,
+        _turned(program, rows) if any(q.cause.width.any() for q in uncertainty.quantities) else None,
+    )  # fmt: skip
+    late = [q.limits[1] for q in uncertainty.quantities if q.cause.delay and q.limits is not None]
+    # what a whole window of standing does stands for each second of it
+    by_delay = late_rise(job, late[0], places.time, job.state(), history.clock) / late[0] if late else None
+    return columns_at(job.cell, history, job.feed, uncertainty, places, program.model, by_delay)
+
+
+def columns_at(
+    cell: Cell, history: History, feed: float, uncertainty: JobUncertainty, places: Places, model: ErrorModel,
+    by_delay: Array | None = None,
+) -> Columns:  # fmt: skip
+    """What one unit of each quantity does to the position error at M places.
+
+    Args:
+        cell: The robot.
+        history: What it did before.
+        feed: Of the program [m/s].
+        uncertainty: Of the cell.
+        places: Where, when and how warm.
+        model: The error, with the places' tool.
+        by_delay: What each second of a late start adds to the rises, (M, K) [K/s].
+    """
+    quantities, parameters = _by_source(uncertainty), uncertainty.parameters
     changes = np.array([q.cause.parameters for q in quantities]).reshape(len(quantities), -1)  # (Q, P)
     which = np.flatnonzero(changes.any(axis=0)).tolist()
-    slopes = build_slopes(job.robot, parameters, which, len(job.heat.names), job.tool.pose)
-    theta, rise, motion = program.theta[rows], program.rise[rows], program.motion.at(rows)
-    A, B, D = slopes(theta, rise, motion)
+    slopes = build_slopes(cell.robot, parameters, which, len(cell.heat.names), places.tool)
+    A, B, D = slopes(places.theta, places.rise, places.motion)
     column = A @ changes[:, which].T
-    time = program.time[rows]
-    for q, warmer in zip(*_rises(job, quantities, time)):
-        column[:, :, q] += np.einsum("mik,mk->mi", B, warmer)
-    if any(q.cause.width.any() for q in quantities):
-        turned = _turned(program, rows)
-        for i, quantity in enumerate(quantities):
-            column[:, :, i] += np.einsum("mij,mj->mi", D, turned * quantity.cause.width)
-    warm = row_norms(_position(program.model, theta, rise, motion) - _position(program.model, theta, 0 * rise, motion))
+    of_air = rise_by_air(cell.heat, history, places.time)
+    for k, quantity in enumerate(quantities):
+        heat, delay, width = quantity.cause.heat, quantity.cause.delay, quantity.cause.width
+        if heat.rise.any() or heat.start.any() or heat.air:
+            warmer = missed_rise(cell.warmth, cell.heat, history, heat, places.time) + heat.air * of_air
+            column[:, :, k] += np.einsum("mik,mk->mi", B, warmer)
+        if heat.changes_model:
+            warmer = rise_by_model(cell.warmth, cell.heat, history, feed, heat, places.time)
+            column[:, :, k] += np.einsum("mik,mk->mi", B, warmer)
+        if delay and by_delay is not None:
+            column[:, :, k] += np.einsum("mik,mk->mi", B, delay * by_delay)
+        if width.any() and places.turned is not None:
+            column[:, :, k] += np.einsum("mij,mj->mi", D, places.turned * width)
+    pair = (model.actual_pose(places.theta, rise, places.motion).position for rise in (places.rise, 0 * places.rise))
+    warm = row_norms(next(pair) - next(pair))
+    fit, missing = cell.fit, cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, LEAST_MISSING)
+    undirected = {MISSING: missing * warm, "fit noise": np.full(len(warm), fit.noise)}
+    if fit.repeatability is not None:
+        undirected["repeatability"] = np.full(len(warm), fit.repeatability)
     return Columns(
         column, np.array([q.mean for q in quantities]), np.array([q.deviation for q in quantities]),
-        tuple(q.source or "" for q in quantities), {"thermal physics missing": job.cell.warmth.missing * warm},
+        tuple(q.source or "" for q in quantities), undirected,
     )  # fmt: skip
 
 
@@ -106,25 +184,6 @@ def _by_source(uncertainty: JobUncertainty) -> list[Quantity]:
         source = q.source or budgets[int(np.flatnonzero(q.cause.parameters)[0])]
         named.append(Quantity(q.name, source, q.cause, q.limits))
     return named
-
-
-def _rises(job: Job, quantities: list[Quantity], time: Array) -> tuple[list[int], list[Array]]:
-    """Which quantities change the warmth, and by how much at some times, (M, K) [K] each."""
-    which, rises = [], []
-    of_air = rise_by_air(job.heat, job.history, time)
-    of_feed = rise_by_feed(job.heat, job.history, job.feed, time)
-    for k, quantity in enumerate(quantities):
-        heat, delay = quantity.cause.heat, quantity.cause.delay
-        if not (heat.rise.any() or heat.start.any() or heat.air or heat.feed or delay):
-            continue
-        rise = missed_rise(job.cell.warmth, job.heat, job.history, heat, time) + heat.air * of_air + heat.feed * of_feed
-        if delay and quantity.limits is not None:
-            # the middle of a window stands for its slope: what standing does fades, the first minute does most
-            end = quantity.limits[1]
-            rise += delay / end * late_rise(job, end, time, job.state(), job.history.clock)
-        which.append(k)
-        rises.append(rise)
-    return which, rises
 
 
 def _turned(program: DrivenProgram, rows: IntArray) -> Array:
@@ -139,10 +198,6 @@ def _turned(program: DrivenProgram, rows: IntArray) -> Array:
         return states.at(rows).direction
 
     return np.asarray((directions(1 + WIDTH_STEP) - directions(1 - WIDTH_STEP)) / (2 * WIDTH_STEP))
-
-
-def _position(model: ErrorModel, theta: Array, rise: Array, motion: DirectionState) -> Array:
-    return np.asarray(model.actual_pose(theta, rise, motion).position)
 
 
 def _part_lengths(path: ToolPath, rows: IntArray) -> Array:

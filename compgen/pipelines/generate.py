@@ -23,6 +23,7 @@ from compgen.fanuc.paging.stops import PageStops
 from compgen.pipelines import averaging, delivery, job_findings, model_form
 from compgen.pipelines.averaging import Averaged, WrittenFile
 from compgen.pipelines.averaging_findings import averaging_findings
+from compgen.pipelines.band import DrivenProgram, assumed_findings, band_along
 from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.job import Job
 from compgen.pipelines.model_form import ModelForm
@@ -37,6 +38,7 @@ from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import Ambient, Duty, states_at
 from compgen.thermal import JointMotion as Driven
+from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import Execution, PreparedProgram, Twin, execute, prepare
 from compgen.verification.verdict import Verdict, judge, verdict_of
@@ -61,6 +63,7 @@ class Planned:
     twin_result: Background[tuple[Deviation, WrittenMotion]]  # of the twin that drives the uncorrected text
     findings: tuple[Finding, ...]
     rows: IntArray  # which of the waypoints that were planned these are
+    band: Band | None = None  # what the files leave open; of a corrected program it stands there
 
     def deviation(self) -> Deviation:
         """Of the uncorrected text; waits until the twin has driven it.
@@ -73,6 +76,10 @@ class Planned:
     def written(self) -> WrittenMotion:
         """Of the uncorrected text; waits as well."""
         return self.twin_result.result()[1]
+
+    def band_of_plan(self) -> Band:
+        """What the files leave open while nothing is corrected."""
+        return self.band if self.band is not None else band_along(_driven(self, self.theta, self.motion))
 
     def error_at(self, rows: slice) -> Array:
         """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
@@ -99,6 +106,7 @@ class Corrected:
     written: WrittenMotion
     start_window: float  # [s] how late the program may start
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
+    band: Band  # what the files leave open
     model_form: (
         ModelForm | None
     )  # on the robot file's other heat model; None: it has one, or the other cannot be driven
@@ -141,7 +149,7 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     planned = _plan(job, progress, date, pages)
     progress("twin before", 0.0)
     planned.deviation()
-    return planned
+    return replace(planned, band=band_along(_driven(planned, planned.theta, planned.motion)))
 
 
 def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
@@ -171,7 +179,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += map_findings(job.sources, places[on_part], on_part)
     notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
     notes += unknown_start_findings(job.robot, job.sources, model, theta, places, rise, motion, path.contact)
-    notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *job.unlikely]
+    notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.unlikely]
     if not job.history.before:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
@@ -234,6 +242,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
+    band = band_along(_driven(planned, solution.theta, problem.direction_state), window)
     program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
     del program, commanded
@@ -270,8 +279,14 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         )
     return planned, Corrected(
         solution, trajectory, text, delivered, prepared.twin, job.history.before, job.history.air,
-        prepared.first_samples(), deviation, written, window, ripple, form, tuple(verdict), averaged,
+        prepared.first_samples(), deviation, written, window, ripple, band, form, tuple(verdict), averaged,
     )  # fmt: skip
+
+
+def _driven(planned: Planned, theta: Array, motion: DirectionState) -> DrivenProgram:
+    """The program with its commanded joints, for its band."""
+    time = planned.trajectory.time
+    return DrivenProgram(planned.job, planned.model, planned.path, theta, time, planned.rise, motion)
 
 
 def _written_directions(problem: Problem, solution: Solution, job: Job) -> DirectionState:

@@ -14,6 +14,7 @@ from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import Unknown
+from compgen.identification.tables import FitLimits
 from compgen.pipelines.part_frame import PartFrame
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
@@ -48,6 +49,7 @@ class Cell:
     held_out: float | None = None  # [m] error of the file's prediction at poses that its identification did not see
     unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's; what is missing
     posterior: ParameterPosterior | None = None  # how well identification knows its parameters together
+    fit: FitLimits = field(default_factory=FitLimits)  # what its identification says that it cannot do
 
 
 @dataclass(frozen=True, slots=True)

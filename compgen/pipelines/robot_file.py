@@ -21,7 +21,7 @@ from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import unknown_of
-from compgen.identification.tables import IdentifiedTable
+from compgen.identification.tables import IdentifiedTable, fit_limits_of
 from compgen.pipelines.job import Cell
 from compgen.pipelines.posterior_file import posterior_beside
 from compgen.pipelines.schema import RobotFile
@@ -159,6 +159,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
         unlikely=(*unlikely_values(data, where), *of_posterior),
         posterior=posterior,
+        fit=fit_limits_of(facts.identified),
     )
 
 

@@ -9,8 +9,8 @@ from compgen.core.arrays import Array
 from compgen.core.units import MDEG, UM
 from compgen.error_model.knowledge import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
-from compgen.error_model.source import DirectionDependent, Expanding
-from compgen.pipelines.job import Job
+from compgen.error_model.source import DirectionDependent, Expanding, Source
+from compgen.pipelines.job import Cell, Job
 from compgen.thermal.uncertainty import HeatChange
 
 
@@ -30,17 +30,31 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
         window: How late its program may start [s]; it starts at any time within.
         middle: Of the part, World, (3,) [m], about which its frame may be turned; None: the frame's origin.
     """
-    parameters = parameters_of(job.sources)
-    nothing = Cause(np.zeros(len(parameters.entries)), HeatChange(*np.zeros((2, len(job.heat.names)))), np.zeros(6))
-    quantities = [
-        *_of_warmth(job, nothing),
-        *_of_expansion(job, parameters, nothing),
-        *_of_sources(job, parameters, nothing),
-        *_of_frame(job, parameters, nothing, middle),
-    ]
+    of_cell = quantities_of_cell(job.cell)
+    nothing = _no_cause(job.cell, of_cell.parameters)
+    quantities = [*of_cell.quantities, *_of_frame(job, of_cell.parameters, nothing, middle)]
     if window > 0:
         quantities.append(Quantity("start delay", "start delay", replace(nothing, delay=1.0), (0.0, window)))
-    return JobUncertainty(parameters, tuple(quantities))
+    return replace(of_cell, quantities=tuple(quantities))
+
+
+def quantities_of_cell(cell: Cell) -> JobUncertainty:
+    """What a cell does not know of its warmth and its sources, whatever it runs."""
+    parameters = parameters_of(cell.sources)
+    nothing = _no_cause(cell, parameters)
+    return JobUncertainty(
+        parameters,
+        (
+            *_of_warmth(cell, nothing),
+            *_of_expansion(cell, parameters, nothing),
+            *_of_posterior(cell, parameters, nothing),
+            *_of_sources(cell, parameters, nothing),
+        ),
+    )
+
+
+def _no_cause(cell: Cell, parameters: SourceParameters) -> Cause:
+    return Cause(np.zeros(len(parameters.entries)), HeatChange.none(len(cell.heat.names)), np.zeros(6))
 
 
 def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
@@ -65,13 +79,13 @@ def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
     )
 
 
-def _of_warmth(job: Job, nothing: Cause) -> list[Quantity]:
+def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
     """Law, sensors, air and feed."""
-    warmth, zero = job.cell.warmth, nothing.heat
-    K = len(job.heat.names)
+    warmth, zero = cell.warmth, nothing.heat
+    K = len(cell.heat.names)
     quantities = []
     if warmth.law:
-        for name, unit in zip(job.heat.names, np.eye(K)):
+        for name, unit in zip(cell.heat.names, np.eye(K)):
             heat = replace(zero, rise=warmth.law * unit)
             quantities.append(Quantity(f"law of {name}", "temperature law", replace(nothing, heat=heat)))
     if warmth.sensors:
@@ -85,11 +99,11 @@ def _of_warmth(job: Job, nothing: Cause) -> list[Quantity]:
     return quantities
 
 
-def _of_expansion(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
     """The coefficient of expansion and the profiles, where the file gives intervals and nobody identified them."""
-    warmth, quantities = job.cell.warmth, []
+    warmth, quantities = cell.warmth, []
     for k, source in enumerate(parameters.sources):
-        if not isinstance(source, Expanding) or _sigma_of(job, k, parameters) or warmth.expansion is None:
+        if not isinstance(source, Expanding) or _is_identified(cell, source) or warmth.expansion is None:
             continue
         rows = {n: parameters.at(k, e.field, e.index) for n, e in source.expansions().items()}
         unit = np.zeros(len(parameters.entries))
@@ -103,15 +117,15 @@ def _of_expansion(job: Job, parameters: SourceParameters, nothing: Cause) -> lis
     return quantities
 
 
-def _of_sources(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
     """Each number of a source by its sigma, or where it was never identified by its prior."""
     deviation = np.zeros(len(parameters.entries))
     for i, entry in enumerate(parameters.entries):
         source = parameters.sources[entry.source]
-        known = next((known for known in job.cell.known if known.source is source), None)
-        if known is None or (
-            isinstance(source, Expanding) and job.cell.warmth.expansion is not None and not known.sigma
-        ):
+        known = next((known for known in cell.known if known.source is source), None)
+        if known is None or (isinstance(source, Expanding) and cell.warmth.expansion is not None and not known.sigma):
+            continue
+        if known.sigma and cell.posterior is not None:
             continue
         # a source that no fit can tell has no prior of measurements: its values stand as the file has them
         deviations = known.sigma or ({} if source.FITTING is None else known.prior)
@@ -122,6 +136,33 @@ def _of_sources(job: Job, parameters: SourceParameters, nothing: Cause) -> list[
         for i, unit in enumerate(np.eye(len(deviation)))
         if deviation[i] > 0
     ]
+
+
+def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    r"""The identified numbers together: the columns of F, C_p = F F^T by its eigenvectors, each a quantity."""
+    posterior = cell.posterior
+    if posterior is None:
+        return []
+    size = np.where(posterior.sigma > 0, posterior.sigma, 1.0)
+    values, vectors = np.linalg.eigh(posterior.covariance / np.outer(size, size))
+    factor = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    names = [source.NAME for source in parameters.sources]
+    quantities = []
+    for k, column in enumerate(factor.T):
+        changes, width = np.zeros(len(parameters.entries)), np.zeros(6)
+        scale, lag = np.zeros((2, len(cell.heat.names)))
+        for parameter, value, change in zip(posterior.parameters, posterior.value.tolist(), column.tolist()):
+            if parameter.table == "thermal.node":
+                (scale if parameter.key == "rise_K" else lag)[parameter.index] = change / value
+                continue
+            source = names.index(parameter.table)
+            if any(p.field == parameter.field for p in parameters.sources[source].PARAMETERS):
+                changes[parameters.at(source, parameter.field, parameter.index)] = change
+            else:
+                width[parameter.index] = change / value
+        heat = replace(nothing.heat, scale=scale, lag=lag)
+        quantities.append(Quantity(f"identified {k + 1}", "identified parameters", Cause(changes, heat, width)))
+    return quantities
 
 
 def _of_frame(job: Job, parameters: SourceParameters, nothing: Cause, middle: Array | None) -> list[Quantity]:
@@ -142,9 +183,8 @@ def _of_frame(job: Job, parameters: SourceParameters, nothing: Cause, middle: Ar
     return quantities
 
 
-def _sigma_of(job: Job, k: int, parameters: SourceParameters) -> bool:
-    """Whether a source was identified."""
-    return any(bool(known.sigma) for known in job.cell.known if known.source is parameters.sources[k])
+def _is_identified(cell: Cell, source: Source) -> bool:
+    return any(bool(known.sigma) for known in cell.known if known.source is source)
 
 
 def _name(parameters: SourceParameters, i: int) -> str:

@@ -11,6 +11,7 @@ from compgen.core.units import MM, UM
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
 from compgen.report.averaged import averaged_figure
+from compgen.report.band_page import BAND, BAND_LINE, band_explained, budget_figure, known_html
 from compgen.report.figure import (
     COOL,
     GREY,
@@ -28,8 +29,9 @@ from compgen.report.figure import (
     spans,
     trace,
 )
-from compgen.report.job_summary import job_summary
+from compgen.report.job_summary import band_of, job_summary
 from compgen.report.page import error_table, figure_section, findings_list, page, verdict
+from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
 
 #: Parts of the error, as the summary and as the table name them.
@@ -44,7 +46,9 @@ PARTS = {
 FIGURES = {
     "average": "Error at each start that this file serves",
     "time": "Error over time",
+    "budget": "What the part will see beyond the arithmetic",
     "space": "The path, coloured by error",
+    "band": "The path, coloured by how far off the tool may be (95 %)",
     "heat": "Temperature while the program runs",
     "joints": "Use of the joints",
 }
@@ -61,7 +65,10 @@ def job_html(planned: Planned, corrected: Corrected | None) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
     data = job_summary(planned, corrected)
     figures = job_figures(planned, corrected, data)
-    body = "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
+    body = "".join(
+        figure_section(FIGURES[key], content, key, band_explained(data["band"]) if key == "budget" else "")
+        for key, content in figures.items()
+    )
     lead = (
         f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
         f"{data['path']['waypoints']} waypoints, {data['path']['length_m']:.2f} m, "
@@ -76,10 +83,14 @@ def job_figures(planned: Planned, corrected: Corrected | None, summary: dict[str
     curves = [_error_curves(planned.deviation())] + ([_error_curves(corrected.deviation)] if corrected else [])
     rises = (planned.job.heat.names, planned.trajectory.time, planned.rise)
     averaged = None if corrected is None else corrected.averaged
+    band, path = band_of(planned, corrected), planned.path
+    may = np.interp(curves[-1].arc, path.arc[band.rows], band.radius)
     return {
         **({} if averaged is None else {"average": averaged_figure(averaged)}),
-        "time": _error_over_time(curves, planned.job.bounds.max),
-        "space": _path_in_space(curves, planned.path),
+        "time": _error_over_time(curves, planned.job.bounds.max, may),
+        "budget": budget_figure(summary["band"]),
+        "space": _path_in_space(curves, path),
+        "band": _band_in_space(band, path),
         "heat": rise_figure(*rises, "time from leaving P[1] [s]"),
         "joints": _joint_use(summary),
     }
@@ -88,13 +99,16 @@ def job_figures(planned: Planned, corrected: Corrected | None, summary: dict[str
 def _verdict(data: dict[str, Any]) -> str:
     before = data["before"]["total"]["max_um"]
     if data["after"] is None:
-        text = f"Uncorrected, the tool will be up to <b>{before:.1f} &micro;m</b> off. Nothing has been corrected."
+        text = (
+            f"Uncorrected, the tool will be up to <b>{before:.1f} &micro;m</b> off; {known_html(data['band'])}. "
+            "Nothing has been corrected."
+        )
     else:
         after, window = data["after"]["total"]["max_um"], data["thermal"]["start_window_s"]
         text = (
-            f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
-            f"written text: {data['ratio']:.0f} times smaller, <b>{VERDICTS[data['verdict']]}</b>. Right for a start "
-            f"within {window:.0f} s of the stated warmth."
+            f"Largest error <b>{before:.1f} &micro;m</b> before; after: <b>{after:.2f} &micro;m</b> of arithmetic, "
+            f"proven from the written text: {data['ratio']:.0f} times smaller, <b>{VERDICTS[data['verdict']]}</b>; "
+            f"{known_html(data['band'])}. Right for a start within {window:.0f} s of the stated warmth."
         )
     if served := data.get("average_over", {}).get("flown"):
         average = data["average_over"]
@@ -141,11 +155,13 @@ def _error_curves(deviation: Deviation) -> _ErrorCurves:
     return _ErrorCurves(deviation.arc[rows], deviation.time[rows], total, normal, deviation.extents["total"].max)
 
 
-def _error_over_time(curves: list[_ErrorCurves], bound: float | None) -> Figure:
+def _error_over_time(curves: list[_ErrorCurves], bound: float | None, radius: Array) -> Figure:
+    """Before and after, and under them how far off the tool may be: ``radius`` (K,) [m] at the last curve's samples."""
     rows = [*zip(("before", "after"), curves, (WARM, COOL), ("", "2"))]
+    *above, lowest = reversed(spans(len(rows) + 1, 0.08))
     traces: list[Trace] = []
     axes: dict[str, Any] = {}
-    for (name, curve, colour, which), span in zip(rows, reversed(spans(len(rows), 0.08))):
+    for (name, curve, colour, which), span in zip(rows, above):
         time = np.round(curve.time, 4)
         for part, values, dash, line_colour in (
             ("total", curve.total, "solid", colour),
@@ -156,29 +172,37 @@ def _error_over_time(curves: list[_ErrorCurves], bound: float | None) -> Figure:
             traces.append(trace("scatter", time, values, name=f"{name}: {part}", line=line, **place))
         axes[f"yaxis{which}"] = axis(f"{name} [µm]", anchor=f"x{which}", domain=span)
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", "domain": [0.0, 1.0]}
-        last = axes[f"xaxis{which}"]
-    if len(rows) > 1:  # the upper plot shows the lower one's times
-        axes["xaxis"].update(matches="x2", showticklabels=False)
-    last.update(axis("time from leaving P[1] [s]"))
+        # the upper plots show the lowest one's times
+        axes[f"xaxis{which}"].update(matches="x3", showticklabels=False)
+    may_be = trace(
+        "scatter", np.round(curves[-1].time, 4), np.round(radius / UM, 3), name="may be off (95 %), as far as known",
+        xaxis="x3", yaxis="y3", fill="tozeroy", fillcolor=BAND, line={"color": BAND_LINE, "width": 1},
+    )  # fmt: skip
+    traces.append(may_be)
+    axes["yaxis3"] = axis("may be off [µm]", anchor="x3", domain=lowest, rangemode="tozero")
+    axes["xaxis3"] = {"anchor": "y3", "domain": [0.0, 1.0], **axis("time from leaving P[1] [s]")}
     if len(rows) > 1 and bound is not None:
         axes["shapes"] = [horizontal_line(bound / UM, "2")]
-    return figure(traces, 260 * len(rows), **axes)
+    return figure(traces, 230 * (len(rows) + 1), **axes)
 
 
-def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
-    count = len(curves)
+def _scene(path: ToolPath) -> dict[str, Any]:
+    """Axes in space: flat paths keep their plan's proportions and get a little height, so that leads can be seen."""
     low, high = column_extremes(path.target.position)
     size = high - low
     proportions = np.maximum(size / size.max(), 0.05).round(3).tolist()
-    scene = {
+    return {
         "xaxis": axis("X [mm]"),
         "yaxis": axis("Y [mm]"),
         "zaxis": axis("Z [mm]", nticks=3),
-        # flat paths keep their plan's proportions and get a little height, so that leads can be seen
         "aspectmode": "manual",
         "aspectratio": {"x": proportions[0], "y": proportions[1], "z": max(proportions[2], 0.15)},
         "camera": {"eye": {"x": 0.2, "y": -1.1, "z": 1.2}},
     }
+
+
+def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
+    count, scene = len(curves), _scene(path)
     traces, scenes, titles = [], {}, []
     for i, (name, curve, span) in enumerate(zip(("before", "after"), curves, spans(count, 0.2 / count)), 1):
         bar = {"title": {"text": "µm"}, "len": 0.7, "x": i / count - 0.02 if count > 1 else 1.0, "thickness": 12}
@@ -200,6 +224,20 @@ def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
             "xanchor": "center", "yref": "paper", "yanchor": "bottom"}
         )  # fmt: skip
     return figure(traces, 460, annotations=titles, **scenes)
+
+
+def _band_in_space(band: Band, path: ToolPath) -> Figure:
+    """The path, coloured by the radius that the tool stays within in 95 of 100 cases."""
+    rows = rows_to_draw(band.radius)
+    radius = np.round(band.radius[rows] / UM, 3)
+    marker = {
+        "size": 2.2, "color": packed_array(radius), "colorscale": TURBO, "line": {"width": 0},
+        "colorbar": {"title": {"text": "µm"}, "len": 0.7, "thickness": 12},
+        "cmin": 0, "cmax": max(float(np.ceil(100 * radius.max()) / 100), 0.01),
+    }  # fmt: skip
+    xyz = positions_at(path, path.arc[band.rows[rows]])
+    points = trace("scatter3d", *xyz, mode="markers", marker=marker, showlegend=False)
+    return figure([points], 460, scene=_scene(path))
 
 
 def positions_at(path: ToolPath, arc: Array) -> list[Array]:

@@ -8,9 +8,12 @@ import numpy as np
 from compgen import __version__, fanuc
 from compgen.core.arrays import column_extremes, row_norms, step_lengths
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
+from compgen.pipelines.band import not_known
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.model_form import ModelForm
 from compgen.report.averaged import averaged_record, ensemble_record
+from compgen.report.band_words import band_record
+from compgen.verification.band import Band
 from compgen.verification.deviation import statistics
 from compgen.verification.verdict import Verdict
 
@@ -25,7 +28,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
     before = statistics(planned.deviation())
     after = statistics(corrected.deviation) if corrected else None
     findings = corrected.findings if corrected else planned.findings
-    names = job.heat.names
+    names, band = job.heat.names, band_of(planned, corrected)
     report: dict[str, Any] = {
         "schema": SCHEMA,
         "name": job.name,
@@ -38,6 +41,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "after": statistics(corrected.deviation, on_part=True) if corrected else None,
         },
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
+        "band": band_record(band, not_known(job.cell, band)),
         "bounds": {
             key: value
             for key, value in {
@@ -123,6 +127,11 @@ def _model_form(form: ModelForm | None) -> dict[str, Any] | None:
         "rms_um": form.rms / UM,
         "share": form.share,
     }
+
+
+def band_of(planned: Planned, corrected: Corrected | None) -> Band:
+    """What a job's files leave open."""
+    return planned.band_of_plan() if corrected is None else corrected.band
 
 
 def _program(corrected: Corrected) -> dict[str, Any]:

@@ -33,9 +33,9 @@ def section(title: str, content: str) -> str:
     return f"<h2>{title}</h2>{content}"
 
 
-def figure_section(title: str, figure: Figure, key: str) -> str:
-    """A heading and a figure, ``key`` its id."""
-    return section(title, div(figure, key))
+def figure_section(title: str, figure: Figure, key: str, text: str = "") -> str:
+    """A heading, words if there are any, and a figure, ``key`` its id."""
+    return section(title, text + div(figure, key))
 
 
 def verdict(kind: str, text: str) -> str:

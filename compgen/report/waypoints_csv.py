@@ -9,14 +9,18 @@ from compgen.core.decimals import Column, consecutive, join_columns, short_colum
 from compgen.core.evaluation import BLOCK, map_blocks
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.generate import Corrected, Planned
+from compgen.report.job_summary import band_of
 
+#: half-widths of the band, k = 2: along World, and along the way
+BAND = tuple(f"band_{axis}_um" for axis in ("x", "y", "z", "feed", "cross", "normal"))
 _ONE_DIGIT = [b",%d" % digit for digit in range(10)]
 
 
 def column_names(planned: Planned) -> list[str]:
     """Of the table of waypoints, in their order."""
     names = ["n", "time_s", "x_mm", "y_mm", "z_mm", *(f"{side}_d{a}_um" for side in ("before", "after") for a in "xyz")]
-    return [*names, *(f"rise_{n}_K" for n in planned.job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
+    names += [*(f"rise_{n}_K" for n in planned.job.heat.names), "contact", *(f"j{i}_deg" for i in range(1, 7))]
+    return [*names, *BAND]
 
 
 def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str, Array | IntArray]:
@@ -33,6 +37,7 @@ def waypoint_columns(planned: Planned, corrected: Corrected | None) -> dict[str,
         planned.rise,
         path.contact[:, None].astype(np.int64),
         job.robot.to_pendant(theta) / DEG,
+        band_of(planned, corrected).half_widths(path) / UM,
     ]
     return dict(zip(column_names(planned), (column for table in tables for column in table.T)))
 
@@ -45,13 +50,14 @@ def _time_and_joints(planned: Planned, corrected: Corrected | None) -> tuple[Arr
 
 
 def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[bytes]:
-    """Target, error before and after, rises, contact and commanded pendant angles.
+    """Target, error before and after, rises, contact, commanded pendant angles, and the band.
 
     ``before`` is the prediction at the planned joints; ``after`` is what the twin did with the written text. Without a
     correction the ``after`` columns are empty and the joints are the planned ones.
     """
     path, job = planned.path, planned.job
     time, theta = _time_and_joints(planned, corrected)
+    band = band_of(planned, corrected)
 
     def block(first: int, last: int) -> bytes:
         rows = slice(first, last)
@@ -63,6 +69,7 @@ def waypoints_blocks(planned: Planned, corrected: Corrected | None) -> Iterator[
             (planned.rise[rows], 5),
             (path.contact[rows, None].astype(np.int64), 0),
             (job.robot.to_pendant(theta[rows]) / DEG, 6),
+            (band.half_widths(path, rows) / UM, 2),
         ]
         return bytes(csv_lines(first + 1, last + 1, tables))
 

@@ -6,7 +6,8 @@ rise itself does, with the node's lag, to g_k after the reference duty from cold
     dx_k/dt = (w g_k / (1 - exp(-h / lag_k)) - x_k) / lag_k,    w = share of motion; idle fraction standing; 0 off
 
 Air that is da warmer than said moves a robot in balance with it by da; a feed that is df faster moves the steady rises.
-All of it is linear in the modes but the feed, which is taken to first order here and exactly in ``DisturbedHeat``.
+All of it is linear in the modes but the feed and the time constants, which are taken to first order here and exactly
+in ``DisturbedHeat``.
 Sizes are standard deviations of the robot file's table ``thermal.uncertainty``.
 """
 
@@ -18,11 +19,11 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.thermal.duty import Duty, JointMotion
 from compgen.thermal.history import History
-from compgen.thermal.integration import initial_state, state_after
+from compgen.thermal.integration import state_after
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.node_model import NodeModel
 
-FEED_STEP = 1e-3  # of the feed, over which its effect is differenced
+STEP = 1e-3  # relative, over which the effects of feed, rises and time constants are differenced
 
 #: lowest and highest that a factor less one may be, anything between as likely
 Interval = tuple[float, float]
@@ -54,11 +55,28 @@ class HeatChange:
 
     rise: Array  # (K,) [K] that the law misses after the reference duty
     start: Array  # (K,) [K] that a log's end misses
+    scale: Array  # (K,) of the file's rises, relative
+    lag: Array  # (K,) of the file's time constants, relative
     air: float = 0.0  # [K]
     feed: float = 0.0  # relative
 
     def __post_init__(self) -> None:
-        own(self, rise=("K",), start=("K",))
+        own(self, rise=("K",), start=("K",), scale=("K",), lag=("K",))
+
+    @classmethod
+    def none(cls, nodes: int) -> "HeatChange":
+        """Everything as the files say."""
+        return cls(*np.zeros((4, nodes)))
+
+    @property
+    def changes_model(self) -> bool:
+        """Whether feed, rises or time constants of the model are others."""
+        return bool(self.feed or self.scale.any() or self.lag.any())
+
+    def times(self, factor: float) -> "HeatChange":
+        """So many times the change."""
+        rise, start, scale, lag = (factor * a for a in (self.rise, self.start, self.scale, self.lag))
+        return HeatChange(rise, start, scale, lag, factor * self.air, factor * self.feed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,9 +93,18 @@ class DisturbedHeat:
         return self.base.names
 
     @property
+    def changed(self) -> ThermalModel:
+        """The model with its own numbers changed; the network's stay."""
+        base, change = self.base, self.change
+        if not isinstance(base, NodeModel):
+            return base
+        rise, tau = base.reference_rise * (1 + change.scale), base.tau * (1 + change.lag)
+        return replace(base, reference_rise=rise, tau=tau)
+
+    @property
     def rate(self) -> Array:
         """Of the model's modes and of what is missed, (S + K,) [1/s]."""
-        return np.concatenate([self.base.rate, 1 / self.uncertainty.lag])
+        return np.concatenate([self.changed.rate, 1 / self.uncertainty.lag])
 
     @property
     def outputs(self) -> Array:
@@ -102,12 +129,12 @@ class DisturbedHeat:
     def steady_state(self, duty: Duty) -> Array:
         """State that a duty would reach in the end, (S + K,)."""
         at_feed = replace(duty, feed=duty.feed * (1 + self.change.feed))
-        return np.append(self.base.steady_state(at_feed), share_of(duty, self.uncertainty) * self._goal)
+        return np.append(self.changed.steady_state(at_feed), share_of(duty, self.uncertainty) * self._goal)
 
     def steady_states(self, motion: JointMotion) -> Array:
         """State that each segment of a program would reach in the end, (N - 1, S + K)."""
         faster = replace(motion, driven=motion.driven * (1 + self.change.feed))
-        states = self.base.steady_states(faster)
+        states = self.changed.steady_states(faster)
         return np.hstack([states, np.broadcast_to(self._goal, (len(states), len(self.names)))])
 
     def rise_along(self, length: str, state: Array, x: Array) -> Array:
@@ -157,18 +184,23 @@ def rise_by_air(heat: ThermalModel, history: History, time: Array) -> Array:
     return np.asarray(states @ heat.outputs.T)
 
 
-def rise_by_feed(heat: ThermalModel, history: History, feed: float, time: Array) -> Array:
-    """What a feed adds that is by its own size faster, all day, to first order, (M,) [s] to (M, K) [K].
+def rise_by_model(
+    uncertainty: ThermalUncertainty, heat: ThermalModel, history: History, feed: float, change: HeatChange, time: Array
+) -> Array:
+    """What another feed, other rises and other time constants add, to first order, (M,) [s] to (M, K) [K].
 
     Zero for the network, whose losses are summed over a program's joints and not given by a feed.
     """
     if not isinstance(heat, NodeModel):
         return np.zeros((len(time), len(heat.names)))
+    size = max(abs(change.feed), np.abs(change.scale).max(), np.abs(change.lag).max())
+    factor = STEP / size
+    of_model = replace(change, rise=0 * change.rise, start=0 * change.start)
 
-    def states(factor: float) -> tuple[Array, Array]:
-        before = [replace(duty, feed=duty.feed * factor) for duty in history.before]
-        return state_after(heat, before, initial_state(heat)), heat.steady_rise("moving", np.array([feed * factor]))[0]
+    def rises(sign: float) -> Array:
+        other = DisturbedHeat(heat, uncertainty, of_model.times(sign * factor))
+        state = state_after(other, history.before, air=history.air)
+        goal = other.steady_state(Duty("moving", feed, 0.0))
+        return np.asarray((goal + (state - goal) * np.exp(-time[:, None] * other.rate)) @ other.outputs.T)
 
-    (low, low_goal), (high, high_goal) = states(1 - FEED_STEP), states(1 + FEED_STEP)
-    state, goal = (high - low) / (2 * FEED_STEP), (high_goal - low_goal) / (2 * FEED_STEP)
-    return np.asarray(goal + (state - goal) * np.exp(-time[:, None] * heat.rate))
+    return np.asarray((rises(1.0) - rises(-1.0)) / (2 * factor))

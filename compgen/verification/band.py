@@ -26,7 +26,7 @@ from compgen.verification.deviation import percentile99, rms
 
 COVERAGE = 2.0  # k
 SHARE = 0.95
-MIDDLES = "middles of intervals"  # in the budget: how far those lie from what the program uses
+MIDDLES = "one-sided intervals"  # in the budget: how far those lie from what the program uses
 ALONG = 1e-3  # sine of the angle to the axis, below which the path runs along it
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 

@@ -7,7 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
 
-from compgen.core.units import UM
+from compgen.core.units import MDEG, UM
+from compgen.error_model.direction_memory import direction_states, reversal_widths
+from compgen.error_model.model import build_error_model
+from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.quantities import combined
 from compgen.pipelines.band import DrivenProgram, band_along, columns_along, uncertainty_of
 from compgen.pipelines.generate import predict
@@ -49,9 +52,6 @@ def program_of(*overrides, path="spiral_1300"):
 
 def position_of(job, program):
     """Where the whole chain says that the tool is, (N, 3), with the job's own sources, heat, air and start."""
-    from compgen.error_model.direction_memory import direction_states, reversal_widths
-    from compgen.error_model.model import build_error_model
-
     model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
     way = np.diff(program.path.arc) / np.diff(program.time)
     motion = JointMotion(program.time, program.theta, np.where(np.isfinite(way), way, job.feed))
@@ -117,3 +117,46 @@ def test_the_second_moment_is_positive_and_alike_in_both_frames(plain):
     widths = band.half_widths(plain.path)
     assert_allclose(np.linalg.norm(widths[:, :3], axis=1), np.linalg.norm(widths[:, 3:], axis=1), rtol=1e-9)
     assert_allclose(widths[7:9], band.half_widths(plain.path, slice(7, 9)))
+
+
+def test_a_posterior_is_counted_with_its_correlations(plain):
+    """Two zeros that are known only as a sum: alone each is off by 5 mdeg, together by 0.1."""
+    job = program_of(
+        "robot.sources.joint_zeros.sigma.offset_mdeg=[0, 5, 5, 0, 0, 0]", "robot.thermal.uncertainty.missing_percent=0"
+    ).job
+    C = (5 * MDEG) ** 2 * np.array([[1.0, -0.999], [-0.999, 1.0]])
+    parameters = tuple(KnownParameter("joint_zeros", "offset", (i,), "offset_mdeg", MDEG) for i in (1, 2))
+    posterior = ParameterPosterior(parameters, np.zeros(2), C)
+    with_posterior = replace(plain, job=replace(job, cell=replace(job.cell, posterior=posterior)))
+    uncertainty = uncertainty_of(with_posterior)
+    columns = columns_along(with_posterior, uncertainty, np.arange(5))
+    mine = [k for k, q in enumerate(uncertainty.quantities) if q.source == "identified parameters"]
+    moment = columns.column[:, :, mine] @ np.swapaxes(columns.column[:, :, mine], 1, 2)
+    step, slopes, nominal = 1e-6, [], plain.model.nominal_pose(plain.theta[:5]).position
+    for i in (1, 2):
+        theta = plain.theta[:5].copy()
+        theta[:, i] += step
+        slopes.append((plain.model.nominal_pose(theta).position - nominal) / step)
+    A = np.stack(slopes, axis=2)
+    assert_allclose(moment, A @ C @ np.swapaxes(A, 1, 2), atol=2e-3 * np.abs(moment).max())
+    alone = band_along(replace(plain, job=job)).budget
+    assert next(s.largest for s in alone if s.source == "geometry") > 3 * 1.96 * np.sqrt(moment[:, 0, 0].max())
+
+
+@pytest.mark.parametrize("field", ["scale", "lag"])
+def test_an_identified_rise_and_lag_move_the_whole_chain(field):
+    """After two hours: at the reference, which the rises are held at, a lag says nothing."""
+    plain = program_of("before.0.duration_h=2")
+    key, unit = ("rise_K", 1.0) if field == "scale" else ("tau_h", 3600.0)
+    parameter = KnownParameter("thermal.node", key, (2,), key, unit)
+    value = {"scale": plain.job.heat.reference_rise, "lag": plain.job.heat.tau}[field][2]
+    posterior = ParameterPosterior((parameter,), np.array([value]), np.array([[(0.02 * value) ** 2]]))
+    job = replace(plain.job, cell=replace(plain.job.cell, posterior=posterior))
+    program = replace(plain, job=job)
+    uncertainty = uncertainty_of(program)
+    k = next(k for k, q in enumerate(uncertainty.quantities) if q.source == "identified parameters")
+    columns = columns_along(program, uncertainty, np.arange(len(plain.time)))
+    cause = combined([uncertainty.quantities[k]], [1.0])
+    moved = position_of(changed_job(job, uncertainty.parameters, cause), program) - position_of(job, program)
+    assert np.abs(moved).max() > 0.1 * UM
+    assert_allclose(columns.column[:, :, k], moved, atol=0.03 * np.abs(moved).max())

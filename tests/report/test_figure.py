@@ -39,8 +39,8 @@ def pages():
     planned, corrected = generate.generate(job, quiet)
     day = timeline(load_job(path_file("line_y"), overrides=['cycle=[{state="moving",repeat=3}]']))
     return planned, [
-        (job_html(planned, corrected), {"time", "space", "heat", "joints"}),
-        (job_html(planned, None), {"time", "space", "heat", "joints"}),
+        (job_html(planned, corrected), {"time", "budget", "space", "band", "heat", "joints"}),
+        (job_html(planned, None), {"time", "budget", "space", "band", "heat", "joints"}),
         (heat_html(job, day), {"rises", "runs"}),
     ]
 

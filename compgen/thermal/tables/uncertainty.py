@@ -3,7 +3,7 @@
 import numpy as np
 
 from compgen.core.exceptions import InputError
-from compgen.core.units import HOUR, UM
+from compgen.core.units import HOUR, PERCENT, UM
 from compgen.thermal import NodeModel, Profile
 from compgen.thermal.model import ThermalModel
 from compgen.thermal.tables import schema as sc
@@ -11,7 +11,6 @@ from compgen.thermal.uncertainty import Interval, ThermalUncertainty
 
 #: of a file that says nothing: what a class of such arms may be off by, wider than any that was measured
 LAW, SENSORS, AIR, FEED, MISSING = 1.0, 0.5, 1.0, 0.02, 0.15
-PERCENT = 0.01
 
 
 def uncertainty_of(

@@ -1,0 +1,73 @@
+"""A band on a page: a sentence, how to read it, a table of its sources, and bars."""
+
+from html import escape
+from typing import Any
+
+from compgen.report.band_words import known_words, rounded, unknown_words
+from compgen.report.figure import GREY, LINES, Figure, axis, figure, spans, trace
+
+BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
+
+
+def known_html(record: dict[str, Any]) -> str:
+    """What the file leaves open and what it does not know, for the sentence in large letters."""
+    unknown = unknown_words(record)
+    amount, words = known_words(record).split(" (95 %)", 1)
+    text = f"<b>{_html(amount)}</b> (95 %){_html(words)}"
+    return text + (f"; <b>not known</b>: {_html(unknown)}" if unknown else "")
+
+
+def band_explained(record: dict[str, Any]) -> str:
+    """What the numbers mean, and the table of sources."""
+    whole = rounded(record["p95_um"])
+    text = (
+        "<p>The arithmetic is right if the robot is exactly what its file says. It is not: each number of the file is "
+        f"known so well and no better. At its worst place on the part the tool stays within <b>{whole} &micro;m</b> on "
+        "95 of 100 robots and days that the file may be talking of. The sources below add up like the sides of a right "
+        "angle, not one on top of the other. What nobody has measured on this robot comes on top; it is named, "
+        "with the size that others found.</p>"
+    )
+    rows = "".join(
+        f"<tr><td>{escape(source)}</td><td>{rounded(size)}</td><td>{rounded(record['budget_rms_um'][source])}</td></tr>"
+        for source, size in record["budget_um"].items()
+    )
+    rows += f"<tr><td><b>all that this file knows</b></td><td><b>{whole}</b></td><td></td></tr>"
+    for row in record["unknown"]:
+        size = row["size_um"]
+        found = "nobody said" if size is None else f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
+        origin = f" <small>{escape(row['from'])}</small>" if row["from"] else ""
+        rows += f"<tr><td>not known: {escape(row['what'])}{origin}</td><td>{found}</td><td></td></tr>"
+    head = "<th>source</th><th>largest on the part [&micro;m]</th><th>rms [&micro;m]</th>"
+    return f"{text}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def budget_figure(record: dict[str, Any]) -> Figure:
+    """Bars: what each source of the file leaves open, and beside them what is not known, with a scale of its own."""
+    sources = list(record["budget_um"].items())[::-1]
+    sized = [row for row in record["unknown"][::-1] if row["size_um"] is not None]
+    left, right = spans(2, 0.24) if sized else ([0.0, 1.0], [])
+    traces = [
+        trace(
+            "bar", [size for _, size in sources], [name for name, _ in sources], orientation="h", showlegend=False,
+            marker={"color": LINES[0]}, text=[rounded(size) for _, size in sources],
+        )
+    ]  # fmt: skip
+    layout: dict[str, Any] = {
+        "xaxis": axis("known so well [µm], 95 %", domain=left), "yaxis": {"automargin": True},
+    }  # fmt: skip
+    if sized:
+        low, high = zip(*(row["size_um"] for row in sized))
+        traces.append(
+            trace(
+                "bar", [b - a for a, b in zip(low, high)], [row["what"] for row in sized], base=list(low),
+                orientation="h", showlegend=False, xaxis="x2", yaxis="y2", marker={"color": GREY},
+                text=[f"{rounded(a) if a else '0'} to {rounded(b)}" for a, b in zip(low, high)],
+            )
+        )  # fmt: skip
+        layout["xaxis2"] = axis("not known; found elsewhere [µm]", domain=right, anchor="y2", rangemode="tozero")
+        layout["yaxis2"] = {"anchor": "x2", "automargin": True}
+    return figure(traces, 120 + 30 * max(len(sources), len(sized)), **layout)
+
+
+def _html(text: str) -> str:
+    return escape(text).replace(" um", " &micro;m")

@@ -1,0 +1,73 @@
+"""A band as data and in words, for people who never heard of a covariance."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from compgen.core.units import UM
+from compgen.error_model.unknown import Unknown
+from compgen.verification.band import Band
+
+LISTED = 4  # sources in a sentence
+
+
+def band_record(band: Band, unknown: Sequence[Unknown]) -> dict[str, Any]:
+    """A band as JSON has it; docs/report.md has the keys. Without draws it is the linear band."""
+    return {
+        "p95_um": _um(band.largest),
+        "share": None,
+        "confidence": None,
+        "draws": None,
+        "seed": None,
+        "budget_um": {share.source: _um(share.largest) for share in band.budget},
+        "budget_rms_um": {share.source: _um(share.rms) for share in band.budget},
+        "unknown": [
+            {
+                "what": row.what,
+                "size_um": None if row.size is None else [_um(size) for size in row.size],
+                "from": row.origin,
+            }
+            for row in unknown
+        ],
+    }
+
+
+def known_words(record: dict[str, Any]) -> str:
+    """How far the part may be off by what the file knows: ``41 um (95 %) of what this file knows (cte 31, ...)``."""
+    sources = list(record["budget_um"].items())
+    named = [f"{name} {rounded(size)}" for name, size in sources[:LISTED]]
+    if len(sources) > LISTED:
+        named.append("...")
+    inside = f" ({', '.join(named)})" if named else ""
+    return f"{rounded(record['p95_um'])} um (95 %) of what this file knows{inside}"
+
+
+def unknown_words(record: dict[str, Any]) -> str:
+    """What the band leaves out: ``cold geometry (300 to 746 um), play (55 to 175 um)``; empty where nothing is."""
+    return ", ".join(row["what"] + _size(row["size_um"]) for row in record["unknown"])
+
+
+def band_sentence(largest_um: float, record: dict[str, Any], of: str = "of arithmetic") -> str:
+    """What is proven, what the file leaves open, and what it does not know, after one another."""
+    unknown = unknown_words(record)
+    return f"{rounded(largest_um)} um {of}, {known_words(record)}" + (f"; not known: {unknown}" if unknown else "")
+
+
+def headline(summary: dict[str, Any]) -> str:
+    """The largest error before and after, what the files leave open, and what they do not know."""
+    before, band = summary["before"]["total"]["max_um"], summary["band"]
+    if summary["after"] is None:
+        return f"largest error: {band_sentence(before, band, 'uncorrected')}"
+    return f"largest error {before:.1f} um before; after: {band_sentence(summary['after']['total']['max_um'], band)}"
+
+
+def rounded(um: float) -> str:
+    """As many digits as a band is worth."""
+    return f"{um:.0f}" if um >= 9.95 else f"{um:.1f}"
+
+
+def _size(size: list[float] | None) -> str:
+    return "" if size is None else f" ({rounded(size[0]) if size[0] else '0'} to {rounded(size[1])} um)"
+
+
+def _um(value: float) -> float:
+    return float(f"{value / UM:.6g}")
