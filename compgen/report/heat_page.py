@@ -6,6 +6,7 @@ import numpy as np
 
 from compgen import __version__
 from compgen.core.units import HOUR, UM
+from compgen.pipelines.averaging_findings import ensemble_words
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Timeline
 from compgen.report.figure import GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
@@ -65,7 +66,7 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
         worst = int(np.argmax(day.residual))
         sentences.append(
             f"{len(day.run)} runs: error {day.error.min() / UM:.1f} to {day.error.max() / UM:.1f} um uncorrected; "
-            f"a file made for the first run is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
+            f"{_file_of(job)} is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
         )
     rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.rise[-1]))
     sentences.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
@@ -77,7 +78,7 @@ def heat_html(job: Job, day: Timeline) -> bytes:
     body = "".join(verdict("predicted", sentence) for sentence in heat_sentences(job, day))
     body += figure_section("Temperature over the day", _rises(job, day), "rises")
     if len(day.run) > 1:
-        body += figure_section("Each run of the program", _runs(day), "runs")
+        body += figure_section("Each run of the program", _runs(job, day), "runs")
     return page(f"Heat: {job.title or job.name}", body)
 
 
@@ -96,12 +97,17 @@ def _rises(job: Job, day: Timeline) -> Figure:
     )  # fmt: skip
 
 
-def _runs(day: Timeline) -> Figure:
+def _file_of(job: Job) -> str:
+    """Which one file the runs are judged by."""
+    return "a file made for the first run" if job.ensemble is None else f"one file for {ensemble_words(job.ensemble)}"
+
+
+def _runs(job: Job, day: Timeline) -> Figure:
     runs = np.arange(1, len(day.run) + 1)
     traces = [
         trace("scatter", runs, np.round(values / UM, 3), name=name, mode="lines+markers", line={"color": colour})
         for name, values, colour in (
-            ("uncorrected", day.error, WARM), ("with the first run's file", day.residual, LINES[3])
+            ("uncorrected", day.error, WARM), (f"with {_file_of(job)}", day.residual, LINES[3])
         )
     ]  # fmt: skip
     return figure(traces, 380, xaxis=axis("run"), yaxis=axis("largest error [µm]", rangemode="tozero"))

@@ -48,6 +48,14 @@ def test_a_file_for_the_first_run_leaves_more_in_each_later_one(day):
     assert np.all(np.diff(day.error) < 0)  # standing, the arm cools
 
 
+def test_one_file_for_all_runs_leaves_less_than_that_of_the_first(job, day):
+    overrides = [*job.overrides, 'compensation.average_over={runs="all"}']
+    served = timeline(load_job(path_file("line_y"), overrides=overrides))
+    assert_allclose(served.error, day.error)
+    assert 0.4 * day.residual.max() < served.residual.max() < 0.7 * day.residual.max()
+    assert served.residual[0] > 1 * UM
+
+
 def test_the_day_ends_with_its_last_duty_and_misses_no_edge(job, day):
     end = sum(d.duration for d in (*job.history.before, *job.history.cycle))
     assert_allclose([day.time[0], day.time[-1]], [0, end])

@@ -8,6 +8,7 @@ from compgen.core.arrays import Array, own
 from compgen.pipelines.job import Job
 from compgen.pipelines.study.evaluate import displacement, lay_out
 from compgen.thermal import rise_history
+from compgen.thermal.ensemble import mean_rises
 
 POINTS = 2000
 
@@ -23,7 +24,7 @@ class Timeline:
     run: Array  # (R,) [s] when each run starts
     run_rise: Array  # (R, K) [K] then
     error: Array  # (R,) [m] largest error in each run without correction
-    residual: Array  # (R,) [m] what a file that is right for the first run leaves in each
+    residual: Array  # (R,) [m] what one file leaves in each: for the first run, or for the job's starts
 
     def __post_init__(self) -> None:
         own(
@@ -51,7 +52,10 @@ def timeline(job: Job) -> Timeline:
     thin = geometry.thinned(200)
     shifts = [displacement(job, thin, r) for r in run_rise]
     largest = [float(np.linalg.norm(s, axis=1).max()) for s in shifts]
-    left = [float(np.linalg.norm(s - shifts[0], axis=1).max()) for s in shifts]
+    of_file = shifts[0]
+    if job.ensemble is not None:
+        of_file = displacement(job, thin, mean_rises(job.heat, history, job.ensemble, geometry.motion)[0])
+    left = [float(np.linalg.norm(s - of_file, axis=1).max()) for s in shifts]
     return Timeline(
         time, rise, history.air.at(time), history.clock, starts, run_rise, np.array(largest), np.array(left)
     )
