@@ -38,6 +38,10 @@ def correct(
     max_um: Annotated[
         float | None, typer.Option("--max-um", help="Largest error allowed after correction [um]; exit 1 without one.")
     ] = None,
+    average_over: Annotated[
+        str | None,
+        typer.Option("--average-over", help="One file for many starts: 'delay_s=[0, 1200]', override_percent."),
+    ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False,
     again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False,
     mark: Annotated[
@@ -68,7 +72,7 @@ def correct(
     from compgen.report.files import correction_files
     from compgen.verification.verdict import Verdict
 
-    options = options_of(split, insert, strict, again, mark, max_um)
+    options = options_of(split, insert, strict, again, mark, max_um, average_over)
     source = Path(program)
     folder = output_folder(program, output)
     content = read_program(program)

@@ -124,7 +124,7 @@ def fly_starts(
     """
     job, ensemble, prepared = file.job, file.job.ensemble or Ensemble(), file.prepared
     at_mean = _fly(file, prepared.with_rise(file.rise))
-    starts, weight = _grid(ensemble)
+    starts, weight = weighted_starts(ensemble)
     which = _some_waypoints(file.path)
     moved = _displacements(file, starts, which)
     waypoints = prepared.first_samples()[which]
@@ -132,7 +132,7 @@ def fly_starts(
     largest = _largest(file, at_mean, moved, waypoints)
     flown: list[Flown] = []
     worst, envelope, differences = at_mean, at_mean, []
-    chosen = _to_fly(ensemble, starts[int(np.argmax(largest))])
+    chosen = starts_to_fly(ensemble, starts[int(np.argmax(largest))])
     for k, start in enumerate(chosen):
         deviation = _fly(file, _at_start(file, prepared, start))
         foretold = left + _displacements(file, [start], which)[0]
@@ -168,7 +168,7 @@ def _at_start(file: WrittenFile, prepared: PreparedProgram, start: Start) -> Pre
     return slowed.reheated(twin_of(file.job), duties_before(history, start), history.air)
 
 
-def _grid(ensemble: Ensemble) -> tuple[list[Start], Array]:
+def weighted_starts(ensemble: Ensemble) -> tuple[list[Start], Array]:
     """Starts that the error model foretells, and how much each counts in the mean, (G,)."""
     runs, of_run = _some(ensemble.run_numbers.tolist())
     overrides, of_override = _some(list(ensemble.overrides))
@@ -186,13 +186,13 @@ def _grid(ensemble: Ensemble) -> tuple[list[Start], Array]:
     return starts, np.asarray(weights / weights.sum())
 
 
-def _to_fly(ensemble: Ensemble, foretold: Start) -> list[Start]:
-    """Corners, middle and the start that is foretold to be the worst, each once."""
+def starts_to_fly(ensemble: Ensemble, *foretold: Start) -> list[Start]:
+    """Corners, middle and what is foretold to be the worst, each once."""
     runs, delays, overrides = ensemble.run_numbers.tolist(), ensemble.delay, ensemble.overrides
     ends = product(_ends(runs), _ends(list(delays)), _ends(list(overrides)))
     corners = [Start(*values) for values in ends]
     middle = Start(runs[len(runs) // 2], sum(delays) / 2, overrides[len(overrides) // 2])
-    return list(dict.fromkeys([*corners, middle, foretold]))
+    return list(dict.fromkeys([*corners, middle, *foretold]))
 
 
 def _ends(values: list[T]) -> list[T]:

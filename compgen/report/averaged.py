@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.core.units import UM
 from compgen.pipelines.averaging import Averaged
+from compgen.pipelines.correct.starts import Residue, ServedStarts
 from compgen.report.figure import GREY, LINES, WARM, Figure, Trace, axis, figure, trace
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.deviation import Extent
@@ -46,6 +47,32 @@ def averaged_record(averaged: Averaged) -> dict[str, Any]:
             {**_start(start), "max_um": float(size / UM)} for start, size in zip(averaged.starts, averaged.largest)
         ],
     }
+
+
+def served_record(served: ServedStarts) -> dict[str, Any]:
+    """The same of a program that exists."""
+
+    def sizes(residue: Residue) -> dict[str, float]:
+        return {"max_um": residue.largest / UM, "rms_um": residue.rms / UM}
+
+    record = ensemble_record(served.ensemble)
+    del record["runs"]
+    flown = [{**_start(start), **sizes(residue)} for start, residue in served.flown]
+    for one in flown:
+        del one["run"]
+    return {**record, "at_mean": sizes(served.at_mean), "max_um": served.worst[1].largest / UM, "flown": flown}
+
+
+def served_figure(served: ServedStarts) -> Figure:
+    """The largest error at each start of a program that exists, over delays or overrides, and at the mean."""
+    key, title = _abscissa(served.ensemble)
+    points = sorted((_start(start)[key], residue.largest / UM) for start, residue in served.flown)
+    x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
+    marks = trace("scatter", x, y, name="flown by the twin", mode="markers", marker={"color": WARM, "size": 8})
+    level = np.full(2, round(served.at_mean.largest / UM, 3))
+    look = {"mode": "lines", "line": {"color": GREY, "dash": "dash"}}
+    mean = trace("scatter", x[[0, -1]], level, name="with the mean of the rises", **look)
+    return figure([marks, mean], 300, xaxis=axis(title), yaxis=axis("largest error [µm]", rangemode="tozero"))
 
 
 def averaged_figure(averaged: Averaged) -> Figure:

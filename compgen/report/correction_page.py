@@ -8,6 +8,7 @@ import numpy as np
 from compgen.core.units import MM, UM
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.pipelines.correct import Correction
+from compgen.report.averaged import served_figure
 from compgen.report.correction_summary import correction_summary
 from compgen.report.figure import (
     COOL,
@@ -33,6 +34,7 @@ VERDICTS = {
     Verdict.NO_BOUNDS: "nowhere worse; judged by no bound, for none is given (--max-um)",
 }
 FIGURES = {
+    "average": "Error at each start that this file serves",
     "time": "Error over time",
     "space": "The program, coloured by its error before",
     "heat": "Temperature while the program runs",
@@ -78,6 +80,7 @@ def correction_figures(result: Correction) -> dict[str, Figure]:
     """Figures by the keys of ``FIGURES``."""
     stations = result.plan.stations
     return {
+        **({} if result.served is None else {"average": served_figure(result.served)}),
         "time": _error_over_time(result),
         "space": _program_in_space(result),
         "heat": rise_figure(result.cell.heat.names, stations.time, stations.rise, "time from the start [s]"),

@@ -9,6 +9,7 @@ from compgen.core.arrays import Array, IntArray
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.proof import PoseErrors
+from compgen.report.averaged import served_record
 from compgen.report.provenance import SCHEMA, provenance
 from compgen.verification.deviation import percentile99, rms
 
@@ -40,6 +41,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
             "start_K": dict(zip(heat.names, start.tolist())),
             "end_K": dict(zip(heat.names, end.tolist())),
         },
+        **({} if result.served is None else {"average_over": served_record(result.served)}),
         "provenance": provenance(result),
     }
 

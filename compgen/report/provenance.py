@@ -13,6 +13,7 @@ from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.pipelines.correct import Correction
+from compgen.thermal.ensemble import Ensemble
 
 SCHEMA = 1
 KIND = "compgen correction"
@@ -39,10 +40,16 @@ def provenance(result: Correction) -> dict[str, Any]:
             "split": options.split,
             "insert_um": None if options.insert is None else round(options.insert / UM, 9),
             "mark": "remark" if options.remark else "digits",
+            **({} if options.ensemble is None else {"average_over": _starts(options.ensemble)}),
         },
         "planned_sha256": sha256(result.planned).hexdigest(),
         "corrected_sha256": sha256(result.text).hexdigest(),
     }
+
+
+def _starts(ensemble: Ensemble) -> dict[str, list[float]]:
+    """The starts that one file serves."""
+    return {"delay_s": list(ensemble.delay), "override_percent": [100 * share for share in ensemble.overrides]}
 
 
 def _surroundings(around: Surroundings) -> dict[str, Any]:

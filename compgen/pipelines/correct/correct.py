@@ -29,6 +29,7 @@ from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.proof import execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
 from compgen.pipelines.correct.sample_lengths import sample_lengths
+from compgen.pipelines.correct.served_starts import ServedProof
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
@@ -113,7 +114,14 @@ def _plan_correction(
             "refused by --strict; without it they are passed through untouched"
         )
     stations = correct_stations(
-        cell, poses, drive, scope.free, before, options.settings, lambda share: progress("correction", share)
+        cell,
+        poses,
+        drive,
+        scope.free,
+        before,
+        options.settings,
+        lambda share: progress("correction", share),
+        options.ensemble,
     )
     free = scope.free.copy()
     free[[station for station, _ in stations.held]] = False
@@ -207,12 +215,21 @@ def _write_and_verify(
     new_drive = measure_reach(cell.robot, new_poses, read_traversal(written, new_poses, cell.robot, still))
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
     drives = replace(drive, beyond=beyond), replace(new_drive, beyond=beyond)
-    planned_execution = execute_program(cell, poses, drives[0], before, lambda share: progress("twin before", share))
-    target = interpolate_poses(poses, drive, planned_execution.station, planned_execution.fraction)
-    progress("twin after", 0.0)
-    execution = execute_program(cell, new_poses, drives[1], before, lambda share: progress("twin after", share))
+    before_stage, after_stage = (partial(progress, f"twin {side}") for side in ("before", "after"))
+    planned_execution = execute_program(cell, poses, drives[0], before, before_stage)
+    station, fraction = planned_execution.station, planned_execution.fraction
+    target = interpolate_poses(poses, drive, station, fraction)
     moved = plan.free & shared.changed[poses.first[drive.pose]] if len(poses.row) else plan.free
-    judged = moved[execution.station] & np.where(execution.fraction < 1, moved[drive.origin[execution.station]], True)
+    judged = moved[station] & np.where(fraction < 1, moved[drive.origin[station]], True)
+    length = sample_lengths(cell.robot, poses, drive, station, fraction, judged)
+    progress("twin after", 0.0)
+    fly = partial(execute_program, cell, new_poses, drives[1], before, after_stage)
+    if options.ensemble is None:
+        execution, served = fly(), None
+    else:
+        proof = ServedProof(fly, target, judged, length)
+        execution, served = proof.worst_of(options.ensemble)
+        planned_execution = execute_program(cell, poses, drives[0], before, before_stage, ((1.0, served.worst[0]),))
     result = Correction(
         name=program.name,
         cell=cell,
@@ -230,8 +247,9 @@ def _write_and_verify(
         residual=pose_errors(execution, target),
         new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
         judged=judged,
-        length=sample_lengths(cell.robot, poses, drive, execution.station, execution.fraction, judged),
+        length=length,
         mark=mark,
+        served=served,
         findings=(),
     )
     return replace(result, findings=correction_findings(result, _midway_deviations(plan, cell)))

@@ -16,6 +16,7 @@ from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.stops import controller_capacity
+from compgen.pipelines.averaging_findings import WIDE, ensemble_words, start_words
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
@@ -39,6 +40,7 @@ def correction_findings(result: Correction, deviation: Array) -> tuple[Finding, 
             *_bound_findings(result),
             *_scope_findings(result),
             *_shared_findings(result),
+            *_served_findings(result),
             *_line_findings(result, deviation),
             *_way_findings(result),
             *_text_findings(result),
@@ -186,6 +188,25 @@ def _shared_findings(result: Correction) -> list[Finding]:
         names = _positions(poses.number[mixed].tolist())
         message = f"{names} also used where nothing may change: left as it is; --split parts them"
         findings.append(Finding(Level.WARNING, "correction.mixed", message))
+    return findings
+
+
+def _served_findings(result: Correction) -> list[Finding]:
+    """What one file leaves over the starts that it serves."""
+    if result.served is None:
+        return []
+    mean, (start, worst) = result.served.at_mean.largest, result.served.worst
+    message = (
+        f"one file for {ensemble_words(result.served.ensemble)}: at most {mean / UM:.2f} um with the mean of the "
+        f"rises, {worst.largest / UM:.2f} at most over the starts ({start_words(start)})"
+    )
+    findings = [Finding(Level.NOTE, "average.spread", message)]
+    if mean > 0 and worst.largest / mean >= WIDE:
+        message = (
+            f"a file for each start alone would be about {worst.largest / mean:.1f} times better: --before with the "
+            "standing makes one"
+        )
+        findings.append(Finding(Level.WARNING, "average.wide", message))
     return findings
 
 

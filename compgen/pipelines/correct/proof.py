@@ -13,6 +13,7 @@ from compgen.error_model.direction_memory import reversal_widths
 from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import chains, commanded_joints, interpolate_poses, path_samples
 from compgen.fanuc.analysis.traversal import Traversal
+from compgen.pipelines.correct.starts import PLANNED, Weighted, duties_until, slowed
 from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty, initial_state
@@ -41,11 +42,13 @@ def execute_program(
     drive: Traversal,
     before: Sequence[Duty],
     progress: Callable[[float], None] = lambda share: None,
+    starts: Weighted = PLANNED,
 ) -> ProgramExecution:
     """A program as read from its text, executed on the twin.
 
     The twin steps its own heat through the program's times, commands the joints that CONFIG or the joint form name,
-    and confirms each with pinocchio's nominal arm.
+    and confirms each with pinocchio's nominal arm. Of several starts it has the times of the first and the weighted
+    mean of their rises.
 
     Raises:
         TwinError: The controller's inverse and pinocchio disagree.
@@ -53,7 +56,11 @@ def execute_program(
     faults = faults_of(cell.sources)
     subdivisions = SUBDIVISIONS if faults is None else FINE_SUBDIVISIONS
     station, fraction = path_samples(poses, drive, np.arange(1, subdivisions) / subdivisions)
-    time, rise = _rise_at_samples(cell, poses, drive, before, station, fraction)
+    heat = [
+        _rise_at_samples(cell, poses, slowed(drive, s.override), duties_until(before, s), station, fraction)
+        for _, s in starts
+    ]
+    time, rise = heat[0][0], np.asarray(sum(weight * rise for (weight, _), (_, rise) in zip(starts, heat)))
     tcp = interpolate_poses(poses, drive, station, fraction)
     pose = drive.pose[station]
     theta, flange = commanded_joints(cell.robot, poses, drive, station, fraction, tcp)

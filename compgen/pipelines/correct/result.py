@@ -15,9 +15,11 @@ from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.watermark import Mark
 from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution
+from compgen.pipelines.correct.starts import ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.job import Cell
-from compgen.thermal import Duty
+from compgen.thermal import Duty, tables
+from compgen.thermal.ensemble import Ensemble
 from compgen.verification.verdict import Verdict, verdict_of
 
 
@@ -32,15 +34,22 @@ class Options:
     remark: bool = False  # carries the mark where the positions cannot
     bound: float | None = None  # [m] largest error allowed after correction
     settings: Settings = field(default_factory=Settings)
+    ensemble: Ensemble | None = None  # the starts that the one file shall serve; None: the planned one alone
 
 
 def options_of(
-    split: bool, insert_um: float | None, strict: bool, again: bool, mark: str, max_um: float | None
+    split: bool,
+    insert_um: float | None,
+    strict: bool,
+    again: bool,
+    mark: str,
+    max_um: float | None,
+    average_over: str | None = None,
 ) -> Options:
     """The options as they are typed, lengths in micrometres.
 
     Raises:
-        InputError: A length out of its range, or a mark of another kind.
+        InputError: A length out of its range, a mark of another kind, or starts that are none.
     """
     for name, value, largest in (("--insert", insert_um, 1e4), ("--max-um", max_um, 1e6)):
         if value is not None and not 0.1 <= value <= largest:
@@ -54,6 +63,7 @@ def options_of(
         again=again,
         remark=mark == "remark",
         bound=None if max_um is None else max_um * UM,
+        ensemble=None if average_over is None else tables.ensemble_of_words(average_over, "--average-over"),
     )
 
 
@@ -91,6 +101,7 @@ class Correction:
     judged: BoolArray  # (M,) samples at or between corrected stations
     length: Array  # (M,) [m] of path that each of them stands for, 0 for the others
     mark: Mark  # where the written text carries it
+    served: ServedStarts | None  # what it leaves over its starts, where these are several
     findings: tuple[Finding, ...]
 
     @property

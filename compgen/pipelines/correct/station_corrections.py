@@ -20,10 +20,13 @@ from compgen.fanuc.analysis.poses import NONE, Poses
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.configuration import postures_of, turn_digits
 from compgen.pipelines.correct.directions import station_directions
+from compgen.pipelines.correct.starts import slowed
 from compgen.pipelines.job import Cell
 from compgen.robot.inverse_kinematics import ALL_POSTURES, flange_from_tool, solve_flange
 from compgen.robot.joint_path import nearest_turns
 from compgen.thermal import Duty, JointMotion, rises_during, state_after
+from compgen.thermal.ensemble import Ensemble, mean_rises
+from compgen.thermal.history import STANDING, History
 from compgen.thermal.network import with_losses
 
 ITERATIONS = 6  # of c <- c - e(c)
@@ -52,14 +55,22 @@ class StationRises(NamedTuple):
     start: Array  # (K,) [K] when the program starts
 
 
-def rise_at_stations(cell: Cell, poses: Poses, drive: Traversal, before: Sequence[Duty]) -> StationRises:
-    """Times and rises of all stations.
+def rise_at_stations(
+    cell: Cell, poses: Poses, drive: Traversal, before: Sequence[Duty], ensemble: Ensemble | None = None
+) -> StationRises:
+    """Times and rises of all stations, these averaged over an ensemble of starts.
 
     During a pause the robot stands with its servo on.
     """
     motion = heat_motion(poses, drive)
-    start = state_after(cell.heat, with_losses(cell.heat, before, motion))
-    rise = rises_during(cell.heat, start, motion).rise
+    if ensemble is None:
+        start = state_after(cell.heat, with_losses(cell.heat, before, motion))
+        rise = rises_during(cell.heat, start, motion).rise
+    else:
+        *duties, standing = with_losses(cell.heat, [*before, STANDING], motion)
+        history, delays = History(before=tuple(duties), standing=standing), Ensemble(ensemble.delay)
+        motions = [heat_motion(poses, slowed(drive, share)) for share in ensemble.overrides]
+        rise = np.mean([mean_rises(cell.heat, history, delays, slow) for slow in motions], axis=0)
     return StationRises(motion.time[2::2], rise[2::2], rise[0])
 
 
@@ -92,9 +103,10 @@ def correct_stations(
     before: Sequence[Duty],
     settings: Settings,
     progress: Callable[[float], None] = lambda share: None,
+    ensemble: Ensemble | None = None,
 ) -> StationCorrections:
-    """Corrections of all free stations."""
-    time, rise, start = rise_at_stations(cell, poses, drive, before)
+    """Corrections of all free stations, for one start or for the mean of the rises over an ensemble of them."""
+    time, rise, start = rise_at_stations(cell, poses, drive, before, ensemble)
     S = len(free)
     correction, theta = np.zeros((S, 6)), np.full((S, 6), np.nan)
     limited: list[tuple[int, str]] = []

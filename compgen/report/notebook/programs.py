@@ -1,6 +1,6 @@
 """A program that exists, in a notebook: read, corrected in place, written."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +35,7 @@ from compgen.report.notebook.arguments import (
     optional_name,
     progress_of,
     text_of,
+    value_of,
 )
 from compgen.report.notebook.machine import log_findings, logger, numpy_alone
 from compgen.report.notebook.tables import data_frame, plotly_figure
@@ -156,6 +157,7 @@ def correct(
     mark: str = "digits",
     overrides: Overrides | None = None,
     progress: Progress | None = None,
+    average_over: Mapping[str, Any] | str | None = None,
 ) -> CorrectedProgram:
     """Correct a program that exists: only the numbers of its positions change; the same as ``cgen correct``.
 
@@ -174,6 +176,7 @@ def correct(
         mark: ``digits``, or ``remark``: a remark line where the digits cannot carry the mark.
         overrides: Keys of the robot file and their values.
         progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
+        average_over: One file for many starts, as ``{"delay_s": [0, 1200], "override_percent": [50, 100]}``.
 
     Raises:
         InputError: An argument is wrong, a frame is not known, the program carries compgen's mark.
@@ -184,7 +187,9 @@ def correct(
     lengths = [
         None if value is None else number(value, key) for key, value in (("insert_um", insert_um), ("max_um", max_um))
     ]
-    options = options_of(split, lengths[0], strict, again, text_of(mark, "mark", "give digits or remark"), lengths[1])
+    mark_kind = text_of(mark, "mark", "give digits or remark")
+    starts = average_over if average_over is None else _starts(average_over)
+    options = options_of(split, lengths[0], strict, again, mark_kind, lengths[1], starts)
     report_progress = progress_of(progress)
     file, content = _listing(program)
     robot_name = optional_name(robot, "robot", "a robot's name, as 'm710ic50', or its file")
@@ -207,6 +212,13 @@ def correct(
     logger.info("%r", corrected)
     log_findings(result.name, result.findings)
     return corrected
+
+
+def _starts(average_over: object) -> str:
+    """What a file is averaged over, as the command line takes it."""
+    if isinstance(average_over, Mapping):
+        return value_of(average_over, "average_over")
+    return text_of(average_over, "average_over", "give a dict, as {'delay_s': [0, 1200]}")
 
 
 def _listing(program: object) -> tuple[str | None, bytes]:

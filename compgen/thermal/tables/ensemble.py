@@ -1,11 +1,12 @@
 """The table ``compensation.average_over``: the starts that one file serves."""
 
+import tomllib
 from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
-from compgen.core.toml import Table
+from compgen.core.toml import Table, brief_value, check
 from compgen.core.units import MM
 from compgen.thermal.ensemble import Ensemble
 
@@ -53,6 +54,26 @@ def ensemble_of(table: AverageOverTable, run_count: int, feed: float, where: str
         known = f"1 to {run_count}" if run_count > 1 else "1 alone; [[cycle]] with a repeat gives more"
         raise InputError(f"{where}.runs: there is no run {runs[1]}; runs are {known}")
     return Ensemble((delay[0], delay[1]), _overrides(table, feed, where), (int(runs[0]) - 1, int(runs[1]) - 1))
+
+
+def ensemble_of_words(words: str, where: str) -> Ensemble:
+    """The starts of a program that exists: keys of the table, as in ``delay_s=[0, 1200]``.
+
+    Raises:
+        InputError: Not understood, or starts that such a program has none of; says how it is written.
+    """
+    inner = words.strip().removeprefix("{").removesuffix("}")
+    try:
+        data = tomllib.loads(f"x = {{{inner}}}")
+    except (ValueError, RecursionError):
+        text = f"{where}: {brief_value(words)} is not understood; write it as in 'delay_s=[0, 1200]'"
+        raise InputError(text) from None
+    table = check(AverageOverTable, data["x"], where) if set(data) == {"x"} else AverageOverTable()
+    if table.runs is not None:
+        raise InputError(f"{where}: runs: a program that exists has no [[cycle]]; say with --before what ran before it")
+    if table.feed_mm_s is not None:
+        raise InputError(f"{where}: feed_mm_s: its lines have feeds of their own; give override_percent")
+    return ensemble_of(table, 1, 1.0, where)
 
 
 def _overrides(table: AverageOverTable, feed: float, where: str) -> tuple[float, ...]:
