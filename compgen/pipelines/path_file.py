@@ -186,7 +186,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
         given = own_points_curve(path.path, surface, spin, feed, source)
         pattern, edge, notes = given.curve, boundary or unbounded(), (_of_points(given),)
     else:
-        pattern, edge = pattern_from_table(path.path, boundary, source)
+        pattern, edge = pattern_from_table(path.path, boundary, source, process.lift_mm * MM)
     program = ProgramPlan(
         source=source,
         path=PathPlan(pattern, surface, edge, frame),
@@ -225,7 +225,8 @@ def _with_run_in(
         return program, ()
     wanted = min(run_in_length(program, cell, rate) / MM, MAX_LEAD)
     for lead in np.ceil(np.arange(wanted, table.lead_mm, -RUN_IN_STEP)):  # as far as the arm reaches
-        pattern, _ = pattern_from_table(table.model_copy(update={"lead_mm": lead}), boundary, program.source)
+        longer_sweeps = table.model_copy(update={"lead_mm": lead})
+        pattern, _ = pattern_from_table(longer_sweeps, boundary, program.source, program.process.lift)
         longer = replace(program, path=replace(program.path, pattern=pattern))
         if coarse_motion(longer, cell.robot) is None:
             continue

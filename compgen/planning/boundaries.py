@@ -1,16 +1,25 @@
-"""Edges of the part: nothing, a circle, or a hexagon; convex, so a straight sweep crosses it once."""
+"""Edges of the part: nothing, a circle, a hexagon, a rectangle or a polygon, with holes.
 
-from dataclasses import dataclass
+The outline is convex: what a straight sweep crosses once. Of a polygon that is not, the outline is the hull, and its
+notches are holes in that. A point is in one when the ray from it towards +x crosses their edges an odd number of times.
+Sweeps run over the whole outline.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from compgen.core.arrays import Array, BoolArray, own
 from compgen.core.evaluation import evaluate
+from compgen.core.exceptions import InputError
 
 EDGE_M = 1e-9  # a point this near outside still counts as on the edge
+MOUTH = 1e-6  # m by which a notch reaches past the hull
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -20,18 +29,24 @@ class Boundary:
     normals: Array  # (K, 2)
     offsets: Array  # (K,) [m]
     radius: float  # [m], infinite when there is no circle
+    edges: Array = field(default_factory=lambda: np.zeros((0, 4)))  # (E, 4) [m] x, y to x, y, of notches and holes
 
     def __post_init__(self) -> None:
-        own(self, normals=("K", 2), offsets=("K",))
+        own(self, normals=("K", 2), offsets=("K",), edges=("E", 4))
 
     def coefficients(self) -> Array:
-        """Each side's normal and offset, and the radius, (1, 3 K + 1), as ``inside_distance_expr`` takes them."""
+        """Each side's normal and offset, the radius, the edges: as ``inside_expr`` takes them, (1, 3 K + 1 + 4 E)."""
         sides = np.column_stack([self.normals, self.offsets + EDGE_M])
-        return np.append(sides.ravel(), self.radius + EDGE_M)[None]
+        return np.concatenate([sides.ravel(), [self.radius + EDGE_M], self.edges.ravel()])[None]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """How many sides and edges there are."""
+        return len(self.normals), len(self.edges)
 
     def contains(self, xy: Array) -> BoolArray:
         """Whether points lie inside or on the edge, (M, 2) to (M,)."""
-        return np.asarray(evaluate(_build_inside_distance(len(self.normals)), self.coefficients(), xy)[0][:, 0] >= 0)
+        return np.asarray(evaluate(_build_inside(self.shape), self.coefficients(), xy)[0][:, 0] >= 0)
 
     def clip(self, y: Array | float) -> Array:
         """x at which lines of constant y enter and leave the part, (...) to (..., 2) [m]; NaN where a line misses."""
@@ -72,29 +87,48 @@ class Boundary:
         """Radius of the circle about the centre that holds the whole part [m]."""
         if not len(self.normals):
             return self.radius
-        return float(min(self.radius, self.offsets.max() / np.cos(np.pi / len(self.normals))))
+        return float(min(self.radius, max(np.hypot(x, y) for x, y in self._vertices())))
 
-    def half_height(self) -> float:
-        """Largest |y| inside [m]."""
+    def y_range(self) -> tuple[float, float]:
+        """Smallest and largest y of the part [m]."""
         if not len(self.normals):
-            return self.radius
-        angles = np.arctan2(self.normals[:, 1], self.normals[:, 0]) + np.pi / len(self.normals)
-        return float(min(self.radius, self.circumradius() * np.abs(np.sin(angles)).max()))
+            return -self.radius, self.radius
+        y = [y for _, y in self._vertices()]
+        return max(-self.radius, min(y)), min(self.radius, max(y))
+
+    def turned(self, angle: float) -> "Boundary":
+        """The boundary turned about the centre [rad]."""
+        c, s = np.cos(angle), np.sin(angle)
+        turn = np.array([[c, -s], [s, c]])
+        edges = (self.edges.reshape(-1, 2, 2) @ turn.T).reshape(-1, 4)
+        return Boundary(self.normals @ turn.T, self.offsets, self.radius, edges)
 
 
-def inside_distance_expr(edge: Any, xy: Any) -> Any:
-    """How far a point (2, 1) lies inside a boundary of these coefficients [m]: negative outside."""
-    distance = edge[-1] - ca.norm_2(xy)
-    for k in range(edge.numel() // 3):
+def inside_expr(edge: Any, xy: Any, shape: tuple[int, int]) -> Any:
+    """Not negative where a point (2, 1) is on a part of these coefficients, of so many sides and edges.
+
+    It is how far inside the outline the point lies [m]; -1 in notches and holes.
+    """
+    sides, edges = shape
+    distance = edge[3 * sides] - ca.norm_2(xy)
+    for k in range(sides):
         distance = ca.fmin(distance, edge[3 * k + 2] - ca.dot(edge[3 * k : 3 * k + 2], xy))
-    return distance
+    if not edges:
+        return distance
+    outside: Any = 1  # of notches and holes: -1 after each edge crossed an odd number of times
+    for k in range(edges):
+        x0, y0, x1, y1 = (edge[3 * sides + 1 + 4 * k + i] for i in range(4))
+        step = ca.if_else(y1 - y0 == 0, 1, y1 - y0)
+        meets = ca.logic_and((y0 > xy[1]) != (y1 > xy[1]), xy[0] < x0 + (xy[1] - y0) / step * (x1 - x0))
+        outside = outside * (1 - 2 * meets)
+    return ca.if_else(outside > 0, distance, ca.fmin(distance, -1))
 
 
 @lru_cache(maxsize=4)
-def _build_inside_distance(sides: int) -> Any:
-    """(boundary (3 sides + 1), point (2)) -> distance inside."""
-    edge, xy = ca.SX.sym("edge", 3 * sides + 1), ca.SX.sym("xy", 2)
-    return ca.Function("inside_distance", [edge, xy], [inside_distance_expr(edge, xy)])
+def _build_inside(shape: tuple[int, int]) -> Any:
+    """(boundary (3 sides + 1 + 4 edges), point (2)) -> whether it is inside."""
+    edge, xy = ca.SX.sym("edge", 3 * shape[0] + 1 + 4 * shape[1]), ca.SX.sym("xy", 2)
+    return ca.Function("inside", [edge, xy], [inside_expr(edge, xy, shape)])
 
 
 def unbounded() -> Boundary:
@@ -112,3 +146,78 @@ def hexagon(corner_to_corner: float, rotation: float) -> Boundary:
     angles = rotation + np.pi / 6 + np.arange(6) * np.pi / 3
     inradius = corner_to_corner / 2 * np.cos(np.pi / 6)
     return Boundary(np.column_stack([np.cos(angles), np.sin(angles)]), np.full(6, inradius), np.inf)
+
+
+def rectangle(x_size: float, y_size: float, rotation: float) -> Boundary:
+    """A rectangle of two sizes [m]; at rotation 0 [rad] its sides are along x and y."""
+    angles = rotation + np.arange(4) * np.pi / 2
+    offsets = np.array([x_size, y_size, x_size, y_size]) / 2
+    return Boundary(np.column_stack([np.cos(angles), np.sin(angles)]), offsets, np.inf)
+
+
+def polygon(outline: Array, holes: Sequence[Array]) -> Boundary:
+    """A polygon with holes, of corners (C, 2) [m] each, in order round it.
+
+    Raises:
+        InputError: A ring of fewer than three corners, without an area, or that crosses itself or another; a hole
+            that is not inside the outline. The message begins with "corners_mm" or "holes.<n>".
+    """
+    rings = [_ring(outline, "corners_mm"), *(_ring(hole, f"holes.{n}") for n, hole in enumerate(holes))]
+    edges = [np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings]
+    for n, second in enumerate(edges):
+        for first in edges[:n]:
+            if _crossing(first, second).any():
+                raise InputError(f"holes.{n - 1}: it crosses another edge; part them")
+    ring = rings[0]
+    on_hull = np.sort(ConvexHull(ring).vertices)
+    hull = ring[on_hull]
+    along = np.roll(hull, -1, axis=0) - hull
+    normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
+    nexts = np.append(on_hull[1:], on_hull[0] + len(ring))
+    mouths = [(a, b, normal) for a, b, normal in zip(on_hull, nexts, normals) if b - a > 1]
+    # a notch reaches past the hull, whose edge before it is no part
+    notches = [
+        np.vstack([ring[np.arange(a, b + 1) % len(ring)], ring[[b % len(ring), a]] + MOUTH * normal])
+        for a, b, normal in mouths
+    ]
+
+    def part(missing: Sequence[Array]) -> Boundary:
+        rows = [np.hstack([corners, np.roll(corners, -1, axis=0)]) for corners in missing]
+        return Boundary(normals, (normals * hull).sum(axis=1), np.inf, np.vstack([np.zeros((0, 4)), *rows]))
+
+    for n, hole in enumerate(rings[1:]):
+        if not part([*notches, *rings[1 : n + 1]]).contains(hole).all():
+            raise InputError(f"holes.{n}: it is not inside the outline, or in another hole; move it, or remove it")
+    return part([*notches, *rings[1:]])
+
+
+def _ring(corners: Array, name: str) -> Array:
+    """Corners counter-clockwise, without any that lie straight between their neighbours."""
+    if len(corners) > 1 and np.array_equal(corners[0], corners[-1]):
+        corners = corners[:-1]
+    if len(corners) < 3:
+        raise InputError(f"{name}: {len(corners)} corners; give three at least")
+    before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
+    if (np.hypot(*(after - corners).T) < EDGE_M).any():
+        raise InputError(f"{name}: a corner stands twice running; leave one out")
+    edges = np.hstack([corners, after])
+    if _crossing(edges, edges).any():
+        raise InputError(f"{name}: its edges cross each other; give the corners in order round it")
+    area = float((corners[:, 0] * after[:, 1] - after[:, 0] * corners[:, 1]).sum() / 2)
+    bend = (corners - before)[:, 0] * (after - corners)[:, 1] - (corners - before)[:, 1] * (after - corners)[:, 0]
+    kept = corners[np.abs(bend) > EDGE_M * np.hypot(*(after - before).T)]
+    if len(kept) < 3 or abs(area) < EDGE_M:
+        raise InputError(f"{name}: it has no area; give corners that do not lie on one line")
+    return np.array(kept if area > 0 else kept[::-1])
+
+
+def _crossing(first: Array, second: Array) -> BoolArray:
+    """Which edges (A, 4) cross which (B, 4) inside of both, (A, B)."""
+    a, b = first[:, None, :2], first[:, None, 2:]
+    c, d = second[None, :, :2], second[None, :, 2:]
+
+    def side(p: Array, q: Array, r: Array) -> Array:
+        return np.asarray((q - p)[..., 0] * (r - p)[..., 1] - (q - p)[..., 1] * (r - p)[..., 0])
+
+    tiny = 1e-15
+    return np.asarray((side(a, b, c) * side(a, b, d) < -(tiny**2)) & (side(c, d, a) * side(c, d, b) < -(tiny**2)))

@@ -62,6 +62,12 @@ class PiecewiseCurve:
         h = self.lift[piece].T
         return h[0] + t * (h[1] + t * (h[2] + t * h[3])), h[1] + t * (2 * h[2] + 3 * t * h[3])
 
+    def turned(self, angle: float) -> "PiecewiseCurve":
+        """The curve turned about the local origin [rad]; the tool keeps its axes."""
+        c, s = np.cos(angle), np.sin(angle)
+        turn = np.array([[c, -s], [s, c]])
+        return replace(self, poly=self.poly @ turn.T, polar=self.polar + np.array([0.0, 0.0, angle, 0.0]))
+
     def subset(self, rows: IntArray) -> "PiecewiseCurve":
         """The pieces at these rows, in their order."""
         return PiecewiseCurve(*(getattr(self, name)[rows] for name in PiecewiseCurve.__slots__))

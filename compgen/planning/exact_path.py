@@ -15,7 +15,7 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.pose import Pose
-from compgen.planning.boundaries import Boundary, inside_distance_expr
+from compgen.planning.boundaries import Boundary, inside_expr
 from compgen.planning.curves import WIDTH, PiecewiseCurve, curve_expr, height_expr, tilt_expr
 from compgen.planning.surfaces import Quadric, check_extent, curve_derivatives_expr, lift_expr
 
@@ -73,7 +73,7 @@ class ExactPath:
         """M poses of the tool, and whether the part is there, (M,)."""
         edge = self.boundary.coefficients()
         position, rotation, extent, inside = self._evaluate(
-            build_pose(edge.shape[1] // 3), piece, t[:, None], self.spin_vector(), edge
+            build_pose(self.boundary.shape), piece, t[:, None], self.spin_vector(), edge
         )
         check_extent(extent)
         return self.in_world(Pose.from_rows(position, rotation)), inside[:, 0] >= 0
@@ -295,15 +295,15 @@ def pose_expr(lifted: tuple[Any, Any, Any, Any], axis: Any, tilt: Any) -> tuple[
 
 
 @lru_cache(maxsize=8)
-def build_pose(sides: int) -> Any:
-    """The pose, position (3) and rotation (9, row by row), the extent, and the distance inside.
+def build_pose(shape: tuple[int, int]) -> Any:
+    """The pose, position (3) and rotation (9, row by row), the extent, and whether the part is there.
 
-    Inputs: piece (WIDTH), surface (15), t, (cos, sin) of the spin, boundary (3 sides + 1).
+    Inputs: piece (WIDTH), surface (15), t, (cos, sin) of the spin, boundary of so many sides and edges.
     """
     piece, surface, t = ca.SX.sym("piece", WIDTH), ca.SX.sym("surface", 15), ca.SX.sym("t")
-    axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * sides + 1)
+    axis, edge = ca.SX.sym("axis", 2), ca.SX.sym("edge", 3 * shape[0] + 1 + 4 * shape[1])
     xy = curve_expr(piece, t)[0]
     lifted = lift_expr(surface, xy, height_expr(piece, t)[0])
     position, rotation, extent = pose_expr(lifted, axis, tilt_expr(piece, t))
-    outputs = ca.cse([position, ca.vec(rotation.T), extent, inside_distance_expr(edge, xy)])
+    outputs = ca.cse([position, ca.vec(rotation.T), extent, inside_expr(edge, xy, shape)])
     return ca.Function("pose", [piece, surface, t, axis, edge], outputs)

@@ -15,7 +15,13 @@ from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.own_points.tables import OwnPoints
 
 MAX_SWEEPS = 1e4
+RIGHT_ANGLE = 90 * DEG
 MAX_LEAD = 50.0  # mm
+Corner = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Corners = Annotated[list[Corner], Field(min_length=3, max_length=200)]
+Sizes = Annotated[list[Length], Field(min_length=2, max_length=2)]
+#: the key that each shape of an edge needs
+NEEDED = {"circle": "diameter_mm", "hexagon": "corner_to_corner_mm", "rectangle": "size_mm", "polygon": "corners_mm"}
 
 
 class PatternTable(Table):
@@ -63,10 +69,10 @@ class SpiralTable(PatternTable):
 
 
 class RasterTable(PatternTable):
-    """Parallel sweeps along x, clipped to a circle or to the boundary."""
+    """Parallel sweeps, clipped to a circle or to the boundary."""
 
     pattern: Literal["raster"]
-    """Parallel sweeps along x."""
+    """Parallel sweeps, along x or at an angle to it."""
     stepover_mm: Length
     """Distance between neighbouring sweeps."""
     diameter_mm: Length | None = None
@@ -75,6 +81,12 @@ class RasterTable(PatternTable):
     """How far each sweep runs past the edge; farther where process.lead_in has play to run through."""
     turn: Literal["square", "smooth"] = "square"
     """Way to the next sweep: square stops at both corners, smooth runs on."""
+    sweeps: Literal["both ways", "one way"] = "both ways"
+    """Whether sweeps go there and back, or all one way, with the tool lifted by process.lift_mm in between."""
+    angle_deg: Angle = 0.0
+    """Turn of the sweeps about z."""
+    cross_hatch: bool = False
+    """A second raster across the first one, in the same program."""
 
 
 class Iso9283Table(PatternTable):
@@ -103,17 +115,30 @@ class SurfaceTable(Table):
     """Distance of the pattern's centre from the parent's axis; a conic needs it."""
 
 
+class HoleTable(Table):
+    """A hole in a polygon."""
+
+    corners_mm: Corners
+    """Corners [x, y] in order round the hole."""
+
+
 class BoundaryTable(Table):
     """The edge of the part, around the centre of the pattern; outside there is no contact."""
 
-    shape: Literal["circle", "hexagon"]
+    shape: Literal["circle", "hexagon", "rectangle", "polygon"]
     """Shape of the edge."""
     diameter_mm: Length | None = None
     """Diameter; a circle needs it."""
     corner_to_corner_mm: Length | None = None
     """Distance of opposite corners; a hexagon needs it."""
+    size_mm: Sizes | None = None
+    """Sizes along x and y; a rectangle needs them."""
+    corners_mm: Corners | None = None
+    """Corners [x, y] in order round the part; a polygon needs them."""
+    holes: list[HoleTable] = []
+    """Holes of a polygon."""
     rotation_deg: Angle | None = None
-    """Turn of a hexagon about z; default 0: two corners lie on x."""
+    """Turn about z; default 0: two corners of a hexagon lie on x, the sides of a rectangle along x and y."""
 
 
 class ProcessTable(Table):
@@ -143,21 +168,40 @@ def boundary_from_table(table: BoundaryTable | None, file: str) -> Boundary | No
     """
     if table is None:
         return None
-    is_circle = table.shape == "circle"
-    needed, other = ("diameter_mm", "corner_to_corner_mm") if is_circle else ("corner_to_corner_mm", "diameter_mm")
-    for key in (other, *(["rotation_deg"] if is_circle else [])):
-        if getattr(table, key) is not None:
+    needed = NEEDED[table.shape]
+    others = [key for key in NEEDED.values() if key != needed]
+    others += ["rotation_deg"] if table.shape == "circle" else []
+    others += ["holes"] if table.shape != "polygon" else []
+    for key in others:
+        if key in table.model_fields_set and getattr(table, key) is not None:
             raise InputError(f"{file}: boundary.{key}: conflicts with shape = '{table.shape}'; remove one of them")
     size = getattr(table, needed)
     if size is None:
         raise InputError(f"{file}: boundary.{needed}: missing; add it, a {table.shape} needs it")
-    if is_circle:
+    rotation = (table.rotation_deg or 0.0) * DEG
+    if table.shape == "circle":
         return boundaries.circle(size * MM)
-    return boundaries.hexagon(size * MM, (table.rotation_deg or 0.0) * DEG)
+    if table.shape == "hexagon":
+        return boundaries.hexagon(size * MM, rotation)
+    if table.shape == "rectangle":
+        return boundaries.rectangle(size[0] * MM, size[1] * MM, rotation)
+    try:
+        holes = [np.array(hole.corners_mm) * MM for hole in table.holes]
+        return boundaries.polygon(np.array(size) * MM, holes).turned(rotation)
+    except InputError as exception:
+        raise InputError(f"{file}: boundary.{exception}") from exception
 
 
-def pattern_from_table(table: Shape, boundary: Boundary | None, file: str) -> tuple[PiecewiseCurve, Boundary]:
+def pattern_from_table(
+    table: Shape, boundary: Boundary | None, file: str, lift: float
+) -> tuple[PiecewiseCurve, Boundary]:
     """The pattern's pieces and the edge that marks contact.
+
+    Args:
+        table: The pattern's.
+        boundary: Of the part, where one is given.
+        file: The path file.
+        lift: Height at which the tool goes over the part [m].
 
     Raises:
         InputError: Sizes that miss, contradict each other or ask for too many sweeps.
@@ -173,10 +217,10 @@ def pattern_from_table(table: Shape, boundary: Boundary | None, file: str) -> tu
         case SpiralTable():
             return _spiral(table, boundary, file), edge
         case RasterTable():
-            return _raster(table, boundary, file)
+            return _raster(table, boundary, file, lift)
 
 
-def _raster(table: RasterTable, boundary: Boundary | None, file: str) -> tuple[PiecewiseCurve, Boundary]:
+def _raster(table: RasterTable, boundary: Boundary | None, file: str, lift: float) -> tuple[PiecewiseCurve, Boundary]:
     if boundary is not None and table.diameter_mm is not None:
         raise InputError(f"{file}: path.diameter_mm: conflicts with [boundary]; remove one")
     clip = boundary
@@ -184,10 +228,27 @@ def _raster(table: RasterTable, boundary: Boundary | None, file: str) -> tuple[P
         if table.diameter_mm is None:
             raise InputError(f"{file}: path.diameter_mm: missing; give it, or a [boundary]")
         clip = boundaries.circle(table.diameter_mm * MM)
-    if clip.half_height() * 2 / (table.stepover_mm * MM) > MAX_SWEEPS:
-        raise InputError(f"{file}: path.stepover_mm: over {MAX_SWEEPS:.0f} sweeps; make it larger")
+    if table.sweeps == "one way" and table.turn == "smooth":
+        raise InputError(f"{file}: path.turn: sweeps that go one way have no turns; remove it, or path.sweeps")
+
+    def sweeps_at(angle: float) -> PiecewiseCurve:
+        part = clip.turned(-angle) if angle else clip
+        low, high = part.y_range()
+        if (high - low) / (table.stepover_mm * MM) > MAX_SWEEPS:
+            raise InputError(f"path.stepover_mm: over {MAX_SWEEPS:.0f} sweeps; make it larger")
+        step, lead = table.stepover_mm * MM, table.lead_mm * MM
+        if table.sweeps == "one way":
+            sweeps = patterns.one_way_raster(part, step, lead, lift)
+        else:
+            sweeps = patterns.raster(part, step, lead, table.turn == "smooth")
+        return sweeps.turned(angle) if angle else sweeps
+
+    angle = table.angle_deg * DEG
     try:
-        return patterns.raster(clip, table.stepover_mm * MM, table.lead_mm * MM, table.turn == "smooth"), clip
+        first = sweeps_at(angle)
+        if not table.cross_hatch:
+            return first, clip
+        return patterns.cross_hatch(first, sweeps_at(angle + RIGHT_ANGLE), lift), clip
     except InputError as exception:
         raise InputError(f"{file}: {exception}") from exception
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from compgen.core.exceptions import InputError
 from compgen.planning import boundaries
 
 ATOL_M = 1e-12
@@ -99,9 +100,9 @@ def test_circumradius_is_the_farthest_corner(rotation_deg):
 
 
 @pytest.mark.parametrize("rotation_deg", ROTATIONS_DEG)
-def test_half_height_is_the_highest_corner(rotation_deg):
+def test_y_range_ends_at_the_highest_corner(rotation_deg):
     want = np.abs(corners(rotation_deg)[:, 1]).max()
-    assert_allclose(hexagon(rotation_deg).half_height(), want, atol=ATOL_M)
+    assert_allclose(hexagon(rotation_deg).y_range(), [-want, want], atol=ATOL_M)
 
 
 @pytest.mark.parametrize("rotation_deg", ROTATIONS_DEG)
@@ -124,8 +125,8 @@ def test_widest_sees_a_corner_between_the_lines_and_a_circle_its_diameter():
 
 
 def test_hexagon_sizes_by_hand():
-    assert_allclose(hexagon(0).half_height(), SIZE / 2 * np.sqrt(3) / 2, atol=ATOL_M)  # corners on the x axis
-    assert_allclose(hexagon(30).half_height(), SIZE / 2, atol=ATOL_M)
+    assert_allclose(hexagon(0).y_range()[1], SIZE / 2 * np.sqrt(3) / 2, atol=ATOL_M)  # corners on the x axis
+    assert_allclose(hexagon(30).y_range()[1], SIZE / 2, atol=ATOL_M)
     assert_allclose(hexagon(0).clip(0.0), [-SIZE / 2, SIZE / 2], atol=ATOL_M)
 
 
@@ -140,7 +141,7 @@ def test_circle_holds_points_up_to_its_radius():
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     assert part.contains(0.65 * ring).all()
     assert not part.contains((0.65 + 1e-6) * ring).any()
-    assert part.circumradius() == part.half_height() == 0.65
+    assert part.circumradius() == part.y_range()[1] == 0.65
 
 
 def test_circle_clips_to_its_chord():
@@ -155,3 +156,49 @@ def test_no_edge_means_everything_is_on_the_part():
     assert part.contains(scattered(100, reach=1e6)).all()
     assert_allclose(part.clip(3.0), [-np.inf, np.inf])
     assert part.circumradius() == np.inf
+
+
+L_SHAPE = np.array([(-0.3, -0.2), (0.3, -0.2), (0.3, 0.0), (0.05, 0.0), (0.05, 0.2), (-0.3, 0.2)])
+HOLE = np.array([(-0.2, -0.1), (-0.1, -0.1), (-0.1, 0.1), (-0.2, 0.1)])
+
+
+def on_l_shape(points):
+    x, y = points.T
+    shape = (np.abs(x) < 0.3) & (np.abs(y) < 0.2) & ((x < 0.05) | (y < 0.0))
+    return shape & ~((x > -0.2) & (x < -0.1) & (np.abs(y) < 0.1))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("angle_deg", [0.0, 25.0])
+def test_a_polygon_with_a_notch_and_a_hole_contains_what_it_should(order, angle_deg):
+    angle = np.radians(angle_deg)
+    part = boundaries.polygon(L_SHAPE[::order], [HOLE[::order]]).turned(angle)
+    points = scattered(20_000, 0.4)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    assert np.array_equal(part.contains(points @ turn.T), on_l_shape(points))
+
+
+def test_a_rectangle_is_the_polygon_of_its_corners():
+    corners = np.array([(-0.3, -0.2), (0.3, -0.2), (0.3, 0.2), (-0.3, 0.2)])
+    part, same = boundaries.rectangle(0.6, 0.4, 0.3), boundaries.polygon(corners, []).turned(0.3)
+    points = scattered(5000, 0.4)
+    assert np.array_equal(part.contains(points), same.contains(points))
+    assert_allclose(part.circumradius(), np.hypot(0.3, 0.2), atol=ATOL_M)
+    assert_allclose(boundaries.rectangle(0.6, 0.4, 0.0).clip(0.1), [-0.3, 0.3], atol=ATOL_M)
+    assert len(same.edges) == 0
+
+
+@pytest.mark.parametrize(
+    ("outline", "holes", "words"),
+    [
+        ([(0, 0), (1, 0)], [], "corners_mm: 2 corners"),
+        ([(0, 0), (1, 1), (1, 0), (0, 1)], [], "corners_mm: its edges cross each other"),
+        ([(0, 0), (1, 0), (2, 0)], [], "corners_mm: it has no area"),
+        ([(0, 0), (1, 0), (1, 0), (0, 1)], [], "corners_mm: a corner stands twice running"),
+        ([(0, 0), (1, 0), (1, 1), (0, 1)], [[(2, 2), (3, 2), (2, 3)]], "holes.0: it is not inside the outline"),
+        ([(0, 0), (1, 0), (1, 1), (0, 1)], [[(0.5, 0.5), (1.5, 0.6), (0.5, 0.7)]], "holes.0: it crosses another edge"),
+    ],
+)
+def test_polygons_that_are_none(outline, holes, words):
+    with pytest.raises(InputError, match=words):
+        boundaries.polygon(np.array(outline, dtype=float), [np.array(h, dtype=float) for h in holes])

@@ -323,3 +323,45 @@ def test_fifty_thousand_sweeps_are_laid_together(smooth):
     table = patterns.raster(boundaries.circle(0.04), 8e-7, 1e-3, smooth)
     assert time.process_time() - begin < 2
     assert table.stop.sum() == (1 if smooth else 99_999)
+
+
+def ends_of(curve):
+    K = len(curve.poly)
+    rows = np.arange(K)
+    start, end = (curve.derivatives(rows, np.full(K, t))[0] for t in (0.0, 1.0))
+    heights = [curve.height(rows, np.full(K, t))[0] for t in (0.0, 1.0)]
+    return np.column_stack([start, heights[0]]), np.column_stack([end, heights[1]])
+
+
+def test_one_way_sweeps_all_go_to_larger_x_and_come_back_above_the_part():
+    curve = patterns.one_way_raster(boundaries.rectangle(0.6, 0.4, 0.0), 0.1, 0.005, 0.02)
+    start, end = ends_of(curve)
+    assert_allclose(end[:-1], start[1:], atol=1e-15)  # it hangs together
+    work = curve.working
+    assert np.all(end[work, 0] > start[work, 0])
+    assert np.all(start[work, 2] == 0)
+    assert_allclose(np.unique(start[work, 1]), [-0.15, -0.05, 0.05, 0.15], atol=1e-15)
+    assert_allclose([start[work, 0].min(), end[work, 0].max()], [-0.305, 0.305], atol=1e-12)
+    back = ~work & (np.abs(end[:, 0] - start[:, 0]) > 0.1)
+    assert back.sum() == 3
+    assert np.all(start[back, 2] == 0.02)
+
+
+def test_cross_hatch_is_one_raster_after_the_other():
+    part = boundaries.rectangle(0.6, 0.4, 0.0)
+    first = patterns.raster(part, 0.1, 0.005, False)
+    second = patterns.raster(part.turned(-np.pi / 2), 0.1, 0.005, False).turned(np.pi / 2)
+    both = patterns.cross_hatch(first, second, 0.02)
+    start, end = ends_of(both)
+    assert_allclose(end[:-1], start[1:], atol=1e-15)
+    assert len(both.poly) == len(first.poly) + 3 + len(second.poly)
+    assert_allclose([np.ptp(ends_of(second)[0][:, 0]), np.ptp(ends_of(second)[0][:, 1])], [0.5, 0.41], atol=1e-12)
+
+
+def test_a_turned_curve_is_turned():
+    curve = patterns.spiral(0.4, 3)
+    turned = curve.turned(0.7)
+    piece, t = np.arange(len(curve.poly)), np.full(len(curve.poly), 0.3)
+    turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
+    for before, after in zip(curve.derivatives(piece, t), turned.derivatives(piece, t)):
+        assert_allclose(after, before @ turn.T, atol=1e-13)

@@ -6,7 +6,7 @@ Adding one: a file with the function, a line here, its table in ``planning.table
 from compgen.planning.patterns.circle import circle
 from compgen.planning.patterns.iso9283 import iso9283
 from compgen.planning.patterns.line import line
-from compgen.planning.patterns.raster import raster
+from compgen.planning.patterns.raster import cross_hatch, one_way_raster, raster
 from compgen.planning.patterns.spiral import spiral
 
-__all__ = ["circle", "iso9283", "line", "raster", "spiral"]
+__all__ = ["circle", "cross_hatch", "iso9283", "line", "one_way_raster", "raster", "spiral"]

@@ -1,5 +1,7 @@
-"""Parallel sweeps along x, there and back, clipped to the part; they turn outside it."""
+"""Parallel sweeps along x, clipped to the part: there and back, or all one way; they turn outside it."""
 
+from collections.abc import Sequence
+from itertools import pairwise
 from math import ceil
 
 import numpy as np
@@ -12,6 +14,7 @@ from compgen.planning.curves import PiecewiseCurve
 
 #: Initial speed of a smooth turn over its stepover: a turn about half as deep as it is wide.
 TURN_REACH = 1.6
+CENTRED = 1e-9  # m that a part may lie off the centre and be in the middle
 
 
 def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> PiecewiseCurve:
@@ -23,9 +26,10 @@ def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> Pi
     Raises:
         InputError: No sweep meets the part.
     """
-    half = boundary.half_height()
-    count = max(1, ceil(2 * half / stepover - 1e-9))
-    y: Array = stepover * (np.arange(count, dtype=float) - (count - 1) / 2)
+    low, high = boundary.y_range()
+    count = max(1, ceil((high - low) / stepover - 1e-9))
+    middle = (low + high) / 2 if abs(low + high) > CENTRED else 0.0
+    y: Array = middle + stepover * (np.arange(count, dtype=float) - (count - 1) / 2)
     span = boundary.clip(y)
     y, span = y[~np.isnan(span[:, 0])], span[~np.isnan(span[:, 0])]
     n = len(y)
@@ -54,3 +58,40 @@ def raster(boundary: Boundary, stepover: float, lead: float, smooth: bool) -> Pi
     order = np.column_stack([np.arange(n) - 1, n - 1 + np.arange(3 * n).reshape(n, 3)])
     has_length = np.column_stack([np.arange(n) > 0, (a[:, 0] != b[:, 0]).reshape(n, 3)])
     return curves.join(across, along).subset(order[has_length])
+
+
+def one_way_raster(boundary: Boundary, stepover: float, lead: float, lift: float) -> PiecewiseCurve:
+    """Sweeps towards larger x, from -y to +y; the tool goes back to the next at a height [m].
+
+    Raises:
+        InputError: No sweep meets the part.
+    """
+    there_and_back = raster(boundary, stepover, lead, False)
+    along = np.flatnonzero(there_and_back.poly[:, 1, 0] != 0)
+    starts, _, _ = there_and_back.derivatives(along, np.zeros(len(along)))
+    ends, _, _ = there_and_back.derivatives(along, np.ones(len(along)))
+    sweeps: list[PiecewiseCurve] = []
+    for y in np.unique(starts[:, 1]):
+        rows = np.flatnonzero(starts[:, 1] == y)
+        x = np.unique(np.concatenate([starts[rows, 0], ends[rows, 0]]))
+        places = np.column_stack([x, np.full(len(x), y)])
+        stop = np.arange(1, len(x)) == len(x) - 1
+        sweeps.append(curves.lines(places[:-1], places[1:], stop, np.full(len(stop), True)))
+    return curves.join(*_over_the_part(sweeps, lift))
+
+
+def cross_hatch(first: PiecewiseCurve, second: PiecewiseCurve, lift: float) -> PiecewiseCurve:
+    """One raster, then another, with a way between them at a height [m]."""
+    return curves.join(*_over_the_part([first, second], lift))
+
+
+def _over_the_part(parts: Sequence[PiecewiseCurve], lift: float) -> list[PiecewiseCurve]:
+    """Curves with a way up, across and down between each two."""
+    joined = [parts[0]]
+    for part in parts[1:]:
+        end, start = joined[-1].end()[0], part.start()[0]
+        high_end, high_start = (np.append(p[:2], lift) for p in (end, start))
+        corners = [end, high_end, high_start, start] if lift > 0 else [end, start]
+        joined += [curves.line(a, b, stop=True, working=False) for a, b in pairwise(corners)]
+        joined.append(part)
+    return joined

@@ -1,0 +1,65 @@
+"""Rasters on parts as shops have them: rectangles, polygons with holes, at an angle, one way, crossed."""
+
+import numpy as np
+import pytest
+
+from compgen.core.exceptions import InputError
+from compgen.pipelines.generate import generate
+from compgen.pipelines.path_file import load_job
+from tests.shipped import quiet
+
+RECTANGLE = 'shape = "rectangle"\nsize_mm = [300, 200]\n'
+NOTCHED = (
+    'shape = "polygon"\ncorners_mm = [[-150, -100], [150, -100], [150, 0], [25, 0], [25, 100], [-150, 100]]\n'
+    "[[boundary.holes]]\ncorners_mm = [[-100, -50], [-50, -50], [-50, 50], [-100, 50]]\n"
+)
+
+
+def job_of(folder, raster="", boundary=RECTANGLE):
+    file = folder / "part.toml"
+    file.write_text(
+        f'[path]\npattern = "raster"\nstepover_mm = 50\nx_mm = 1100\ny_mm = 0\nz_mm = 100\n{raster}\n'
+        f'[process]\nfeed_mm_s = 100\n[[before]]\nstate = "moving"\nfeed_mm_s = 200\nduration_h = 3\n'
+        f"[bounds]\nmax_um = 5\n[boundary]\n{boundary}"
+    )
+    return load_job(str(file))
+
+
+@pytest.mark.parametrize(
+    "raster", ["", "angle_deg = 30", 'sweeps = "one way"', "cross_hatch = true", 'turn = "smooth"\ncross_hatch = true']
+)
+@pytest.mark.parametrize("boundary", [RECTANGLE, NOTCHED], ids=["rectangle", "notched"])
+def test_every_raster_ends_inside(tmp_path, raster, boundary):
+    planned, corrected = generate(job_of(tmp_path, raster, boundary), quiet)
+    assert corrected.inside
+    contact = planned.path.contact
+    local = planned.path.target.position[:, :2] - [1.1, 0.0]
+    assert 0.05 < contact.mean() < 1
+    assert np.all(np.abs(local[contact]) <= np.array([0.15, 0.1]) + 1e-6)
+    if boundary is NOTCHED:
+        x, y = local[contact].T
+        assert not ((x > 0.0251) & (y > 1e-4)).any()
+        assert not ((x > -0.0999) & (x < -0.0501) & (np.abs(y) < 0.0499)).any()
+
+
+def test_the_tool_is_off_the_part_on_its_way_back(tmp_path):
+    planned, _ = generate(job_of(tmp_path, 'sweeps = "one way"'), quiet)
+    path = planned.path
+    back = np.diff(path.target.position[:, 0]) < -1e-6
+    assert back.any()
+    assert not (path.contact[:-1] & path.contact[1:])[back].any()
+
+
+@pytest.mark.parametrize(
+    ("raster", "boundary", "words"),
+    [
+        ("", 'shape = "rectangle"\n', r"boundary\.size_mm: missing"),
+        ("", 'shape = "rectangle"\nsize_mm = [300, 200]\ndiameter_mm = 5\n', r"boundary\.diameter_mm: conflicts"),
+        ("", 'shape = "polygon"\ncorners_mm = [[0,0],[9,9],[9,0],[0,9]]\n', r"boundary\.corners_mm: its edges cross"),
+        ("", 'shape = "circle"\ndiameter_mm = 100\nholes = [{corners_mm=[[0,0],[1,0],[0,1]]}]\n', r"boundary\.holes"),
+        ('sweeps = "one way"\nturn = "smooth"', RECTANGLE, r"path\.turn: sweeps that go one way have no turns"),
+    ],
+)
+def test_what_does_not_fit_is_refused(tmp_path, raster, boundary, words):
+    with pytest.raises(InputError, match=words):
+        job_of(tmp_path, raster, boundary)
