@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from compgen.pipelines.correct import Correction
+from compgen.report.band_words import headline
 from compgen.report.correction_summary import correction_summary
 
 MOST_STATEMENTS = 40  # unsafe ones that are printed
@@ -28,6 +29,8 @@ def show_correction(correction: Correction, folder: Path, files: Iterable[str]) 
         for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
             table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values()))
         console.print(table)
+    if summary["before"] and summary["band"]:
+        console.print(headline(summary))
     console.print(f"verdict: {summary['verdict']}")
     count = summary["positions"]
     console.print(

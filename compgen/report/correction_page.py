@@ -9,7 +9,8 @@ from compgen.core.units import MM, UM
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.pipelines.correct import Correction
 from compgen.report.averaged import served_figure
-from compgen.report.correction_summary import correction_summary
+from compgen.report.band_page import band_explained, budget_figure, known_html
+from compgen.report.correction_summary import band_of_correction, correction_summary
 from compgen.report.figure import (
     COOL,
     TURBO,
@@ -36,6 +37,7 @@ VERDICTS = {
 FIGURES = {
     "average": "Error at each start that this file serves",
     "time": "Error over time",
+    "budget": "What the part will see beyond the arithmetic",
     "space": "The program, coloured by its error before",
     "heat": "Temperature while the program runs",
 }
@@ -54,8 +56,9 @@ def correction_html(result: Correction) -> bytes:
         before, after = data["before"]["total"]["max_um"], data["after"]["total"]["max_um"]
         kind = "inside" if result.inside else "outside"
         text = (
-            f"Largest error <b>{before:.1f} &micro;m</b> before, <b>{after:.2f} &micro;m</b> after, proven from the "
-            f"written text: <b>{VERDICTS[result.verdict]}</b>."
+            f"Largest error <b>{before:.1f} &micro;m</b> before; after: <b>{after:.2f} &micro;m</b> of arithmetic, "
+            f"proven from the written text: <b>{VERDICTS[result.verdict]}</b>"
+            + (f"; {known_html(data['band'])}." if data["band"] else ".")
         )
         table = error_table("", [(side, data[side]) for side in ("before", "after")], PARTS)
     else:
@@ -63,7 +66,8 @@ def correction_html(result: Correction) -> bytes:
         text = "<b>Nothing corrected</b>: no position of this program can be, and it is unchanged."
     body = f"{lead}{verdict(kind, text)}{findings_list(result.findings)}{table}"
     figures = correction_figures(result) if len(result.execution.station) else {}
-    body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
+    explained = {"budget": band_explained(data["band"])} if data["band"] else {}
+    body += "".join(figure_section(FIGURES[k], content, k, explained.get(k, "")) for k, content in figures.items())
     if plan.scope.unsafe:
         body += _unsafe_statements(plan.scope.unsafe)
     made = data["provenance"]
@@ -79,9 +83,11 @@ def correction_html(result: Correction) -> bytes:
 def correction_figures(result: Correction) -> dict[str, Figure]:
     """Figures by the keys of ``FIGURES``."""
     stations = result.plan.stations
+    record = band_of_correction(result)
     return {
         **({} if result.served is None else {"average": served_figure(result.served)}),
         "time": _error_over_time(result),
+        **({} if record is None else {"budget": budget_figure(record)}),
         "space": _program_in_space(result),
         "heat": rise_figure(result.cell.heat.names, stations.time, stations.rise, "time from the start [s]"),
     }

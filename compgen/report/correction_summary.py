@@ -7,9 +7,11 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.units import MDEG, MM, UM
+from compgen.pipelines.band import not_known
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.proof import PoseErrors
 from compgen.report.averaged import served_record
+from compgen.report.band_words import band_record
 from compgen.report.provenance import SCHEMA, provenance
 from compgen.verification.deviation import percentile99, rms
 
@@ -27,6 +29,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         "before": before,
         "after": after,
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if before and after["total"]["max_um"] else None,
+        "band": band_of_correction(result),
         "bounds": {} if result.options.bound is None else {"max_um": round(result.options.bound / UM, 9)},
         "findings": [f.record() for f in result.findings],
         "unsafe": [{"line": u.line, "text": u.text, "reason": u.reason} for u in plan.scope.unsafe],
@@ -44,6 +47,11 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         **({} if result.served is None else {"average_over": served_record(result.served)}),
         "provenance": provenance(result),
     }
+
+
+def band_of_correction(result: Correction) -> dict[str, Any] | None:
+    """What the robot file leaves open at the corrected stations; None where nothing is corrected."""
+    return None if result.band is None else band_record(result.band, not_known(result.cell, result.band))
 
 
 def correction_json(result: Correction) -> bytes:
@@ -68,7 +76,18 @@ def correction_columns(result: Correction) -> dict[str, Array | IntArray]:
         "after_um": result.residual.distance[rows] / UM,
         "corrected": result.judged[rows].astype(np.int64),
         **{f"rise_{name}_K": rise[:, k] for k, name in enumerate(result.cell.heat.names)},
+        **_band_columns(result, station),
     }
+
+
+def _band_columns(result: Correction, station: IntArray) -> dict[str, Array]:
+    """Half-widths along World, k = 2, and the radius of 95 %, (S,) [um]; NaN where nothing is corrected."""
+    columns = np.full((len(station), 4), np.nan)
+    if result.band is not None:
+        band, free = result.band, result.plan.free[station]
+        values = np.column_stack([band.world(), band.radius]) / UM
+        columns[free] = np.column_stack([np.interp(station[free], band.rows, column) for column in values.T])
+    return dict(zip(("band_x_um", "band_y_um", "band_z_um", "band_um"), columns.T))
 
 
 def correction_csv(result: Correction) -> bytes:
@@ -79,7 +98,8 @@ def correction_csv(result: Correction) -> bytes:
         np.round(values, decimals[name.rpartition("_")[2]]) + 0.0 if values.dtype.kind == "f" else values
         for name, values in table.items()
     ]
-    body = "".join(",".join(map(str, row)) + "\n" for row in zip(*(c.tolist() for c in columns)))
+    rows = zip(*(c.tolist() for c in columns))
+    body = "".join(",".join("" if cell != cell else str(cell) for cell in row) + "\n" for row in rows)
     return f"{','.join(table)}\n{body}".encode("ascii")
 
 

@@ -16,7 +16,7 @@ from compgen.report.job_page import job_html
 from compgen.report.job_summary import job_json
 from compgen.report.provenance import provenance_json
 from compgen.report.study_page import study_html
-from compgen.report.study_tables import answer_csv, headline, study_csv, study_json
+from compgen.report.study_tables import answer_csv, band_caveat, headline, study_csv, study_json
 from compgen.report.waypoints_csv import waypoints_blocks
 
 
@@ -62,5 +62,6 @@ def study_files(
 
 
 def study_sentences(study: Study | None, rows: list[Row], answers: list[Answer]) -> list[str]:
-    """What a study comes to: a headline, and a sentence for each question."""
-    return [*([headline(study, rows)] if study is not None else []), *(answer.sentence for answer in answers)]
+    """What a study comes to: a headline, a sentence for each question, and what none of the numbers says."""
+    sentences = [*([headline(study, rows)] if study is not None else []), *(answer.sentence for answer in answers)]
+    return [*sentences, band_caveat(rows)]

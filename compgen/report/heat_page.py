@@ -7,8 +7,10 @@ import numpy as np
 from compgen import __version__
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.averaging_findings import ensemble_words
+from compgen.pipelines.band import not_known
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Timeline
+from compgen.report.band_words import band_record, known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.page import figure_section, page, verdict
 
@@ -47,6 +49,9 @@ def heat_json(job: Job, day: Timeline) -> bytes:
             "error_max_um": float(day.error.max() / UM),
             "residual_max_um": float(day.residual.max() / UM),
         },
+        "band": {
+            name: band_record(band, not_known(job.cell, band)) for name, band in zip(("first", "largest"), day.band)
+        },
         "provenance": {
             "compgen": __version__,
             "inputs_sha256": job.inputs_hash,
@@ -68,6 +73,13 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
             f"{len(day.run)} runs: error {day.error.min() / UM:.1f} to {day.error.max() / UM:.1f} um uncorrected; "
             f"{_file_of(job)} is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
         )
+    first, largest = (band_record(band, not_known(job.cell, band)) for band in day.band)
+    sentence = f"by the model; on top of it {known_words(first)}"
+    if len(day.run) > 1:
+        worst = int(np.argmax(day.error)) + 1
+        sentence += f" in the first run, {rounded(largest['p95_um'])} um in run {worst}, which errs most"
+    unknown = unknown_words(first)
+    sentences.append(sentence + (f"; not known: {unknown}" if unknown else ""))
     rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.rise[-1]))
     sentences.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
     return sentences

@@ -8,7 +8,7 @@ import numpy as np
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, spans, trace
 from compgen.report.page import figure_section, page, section, verdict
-from compgen.report.study_tables import column_names, headline
+from compgen.report.study_tables import band_caveat, column_names, headline
 
 TITLES = {
     "warmup": "Drift within one program after a warm-up",
@@ -25,6 +25,8 @@ def study_html(title: str, study: Study | None, rows: list[Row], answers: list[A
     body = "".join(verdict("predicted", escape(a.sentence)) for a in answers)
     if study is not None and study.scenarios:
         body = verdict("predicted", escape(headline(study, rows))) + body
+    body += f'<p class="lead">{escape(band_caveat(rows))}</p>'
+    if study is not None and study.scenarios:
         body += "".join(
             figure_section(f"Error against {escape(key)}", error_against(study, rows, key), f"vary{n}")
             for n, key in enumerate(study.keys)

@@ -9,6 +9,7 @@ import numpy as np
 
 from compgen.core.csv_table import text_cell
 from compgen.pipelines.study import Answer, Row, Study
+from compgen.report.band_words import rounded
 
 
 def study_csv(study: Study, rows: list[Row]) -> bytes:
@@ -59,6 +60,17 @@ def study_json(
         "scenarios": rows,
     }
     return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+
+
+def band_caveat(rows: list[Row]) -> str:
+    """How far the part may be off beyond a study's numbers, or who says so."""
+    bands = [row["band_um"] for row in rows if "band_um" in row]
+    beyond = "what the robot file does not know comes on top: cgen predict names it"
+    if not bands:
+        return f"all sizes are the model's; how well the files know them says cgen predict, and {beyond}"
+    low, high = rounded(min(bands)), rounded(max(bands))
+    amount = low if low == high else f"{low} to {high}"
+    return f"the files know this to {amount} um (95 %); {beyond}"
 
 
 def headline(study: Study, rows: list[Row]) -> str:

@@ -16,6 +16,7 @@ and S is a straight line between them.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import gammaincinv
@@ -64,6 +65,10 @@ class Band:
 
     def __post_init__(self) -> None:
         own(self, rows=("M",), moment=("M", 6), radius=("M",))
+
+    def world(self) -> Array:
+        """k = 2 along World x, y, z where it was evaluated, (M, 3) [m]."""
+        return np.asarray(COVERAGE * np.sqrt(np.maximum(self.moment[:, [0, 3, 5]], 0.0)))
 
     def half_widths(self, path: ToolPath, rows: slice = slice(None)) -> Array:
         """k = 2 at some waypoints: along World x, y, z, feed, cross and normal, (n, 6) [m]."""
@@ -134,7 +139,14 @@ def radius_of(moment: Array) -> Array:
     square = xx**2 + yy**2 + zz**2 + 2 * (xy**2 + xz**2 + yz**2)
     safe = np.where(trace > 0, trace, 1.0)
     freedom = np.clip(np.where(trace > 0, safe**2 / np.where(trace > 0, square, 1.0), 1.0), 1.0, 3.0)
-    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / freedom * 2 * gammaincinv(freedom / 2, SHARE)))
+    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / freedom * np.interp(freedom, *_quantiles())))
+
+
+@lru_cache(maxsize=1)
+def _quantiles() -> tuple[Array, Array]:
+    """Degrees of freedom from 1 to 3, and the quantile of chi^2 at 95 % for each; a line between them errs by 1e-6."""
+    freedom = np.linspace(1.0, 3.0, 1001)
+    return freedom, 2 * gammaincinv(freedom / 2, SHARE)
 
 
 def _moment(columns: Columns, source: str) -> Array:

@@ -12,12 +12,14 @@ from compgen.error_model.direction_memory import direction_states, reversal_widt
 from compgen.error_model.model import build_error_model
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.quantities import combined
+from compgen.pipelines import band as band_module
 from compgen.pipelines.band import DrivenProgram, band_along, columns_along, uncertainty_of
 from compgen.pipelines.generate import predict
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.uncertainty import changed_job
 from compgen.thermal import rises_during
 from compgen.thermal.duty import JointMotion
+from compgen.verification.band import radius_of
 
 WINDOW = 120.0  # s
 COARSE = ["process.chord_um=20"]
@@ -160,3 +162,58 @@ def test_an_identified_rise_and_lag_move_the_whole_chain(field):
     moved = position_of(changed_job(job, uncertainty.parameters, cause), program) - position_of(job, program)
     assert np.abs(moved).max() > 0.1 * UM
     assert_allclose(columns.column[:, :, k], moved, atol=0.03 * np.abs(moved).max())
+
+
+def test_the_band_of_a_link_is_what_plain_trigonometry_says(plain):
+    """An oracle without the chain: link 1 longer by s moves the tool along link 1, up by cos J2 and out by sin J2."""
+    job = program_of(
+        "robot.sources.link_offsets.a_um=[0, 0, 0, 0, 0, 0]",
+        "robot.sources.link_offsets.sigma.a_um=[0, 40, 0, 0, 0, 0]",
+    ).job
+    warmth = replace(
+        job.cell.warmth, law=0.0, sensors=0.0, air=0.0, feed=0.0, missing=0.0, growth={}, expansion=(0.0, 0.0)
+    )
+    band = band_along(replace(plain, job=replace(job, cell=replace(job.cell, warmth=warmth))))
+    j1, j2 = job.robot.to_pendant(plain.theta)[:, :2].T
+    along = np.stack([np.sin(j2) * np.cos(j1), np.sin(j2) * np.sin(j1), np.cos(j2)], axis=1)
+    assert_allclose(band.half_widths(plain.path)[:, :3], 2 * 40 * UM * np.abs(along), atol=1e-9)
+    assert_allclose(band.radius, 1.959964 * 40 * UM, rtol=1e-5)
+
+
+def test_a_row_of_waypoints_in_between_has_the_band_of_its_neighbours(plain, monkeypatch):
+    """Few rows, with straight lines between, against all of them: within a hundredth of the half-width."""
+    every = band_along(plain, WINDOW).half_widths(plain.path)
+    monkeypatch.setattr(band_module, "ROWS", 300)
+    few = band_along(plain, WINDOW)
+    assert len(few.rows) < 320
+    assert_allclose(few.half_widths(plain.path), every, atol=0.01 * every.max())
+
+
+def test_reversals_keep_their_rows(monkeypatch):
+    """Where a joint reverses, what its play may be off by turns over: a line between two rows serves there too."""
+    program = program_of(*FLAWED, path="raster_1300")
+    every = band_along(program)
+    monkeypatch.setattr(band_module, "ROWS", len(program.time) // 8)
+    few = band_along(program)
+    assert len(few.rows) < 0.7 * len(every.rows)
+    difference = np.abs(few.half_widths(program.path) - every.half_widths(program.path))
+    assert difference.max() <= 0.1 * every.half_widths(program.path).max()
+
+
+@pytest.mark.parametrize(
+    ("moment", "sigmas"),
+    [([1, 0, 0, 0, 0, 0], 1.95996), ([1, 0, 0, 1, 0, 0], 2.44775), ([1, 0, 0, 1, 0, 1], 2.79548)],
+    ids=["line", "plane", "space"],
+)
+def test_the_radius_of_a_ball_a_disc_and_a_line_is_exact(moment, sigmas):
+    assert_allclose(radius_of(np.array([moment], dtype=float)), sigmas, rtol=1e-5)
+
+
+def test_the_radius_holds_for_ellipsoids():
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        half = rng.normal(size=(3, 3)) * rng.uniform(0.1, 1, 3)
+        S = half @ half.T
+        x = np.linalg.norm(rng.normal(size=(200_000, 3)) @ half.T, axis=1)
+        radius = radius_of(S[np.triu_indices(3)][None])[0]
+        assert 0.94 <= np.mean(x <= radius) <= 0.96

@@ -23,7 +23,8 @@ from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import ASKS, ask, build, run
-from compgen.pipelines.study.evaluate import execute_with, geometry_key, lay_out
+from compgen.pipelines.study.evaluate import geometry_key
+from compgen.pipelines.study.geometry import execute_with, lay_out
 from compgen.pipelines.study.questions import passes
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import answer_csv, headline, study_csv

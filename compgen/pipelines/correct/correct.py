@@ -30,6 +30,7 @@ from compgen.pipelines.correct.proof import execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
 from compgen.pipelines.correct.sample_lengths import sample_lengths
 from compgen.pipelines.correct.served_starts import ServedProof
+from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty
@@ -251,6 +252,7 @@ def _write_and_verify(
         mark=mark,
         served=served,
         findings=(),
+        band=station_band(cell, plan, before),
     )
     return replace(result, findings=correction_findings(result, _midway_deviations(plan, cell)))
 

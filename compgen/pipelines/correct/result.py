@@ -20,6 +20,7 @@ from compgen.pipelines.correct.station_corrections import StationCorrections
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
+from compgen.verification.band import Band
 from compgen.verification.verdict import Verdict, verdict_of
 
 
@@ -103,6 +104,7 @@ class Correction:
     mark: Mark  # where the written text carries it
     served: ServedStarts | None  # what it leaves over its starts, where these are several
     findings: tuple[Finding, ...]
+    band: Band | None = None  # what the robot file leaves open at corrected stations; None: there are none
 
     @property
     def verdict(self) -> Verdict:

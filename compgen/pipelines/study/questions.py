@@ -16,7 +16,7 @@ from compgen.core.units import HOUR, MINUTE, MM, UM
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines.job import Job
 from compgen.pipelines.start_window import late_rise
-from compgen.pipelines.study.evaluate import displacement, execute_with, lay_out
+from compgen.pipelines.study.geometry import displacement, execute_with, lay_out
 from compgen.thermal import Duty, rise_history, rises_during, state_after
 
 LONGEST = 48.0 * HOUR

@@ -1,14 +1,16 @@
 """The whole day of a job: rises over before, cycle and after, and what one corrected file is worth in each run."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compgen.core.arrays import Array, own
 from compgen.pipelines.job import Job
-from compgen.pipelines.study.evaluate import displacement, lay_out
+from compgen.pipelines.study.geometry import displacement, lay_out
+from compgen.pipelines.study.sample_band import band_at_samples
 from compgen.thermal import rise_history
-from compgen.thermal.ensemble import mean_rises
+from compgen.thermal.ensemble import Start, duties_before, mean_rises
+from compgen.verification.band import Band
 
 POINTS = 2000
 
@@ -25,6 +27,7 @@ class Timeline:
     run_rise: Array  # (R, K) [K] then
     error: Array  # (R,) [m] largest error in each run without correction
     residual: Array  # (R,) [m] what one file leaves in each: for the first run, or for the job's starts
+    band: tuple[Band, Band]  # what the files leave open in the first run, and in the one that errs most
 
     def __post_init__(self) -> None:
         own(
@@ -56,6 +59,11 @@ def timeline(job: Job) -> Timeline:
     if job.ensemble is not None:
         of_file = displacement(job, thin, mean_rises(job.heat, history, job.ensemble, geometry.motion)[0])
     left = [float(np.linalg.norm(s - of_file, axis=1).max()) for s in shifts]
+    bands = [
+        band_at_samples(job, geometry, replace(history, before=duties_before(history, Start(n))), run_rise[n])
+        for n in (0, int(np.argmax(largest)))
+    ]
     return Timeline(
-        time, rise, history.air.at(time), history.clock, starts, run_rise, np.array(largest), np.array(left)
-    )
+        time, rise, history.air.at(time), history.clock, starts, run_rise, np.array(largest), np.array(left),
+        (bands[0], bands[1]),
+    )  # fmt: skip

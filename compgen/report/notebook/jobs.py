@@ -124,6 +124,14 @@ class Prediction:
         """Names of the K nodes."""
         return self.job.heat.names
 
+    def band(self) -> Array:
+        """Half-widths of what the robot file leaves open, k = 2, at each waypoint: World x, y, z, feed, cross, normal.
+
+        Returns:
+            (N, 6) [m].
+        """
+        return self.planned.band_of_plan().half_widths(self.planned.path)
+
     def to_dataframe(self) -> Any:
         """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a waypoint.
 
@@ -134,7 +142,7 @@ class Prediction:
             return data_frame(waypoint_columns(self.planned, None))
 
     def plot(self, which: str = "time") -> Any:
-        """A plotly Figure: the error over ``time`` or in ``space``, the ``heat``, or the use of the ``joints``.
+        """A plotly Figure: the error over ``time`` or in ``space``, the ``band``, its ``budget``, ``heat``, ``joints``.
 
         Raises:
             InputError: No such figure.
@@ -235,6 +243,14 @@ class GeneratedProgram:
         """What the file leaves over the starts of ``compensation.average_over``; None where it serves one."""
         return self.corrected.averaged
 
+    def band(self) -> Array:
+        """Half-widths of what the robot file leaves open, k = 2, at each position: World x, y, z, feed, cross, normal.
+
+        Returns:
+            (N, 6) [m].
+        """
+        return self.corrected.band.half_widths(self.planned.path)
+
     def to_dataframe(self) -> Any:
         """The table of ``waypoints.csv`` with all digits, as a pandas DataFrame: a row a position.
 
@@ -245,7 +261,7 @@ class GeneratedProgram:
             return data_frame(waypoint_columns(self.planned, self.corrected))
 
     def plot(self, which: str = "time") -> Any:
-        """A plotly Figure: the error over ``time`` or in ``space``, the ``heat``, or the use of the ``joints``.
+        """A plotly Figure: the error over ``time`` or in ``space``, the ``band``, its ``budget``, ``heat``, ``joints``.
 
         Of a file that serves many starts, also the ``average``: the error at each of them.
 

@@ -1,0 +1,56 @@
+"""The band of a program that exists: what the robot file leaves open at the stations that are corrected."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.error_model.model import build_error_model
+from compgen.pipelines.band import Places, columns_at
+from compgen.pipelines.correct.directions import station_directions
+from compgen.pipelines.correct.result import CorrectionPlan
+from compgen.pipelines.correct.station_corrections import heat_motion
+from compgen.pipelines.job import Cell
+from compgen.pipelines.uncertainty import quantities_of_cell
+from compgen.thermal import Duty
+from compgen.thermal.history import History
+from compgen.thermal.network import with_losses
+from compgen.verification.band import Band, Columns, band_of
+
+MOST = 20_000  # stations at which a band is evaluated; of more, so many along the program
+
+
+def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Band | None:
+    """What the robot file leaves open at the free stations; None where there are none.
+
+    Args:
+        cell: The robot.
+        plan: The program, its stations and their corrections.
+        before: What the cell did.
+    """
+    stations, poses = plan.stations, plan.poses
+    rows = np.flatnonzero(plan.free & np.isfinite(stations.theta).all(axis=1))
+    if not len(rows):
+        return None
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).astype(int))]
+    motion = heat_motion(poses, plan.drive)
+    history = History(before=tuple(with_losses(cell.heat, before, motion)))
+    way = np.diff(motion.time)
+    feed = float(motion.driven @ way / way.sum()) if way.sum() > 0 else 0.0
+    uncertainty, directions = quantities_of_cell(cell), station_directions(cell, poses, plan.drive)[0]
+    tools = poses.tool[plan.drive.pose[rows]]
+    parts: list[tuple[Array, Columns]] = []
+    for tool in np.unique(tools).tolist():
+        mine = rows[tools == tool]
+        places = Places(
+            stations.theta[mine], stations.time[mine], stations.rise[mine], directions.at(mine), poses.tools[tool]
+        )
+        model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[tool])
+        parts.append((mine, columns_at(cell, history, feed, uncertainty, places, model)))
+    order = np.argsort(np.concatenate([mine for mine, _ in parts]), kind="stable")
+    first = parts[0][1]
+    columns = Columns(
+        np.concatenate([c.column for _, c in parts])[order], first.mean, first.deviation, first.source,
+        {name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
+    )  # fmt: skip
+    return band_of(columns, rows, np.zeros(len(rows)), cell.fit.scale)

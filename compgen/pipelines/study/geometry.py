@@ -1,0 +1,71 @@
+"""What scenarios share that differ in temperatures only: path, joints, timing and the controller's execution."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.error_model.model import ErrorModel, build_error_model
+from compgen.pipelines import generate
+from compgen.pipelines.job import Job
+from compgen.pipelines.program_text import planned_program
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.planning.toolpath import ToolPath
+from compgen.thermal import JointMotion
+from compgen.verification.twin import Execution, PreparedProgram, prepare
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Geometry:
+    """What scenarios share that differ in temperatures only: the uncorrected text, executed at M samples."""
+
+    job: Job
+    path: ToolPath
+    prepared: PreparedProgram
+    segment: IntArray  # (M,)
+    fraction: Array  # (M,)
+    now: Array  # (M,) [s]
+    theta: Array  # (M, 6) [rad] as the controller commands
+
+    @property
+    def motion(self) -> JointMotion:
+        """The program at its positions."""
+        return JointMotion(self.prepared.time, self.prepared.theta, self.prepared.driven)
+
+    def thinned(self, count: int) -> "Geometry":
+        """At some of the samples only, both ends among them."""
+        some = np.unique(np.linspace(0, len(self.now) - 1, count).astype(int))
+        few = {n: getattr(self, n)[some] for n in ("segment", "fraction", "now", "theta")}
+        return replace(self, **few)
+
+    def rises(self, job: Job) -> Array:
+        """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
+        reheated = self.prepared.reheated(twin_of(job), job.history.before, job.history.air)
+        return reheated.rise_and_growth(self.segment, self.fraction, self.now)[0]
+
+
+def lay_out(job: Job) -> Geometry:
+    """Plan a job and execute its uncorrected text once, pinocchio confirming."""
+    planned = generate.predict(job, lambda stage, share: None)
+    program = planned_program(job, planned.path, planned.theta, planned.trajectory)
+    prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
+    execution = prepared.execute()
+    return Geometry(job, planned.path, prepared, execution.segment, execution.fraction, execution.time, execution.theta)
+
+
+def execute_with(job: Job, geometry: Geometry) -> Execution:
+    """The uncorrected text executed with another job's warmth: the twin's clock, heat and arm."""
+    rise, theta = geometry.rises(job), geometry.theta
+    actual = twin_of(job).actual_pose(theta, rise, lambda share: None)
+    return Execution(geometry.segment, geometry.fraction, geometry.now, rise, theta, actual)
+
+
+def model_of(job: Job) -> ErrorModel:
+    """The job's error model."""
+    return build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
+
+
+def displacement(job: Job, geometry: Geometry, rise: Array) -> Array:
+    """Error vectors at the samples for given rises (K,) or (M, K) [K], (M, 3) [m]: actual minus nominal."""
+    model, theta = model_of(job), geometry.theta
+    return np.asarray(model.actual_pose(theta, np.atleast_2d(rise)).position - model.nominal_pose(theta).position)

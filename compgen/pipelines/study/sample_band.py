@@ -1,0 +1,36 @@
+"""The band at the samples of a geometry: for a scenario, a run of the day, a question."""
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.error_model.direction_memory import direction_states, reversal_widths
+from compgen.pipelines.band import Places, columns_at
+from compgen.pipelines.job import Job
+from compgen.pipelines.study.geometry import Geometry, model_of
+from compgen.pipelines.uncertainty import quantities_of
+from compgen.thermal.history import History
+from compgen.verification.band import Band, band_of
+
+SAMPLES = 200
+
+
+def band_at_samples(job: Job, geometry: Geometry, history: History | None = None, rise: Array | None = None) -> Band:
+    """What a job's files leave open at some samples of its path, wherever it touches.
+
+    Args:
+        job: Its warmth may be another than the geometry's.
+        geometry: The path, executed.
+        history: What went before, where it is not the job's.
+        rise: Then, (K,) [K]; None: as the job's rises run.
+    """
+    some = np.unique(np.linspace(0, len(geometry.now) - 1, SAMPLES).astype(int))
+    thin, model = geometry.thinned(SAMPLES), model_of(job)
+    position = model.nominal_pose(geometry.theta).position
+    motion = direction_states(reversal_widths(job.sources), geometry.theta, position).at(some)
+    rises = thin.rises(job) if rise is None else np.tile(rise, (len(some), 1))
+    low, high = position.min(axis=0), position.max(axis=0)
+    uncertainty = quantities_of(job, middle=(low + high) / 2)
+    places = Places(thin.theta, thin.now, rises, motion, job.tool.pose)
+    columns = columns_at(job.cell, history or job.history, job.feed, uncertainty, places, model)
+    on_part = (geometry.path.contact[:-1] | geometry.path.contact[1:])[thin.segment].astype(float)
+    return band_of(columns, np.arange(len(some)), on_part, job.cell.fit.scale)

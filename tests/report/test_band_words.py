@@ -1,0 +1,131 @@
+"""Wherever a residual is read stands what the files leave open, and what they do not know."""
+
+import csv
+import io
+import json
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from shipped import ROOT, path_file, quiet
+
+import compgen
+from compgen.cli.job_files import junit_xml
+from compgen.core.exceptions import InputError
+from compgen.core.units import UM
+from compgen.error_model.unknown import NOT_KNOWN, Unknown, still_unknown
+from compgen.pipelines import generate
+from compgen.pipelines.band import assumed_findings
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.robot_file import load_cell
+from compgen.report.band_words import band_record, band_sentence, headline
+from compgen.report.files import job_reports
+from compgen.report.job_summary import job_summary
+from compgen.verification.band import Band, BudgetShare
+
+BAND = Band(
+    np.array([0, 1]), np.ones((2, 6)) * UM**2, np.ones(2) * UM, 41.3 * UM, 40 * UM,
+    (BudgetShare("cte", 20.4 * UM, 15 * UM), BudgetShare("temperature law", 13.1 * UM, 9 * UM)),
+)  # fmt: skip
+UNKNOWN = (
+    Unknown("play", (55 * UM, 175 * UM), "a study", "lost motion"),
+    Unknown("the controller's motion", None, "", ""),
+)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return generate.generate(load_job(path_file("line_y")), quiet)
+
+
+def test_the_sentence_has_all_three_parts():
+    assert band_sentence(2.06, band_record(BAND, UNKNOWN)) == (
+        "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13); "
+        "not known: play (55 to 175 um), the controller's motion"
+    )
+
+
+def test_what_is_identified_is_no_longer_unknown():
+    assert [row.what for row in still_unknown(NOT_KNOWN, {"geometry"})] == [
+        "play", "repeatability", "the controller's motion",
+    ]  # fmt: skip
+
+
+def test_the_record_is_what_is_documented(run):
+    record = job_summary(*run)["band"]
+    assert list(record) == ["p95_um", "share", "confidence", "draws", "seed", "budget_um", "budget_rms_um", "unknown"]
+    sizes = list(record["budget_um"].values())
+    assert sizes == sorted(sizes, reverse=True)
+    assert max(sizes) < record["p95_um"] < sum(sizes)
+    assert record["unknown"][0] == {
+        "what": "cold geometry", "size_um": [300, 746],
+        "from": "[thesis] lines 1127 and 1470: largest errors of the cold arm along X and Y",
+    }  # fmt: skip
+
+
+def test_page_screen_and_junit_say_it(run):
+    summary = job_summary(*run)
+    page = b"".join([job_reports(*run)["report.html"]]).decode()
+    assert "not known</b>: cold geometry (300 to 746 &micro;m)" in page
+    assert "of arithmetic" in headline(summary)
+    suite = ElementTree.fromstring(junit_xml(summary))
+    properties = {p.get("name"): p.get("value") for p in suite.iter("property")}
+    assert float(properties["band.p95_um"]) == pytest.approx(summary["band"]["p95_um"], rel=1e-5)
+    assert "repeatability (25 to 100 um)" in properties["band.not_known"]
+    assert suite.findtext("system-out") == headline(summary)
+
+
+def test_the_table_has_the_half_widths_of_both_frames(run):
+    planned, corrected = run
+    text = b"".join(job_reports(planned, corrected)["waypoints.csv"]).decode()
+    rows = list(csv.DictReader(io.StringIO(text)))
+    names = [f"band_{axis}_um" for axis in ("x", "y", "z", "feed", "cross", "normal")]
+    table = np.array([[float(row[name]) for name in names] for row in rows])
+    assert np.allclose(table, corrected.band.half_widths(planned.path) / UM, atol=0.0051)
+    assert np.allclose(np.linalg.norm(table[:, :3], axis=1), np.linalg.norm(table[:, 3:], axis=1), atol=0.02)
+
+
+def test_a_prediction_and_a_correction_of_a_program_carry_it_too(run, tmp_path):
+    prediction = compgen.predict(compgen.load_job(path_file("line_y")))
+    assert prediction.report["band"]["p95_um"] > 1
+    program = tmp_path / "LINE_Y.LS"
+    program.write_bytes(run[1].text)
+    corrected = compgen.correct(program, robot="m710ic50", before="moving 200mm/s 6h", again=True, max_um=500)
+    record = corrected.report["band"]
+    assert record["p95_um"] == pytest.approx(prediction.report["band"]["p95_um"], rel=0.03)
+    rows = list(csv.DictReader(io.StringIO(corrected.files()["positions.csv"].decode())))
+    assert float(rows[5]["band_um"]) > 1
+    assert "not known" in corrected.files()["report.html"].decode()
+    json.dumps(corrected.report, allow_nan=False)
+
+
+def test_a_file_that_says_nothing_gets_assumptions_and_a_finding(tmp_path):
+    text = (ROOT / "robots" / "m710ic50.toml").read_text()
+    begin, end = text.index("[thermal.uncertainty]"), text.index("# Second thermal model")
+    silent = tmp_path / "silent.toml"
+    silent.write_text(text[:begin] + text[end : text.index("\n[[unknown]]")])
+    cell = load_cell(str(silent))
+    (finding,) = assumed_findings(cell)
+    assert "0.15" in finding.message or "15 % of missing physics" in finding.message
+    assert cell.unknown == NOT_KNOWN
+    assert not assumed_findings(load_cell("m710ic50"))
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("thermal.uncertainty.cte_um_m_K=[15, 10]", "cte_um_m_K: [15.0, 10.0] must rise"),
+        ("thermal.uncertainty.growth_percent.a3=[0, 1]", "growth_percent.a3: no profile"),
+        ("thermal.uncertainty.growth_percent.d4=[5, 1]", "growth_percent.d4: [5.0, 1.0] must rise"),
+        ("thermal.uncertainty.law_K=-1", "thermal.uncertainty.law_K"),
+        ("thermal.uncertainty.law_k=1", "did you mean 'law_K'?"),
+        ("unknown.0.size_um=[9, 3]", "unknown.0.size_um: [9.0, 3.0] must rise"),
+    ],
+)
+def test_what_a_file_cannot_mean_is_refused_in_one_line(override, words):
+    with pytest.raises(InputError) as refusal:
+        load_cell("m710ic50", [override])
+    message = str(refusal.value)
+    assert words in message
+    assert "\n" not in message
+    assert len(message) <= 300
