@@ -25,6 +25,9 @@ def show_identification(identified: Identification) -> None:
             f"{held_out['low']:.1f} to {held_out['high']:.1f}", f"{step['noise_um']:.1f}",
         )  # fmt: skip
     console.print(table)
+    if list(summary["kinds"]) != ["places"]:
+        rows = (f"{k['rows']} {kind}, noise {k['noise_um']:.1f} um" for kind, k in summary["kinds"].items())
+        console.print(f"measured: {'; '.join(rows)}")
     coverage = ", ".join(f"{joint} {100 * c['share']:.0f} %" for joint, c in summary["coverage"].items())
     console.print(f"condition {summary['condition']}; coverage of the joints: {coverage}")
     known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["moves_um"])

@@ -82,7 +82,8 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
         if not held_out.any():
             continue
         training = [
-            a.without(b) for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, data, rho, held_out))
+            a.without(b)
+            for a, b in zip(all_rows, channel_equations(fitted.linear, weight, u, data, rho, held_out, False))
         ]
         if sum(t.rows for t in training) * (data.sigma**2).min() < 3:
             continue

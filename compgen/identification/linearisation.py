@@ -40,7 +40,13 @@ class Linearisation:
 
 
 def channel_equations(
-    linear: Linearisation, weight: Array, x0: Array, data: Measurements, rho: float, rows: BoolArray | None = None
+    linear: Linearisation,
+    weight: Array,
+    x0: Array,
+    data: Measurements,
+    rho: float,
+    rows: BoolArray | None = None,
+    with_known: bool = True,
 ) -> list[NormalEquations]:
     """Normal equations of the rows of each kind, for x itself rather than a step from ``x0``.
 
@@ -50,7 +56,8 @@ def channel_equations(
         x0: Where they were linearised, (D,).
         data: The rows' poses and kinds.
         rho: Noise that the rows of a pose share, where an instrument measured them.
-        rows: Some of them; those of a pose stay together. What was known beforehand is then left out.
+        rows: Some of them; those of a pose stay together.
+        with_known: Whether what was known beforehand counts.
     """
     keep = np.ones(len(weight), dtype=bool) if rows is None else rows
     D = linear.A.shape[2]
@@ -60,7 +67,8 @@ def channel_equations(
         of_kind = keep & (kind == k) if data.ends is not None else keep
         A, z = linear.A[of_kind].reshape(-1, D), linear.z[of_kind].ravel()
         measured = A.any(axis=1)  # a coordinate that was not measured is no row
-        equation = normal_equations(A, z + A @ x0, np.repeat(weight[of_kind], 3) * measured, k)
+        w = np.repeat(weight[of_kind], 3)[measured]
+        equation = normal_equations(A[measured], (z + A @ x0)[measured], w, k)
         if rho and k == PLACE:
             right = (z + A @ x0).reshape(-1, 3)
             equation = equation.without(
@@ -73,7 +81,7 @@ def channel_equations(
         w = np.repeat(weight[linear.oriented[oriented]], 3)
         equations.append(normal_equations(B, t + B @ x0, w, ORIENTATION))
     if len(linear.known):
-        C = linear.C if rows is None else linear.C[:0]
+        C = linear.C if with_known else linear.C[:0]
         known = linear.known[: len(C)] + C @ x0
         equations.append(replace(normal_equations(C, known, np.ones(len(C)), KNOWN), rows=0.0))
     return equations

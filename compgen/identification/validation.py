@@ -27,7 +27,7 @@ from compgen.robot.robot import Robot
 
 FEWEST = 10  # rows from which one can be told to be far from the others
 MOST = 0.05  # share of rows that may be set aside
-MEDIAN = 1.538  # of the length of three standard normal numbers
+MEDIAN = {1: 0.6745, 3: 1.538}  # of the length of one and of three standard normal numbers
 NAMED = 20  # rows set aside that are named one by one
 
 
@@ -120,17 +120,20 @@ def far_rows(data: Measurements, residual: Array) -> BoolArray:
     of the median; noise alone reaches the threshold with a chance of 1 % anywhere in the data.
     """
     distance = np.linalg.norm(residual, axis=1)
-    scale = float(np.median(distance)) / MEDIAN
-    if len(distance) < FEWEST or scale == 0:
-        return np.zeros(len(distance), dtype=bool)
-    threshold = scale * np.sqrt(outlier_threshold(len(distance)))
-    far: BoolArray = np.asarray(distance > threshold)
+    far: BoolArray = np.zeros(len(distance), dtype=bool)
+    threshold = np.full(len(distance), np.inf)
+    for kind, numbers in np.unique(np.column_stack([data.kind, data.numbers]), axis=0).tolist():
+        rows = (data.kind == kind) & (data.numbers == numbers)
+        scale = float(np.median(distance[rows])) / MEDIAN[numbers]
+        if rows.sum() >= FEWEST and scale > 0:
+            threshold[rows] = scale * np.sqrt(outlier_threshold(len(distance), numbers))
+            far |= rows & (distance > threshold)
     for n in np.flatnonzero(far).tolist():
-        others = np.flatnonzero(data.pose == data.pose[n])
+        others = np.flatnonzero((data.pose == data.pose[n]) & (data.numbers == 3))
         others = others[others != n]
-        if len(others) >= 2:
+        if data.numbers[n] == 3 and len(others) >= 2:
             shared = np.median(residual[others], axis=0)
-            far[n] = np.linalg.norm(residual[n] - shared) > threshold
+            far[n] = np.linalg.norm(residual[n] - shared) > threshold[n]
     return far
 
 

@@ -24,8 +24,9 @@ def identification_html(identification: Identification) -> bytes:
     """One page: the verdict, the ladder, residuals before and after, parameters, correlations."""
     data = identification_summary(identification)
     held_out, nominal = data["held_out_um"], data["ladder"][0]["held_out_um"]
+    kinds = ", ".join(f"{rows['rows']} {kind}" for kind, rows in data["kinds"].items())
     lead = (
-        f'<p class="lead">{data["poses"]} poses, {data["places"]} places of {len(data["reflectors"])} reflectors; '
+        f'<p class="lead">{data["poses"]} poses, {kinds} of {len(data["reflectors"])} reflectors; '
         f"model &ldquo;{data['model']}&rdquo;, noise {data['noise_um']:.1f} &micro;m a coordinate</p>"
     )
     sentence = (
@@ -34,7 +35,7 @@ def identification_html(identification: Identification) -> bytes:
     )
     lead += verdict("outside" if identification.refused else "inside", sentence)
     figures = identification_figures(identification)
-    body = lead + findings_list(identification.findings) + _ladder(data)
+    body = lead + findings_list(identification.findings) + _ladder(data) + _kinds(data)
     body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
     return page(f"Identification of {identification.robot.name}", body + _parameters(data))
 
@@ -64,6 +65,19 @@ def _ladder(data: dict[str, Any]) -> str:
     return section("Models", f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>")
 
 
+def _kinds(data: dict[str, Any]) -> str:
+    """What each kind of rows left, where there are several or none is a place."""
+    if list(data["kinds"]) == ["places"]:
+        return ""
+    rows = "".join(
+        f"<tr><td>{kind}</td><td>{k['rows']}</td><td>{k['noise_um']:.1f}</td><td>{k['held_out_um']:.1f}</td></tr>"
+        for kind, k in data["kinds"].items()
+    )
+    lead = "<p class=lead>A distance or a touch from one side counts &radic;3 times, as one coordinate of a place.</p>"
+    head = "<tr><th>rows</th><th>count</th><th>noise [&micro;m]</th><th>held-out [&micro;m]</th></tr>"
+    return section("Measured", f"{lead}<table><thead>{head}</thead><tbody>{rows}</tbody></table>")
+
+
 def _parameters(data: dict[str, Any]) -> str:
     rows = "".join(
         f"<tr><td>{p['name']}</td><td>{p['value']:.4g}</td><td>{p['sigma']:.3g}</td>"
@@ -78,12 +92,14 @@ def _parameters(data: dict[str, Any]) -> str:
 def _residuals_in_space(identification: Identification) -> Figure:
     data, fit = identification.data, identification.selected.fit
     traces = []
-    rows = rows_to_draw(np.linalg.norm(fit.residual, axis=1))
+    located = np.flatnonzero(data.numbers == 3)  # a distance has no place to be drawn at
+    rows = located[rows_to_draw(np.linalg.norm(fit.residual[located], axis=1))]
+    places = fit.frames.far_ends(data, *identification.model.pose(data, fit.p))
     for step, colour, name in (
         (identification.candidates[0], WARM, "before"),
         (identification.selected, COOL, "after"),
     ):
-        start = data.position[rows]
+        start = places[rows]
         end = start + 100 * step.fit.residual[rows]
         gap = np.full(len(start), np.nan)
         xyz = (np.round(np.column_stack([start[:, k], end[:, k], gap]).ravel() / MM, 2) for k in range(3))

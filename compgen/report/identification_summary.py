@@ -10,6 +10,7 @@ from compgen.core.arrays import BoolArray
 from compgen.core.findings import Level
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identify import Identification
+from compgen.identification.measurements import KINDS
 from compgen.identification.parameter_moves import largest_moves
 from compgen.identification.validation import Validation, statistics
 
@@ -31,6 +32,7 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
         "model": best.candidate.name,
         "poses": len(data.theta),
         "places": len(data.pose),
+        "kinds": _kinds(identification),
         "reflectors": list(data.reflectors),
         "noise_um": _um(best.fit.noise),
         "held_out_um": {
@@ -78,6 +80,19 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
             for n in np.flatnonzero(best.fit.outlier).tolist()
         ],
         "findings": [f.record() for f in identification.findings],
+    }
+
+
+def _kinds(identification: Identification) -> dict[str, Any]:
+    """Of places, touches and distances: how many rows, their noise, and how well they are predicted unseen [um]."""
+    best, kind = identification.selected, identification.data.kind
+    return {
+        KINDS[k]: {
+            "rows": int((kind == k).sum()),
+            "noise_um": _um(best.fit.noise_of_row[kind == k][0]),
+            "held_out_um": _um(np.nanmean(best.cross_validation.distance[kind == k])),
+        }
+        for k in np.unique(kind).tolist()
     }
 
 

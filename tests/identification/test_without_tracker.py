@@ -1,0 +1,372 @@
+"""Distances and touches from files to a robot file: read, identified, judged, validated, refused."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+from command_line import run
+from synthetic import random_theta
+
+from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
+from compgen.core.rotations import rotation_matrix
+from compgen.core.units import DEG, MM, UM
+from compgen.identification.measurements import DISTANCE, TOUCH
+from compgen.identification.model import build_model
+from compgen.identification.plausibility import check_plausible, check_row_count, check_scale
+from compgen.pipelines.identification_files import MeasurementFiles, read_measurements
+from compgen.pipelines.robot_file import load_arm
+from compgen.robot.inverse_kinematics import Posture, solve_tool
+from compgen.robot.kinematics import flange_pose
+
+PRISM = np.array([[60, 10, 120], [-50, 40, 150]]) * 1e-3
+PROBE = np.array([10, -20, 180]) * 1e-3
+SOCKET = np.array([1.25, 0.2, 0.0])
+SPHERES = np.array([[1.0, -0.6, -0.2], [1.5, 0.6, 0.1], [0.9, 0.5, 0.3], [1.3, -0.3, 0.4], [1.6, 0.0, -0.3]])
+NAMES = "abcde"
+RADIUS = 15 * MM
+NOISE = 20 * UM
+DISTANCE_HEAD = ["a_target", *(f"a_j{k}_deg" for k in range(1, 7)), "b_target", *(f"b_j{k}_deg" for k in range(1, 7))]
+TOUCH_HEAD = ["target", *(f"j{k}_deg" for k in range(1, 7))]
+ERROR = np.array([0, 0.03, -0.04, 0.05, -0.06, 0]) * DEG  # of the true arm's zeros
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return load_arm("m710ic50")
+
+
+def degrees(arm, theta):
+    return [f"{v:.6f}" for v in arm.robot.to_pendant(theta) / DEG]
+
+
+def carried(arm, theta, points, error=ERROR):
+    """Points of the flange in World, of an arm whose zeros are off."""
+    flange = flange_pose(arm.robot, theta + error)
+    return flange.position + np.einsum("nij,nj->ni", flange.rotation, np.broadcast_to(points, (len(theta), 3)))
+
+
+def text(head, rows):
+    return "\n".join([",".join(head), *(",".join(map(str, r)) for r in rows)]) + "\n"
+
+
+def distance_rows(arm, rng, count=60, socket=0, noise=NOISE, error=ERROR):
+    """Between two prisms at two poses; the last some to a socket."""
+    theta = random_theta(arm.robot, rng, 2 * count)
+    near, far = rng.integers(0, 2, (2, count))
+    a, b = carried(arm, theta[::2], PRISM[near], error), carried(arm, theta[1::2], PRISM[far], error)
+    rows = []
+    for n in range(count):
+        to_socket = n >= count - socket
+        end = SOCKET if to_socket else b[n]
+        mm = (np.linalg.norm(a[n] - end) + rng.normal(0, noise)) / MM
+        second = ["ball", *[""] * 6] if to_socket else [f"r{far[n] + 1}", *degrees(arm, theta[2 * n + 1])]
+        rows.append([f"r{near[n] + 1}", *degrees(arm, theta[2 * n]), *second, f"{mm:.5f}"])
+    return rows
+
+
+def touch_rows(arm, rng, count=60, sided=False, noise=NOISE, places=SPHERES, error=ERROR):
+    """Of spheres, with J1 to J6 of an arm that really is where it touches."""
+    target = np.arange(count) % len(places)
+    normal = rng.normal(size=(count, 3)) - [0, 0, 0.7]
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    down = np.diag([1.0, -1.0, -1.0]) @ rotation_matrix(rng.uniform(-0.6, 0.6, (count, 3)))
+    where = places[target] - sided * RADIUS * normal + rng.normal(0, noise, (count, 3))
+    theta = solve_tool(arm.robot, Pose(where, down), Pose(PROBE, np.eye(3)), Posture())[0] - error
+    rows = [[NAMES[t], *degrees(arm, q)] for t, q in zip(target, theta)]
+    return [[*r, *(f"{v:.9f}" for v in n)] for r, n in zip(rows, normal)] if sided else rows
+
+
+def artefact(certified="true", length=(0, 1), known=(), places=SPHERES, mm=None, sigma=0.0, probe=True):
+    """An artefact's file: some spheres of known places in axes of its own."""
+    lines = ["[artefact]"] + ([f"certified = {certified}"] if certified else []) + ["[probe]", "diameter_mm = 5"]
+    lines += [f"{k}_mm = {v}" for k, v in zip("xyz", PROBE / MM)] if probe else []
+    turn = rotation_matrix(np.array([[0.1, -0.2, 0.7]]))[0]
+    for k, place in enumerate(places @ turn.T / MM):
+        lines += ["[[sphere]]", f'name = "{NAMES[k]}"', "diameter_mm = 25"]
+        lines += [f"{c}_mm = {v:.6f}" for c, v in zip("xyz", place)] if k in known else []
+        lines += [f"sigma_um = {sigma}"] if sigma else []
+    if length:
+        mm = np.linalg.norm(places[length[0]] - places[length[1]]) / MM if mm is None else mm
+        lines += ["[[length]]", f'between = ["{NAMES[length[0]]}", "{NAMES[length[1]]}"]', f"mm = {mm:.6f}"]
+    return "\n".join(lines) + "\n"
+
+
+def read(arm, tmp_path, distances=None, touches=None, of=None, force=False):
+    """All rows, with every check before the fit."""
+    files = MeasurementFiles(
+        distances=[str(tmp_path / "distances.csv")] if distances is not None else [],
+        touches=[str(tmp_path / "touches.csv")] if touches is not None else [],
+    )
+    (tmp_path / "distances.csv").write_text(distances or "")
+    (tmp_path / "touches.csv").write_text(touches or "")
+    (tmp_path / "artefact.toml").write_text(of or artefact())
+    data, _ = read_measurements(arm, files, force)
+    check_row_count(data)
+    check_scale(data)
+    check_plausible(arm.robot, build_model(arm.robot, [], 0), data)
+    return data
+
+
+@pytest.fixture(scope="module")
+def distances(arm):
+    return distance_rows(arm, np.random.default_rng(1), 60, socket=20)
+
+
+@pytest.fixture(scope="module")
+def centres(arm):
+    return touch_rows(arm, np.random.default_rng(2), 60)
+
+
+@pytest.fixture(scope="module")
+def sides(arm):
+    return touch_rows(arm, np.random.default_rng(3), 100, sided=True)
+
+
+HEAD = [*DISTANCE_HEAD, "distance_mm"]
+SIDED_HEAD = [*TOUCH_HEAD, "nx", "ny", "nz"]
+
+
+def test_distances_are_read_as_driven(arm, tmp_path, distances):
+    data = read(arm, tmp_path, text(HEAD, distances))
+    assert len(data.pose) == 60
+    assert len(data.theta) == 40 * 2 + 20
+    assert data.fixed.names == ("ball",)
+    assert (data.kind == DISTANCE).all()
+    assert data.reflectors == ("r1", "r2") or data.reflectors == ("r2", "r1")
+    step = np.sign(data.theta[1:] - data.theta[:-1])
+    assert (data.direction[1:] == step).all()  # each pose is come to from the one before, a then b
+
+
+def test_all_distances_between_a_few_poses_are_of_these_poses(arm, tmp_path):
+    theta = random_theta(arm.robot, np.random.default_rng(9), 6)
+    where = carried(arm, theta, PRISM[0])
+    rows = [
+        [
+            "r1",
+            *degrees(arm, theta[i]),
+            "r1",
+            *degrees(arm, theta[j]),
+            f"{np.linalg.norm(where[i] - where[j]) / MM:.5f}",
+        ]
+        for i in range(6)
+        for j in range(i)
+    ]
+    assert len(read(arm, tmp_path, text(HEAD, rows)).theta) == 6
+
+
+def changed(rows, n, column, value, head=HEAD):
+    new = [list(r) for r in rows]
+    new[n][head.index(column)] = value
+    return new
+
+
+def scaled(rows, columns, factor, head=HEAD):
+    at = [head.index(c) for c in columns]
+    return [[f"{float(v) * factor:.9f}" if k in at and v else v for k, v in enumerate(r)] for r in rows]
+
+
+def exchanged(rows, one, other, head):
+    i, j = head.index(one), head.index(other)
+    return [[r[j] if k == i else r[i] if k == j else v for k, v in enumerate(r)] for r in rows]
+
+
+BAD_DISTANCES = {
+    "metres": (lambda r: text(HEAD, scaled(r, ["distance_mm"], 1e-3)), ("distance_mm", "metres", "by 1000")),
+    "micrometres": (lambda r: text(HEAD, scaled(r, ["distance_mm"], 1e3)), ("distance_mm", "um instead", "by 0.001")),
+    "inches": (lambda r: text(HEAD, scaled(r, ["distance_mm"], 1 / 25.4)), ("distance_mm", "inches", "by 25.4")),
+    "a sign": (
+        lambda r: text(HEAD, scaled(r, ["a_j4_deg", "b_j4_deg"], -1)),
+        ("misses the distances", "J4 fits with the opposite sign"),
+    ),
+    "exchanged joints": (
+        lambda r: text(HEAD, exchanged(exchanged(r, "a_j4_deg", "a_j5_deg", HEAD), "b_j4_deg", "b_j5_deg", HEAD)),
+        ("J4 and J5 fit exchanged",),
+    ),
+    "nothing": (lambda r: "", ("empty",)),
+    "no distance": (lambda r: text(HEAD[:-1], [x[:-1] for x in r]), ("column distance_mm", "missing")),
+    "zero": (lambda r: text(HEAD, changed(r, 2, "distance_mm", "0")), ("line 4", "distance_mm", "above 0")),
+    "negative": (lambda r: text(HEAD, changed(r, 2, "distance_mm", "-12")), ("line 4", "above 0")),
+    "NaN": (lambda r: text(HEAD, changed(r, 2, "distance_mm", "nan")), ("line 4", "distance_mm")),
+    "infinite": (lambda r: text(HEAD, changed(r, 2, "distance_mm", "inf")), ("line 4", "distance_mm")),
+    "a joint empty": (lambda r: text(HEAD, changed(r, 1, "b_j3_deg", "")), ("line 3", "b_j3_deg", "all six")),
+    "half a second end": (
+        lambda r: text(HEAD[:-2] + HEAD[-1:], [[*x[:-2], x[-1]] for x in r]),
+        ("column b_j6_deg", "missing"),
+    ),
+    "outside a limit": (lambda r: text(HEAD, changed(r, 1, "b_j3_deg", "999")), ("line 3", "b_j3_deg", "limits")),
+    "twice": (lambda r: text(HEAD, [*r, r[5]]), ("line 62", "duplicate of line 7")),
+    "one end": (lambda r: text(HEAD, [*r, [*r[0][:7], *r[0][:7], "100"]]), ("line 62", "both ends are the same")),
+    "no joints of a reflector": (
+        lambda r: text(HEAD, [*r, [*r[0][:7], "r1", *[""] * 6, "100"]]),
+        ("line 62", "'r1' is on the flange in other rows"),
+    ),
+    "a socket seen thrice": (
+        lambda r: text(HEAD, [*r, *([*x[:7], "other", *[""] * 6, "700"] for x in r[:3])]),
+        ("'other'", "3 distances"),
+    ),
+    "a reflector seen once": (lambda r: text(HEAD, changed(r, 0, "a_target", "r9")), ("'r9'", "1 distances")),
+    "a still joint": (
+        lambda r: text(HEAD, [[v if HEAD[k][2:] != "j6_deg" or not v else "1" for k, v in enumerate(x)] for x in r]),
+        ("j6_deg", "constant"),
+    ),
+    "hours": (lambda r: text([*HEAD, "time_h"], [[*x, "1"] for x in r]), ("column time_h", "unknown")),
+    "too few": (lambda r: text(HEAD, [x for x in r if x[7] != "ball"][:6]), ("measured numbers", "more rows more")),
+}
+
+
+@pytest.mark.parametrize("case", BAD_DISTANCES)
+def test_wrong_distances_are_refused_in_a_line(arm, tmp_path, distances, case):
+    spoil, words = BAD_DISTANCES[case]
+    with pytest.raises(InputError) as refused:
+        read(arm, tmp_path, spoil(distances))
+    message = str(refused.value)
+    assert all(word in message for word in words), message
+    assert len(message) <= 300 + len(str(tmp_path))
+    assert "\n" not in message
+
+
+METRES = [(k, v) for k, v in enumerate(SPHERES)]
+BAD_TOUCHES = {
+    "no length": (lambda: artefact(length=()), ("tells the scale", "[[length]]", "--distances")),
+    "no certificate": (lambda: artefact("false"), ("tells the scale",)),
+    "places that nobody certified": (lambda: artefact("", (), range(5)), ("tells the scale", "certified = true")),
+    "a length to a sphere never touched": (
+        lambda: artefact(length=()) + '[[sphere]]\nname = "z"\n[[length]]\nbetween = ["a", "z"]\nmm = 500\n',
+        ("tells the scale",),
+    ),
+    "a length in metres": (lambda: artefact(mm=np.linalg.norm(SPHERES[0] - SPHERES[1])), ("length", "is it metres")),
+    "another length": (lambda: artefact(mm=700.0), ("length of 700 mm", "apart")),
+    "a length with itself": (lambda: artefact().replace('["a", "b"]', '["a", "a"]'), ("'a' twice",)),
+    "a length that places deny": (lambda: artefact(known=range(5), mm=700.0), ("length.0.mm", "places are")),
+    "places in metres": (lambda: artefact(places=SPHERES * 1e-3, length=(), known=range(5)), ("metres",)),
+    "two names exchanged": (
+        lambda: artefact(length=(), known=range(5)).replace('"a"', '"x"').replace('"b"', '"a"').replace('"x"', '"b"'),
+        ("are exchanged",),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD_TOUCHES)
+def test_wrong_artefacts_are_refused_in_a_line(arm, tmp_path, centres, case):
+    of, words = BAD_TOUCHES[case]
+    with pytest.raises(InputError) as refused:
+        read(arm, tmp_path, touches=text(TOUCH_HEAD, centres), of=of())
+    message = str(refused.value)
+    assert all(word in message for word in words), message
+    assert len(message) <= 300 + len(str(tmp_path))
+
+
+def test_a_wrong_sign_of_touches_is_named(arm, tmp_path, centres):
+    wrong = scaled(centres, ["j4_deg"], -1, TOUCH_HEAD)
+    with pytest.raises(InputError, match="J4 fits with the opposite sign"):
+        read(arm, tmp_path, touches=text(TOUCH_HEAD, wrong))
+
+
+def test_a_sphere_anywhere_wants_four_sides(arm, tmp_path, sides):
+    few = [r for n, r in enumerate(sides) if r[0] != "c" or n < 15]
+    assert sum(r[0] == "c" for r in few) == 3
+    with pytest.raises(InputError, match=r"'c' stands anywhere and is touched from 3 side"):
+        read(arm, tmp_path, touches=text(SIDED_HEAD, few))
+
+
+@pytest.mark.parametrize(
+    ("of", "frames", "lengths"),
+    [
+        (artefact(), 0, 1),
+        (artefact(length=(), known=range(5)), 1, 0),
+        (artefact(length=(), known=(0, 1)), 0, 1),  # two places are a length
+        (artefact("", (0, 1), range(5), sigma=50.0), 1, 1),
+    ],
+)
+def test_what_an_artefact_says_of_its_spheres(arm, tmp_path, centres, of, frames, lengths):
+    data = read(arm, tmp_path, touches=text(TOUCH_HEAD, centres), of=of)
+    assert (len(data.instruments), len(data.fixed.length), len(data.fixed.names)) == (frames, lengths, 5)
+    assert data.fixed.certified
+    assert (data.kind == TOUCH).all()
+
+
+def test_touches_without_a_scale_may_go_with_distances(arm, tmp_path, centres, distances):
+    data = read(arm, tmp_path, text(HEAD, distances), text(TOUCH_HEAD, centres), artefact(length=()))
+    assert {TOUCH, DISTANCE} == set(data.kind.tolist())
+
+
+def test_one_sided_touches_lean_on_the_direction(arm, tmp_path, sides):
+    """A joint's play is where the probing direction has brought it."""
+    data = read(arm, tmp_path, touches=text(SIDED_HEAD, sides))
+    assert (data.numbers == 1).all()
+    J = [
+        carried(arm, data.theta + 1e-6 * np.eye(6)[k], PROBE, 0) - carried(arm, data.theta, PROBE, 0) for k in range(6)
+    ]
+    moving = np.einsum("kni,nk->ni", np.array(J), data.direction)
+    normal = np.array([[float(v) for v in r[-3:]] for r in sides])
+    assert ((moving * normal).sum(axis=1) > 0).mean() > 0.9
+
+
+@pytest.fixture(scope="module")
+def identified(arm, tmp_path_factory):
+    """An arm identified by distances and touches from one side, with the command."""
+    folder = tmp_path_factory.mktemp("identified")
+    rng = np.random.default_rng(5)
+    (folder / "distances.csv").write_text(text(HEAD, distance_rows(arm, rng, 150, socket=30)))
+    (folder / "touches.csv").write_text(text(SIDED_HEAD, touch_rows(arm, rng, 100, sided=True)))
+    (folder / "artefact.toml").write_text(artefact(length=()))
+    files = ["--distances", folder / "distances.csv", "--touches", folder / "touches.csv"]
+    result = run("identify", "m710ic50", *files, "-o", folder / "mine.toml", "--json")
+    return folder, files, result
+
+
+def test_an_arm_is_identified_by_distances_and_touches(identified):
+    folder, _, result = identified
+    assert result.returncode == 0, result.stderr
+    summary = json.loads(result.stdout)
+    assert summary["verdict"] == "accepted"
+    assert summary["kinds"]["distances"]["rows"] == 150
+    assert summary["kinds"]["touches"]["rows"] == 100
+    assert summary["kinds"]["distances"]["noise_um"] == pytest.approx(NOISE / UM, rel=0.4)
+    codes = [f["code"] for f in summary["findings"]]
+    assert "unobservable" in codes
+    base = next(f["message"] for f in summary["findings"] if f["code"] == "unobservable")
+    assert all(word in base for word in ("base_frame", "zero of J1", "d1"))
+    written = tomllib.loads((folder / "mine.toml").read_text())
+    zeros = written["sources"]["joint_zeros"]["offset_mdeg"]
+    assert np.abs(np.array(zeros[1:5]) - ERROR[1:5] / DEG * 1e3).max() < 5
+    assert "instrument_mm" not in written["identified"]
+    assert set(written["identified"]["place_mm"]) == {"ball", *(f"artefact.toml: {n}" for n in NAMES)}
+    assert np.linalg.norm(np.array(written["identified"]["place_mm"]["ball"]) - SOCKET / MM) < 5
+    provenance = written["sources"]["joint_zeros"]["provenance"]
+    assert all(name in provenance for name in ("distances.csv (", "touches.csv (", "artefact.toml ("))
+    assert (folder / "mine.html").read_text().count("<h2") > 4
+
+
+def test_the_same_files_validate_what_they_identified(identified, arm):
+    folder, files, _ = identified
+    result = run("validate", folder / "mine.toml", *files, "--json")
+    assert result.returncode == 0, result.stderr
+    overall = json.loads(result.stdout)["overall"]
+    assert overall["identified"]["rms"] < 2 * NOISE / MM < 0.1 * overall["nominal"]["rms"]
+    refit = run("validate", folder / "mine.toml", *files, "--refit-frames", "--max-um", "20", "--json")
+    assert refit.returncode == 1
+    assert "exceeds --max-um" in refit.stderr
+    fresh = distance_rows(arm, np.random.default_rng(77), 3)
+    (folder / "fresh.csv").write_text(text(HEAD, fresh))
+    few = run("validate", folder / "mine.toml", "--distances", folder / "fresh.csv", "--json")  # three are enough
+    assert few.returncode == 0, few.stderr
+    assert json.loads(few.stdout)["overall"]["identified"]["max"] < 5 * NOISE / MM
+    (folder / "other.csv").write_text(text(HEAD, [[*r[:7], "else", *r[8:]] for r in fresh]))
+    other = run("validate", folder / "mine.toml", "--distances", folder / "other.csv")
+    assert other.returncode == 2
+    assert "'else' is not in" in other.stderr
+
+
+def test_options_that_nothing_uses_are_refused(tmp_path, arm, distances):
+    (tmp_path / "distances.csv").write_text(text(HEAD, distances))
+    for option in ("--artefact", "--frames"):
+        result = run("identify", "m710ic50", "--distances", tmp_path / "distances.csv", option, "part.toml")
+        assert result.returncode == 2
+        assert result.stderr.count("\n") == 1
+        assert option in result.stderr
+    nothing = run("identify", "m710ic50")
+    assert nothing.returncode == 2
+    assert "--distances" in nothing.stderr
