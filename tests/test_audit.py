@@ -105,6 +105,8 @@ def altered(output, tmp_path):
     ("waypoints.csv", r"(\n60,([^,]+,){10})([0-9.]+)", r"\g<1>11.10000", "rises along the path, K"),
     ("waypoints.csv", r"(\n60,([^,]+,){15})1", r"\g<1>0", "waypoints wrongly on or off the part"),
     ("report.json", r'("after": \{\s*"total": \{\s*"max_um": )[0-9.]+', r"\g<1>0.31", "largest total after, um"),
+    ("report.json", r'("after": \{\s*"total": \{[^}]*"rms_um": )[0-9.]+', r"\g<1>0.2", "rms after, um"),
+    ("report.json", r'("after": \{\s*"total": \{[^}]*"p99_um": )[0-9.]+', r"\g<1>0.2", "99 % of the length after, um"),
     ("report.json", r'("before": \{\s*"total": \{\s*"max_um": )[0-9.]+', r"\g<1>8.8", "largest before, um"),
     ("report.json", r'("duration_s": )[0-9.]+', r"\g<1>7.3", "duration, s"),
 ])  # fmt: skip
@@ -132,10 +134,10 @@ def test_a_waypoint_that_goes_back_is_no_walk_along_the_path(altered):
 
 def test_the_command_prints_a_table_and_exits_by_what_it_finds(output, altered, capsys):
     assert main([str(output)]) == 0
-    assert "all 22 checks agree" in capsys.readouterr().out
+    assert "all 24 checks agree" in capsys.readouterr().out
     assert main([str(altered("report.json", r'("duration_s": )[0-9.]+', r"\g<1>7.3"))]) == 1
     said = capsys.readouterr().out
-    assert "1 of 22 checks outside" in said
+    assert "1 of 24 checks outside" in said
     assert re.search(r"^duration, s .* OUTSIDE$", said, re.M)
 
 
@@ -144,7 +146,9 @@ def test_the_command_prints_a_table_and_exits_by_what_it_finds(output, altered, 
     (r'"sources": \[\s*"thermal_growth"', r'"sources": ["thermal_growth", "joint_zeros"', "joint_zeros: not judged"),
     (r'"overrides": \[', r'"overrides": ["process.feed_mm_s=100"', "process.feed_mm_s=100: not judged"),
     (r'"file": "LINE_Y.LS"', r'"file": "LINE_Z.LS"', "LINE_Z.LS was not written"),
-    (r'"program"', r'"programme"', "no report.json of cgen generate"),
+    (r'"program"', r'"programme"', "not for predict, correct or others"),
+    (r'"wrist": ', r'"base": 1.0, "wrist": ', "another heat model"),
+    (r'"title": "', r'"title": "Not ', "not the path file of 'Not The study"),
 ])  # fmt: skip
 def test_what_it_has_no_oracle_for_is_told_in_a_sentence(altered, capsys, old, new, words):
     assert main([str(altered("report.json", old, new))]) == 2
@@ -160,12 +164,20 @@ def test_what_it_has_no_oracle_for_is_told_in_a_sentence(altered, capsys, old, n
     ('[posture]\nwrist = "flip"', "posture: not judged"),
     ('[[before]]\nstate = "moving"\nrepeat = 3', "repeat: not judged"),
     ("[process.x]", "process.x: not judged"),
+    ("[compensation.average_over]", "compensation.average_over: not judged"),
 ])  # fmt: skip
 def test_a_path_file_that_says_more_is_not_judged(output, tmp_path, capsys, lines, words):
     path = tmp_path / "path.toml"
     path.write_text((ROOT / "paths" / "line_y.toml").read_text() + "\n" + lines + "\n")
     assert main([str(output), str(path)]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_a_pattern_without_a_closed_form_is_not_judged(output, tmp_path, capsys):
+    path = tmp_path / "path.toml"
+    path.write_text((ROOT / "paths" / "line_y.toml").read_text().replace('pattern = "line"', 'pattern = "points"'))
+    assert main([str(output), str(path)]) == 2
+    assert "path.pattern = points: not judged" in capsys.readouterr().err
 
 
 def test_the_command_says_what_it_wants(capsys, tmp_path):

@@ -25,6 +25,9 @@ def main(arguments):
     except (OffCurveError, UnreachableError, UnreadableError) as problem:
         print(f"audit: OUTSIDE: {problem}", file=sys.stderr)
         return 1
+    except (KeyError, TypeError, ValueError) as problem:
+        print(f"audit: OUTSIDE: not what cgen generate writes: {problem!r}", file=sys.stderr)
+        return 1
     print(f"{name}\n{'':42s}{'audit':>14s}{'output':>14s}{'apart':>11s}{'allowed':>11s}")
     for c in checks:
         verdict = "" if c.kept else "  OUTSIDE"

@@ -4,6 +4,8 @@ import json
 import tomllib
 from pathlib import Path
 
+from tests.audit import study
+
 PATHS = Path(__file__).resolve().parents[2] / "paths"
 ROBOT, SOURCES = "m710ic50", ["thermal_growth"]
 KNOWN = {
@@ -11,9 +13,13 @@ KNOWN = {
          "before", "after", "bounds"},
     "frame": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"},
     "tool": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg", "spin_deg", "axisymmetric"},
+    "compensation": {"clamp_mm", "clamp_deg", "rate_um_mm", "rate_period_mm", "curvature_period_mm", "solver",
+                     "start_drift_um"},
     "process": {"feed_mm_s", "chord_um", "spacing_mm", "lift_mm", "page_stops"},
     "before": {"state", "program", "feed_mm_s", "duration_h", "duty"},
 }  # fmt: skip
+OF_GENERATE = {"name", "title", "after", "timing", "thermal", "program", "provenance"}
+PATTERNS = {"line", "circle", "spiral", "raster", "iso9283"}
 POSTURE = {"arm": "front", "elbow": "up", "wrist": "no flip"}
 
 
@@ -29,41 +35,47 @@ def load(folder, path_file=None):
     """
     try:
         report = json.loads((folder / "report.json").read_text())
-        name, made_from, file = report["name"], report["provenance"], report["program"]["file"]
-        needed = {"after", "before", "timing", "thermal"} <= report.keys()
-    except (OSError, ValueError, KeyError, TypeError) as problem:
+    except (OSError, ValueError) as problem:
         raise NotJudgedError(f"{folder}: no report.json of cgen generate ({problem}); give its output folder") from None
-    if not needed or not file:
-        raise NotJudgedError(f"{folder}: this report has no program; the audit judges outputs of cgen generate")
+    if not isinstance(report, dict) or not report.keys() >= OF_GENERATE:
+        raise NotJudgedError(
+            f"{folder}: not judged; the audit is for cgen generate, not for predict, correct or others"
+        )
+    made_from, file = report["provenance"], report["program"]["file"]
     if made_from["robot"] != ROBOT or made_from["sources"] != SOURCES:
         what = f"robot {made_from['robot']} with {', '.join(made_from['sources']) or 'no source'}"
         raise NotJudgedError(
             f"{what}: not judged; the audit knows {ROBOT} with {SOURCES[0]} alone, not identified arms"
         )
+    if report["thermal"]["start_K"].keys() != set(study.NODES):
+        raise NotJudgedError("another heat model than the study's nodes: not judged; the audit has no second one")
     if made_from["overrides"]:
-        raise NotJudgedError(
-            f"overrides {', '.join(map(str, made_from['overrides']))}: not judged; put them in the path file"
-        )
+        given = ", ".join(map(str, made_from["overrides"]))
+        raise NotJudgedError(f"overrides {given}: not judged; the audit reads the path file as it is")
     if not (folder / file).is_file():
         raise NotJudgedError(f"{file} was not written ({report['verdict']}): there is nothing to audit")
-    file_read = Path(path_file) if path_file else PATHS / f"{name}.toml"
+    return report, _path_file(Path(path_file) if path_file else PATHS / f"{report['name']}.toml", report["title"])
+
+
+def _path_file(file, title):
+    """Its tables, where they are those of an output with this title."""
     try:
-        path = tomllib.loads(file_read.read_text())
+        path = tomllib.loads(file.read_text())
     except (OSError, ValueError) as problem:
-        raise NotJudgedError(f"{file_read}: {problem}; name the path file of this output as second argument") from None
+        raise NotJudgedError(f"{file}: {problem}; name the path file of this output as second argument") from None
+    if not path.keys() >= {"path", "process"} or path.get("title", title) != title:
+        raise NotJudgedError(f"{file}: not the path file of '{title}'; name it as second argument")
     _refuse_unknown(path)
-    return report, path
+    return path
 
 
 def duties(path):
     """What the cell did before: (state, feed [mm/s], share in motion, [s]) of each [[before]]."""
-    out = []
-    for step in path.get("before", []):
-        feed = step.get("feed_mm_s", path["process"]["feed_mm_s"])
-        if "feed_mm_s" not in step and "program" in step:
-            feed = tomllib.loads((PATHS / f"{step['program']}.toml").read_text())["process"]["feed_mm_s"]
-        out.append((step["state"], feed, step.get("duty", 1.0), step["duration_h"] * 3600))
-    return out
+    own = path["process"]["feed_mm_s"]
+    return [
+        (step["state"], step.get("feed_mm_s", own), step.get("duty", 1.0), step["duration_h"] * 3600)
+        for step in path.get("before", [])
+    ]
 
 
 def _refuse_unknown(path):
@@ -74,8 +86,12 @@ def _refuse_unknown(path):
                 raise NotJudgedError(f"{where + '.' if where else ''}{key}: not judged; the audit has no oracle for it")
     if any("duration_h" not in step for step in path.get("before", [])):
         raise NotJudgedError("before: not judged without duration_h; the audit does not count runs")
+    if any("program" in step and "feed_mm_s" not in step for step in path.get("before", [])):
+        raise NotJudgedError("before: not judged with a program and no feed_mm_s; the audit reads no other path file")
     if any(table != POSTURE[key] for key, table in path.get("posture", {}).items()):
         raise NotJudgedError("posture: not judged; the audit's inverse is for front, elbow up, no flip")
+    if (pattern := path["path"].get("pattern")) not in PATTERNS:
+        raise NotJudgedError(f"path.pattern = {pattern}: not judged; the audit has a closed form of {sorted(PATTERNS)}")
     if path["path"].get("turn", "square") != "square":
         raise NotJudgedError(f"path.turn = {path['path']['turn']}: not judged; the audit knows square turns")
 
