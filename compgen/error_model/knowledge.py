@@ -50,6 +50,11 @@ class SourceParameters:
         k = next(k for k, source in enumerate(self.sources) if isinstance(source, BaseFrame))
         return [self.at(k, "position", (i,)) for i in range(3)], [self.at(k, "rotation", (i,)) for i in range(3)]
 
+    def tool(self) -> list[int]:
+        """Numbers of the displacement of the tool."""
+        k = next(k for k, source in enumerate(self.sources) if isinstance(source, ToolFrame))
+        return [self.at(k, "position", (i,)) for i in range(3)]
+
     def budgets(self) -> tuple[str, ...]:
         """Under which name each stands in a budget, (P,)."""
         return tuple(self.sources[entry.source].BUDGET for entry in self.entries)

@@ -242,7 +242,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
-    band = band_along(_driven(planned, solution.theta, problem.direction_state), window)
+    band = band_along(_driven(planned, solution.theta, problem.direction_state), _late(job, window))
     program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
     del program, commanded
@@ -281,6 +281,11 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         solution, trajectory, text, delivered, prepared.twin, job.history.before, job.history.air,
         prepared.first_samples(), deviation, written, window, ripple, band, form, tuple(verdict), averaged,
     )  # fmt: skip
+
+
+def _late(job: Job, window: float) -> float:
+    """How late a start may be that the proof has not flown [s]: none of a file that was flown at its starts."""
+    return window if job.ensemble is None else 0.0
 
 
 def _driven(planned: Planned, theta: Array, motion: DirectionState) -> DrivenProgram:

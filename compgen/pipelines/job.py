@@ -59,6 +59,7 @@ class Tool:
     number: int  # UTOOL on the controller
     pose: Pose  # TCP in the flange
     spin: float  # [rad] its x axis against base x on the path
+    sigma: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m] of its TCP along the flange's axes
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -100,6 +100,6 @@ def frame_findings(frame: PartFrame | None, robot_file_hash: str) -> Sequence[Fi
         findings.append(Finding(Level.WARNING, "frame.model", message))
     if any(taught.sigma_um):
         k2 = ", ".join(f"{2 * s:.0f}" for s in taught.sigma_um)
-        message = f"the part's place is known to {k2} um (k = 2, World x, y, z); it is in no bound"
+        message = f"the part's place is known to {k2} um (k = 2, World x, y, z): in the band, and in no bound"
         findings.append(Finding(Level.NOTE, "frame.uncertainty", message))
     return tuple(findings)

@@ -203,6 +203,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
             number=tool.number if tool.number is not None else int(offset),
             pose=Pose(np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM, from_wpr(*angles)[0]),
             spin=spin,
+            sigma=tuple(value * UM for value in tool.sigma_um),
         ),
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
     )

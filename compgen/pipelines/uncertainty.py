@@ -32,7 +32,12 @@ def quantities_of(job: Job, window: float = 0.0, middle: Array | None = None) ->
     """
     of_cell = quantities_of_cell(job.cell)
     nothing = _no_cause(job.cell, of_cell.parameters)
-    quantities = [*of_cell.quantities, *_of_frame(job, of_cell.parameters, nothing, middle)]
+    parameters = of_cell.parameters
+    quantities = [
+        *of_cell.quantities,
+        *_of_frame(job, parameters, nothing, middle),
+        *_of_tool(job, parameters, nothing),
+    ]
     if window > 0:
         quantities.append(Quantity("start delay", "start delay", replace(nothing, delay=1.0), (0.0, window)))
     return replace(of_cell, quantities=tuple(quantities))
@@ -180,6 +185,17 @@ def _of_frame(job: Job, parameters: SourceParameters, nothing: Cause, middle: Ar
             if values.any():
                 cause = replace(nothing, parameters=values)
                 quantities.append(Quantity(f"part's {what} {'xyz'[i]}", "part's frame", cause))
+    return quantities
+
+
+def _of_tool(job: Job, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    """Where the TCP is in the flange."""
+    quantities = []
+    for axis, row, sigma in zip("xyz", parameters.tool(), job.tool.sigma):
+        if sigma:
+            values = np.zeros(len(parameters.entries))
+            values[row] = sigma
+            quantities.append(Quantity(f"tool {axis}", "tool", replace(nothing, parameters=values)))
     return quantities
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from compgen.report.band_words import known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, Figure, axis, figure, spans, trace
+from compgen.verification.band import ONE_SIDED
 
 BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
 
@@ -27,6 +28,11 @@ def band_explained(record: dict[str, Any]) -> str:
         "angle, not one on top of the other. What nobody has measured on this robot comes on top; it is named, "
         "with the size that others found.</p>"
     )
+    if ONE_SIDED in record["budget_um"]:
+        text += (
+            f"<p class=lead>{ONE_SIDED.capitalize()}: the file says that a number is anywhere between two limits, "
+            "and the program uses one that is not in their middle.</p>"
+        )
     rows = "".join(
         f"<tr><td>{escape(source)}</td><td>{rounded(size)}</td><td>{rounded(record['budget_rms_um'][source])}</td></tr>"
         for source, size in record["budget_um"].items()

@@ -9,7 +9,7 @@ from compgen.core.units import MM, UM
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.pipelines.correct import Correction
 from compgen.report.averaged import served_figure
-from compgen.report.band_page import band_explained, budget_figure, known_html
+from compgen.report.band_page import BAND, BAND_LINE, band_explained, budget_figure, known_html
 from compgen.report.correction_summary import band_of_correction, correction_summary
 from compgen.report.figure import (
     COOL,
@@ -114,6 +114,12 @@ def _error_over_time(result: Correction) -> Figure:
         look = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": colour, "width": 1.4}}
         x, y = np.round(result.execution.time[rows], 3), np.round(values[rows] / UM, 3)
         traces.append(trace("scatter", x, y, name=name, **look))
+    if result.band is not None:
+        time, may = result.plan.stations.time[result.band.rows], result.band.radius
+        rows = rows_to_draw(may)
+        x, y = np.round(time[rows], 3), np.round(may[rows] / UM, 3)
+        look = {"fill": "tozeroy", "fillcolor": BAND, "line": {"color": BAND_LINE, "width": 1}}
+        traces.append(trace("scatter", x, y, name="may be off (95 %), as far as known", mode="lines", **look))
     return figure(traces, 320, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
 
 

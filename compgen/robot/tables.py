@@ -120,6 +120,8 @@ class ToolTable(Table):
     """Rotation of the tool about the flange's y."""
     r_deg: Angle = 0.0
     """Rotation of the tool about the flange's z."""
+    sigma_um: Annotated[list[NotNegative], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
+    """Standard deviation of the tool centre point along the flange's x, y, z."""
     spin_deg: Angle = 0.0
     """Angle of the tool's x axis from World's x, or the frame's, counted about its z."""
     axisymmetric: bool = False

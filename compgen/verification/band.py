@@ -27,7 +27,7 @@ from compgen.verification.deviation import percentile99, rms
 
 COVERAGE = 2.0  # k
 SHARE = 0.95
-MIDDLES = "one-sided intervals"  # in the budget: how far those lie from what the program uses
+ONE_SIDED = "one-sided intervals"  # in the budget: how far those lie from what the program uses
 ALONG = 1e-3  # sine of the angle to the axis, below which the path runs along it
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
@@ -116,7 +116,7 @@ def band_of(columns: Columns, rows: IntArray, weight: Array, scale: float = 1.0)
     moments = {source: _moment(columns, source) * scale**2 for source in sources}
     offset = columns.column @ columns.mean
     if offset.any():
-        moments[MIDDLES] = _squares(offset[:, :, None]) * scale**2
+        moments[ONE_SIDED] = _squares(offset[:, :, None]) * scale**2
     moment = sum(moments.values(), np.zeros((len(rows), 6)))
     on_part: BoolArray = weight > 0 if weight.any() else np.ones(len(rows), dtype=bool)
     lengths = weight[on_part] if weight.any() else np.ones(len(rows))
