@@ -43,6 +43,8 @@ def junit_xml(summary: dict[str, Any]) -> bytes:
     """A test case for each bound, failed by its finding; the band as properties and in words."""
     broken = {f["code"]: f["message"] for f in summary["findings"] if f["level"] == "outside"}
     cases = [f"bounds.{key}" for key in summary["bounds"]]
+    guaranteed = summary.get("guaranteed") or {"bounds": {}}
+    cases += [f"bounds.guaranteed.{key}" for key in guaranteed["bounds"]]
     cases += [code for code in broken if code not in cases]
     suite = quoteattr(f"compgen.{summary['name']}")
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']

@@ -14,6 +14,7 @@ from rich.text import Text
 from compgen.pipelines.generate import Corrected, Planned
 from compgen.report import job_summary
 from compgen.report.band_words import headline
+from compgen.report.guaranteed import guaranteed_text
 
 ROWS = (  # row of the report, its label, its bound
     ("total", "total, um", "max_um"),
@@ -41,6 +42,8 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         bound = summary["bounds"].get(key)
         table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
     console.print(table)
+    if summary.get("guaranteed"):
+        console.print(guaranteed_text(summary["guaranteed"]), markup=False, highlight=False)
     path, time, heat = summary["path"], summary["timing"], summary["thermal"]
     console.print(
         f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "

@@ -16,7 +16,7 @@ from compgen.core.findings import Progress
 #: the stages of a run in their order, and what each takes of its time; what takes none has its name shown
 GENERATE = {
     "path": 8, "timing": 15, "twin before": 20, "correction": 3, "thinning": 1, "final timing": 5, "text": 22,
-    "twin after": 7, "cross flight": 2, "report": 19,
+    "twin after": 7, "cross flight": 2, "draws": 20, "report": 19,
 }  # fmt: skip
 PREDICT = {"path": 15, "timing": 35, "twin before": 30, "report": 20}
 CHECK = {**GENERATE, "report": 0}

@@ -25,6 +25,7 @@ from compgen.pipelines.averaging import Averaged, WrittenFile
 from compgen.pipelines.averaging_findings import averaging_findings
 from compgen.pipelines.band import DrivenProgram, assumed_findings, band_along
 from compgen.pipelines.delivery import Delivery, PageStart
+from compgen.pipelines.draws import FlownDraws, fly_draws
 from compgen.pipelines.job import Job
 from compgen.pipelines.model_form import ModelForm
 from compgen.pipelines.motion_plan import plan_motion
@@ -107,9 +108,8 @@ class Corrected:
     start_window: float  # [s] how late the program may start
     mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
     band: Band  # what the files leave open
-    model_form: (
-        ModelForm | None
-    )  # on the robot file's other heat model; None: it has one, or the other cannot be driven
+    model_form: ModelForm | None  # None: the robot file has no other heat model, or it cannot be driven
+    draws: FlownDraws | None  # what the bounds with a probability are judged by; None: there are none
     findings: tuple[Finding, ...]
     averaged: Averaged | None = None  # what the file leaves over its starts, where it was made for several
 
@@ -242,7 +242,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
-    band = band_along(_driven(planned, solution.theta, problem.direction_state), _late(job, window))
+    driven = _driven(planned, solution.theta, problem.direction_state)
+    band = band_along(driven, _late(job, window))
     program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
     del program, commanded
@@ -258,8 +259,12 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         deviation = averaged.worst
     progress("cross flight", 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
+    drawn = None
+    if job.bounds.guaranteed is not None:
+        drawn = fly_draws(driven, prepared, deviation, _late(job, window), lambda share: progress("draws", share))
     verdict = [
         *judge(deviation, job.bounds),
+        *(drawn.findings() if drawn is not None else []),
         *job_findings.beyond_knowledge(job.bounds, job.cell.held_out),
         *limited,
         *job_findings.solver(solution, job.settings),
@@ -279,7 +284,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         )
     return planned, Corrected(
         solution, trajectory, text, delivered, prepared.twin, job.history.before, job.history.air,
-        prepared.first_samples(), deviation, written, window, ripple, band, form, tuple(verdict), averaged,
+        prepared.first_samples(), deviation, written, window, ripple, band, form, drawn, tuple(verdict), averaged,
     )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_
 from compgen.pipelines.part_frame import frame_of
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.schema import PathFile
+from compgen.pipelines.uncertainty import refuse_without_uncertainty
 from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.own_points.space_curve import SpaceCurve
 from compgen.planning.own_points.tables import OwnPoints, own_points_curve
@@ -131,7 +132,7 @@ def _job_of(files: _JobFiles) -> Job:
             written = plan_written_motion(program, cell, program.process.feed)
             loss, _ = mean_losses(cell.robot, cell.heat.drives, written.joint_motion)
         cell = replace(cell, heat=fit_log(read, cell.heat, loss).heat)
-    return Job(
+    job = Job(
         name=source.stem,
         title=path.title,
         plan=program,
@@ -139,13 +140,15 @@ def _job_of(files: _JobFiles) -> Job:
         history=history,
         settings=settings,
         start_drift=path.compensation.start_drift_um * UM,
-        bounds=bounds_of(path.bounds),
+        bounds=bounds_of(path.bounds, str(source)),
         overrides=files.overrides,
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer),
         on_other_heat_model=None if other is None else replace(files, robot_text=other),
         ensemble=ensemble,
     )
+    refuse_without_uncertainty(job)
+    return job
 
 
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:

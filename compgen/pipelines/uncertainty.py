@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, UM
 from compgen.error_model.knowledge import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
@@ -60,6 +61,19 @@ def quantities_of_cell(cell: Cell) -> JobUncertainty:
 
 def _no_cause(cell: Cell, parameters: SourceParameters) -> Cause:
     return Cause(np.zeros(len(parameters.entries)), HeatChange.none(len(cell.heat.names)), np.zeros(6))
+
+
+def refuse_without_uncertainty(job: Job) -> None:
+    """Raises InputError for a bound with a probability on a robot whose file does not say how well it is known."""
+    if job.bounds.guaranteed is None:
+        return
+    is_silent = job.cell.warmth.is_assumed and not any(known.sigma for known in job.cell.known)
+    is_open = job.cell.warmth.missing or any(q.deviation or q.mean for q in quantities_of(job).quantities)
+    if is_silent or not is_open:
+        raise InputError(
+            f"{job.source}: bounds.guaranteed: {job.cell.robot_file} does not say how well it knows its robot; give it "
+            "[thermal.uncertainty] (law_K, sensors_K, air_K, cte_um_m_K), or identify the robot"
+        )
 
 
 def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:

@@ -5,19 +5,18 @@ from typing import Any
 
 from compgen.core.units import UM
 from compgen.error_model.unknown import Unknown
+from compgen.pipelines.draws import FlownDraws
 from compgen.verification.band import Band
 
 LISTED = 4  # sources in a sentence
 
 
-def band_record(band: Band, unknown: Sequence[Unknown]) -> dict[str, Any]:
-    """A band as JSON has it; docs/report.md has the keys. Without draws it is the linear band."""
+def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None = None) -> dict[str, Any]:
+    """A band as JSON has it; docs/report.md has the keys. Without draws it is the linear band alone."""
+    promised = None if draws is None else draws.guarantee
     return {
         "p95_um": _um(band.largest),
-        "share": None,
-        "confidence": None,
-        "draws": None,
-        "seed": None,
+        **{key: getattr(promised, key, None) for key in ("share", "confidence", "draws", "seed")},
         "budget_um": {share.source: _um(share.largest) for share in band.budget},
         "budget_rms_um": {share.source: _um(share.rms) for share in band.budget},
         "unknown": [

@@ -29,6 +29,7 @@ from compgen.report.figure import (
     spans,
     trace,
 )
+from compgen.report.guaranteed import guaranteed_text
 from compgen.report.job_summary import band_of, job_summary
 from compgen.report.page import error_table, figure_section, findings_list, page, verdict
 from compgen.verification.band import Band
@@ -124,7 +125,8 @@ def _verdict(data: dict[str, Any]) -> str:
 def _table(data: dict[str, Any]) -> str:
     sides = [(name, data[name]) for name in ("before", "after") if data[name]]
     bounds = ", ".join(f"{key} = {bound:g}" for key, bound in data["bounds"].items())
-    return f"{error_table('component', sides, PARTS)}<p class=lead>Bounds: {bounds or 'none'}</p>"
+    guaranteed = f"; {escape(guaranteed_text(data['guaranteed']))}" if data.get("guaranteed") else ""
+    return f"{error_table('component', sides, PARTS)}<p class=lead>Bounds: {bounds or 'none'}{guaranteed}</p>"
 
 
 def _footer(data: dict[str, Any]) -> str:

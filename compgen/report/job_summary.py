@@ -13,6 +13,7 @@ from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.model_form import ModelForm
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import band_record
+from compgen.report.guaranteed import guaranteed_record
 from compgen.verification.band import Band
 from compgen.verification.deviation import statistics
 from compgen.verification.verdict import Verdict
@@ -41,7 +42,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "after": statistics(corrected.deviation, on_part=True) if corrected else None,
         },
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
-        "band": band_record(band, not_known(job.cell, band)),
+        "band": band_record(band, not_known(job.cell, band), corrected.draws if corrected else None),
         "bounds": {
             key: value
             for key, value in {
@@ -91,6 +92,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "mid_spatial_rms_nm": corrected.mid_spatial / UM * 1000,
             "predicted_residual_um": float(row_norms(solution.residual[:, :3]).max() / UM),
         }
+        report["guaranteed"] = guaranteed_record(corrected.draws)
         report["model_form"] = _model_form(corrected.model_form)
         report["program"] = _program(corrected)
     if job.ensemble is not None:

@@ -149,6 +149,12 @@ def _quantiles() -> tuple[Array, Array]:
     return freedom, 2 * gammaincinv(freedom / 2, SHARE)
 
 
+def directed_moment(columns: Columns) -> Array:
+    """Second moment of the quantities alone about what the program uses, (M, 6) [m^2]."""
+    offset = (columns.column @ columns.mean)[:, :, None]
+    return _squares(np.concatenate([columns.column * columns.deviation, offset], axis=2))
+
+
 def _moment(columns: Columns, source: str) -> Array:
     """Second moment of one source alone about its mean, (M, 6) [m^2]."""
     mine = np.array([name == source for name in columns.source], dtype=bool)

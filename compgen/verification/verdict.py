@@ -44,6 +44,19 @@ class Bounds:
     cross: float | None = None  # [m]
     normal: float | None = None  # [m]
     axis: float | None = None  # [rad]
+    guaranteed: "Guarantee | None" = None  # beside: what holds with a probability
+
+
+@dataclass(frozen=True, slots=True)
+class Guarantee:
+    """Bounds that a share of all arms and days keeps, verified with a confidence by draws of them."""
+
+    bounds: Bounds
+    share: float
+    confidence: float
+    draws: int
+    may_break: int  # of the draws
+    seed: int
 
 
 def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
@@ -53,16 +66,15 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
     """
     findings: list[Finding] = []
     for level, extents in ((Level.OUTSIDE, deviation.on_part), (Level.NOTE, deviation.extents)):
-        for key, extent, value, bound in _checks(extents, bounds):
+        for key, extent, value, bound in checks(extents, bounds):
             code = f"bounds.{key}" if level is Level.OUTSIDE else "bounds.off_part"
             if bound is None or value <= bound or {f.code for f in findings} & {code, f"bounds.{key}"}:
                 continue
-            unit = key.split("_")[1]
-            factor = MDEG if unit == "mdeg" else UM
+            factor, unit = unit_of(key)
             message = f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}"
             message += f"; worst {extent.where:.3f} m along the path"
             if level is Level.OUTSIDE:
-                message += f"; {_rounded_up(value / factor):g} can be kept"
+                message += f"; {rounded_up(value / factor):g} can be kept"
             if level is Level.NOTE:
                 message += ", off the part, where no bound is judged"
             findings.append(Finding(level, code, message))
@@ -72,7 +84,13 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
     return findings
 
 
-def _rounded_up(value: float) -> float:
+def unit_of(key: str) -> tuple[float, str]:
+    """The unit that a bound's key names, in SI and as text."""
+    unit = key.split("_")[1]
+    return (MDEG if unit == "mdeg" else UM), unit
+
+
+def rounded_up(value: float) -> float:
     """The next number of three digits."""
     if not isfinite(value) or value <= 0:
         return value
@@ -80,7 +98,7 @@ def _rounded_up(value: float) -> float:
     return ceil(value / step) * step
 
 
-def _checks(extents: dict[str, Extent], bounds: Bounds) -> list[tuple[str, Extent, float, float | None]]:
+def checks(extents: dict[str, Extent], bounds: Bounds) -> list[tuple[str, Extent, float, float | None]]:
     """Key, extent, value and bound of each promise."""
     total, feed, cross, normal, angle = (extents[name] for name in COMPONENTS)
     return [

@@ -34,7 +34,8 @@ def rising(weights, reports):
 
 
 def test_the_stages_of_a_run_are_known_and_their_shares_rise():
-    thin = ["process.thin_um=1.5", "path.stepover_mm=200"]
+    one_draw = "bounds.guaranteed={max_um=1000, share=0.5, confidence=0.5}"
+    thin = ["process.thin_um=1.5", "path.stepover_mm=200", one_draw]
     reports = reports_of(lambda progress: generate.generate(load_job(path_file("optic_spiral"), None, thin), progress))
     assert [name for name in progress_bar.GENERATE if name != "report"] == list(
         dict.fromkeys(s.partition(":")[0] for s, _ in reports)

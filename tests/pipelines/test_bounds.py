@@ -135,7 +135,8 @@ def test_waypoint_rows_are_the_programs_positions():
     head = lines[0].split(",")
     expected = (
         "n,time_s,x_mm,y_mm,z_mm,before_dx_um,before_dy_um,before_dz_um,after_dx_um,after_dy_um,after_dz_um,"
-        "rise_j2_K,rise_link1_K,rise_j3_K,rise_wrist_K,rise_face_K,contact,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg"
+        "rise_j2_K,rise_link1_K,rise_j3_K,rise_wrist_K,rise_face_K,contact,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,"
+        "band_x_um,band_y_um,band_z_um,band_feed_um,band_cross_um,band_normal_um"
     )
     assert lines[0] == expected
     rows = np.array([[float(v) for v in line.split(",")] for line in lines[1:]])
@@ -149,7 +150,7 @@ def test_waypoint_rows_are_the_programs_positions():
     from compgen.core.evaluation import evaluate
     from compgen.core.units import DEG
 
-    theta = planned.job.robot.to_theta(rows[:, 17:] * DEG)
+    theta = planned.job.robot.to_theta(rows[:, 17:23] * DEG)
     assert np.abs(evaluate(planned.model.nominal, theta)[0] * 1e3 - commanded).max() < 2e-3
 
 
@@ -168,6 +169,8 @@ def test_report_is_documented():
                 "acceleration",
                 "jerk",
                 "joint_range_deg",
+                "budget_um",
+                "budget_rms_um",
             }:
                 yield from keys(value)
 

@@ -29,10 +29,10 @@ EXAMPLES = {
 }
 #: keys of numbers that have no unit
 PLAIN_NUMBERS = {
-    "coulomb", "conic_constant", "cycles", "decimals", "drives", "duty", "excess_a", "excess_d", "exponent",
-    "forecast_blocks", "forecast_scale", "holding",
-    "idle_fraction", "matrix", "max_lines", "max_positions", "name_length", "number", "order", "repeat", "runs",
-    "turn_joints", "turns", "viscous", "volumes",
+    "confidence", "conic_constant", "coulomb", "cycles", "decimals", "draws", "drives", "duty", "excess_a",
+    "excess_d", "exponent", "forecast_blocks", "forecast_scale", "holding", "idle_fraction", "matrix", "max_lines",
+    "max_positions", "name_length", "number", "order", "repeat", "runs", "seed", "share", "turn_joints", "turns",
+    "viscous", "volumes",
 }  # fmt: skip
 
 

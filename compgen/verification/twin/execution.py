@@ -23,7 +23,6 @@ from compgen.robot.robot import Robot
 from compgen.thermal import Ambient, Duty, JointMotion, NodeModel, initial_state, still_air
 from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faulty_arm import TwinError
-from compgen.verification.twin.growth import growth_per_kelvin
 from compgen.verification.twin.heat import mode_states
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
 from compgen.verification.twin.real_arm import Twin, refuse_wrong_inverse
@@ -97,7 +96,7 @@ class PreparedProgram:
             return execution
 
         # faults remember what was executed before: then one chunk after the other, and not side by side
-        chunks = map_blocks(S, execute_chunk, CHUNK) if self.twin.faults is None else _in_order(S, execute_chunk)
+        chunks = map_blocks(S, execute_chunk, CHUNK) if self.twin.only_grows else _in_order(S, execute_chunk)
         for k, execution in enumerate(chunks, 1):
             yield execution
             progress(min(1.0, k * CHUNK / S))
@@ -131,7 +130,7 @@ class PreparedProgram:
         every = max(1, (len(segment) * len(self.samples_per_segment)) // (twin.confirmed * (last - first)))
         actual = Pose.from_rows(position, rotation)
         twin.confirm_by_pinocchio(theta, growth, actual, every)
-        if twin.faults is not None:
+        if not twin.only_grows:
             actual, history = twin.faulty_pose(theta, growth, rise, history, every)
         return Execution(segment, fraction, time, rise, theta, actual), history
 
@@ -147,7 +146,7 @@ class PreparedProgram:
             first, last = int(segment[0]), int(segment[-1]) + 1
             steady = heat.steady_rise("moving", self.driven[first:last])
             since = (time - self.time[segment])[:, None]
-            per_kelvin = growth_per_kelvin(heat, self.twin.profiles).reshape(1, -1)
+            per_kelvin = self.twin.growth_per_kelvin().reshape(1, -1)
             rise, growth = evaluate(
                 build_rise_and_growth(K), IndexedRows(self.rise, segment), IndexedRows(steady, segment - first),
                 heat.tau[None], per_kelvin, since,

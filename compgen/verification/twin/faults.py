@@ -57,6 +57,15 @@ class Faults:
     gravity: Array = field(default_factory=lambda: np.zeros(3))  # [m/s2]
     force: Array = field(default_factory=lambda: np.zeros(3))  # [N] in tool axes
 
+    @property
+    def only_growth(self) -> bool:
+        """Whether the arm grows as no profile says, and is perfect beside."""
+        numbers = (
+            self.link_offsets, self.joint_zeros, self.joint_coupling, self.compliance, self.gear_harmonics,
+            self.joint_ripple, self.backlash, self.windup, self.base_frame, self.tool_frame,
+        )  # fmt: skip
+        return not (any(x.any() for x in numbers) or self.thermal_distortions or self.axis_deviations)
+
     def __post_init__(self) -> None:
         own(self, link_offsets=(6, 4), joint_zeros=(6,), joint_coupling=(6, 6), compliance=(6,))
         own(self, gear_harmonics=(6, 2, 2), gear_cycles=(6,), joint_ripple=(6, "H", 2), ripple_orders=("H",))

@@ -67,7 +67,7 @@ class FaultyArm:
 
         Args:
             theta: Joints as the controller commands them, in the order in which they are executed, (M, 6) [rad].
-            growth: Of heated lengths at the robot file's cte, (M,) [m] each.
+            growth: Of heated lengths, (M,) [m] each.
             rise: (M, K) [K].
             tool: TCP in the flange as the controller believes it, 1 for all or M.
             history: Of the samples before.
@@ -205,7 +205,6 @@ class FaultyArm:
 
     def _placements(self, growth: Mapping[str, Array], rise: Array) -> list[Pose]:
         """Of each of the six joints on the link before it, and of the flange on the last, with all faults."""
-        f = self.faults
         placements: list[Pose] = []
         for i in range(7):
             C = self._row_frame(i)
@@ -214,7 +213,7 @@ class FaultyArm:
                 link, axis = LINK_OF_LENGTH[name]
                 if link == i:
                     offset = np.zeros((len(grown), 3))
-                    offset[:, axis] = grown * (1 + f.cte_excess.get(name, 0.0))
+                    offset[:, axis] = grown
                     change = _compose(Pose(offset, np.tile(np.eye(3), (len(offset), 1, 1))), change)
             nominal = self.flange if i == 6 else self.model.jointPlacements[i + 1]
             placements.append(_compose(change, _constant(nominal)))

@@ -47,7 +47,7 @@ class Twin:
             progress: Called with the share done.
             tools: M tools, one a sample; default the twin's own.
         """
-        if self.faults is None and tools is None:
+        if self.only_grows and tools is None:
             return self._grown_pose(theta, self.growth(rise), progress)
         every = max(1, len(theta) // self.confirmed)
         pose, _ = self.faulty_pose(theta, self.growth(rise), rise, DirectionHistory(), every, tools)
@@ -94,7 +94,18 @@ class Twin:
 
     def growth(self, rise: Array) -> Array:
         """Growth of each of ``LENGTHS`` at rises (M, K) [K], (M, 6) [m]."""
-        return np.asarray(rise @ growth_per_kelvin(self.heat, self.profiles))
+        return np.asarray(rise @ self.growth_per_kelvin())
+
+    def growth_per_kelvin(self) -> Array:
+        """Growth of each of ``LENGTHS`` per kelvin of each node, (K, 6) [m/K]."""
+        excess = {} if self.faults is None else self.faults.cte_excess
+        factors = np.array([1 + excess.get(length, 0.0) for length in LENGTHS])
+        return np.asarray(growth_per_kelvin(self.heat, self.profiles) * factors)
+
+    @property
+    def only_grows(self) -> bool:
+        """Whether the arm is perfect but for its growth: then what it did before leaves it as it is."""
+        return self.faults is None or self.faults.only_growth
 
 
 def refuse_wrong_inverse(segment: IntArray, distance: Array, turned: Array) -> None:

@@ -1,0 +1,182 @@
+"""Draws of an arm and a day, flown by the twin from the text, and the bounds with a probability that they verify."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shipped import ROOT, path_file, quiet
+
+from compgen.core.exceptions import InputError
+from compgen.core.units import UM
+from compgen.pipelines import draws as flown
+from compgen.pipelines import generate
+from compgen.pipelines.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
+from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.pipelines.uncertainty import changed_job
+from compgen.verification.band import directed_moment
+from compgen.verification.deviation import deviation_from_path
+from compgen.verification.twin import prepare
+from compgen.verification.verdict import Bounds, Guarantee, Verdict
+
+LINE = path_file("line_x")
+#: a robot that knows everything but what a test adds
+KNOWN = [
+    "robot.thermal.uncertainty={law_K=0, sensors_K=0, air_K=0, feed_percent=0, missing_percent=0, "
+    "cte_um_m_K=[11.25, 11.25]}",
+    "compensation.start_drift_um=0.01",
+]
+#: a robot with a bit of everything, each known with a sigma
+FLAWED = [
+    "robot.sources.link_offsets.a_um=[0, 50, 0, 0, 0, 0]",
+    "robot.sources.link_offsets.sigma.a_um=[0, 12, 5, 0, 0, 0]",
+    "robot.sources.joint_zeros.offset_mdeg=[5, 0, 0, 0, 0, 0]",
+    "robot.sources.joint_zeros.sigma.offset_mdeg=[0, 1, 1, 0, 2, 0]",
+    "robot.sources.hysteresis.backlash_mdeg=[4, 3, 2, 0, 0, 0]",
+    "robot.sources.hysteresis.width_mdeg=[90, 90, 90, 90, 90, 90]",
+    "robot.sources.hysteresis.sigma.backlash_mdeg=[1, 1, 1, 0, 0, 0]",
+    "frame.x_mm=-40",
+    "frame.taught.through='model'",
+    "frame.taught.sigma_um=[5, 6, 7]",
+    "frame.taught.sigma_mdeg=[1, 2, 3]",
+]
+
+
+def corrected(*overrides: str, robot: str | None = None) -> tuple[Planned, Corrected]:
+    return generate.generate(load_job(LINE, robot, overrides), quiet)
+
+
+def promise(draws: int = 59, seed: int = 0) -> Guarantee:
+    return Guarantee(Bounds(max=1e-3), 0.95, 0.95, draws, 0, seed)
+
+
+def fly(result: tuple[Planned, Corrected], guarantee: Guarantee) -> flown.FlownDraws:
+    planned, made = result
+    prepared = prepare(twin_of(planned.job), made.program, made.before, made.air)
+    return flown.fly_draws(driven(result), prepared, made.deviation, made.start_window, guarantee=guarantee)
+
+
+def driven(result: tuple[Planned, Corrected]) -> DrivenProgram:
+    planned, made = result
+    time = made.trajectory.time
+    return DrivenProgram(
+        planned.job, planned.model, planned.path, made.solution.theta, time, planned.rise, planned.motion
+    )
+
+
+@pytest.fixture(scope="module")
+def line() -> tuple[Planned, Corrected]:
+    return corrected()
+
+
+def test_a_draw_of_one_value_is_the_arm_that_has_it() -> None:
+    """An interval of cte without a width: every draw is the arm of another robot file, to what pinocchio leaves."""
+    planned, made = corrected(*KNOWN, "robot.thermal.uncertainty.cte_um_m_K=[13, 13]")
+    other = load_job(LINE, None, ["robot.thermal.cte_um_m_K=13"])
+    prepared = prepare(twin_of(other), made.program, other.history.before, other.history.air)
+    expected = deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count).on_part["total"]
+    draws = fly((planned, made), promise(59))
+    np.testing.assert_allclose(draws.total, expected.max, rtol=0, atol=0.03 * UM)
+    assert expected.max > 15 * UM
+
+
+def test_the_same_seed_draws_the_same_and_more_draws_go_on(line: tuple[Planned, Corrected]) -> None:
+    first, again, more = fly(line, promise()), fly(line, promise()), fly(line, promise(70))
+    np.testing.assert_array_equal(first.total, again.total)
+    np.testing.assert_array_equal(first.total, more.total[:59])
+    assert len(set(first.total.tolist())) == 59
+    assert np.abs(fly(line, promise(seed=1)).total - first.total).max() > 1 * UM
+
+
+def test_draws_spread_as_the_linear_band_says(line: tuple[Planned, Corrected]) -> None:
+    draws, program = fly(line, promise(400)), driven(line)
+    rows = rows_of_band(program)
+    columns = columns_along(program, uncertainty_of(program, line[1].start_window), rows)
+    on_part = program.path.contact[rows]
+    variance = directed_moment(columns)[on_part][:, [0, 3, 5]].sum(axis=1).mean()
+    assert 0.9 < np.sqrt(np.mean(draws.moved**2) / variance) < 1.1
+    assert 0.001 < draws.linearity < 0.07
+
+
+def test_what_is_guaranteed_holds_for_other_draws(line: tuple[Planned, Corrected]) -> None:
+    guaranteed = fly(line, promise()).bounds[0].guaranteed
+    assert np.mean(fly(line, promise(400, seed=7)).total <= guaranteed) >= 0.95 - 2 * np.sqrt(0.05 * 0.95 / 400)
+
+
+def test_slopes_and_flights_agree_draw_by_draw_on_an_arm_with_every_kind_of_source() -> None:
+    draws = fly(corrected(*FLAWED), promise())
+    assert draws.linearity < flown.AGREEMENT
+    assert [f.code for f in draws.findings()] == []
+
+
+def without_heat(job: Job, *rest: object) -> Job:
+    """A twin that forgets how the warmth differs."""
+    return replace(changed_job(job, *rest), heat_change=None)  # type: ignore[arg-type]
+
+
+def without_sources(job: Job, *rest: object) -> Job:
+    """A twin that forgets how the sources differ."""
+    changed = changed_job(job, *rest)  # type: ignore[arg-type]
+    return replace(changed, cell=replace(changed.cell, sources=job.sources))
+
+
+OF_WARMTH = ("law of link1", "law of j3", "law of wrist", "thermocouples", "air", "feed")
+OF_EXPANSION = ("cte", "profile of a2", "profile of d4", "profile of d6")
+
+
+@pytest.mark.parametrize(("forgetful", "among"), [(without_heat, OF_WARMTH), (without_sources, OF_EXPANSION)])
+def test_quantities_that_the_twin_ignores_are_found(
+    line: tuple[Planned, Corrected], monkeypatch: pytest.MonkeyPatch, forgetful: object, among: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr(flown, "changed_job", forgetful)
+    draws = fly(line, promise())
+    assert draws.linearity > 2 * flown.AGREEMENT
+    (finding,) = draws.findings()
+    assert finding.code == "band.linear"
+    assert draws.disagrees_in in among
+    assert f"most in '{draws.disagrees_in}'" in finding.message
+    assert len(finding.message) <= 300
+
+
+def test_what_no_quantity_explains_moves_the_tool_too() -> None:
+    planned, made = corrected(*KNOWN, "robot.thermal.uncertainty.missing_percent=20")
+    draws = fly((planned, made), promise(100))
+    thermal = planned.deviation().on_part["total"].max
+    assert draws.moved.max() < 0.01 * UM  # the quantities leave nothing open
+    # a field of 20 % of the thermal error in three directions: its largest along the line
+    assert 0.2 * thermal < np.median(draws.total) < 0.7 * thermal
+
+
+def test_a_broken_promise_is_outside_and_a_kept_one_inside(line: tuple[Planned, Corrected]) -> None:
+    guaranteed = fly(line, promise()).bounds[0].guaranteed / UM
+    for bound, verdict in ((guaranteed * 1.01, Verdict.INSIDE), (guaranteed * 0.99, Verdict.OUTSIDE)):
+        _, made = corrected(f"bounds.guaranteed.max_um={bound}")
+        assert made.draws is not None
+        assert made.verdict is verdict
+        assert ("bounds.guaranteed.max_um" in {f.code for f in made.findings}) == (verdict is Verdict.OUTSIDE)
+
+
+def test_one_file_for_many_starts_is_flown_at_some_of_them(line: tuple[Planned, Corrected]) -> None:
+    delays = "compensation.average_over.delay_s=[0, 3600]"
+    _, made = corrected(delays, "bounds.guaranteed.max_um=1000", *KNOWN, "robot.thermal.uncertainty.air_K=0.001")
+    assert made.draws is not None
+    assert made.draws.linearity < flown.AGREEMENT or made.draws.moved.max() < 0.1 * UM
+    assert np.ptp(made.draws.total) > 1 * UM  # by the delays alone
+    assert made.draws.total.max() <= made.deviation.on_part["total"].max + 0.2 * UM
+
+
+def test_a_robot_that_does_not_say_how_well_it_is_known_promises_nothing(tmp_path: Path) -> None:
+    text = (ROOT / "robots" / "m710ic50.toml").read_text()
+    begin, end = text.index("[thermal.uncertainty]"), text.index("# Second thermal model")
+    robot = tmp_path / "silent.toml"
+    robot.write_text(text[:begin] + text[end:])
+    with pytest.raises(
+        InputError, match=r"bounds\.guaranteed: .*silent\.toml does not say .* \[thermal\.uncertainty\]"
+    ):
+        load_job(LINE, str(robot), ["bounds.guaranteed.max_um=60"])
+    assert load_job(LINE, str(robot)).bounds.guaranteed is None
+    with pytest.raises(InputError, match="does not say how well"):
+        load_job(LINE, None, ["bounds.guaranteed.max_um=60", *KNOWN])
