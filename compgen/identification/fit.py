@@ -313,13 +313,18 @@ def leave_one_out_distance(linear: Linearisation, solution: Posterior, data: Mea
     For a row inside the fit e' (s^2 V - A C A')^-1 e, for one that was set aside e' (s^2 V + A C A')^-1 e.
     """
     s2 = solution.scales.noise[data.kind] * (data.sigma**2 + solution.scales.rho * (data.kind == PLACE))
-    fit_variance = linear.A @ solution.covariance @ np.swapaxes(linear.A, 1, 2)
-    sign = np.where(outlier, 1.0, -1.0)[:, None, None]
-    S = s2[:, None, None] * np.eye(3) + sign * fit_variance
-    values, vectors = np.linalg.eigh(S)
-    values = np.maximum(values, 0.1 * s2[:, None])  # the fit follows some rows wherever they go
-    component = np.einsum("nji,nj->ni", vectors, linear.z)
-    return np.asarray((component**2 / values).sum(axis=1))
+    sign = np.where(outlier, 1.0, -1.0)
+    distance = np.empty(len(s2))
+    for numbers in np.unique(data.numbers).tolist():
+        rows = data.numbers == numbers
+        A, z = linear.A[rows, :numbers], linear.z[rows, :numbers]
+        fit_variance = A @ solution.covariance @ np.swapaxes(A, 1, 2)
+        S = s2[rows, None, None] * np.eye(numbers) + sign[rows, None, None] * fit_variance
+        values, vectors = np.linalg.eigh(S)
+        values = np.maximum(values, 0.1 * s2[rows, None])  # the fit follows some rows wherever they go
+        component = np.einsum("nji,nj->ni", vectors, z)
+        distance[rows] = (component**2 / values).sum(axis=1)
+    return distance
 
 
 def _reflector_rotations(data: Measurements, frames: InstrumentFrames, rotation: Array) -> Array:

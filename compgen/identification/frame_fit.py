@@ -198,6 +198,40 @@ def _fit(artefact: Artefact, touches: Touches, position: Array, rotation: Array,
     )  # fmt: skip
 
 
+def measured_lengths(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> list[tuple[int, float]]:
+    """How much longer the arm has each certified length than its certificate, where that is more than noise.
+
+    A touch from one side locates its sphere along the line to where the fitted frame has it.
+
+    Returns:
+        Number of the length, and the difference [m].
+    """
+    tip = flange.position - touches.deflection[:, None] * np.nan_to_num(touches.normal)
+    tip = tip + flange.rotation @ fitted.probe
+    radius = np.where(
+        np.isfinite(touches.normal[:, 0]), (artefact.diameter[touches.target] + artefact.probe_diameter) / 2, 0.0
+    )
+    centres = {}
+    for s in np.unique(touches.target).tolist():
+        rows = (touches.target == s) & ~fitted.outlier
+        if not rows.any():
+            continue
+        middle = fitted.frame.act(artefact.place[s][None]) if np.isfinite(artefact.place[s, 0]) else tip[rows].mean(0)
+        gap = middle - tip[rows]
+        toward = gap / np.maximum(np.linalg.norm(gap, axis=1), 1e-12)[:, None]
+        centres[s] = ((tip[rows] + radius[rows, None] * toward).mean(axis=0), int(rows.sum()))
+    differences = []
+    for n, (a, b) in enumerate(artefact.between.tolist()):
+        if artefact.certified is False or a not in centres or b not in centres:
+            continue
+        (at, of_a), (bt, of_b) = centres[a], centres[b]
+        longer = float(np.linalg.norm(at - bt) - artefact.length[n])
+        sigma = np.hypot(fitted.noise * np.sqrt(1 / of_a + 1 / of_b), artefact.length_sigma[n])
+        if abs(longer) > FAR * sigma:
+            differences.append((n, longer))
+    return differences
+
+
 def _kabsch(sphere: Array, tip: Array) -> Pose:
     """The frame that puts spheres (M, 3) nearest to where they were touched (M, 3)."""
     middle, centre = sphere.mean(axis=0), tip.mean(axis=0)

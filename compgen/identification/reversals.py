@@ -22,7 +22,7 @@ from compgen.core.findings import Finding, Level
 from compgen.core.units import DEG, MDEG
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.source import DirectionDependent, Law, ReversalWidths
-from compgen.identification.measurements import Measurements
+from compgen.identification.measurements import PLACE, TOUCH, Measurements
 from compgen.identification.model import SymbolicSource
 from compgen.robot.robot import Robot
 
@@ -109,8 +109,14 @@ def directions(theta: Array, motion: Array, widths: ReversalWidths) -> Array:
 
 
 def with_directions(data: Measurements, widths: ReversalWidths) -> Measurements:
-    """Measurements whose poses say how far each joint is through its play."""
-    return replace(data, direction=directions(data.theta, data.direction, widths))
+    """Measurements whose poses say how far each joint is through its play.
+
+    A probe that touches from one side has come along its direction, however the pose before was.
+    """
+    direction = directions(data.theta, data.direction, widths)
+    probing = data.pose[(data.kind == TOUCH) & (data.numbers == 1)]
+    direction[probing] = data.direction[probing]
+    return replace(data, direction=direction)
 
 
 def without_run_interiors(data: Measurements) -> Measurements:
@@ -160,7 +166,11 @@ def lost_motion_findings(robot: Robot, motion: LostMotion | None, fitted: Sequen
 
 
 def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:
-    """Joint and poses, in order, of each run: one joint alone moves, in small steps, and turns back on the way."""
+    """Joint and poses, in order, of each run: one joint alone moves, in small steps, and turns back on the way.
+
+    An instrument saw all of its places: distances and touches tell no curve.
+    """
+    seen = np.isin(np.arange(len(data.theta)), data.pose[data.kind == PLACE])
     turn = np.diff(data.theta, axis=0)
     moves = np.abs(turn) > STILL
     alone = (moves.sum(axis=1) == 1) & (np.abs(turn).max(axis=1, initial=0.0) < STEP) & data.direction[1:].any(axis=1)
@@ -171,7 +181,7 @@ def _runs(data: Measurements) -> Iterator[tuple[int, IntArray]]:
             continue
         poses = np.arange(begin, m + 1)
         i = int(joint[begin])
-        if i >= 0 and len(poses) >= LEAST_POSES and len(set(np.sign(turn[begin:m, i]))) == 2:
+        if i >= 0 and seen[poses].all() and len(poses) >= LEAST_POSES and len(set(np.sign(turn[begin:m, i]))) == 2:
             yield i, poses
         begin = m
 

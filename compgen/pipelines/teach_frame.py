@@ -15,10 +15,10 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector, to_wpr
 from compgen.core.units import DEG, MDEG, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
-from compgen.identification.frame_fit import FrameFit, fit_frame
+from compgen.identification.frame_fit import FrameFit, fit_frame, measured_lengths
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import build_model, fixed_source
-from compgen.identification.touches import Touches, probing_directions, read_artefact, read_touches
+from compgen.identification.touches import Artefact, Touches, probing_directions, read_artefact, read_touches
 from compgen.identification.warm_up import with_temperatures
 from compgen.pipelines.part_frame import WARM
 from compgen.pipelines.robot_file import Arm
@@ -77,6 +77,7 @@ def teach_frame(
     perfect = build_model(arm.robot, [], len(arm.nodes)).pose(data, np.zeros(0))
     pendant = fit_frame(artefact, touches, *perfect, [])
     fitted = pendant
+    position, rotation = perfect
     if not nominal:
         model = build_model(arm.robot, sources, len(arm.nodes))
         position, rotation = model.pose(data, np.zeros(0))
@@ -84,6 +85,7 @@ def teach_frame(
         fitted = fit_frame(artefact, touches, position, rotation, variants)
     rise = dict(zip(arm.nodes, np.abs(data.rise).max(axis=0, initial=0.0).tolist()))
     findings += _findings(arm, touches, fitted, log, nominal, max(rise.values(), default=0.0))
+    findings += _length_findings(artefact, touches, fitted, Pose(position, rotation))
     robot_file = f"{arm.robot.name} {sha256(Path(arm.source).read_bytes()).hexdigest()[:16]}"
     return TaughtFrame(
         number, fitted, "pendant" if nominal else "model", robot_file, rise, touches, None if nominal else pendant,
@@ -138,6 +140,20 @@ def _findings(
     if not nominal and not any(k.sigma for k in arm.known):
         message = f"{arm.source} was never identified: what the arm errs by where it touched is in the frame"
         findings.append(Finding(Level.WARNING, "frame.model", message))
+    return findings
+
+
+def _length_findings(artefact: Artefact, touches: Touches, fitted: FrameFit, flange: Pose) -> list[Finding]:
+    """Certified lengths that the arm has otherwise."""
+    findings = []
+    for n, longer in measured_lengths(artefact, touches, fitted, flange):
+        a, b = (artefact.names[s] for s in artefact.between[n].tolist())
+        message = (
+            f"the arm has '{a}' and '{b}' {abs(longer) / UM:.0f} um {'farther apart' if longer > 0 else 'nearer'} than "
+            f"their certified {artefact.length[n] / MM:.3f} mm: is the artefact's temperature right? cgen identify "
+            "--touches fits the arm's lengths to it"
+        )
+        findings.append(Finding(Level.WARNING, "frame.length", message))
     return findings
 
 

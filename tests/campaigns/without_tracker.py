@@ -172,7 +172,7 @@ def campaign(site, seed, kind, folder):
     return MeasurementFiles(distances=[str(folder / "distances.csv")] if kind == "all three" else [], touches=touches)
 
 
-KINDS = ("tracker", "distances", "centres, one length", "centres, places", "sides, one length", "all three")
+KINDS = ("tracker", "distances", "centres and a length", "centres of places", "sides and a length", "all three")
 
 
 def run(seed, kinds=KINDS):
@@ -204,10 +204,12 @@ def run(seed, kinds=KINDS):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--seeds", default="0:10")
+    parser.add_argument("--kinds", default=",".join(KINDS), help="some of the ways, the tracker with them")
     options = parser.parse_args()
     first, last = map(int, options.seeds.split(":"))
-    rows = [run(seed) for seed in range(first, last)]
-    for kind in KINDS:
+    kinds = options.kinds.split(",")
+    rows = [run(seed, kinds) for seed in range(first, last)]
+    for kind in kinds:
         left = np.array([r[kind] for r in rows])
         share = left / np.array([r["tracker"] for r in rows])
         k = int(np.argmax(share))

@@ -8,7 +8,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM, UM
-from compgen.identification.frame_fit import fit_frame
+from compgen.identification.frame_fit import fit_frame, measured_lengths
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.robot_file import load_any_robot
 from compgen.robot.inverse_kinematics import Posture, solve_tool
@@ -162,3 +162,22 @@ def test_spheres_on_a_line_are_refused(tmp_path, arm):
     moved = Pose(PART.act(line[target]) + rng.normal(0, 10 * UM, (len(target), 3)), pose.rotation)
     with pytest.raises(InputError, match="line"):
         fitted(tmp_path, arm, artefact_text(line), touches_text(arm, target, moved))
+
+
+@pytest.mark.parametrize("sides", [False, True])
+def test_a_certified_length_that_the_arm_has_otherwise_is_said(tmp_path, arm, sides):
+    """Spheres farther apart than their certificate: the arm's scale, or the artefact's temperature."""
+    target, pose, normal = commanded(np.random.default_rng(8), sides=sides, noise=2 * UM)
+    text = touches_text(arm, target, pose, normal if sides else None)
+    apart = np.linalg.norm(PLACES[0] - PLACES[3]) / MM
+    for wrong, count in ((0.0, 0), (0.05, 1)):
+        length = f'[[length]]\nbetween = ["a", "d"]\nmm = {apart - wrong:.6f}\nsigma_um = 1\n'
+        (tmp_path / "artefact.toml").write_text(artefact_text() + length)
+        (tmp_path / "touches.csv").write_text(text)
+        known = read_artefact(str(tmp_path / "artefact.toml"))
+        rows = read_touches(str(tmp_path / "touches.csv"), arm, known, {})
+        flange = flange_pose(arm, rows.theta)
+        fit = fit_frame(known, rows, flange.position, flange.rotation, [])
+        differences = measured_lengths(known, rows, fit, flange)
+        assert len(differences) == count
+        assert all(longer == pytest.approx(wrong * MM, rel=0.15) for _, longer in differences)

@@ -5,15 +5,20 @@ import tomllib
 
 import numpy as np
 import pytest
+from campaign import robot_file as heated_robot
 from command_line import run
+from numpy.testing import assert_allclose
 from synthetic import random_theta
 
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, MM, UM
+from compgen.identification.fit import fit
 from compgen.identification.measurements import DISTANCE, TOUCH
 from compgen.identification.model import build_model
+from compgen.identification.observability import unobservable, unseen_directions
+from compgen.identification.parameters import symbolic_sources
 from compgen.identification.plausibility import check_plausible, check_row_count, check_scale
 from compgen.pipelines.identification_files import MeasurementFiles, read_measurements
 from compgen.pipelines.robot_file import load_arm
@@ -370,3 +375,71 @@ def test_options_that_nothing_uses_are_refused(tmp_path, arm, distances):
     nothing = run("identify", "m710ic50")
     assert nothing.returncode == 2
     assert "--distances" in nothing.stderr
+
+
+def test_a_single_sphere_alone_never_tells_the_scale(arm, tmp_path):
+    """Not even of a certified place: an arm twice as large would touch it twice as far away."""
+    rows = touch_rows(arm, np.random.default_rng(21), 40, places=SPHERES[:1])
+    with pytest.raises(InputError, match="tells the scale"):
+        read(arm, tmp_path, touches=text(TOUCH_HEAD, rows), of=artefact(length=(), known=(0,), places=SPHERES[:1]))
+
+
+def test_what_a_small_sweep_cannot_see_is_named(arm, tmp_path):
+    """A ballbar whose wrist stands: J4 to J6 stay where they are."""
+    rng = np.random.default_rng(22)
+    theta = random_theta(arm.robot, rng, 80)
+    theta[:, 3:] = theta[0, 3:]
+    where = carried(arm, theta, PRISM[0])
+    rows = [["r1", *degrees(arm, q), "ball", f"{np.linalg.norm(p - SOCKET) / MM:.5f}"] for q, p in zip(theta, where)]
+    data = read(arm, tmp_path, text([*DISTANCE_HEAD[:8], "distance_mm"], rows), force=True)
+    parts = symbolic_sources(arm.robot, arm.known, np.ones(6, dtype=bool), False, facts=arm.facts)
+    model = build_model(arm.robot, [s for s in parts if s.original.NAME in ("joint_zeros", "link_offsets")], 0)
+    fitted = fit(model, data, np.ones(len(model.parameters), dtype=bool))
+    findings = [f.message for f in unobservable(model, data, fitted)]
+    assert "base_frame" in findings[0]
+    named = " ".join(unseen_directions(model, data, fitted))
+    seen = [p.name for p in model.parameters if p.name not in named]
+    # beyond J3 all stands, and the reflector's place takes it up; so it does the zero of J3
+    assert all(f"joint_zeros.offset_mdeg[{k}]" in named for k in (3, 4, 5))
+    assert "link_offsets.alpha_mdeg[5]" in named
+    assert {"joint_zeros.offset_mdeg[2]", "link_offsets.a_um[2]"} <= set(seen)
+    assert findings[1].startswith("no row sees ")
+
+
+def test_a_warm_arm_measured_by_distances_alone(tmp_path):
+    """Its log goes with the distances' times; rises come to the poses of both ends."""
+    heated = load_arm(heated_robot(tmp_path))
+    rng = np.random.default_rng(23)
+    rows = [[*r, f"{60.0 * n:.0f}"] for n, r in enumerate(distance_rows(heated, rng, 60))]
+    (tmp_path / "warm.csv").write_text(text([*HEAD, "time_s"], rows))
+    log = ["time_s," + ",".join(f"{name}_degC" for name in heated.nodes)]
+    nodes = range(1, len(heated.nodes) + 1)
+    log += [",".join([str(t), *(f"{20 + t / 600 * k:.2f}" for k in nodes)]) for t in range(0, 3660, 60)]
+    (tmp_path / "log.csv").write_text("\n".join(log) + "\n")
+    files = MeasurementFiles(distances=[str(tmp_path / "warm.csv")], log=str(tmp_path / "log.csv"))
+    data, _ = read_measurements(heated, files, False)
+    assert_allclose(data.rise[data.pose[30]], 30 * 60 / 600 * np.arange(1, len(heated.nodes) + 1), atol=0.15)
+    assert_allclose(data.rise[data.ends.pose[30]], data.rise[data.pose[30]])
+    assert (data.warm[data.pose[-10:]] > 0).all()
+    (tmp_path / "cold.csv").write_text(text(HEAD, [r[:-1] for r in rows]))
+    with pytest.raises(InputError, match="no measurements have times"):
+        read_measurements(heated, MeasurementFiles(distances=[str(tmp_path / "cold.csv")], log=files.log), False)
+
+
+def test_a_certified_artefact_is_the_frame_that_validate_knows(arm, tmp_path):
+    """World stands in the artefact's axes; another touch of it is judged without any fit."""
+    rng = np.random.default_rng(24)
+    (tmp_path / "touches.csv").write_text(text(TOUCH_HEAD, touch_rows(arm, rng, 150)))
+    (tmp_path / "artefact.toml").write_text(artefact(length=(), known=range(5)))
+    made = run("identify", "m710ic50", "--touches", tmp_path / "touches.csv", "-o", tmp_path / "mine.toml", "--json")
+    assert made.returncode == 0, made.stderr
+    record = tomllib.loads((tmp_path / "mine.toml").read_text())["identified"]
+    assert set(record["artefact_mm"]) == {"artefact.toml"}
+    assert "instrument_mm" not in record
+    (tmp_path / "touches.csv").write_text(text(TOUCH_HEAD, touch_rows(arm, rng, 10)))
+    result = run("validate", tmp_path / "mine.toml", "--touches", tmp_path / "touches.csv", "--json")
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["overall"]["identified"]["rms"] < 3 * NOISE / MM
+    unknown = run("validate", "m710ic50", "--touches", tmp_path / "touches.csv")
+    assert unknown.returncode == 2
+    assert "--refit-frames" in unknown.stderr
