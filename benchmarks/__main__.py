@@ -14,7 +14,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 
-from benchmarks import cases, heat, identification, peers, text, whole  # noqa: E402
+from benchmarks import bands, cases, heat, identification, peers, text, whole  # noqa: E402
 from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
 from compgen import fanuc  # noqa: E402
 from compgen.core import evaluation  # noqa: E402
@@ -115,6 +115,9 @@ def whole_runs(folder: Path, unit: float, points: int) -> Iterator[Row]:
         yield told, "<= 1.1" if long else "", f"{late / early:.2f}"
         yield "start-up beside, in processor seconds", "", f"{small[2] - small[0] * early:.2f}"
     yield f"peak memory at {count:.0f}", "<= 2000 MB", f"{peak:.0f} MB"
+    of_band = bands.seconds_of_band(points)
+    told = f"linear band with its columns at {count:.0f} waypoints, over the rest of the run, processor time"
+    yield told, "<= + 25 %" if long else "", f"+ {100 * of_band / (spent - of_band):.1f} %"
     processor, elapsed = whole.cold_start(folder)
     told = f"{processor:.1f} (elapsed {elapsed:.1f})"
     yield "generate paths/spiral_1300.toml over importing casadi, pinocchio, scipy", "<= 3", told

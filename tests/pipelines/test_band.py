@@ -219,3 +219,18 @@ def test_the_radius_holds_for_ellipsoids():
         x = np.linalg.norm(rng.normal(size=(200_000, 3)) @ half.T, axis=1)
         radius = radius_of(S[np.triu_indices(3)][None])[0]
         assert 0.94 <= np.mean(x <= radius) <= 0.96
+
+
+def test_a_part_that_stands_elsewhere_is_missed_the_other_way():
+    """Moved by d the tool is off by -d, turned by w about its middle c by -w x (p - c): by hand, without the chain."""
+    program = program_of(*FLAWED)
+    place, contact = program.path.target.position, program.path.contact
+    middle = (place[contact].min(axis=0) + place[contact].max(axis=0)) / 2
+    uncertainty = uncertainty_of(program)
+    columns = columns_along(program, uncertainty, np.arange(len(place)))
+    by_name = {q.name: columns.column[:, :, k] for k, q in enumerate(uncertainty.quantities)}
+    actual = program.model.actual_pose(program.theta, program.rise, program.motion).position
+    for axis, unit, shift, turn in zip("xyz", np.eye(3), (5, 6, 7), (1, 2, 3)):
+        assert_allclose(by_name[f"part's place {axis}"], np.broadcast_to(-shift * UM * unit, place.shape), atol=1e-12)
+        turned = -np.cross(turn * MDEG * unit, actual - middle)
+        assert_allclose(by_name[f"part's turn {axis}"], turned, atol=1e-9)
