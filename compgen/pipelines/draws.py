@@ -98,8 +98,8 @@ def fly_draws(
     window: float,
     progress: Callable[[float], None] = lambda share: None,
     guarantee: Guarantee | None = None,
-) -> FlownDraws:
-    """Fly as many draws as a guarantee says.
+) -> FlownDraws | None:
+    """Fly as many draws as a guarantee says; None where there is none.
 
     Args:
         program: That was written, as it is driven.
@@ -108,13 +108,10 @@ def fly_draws(
         window: How late the program may start [s]; zero for a file that serves many starts, of which each draw has one.
         progress: Called with the share done.
         guarantee: Bounds, and how many draws of which seed; default the job's own.
-
-    Raises:
-        ValueError: There is no guarantee.
     """
     guarantee = guarantee or program.job.bounds.guaranteed
     if guarantee is None:
-        raise ValueError("no bound with a probability: there is nothing to draw for")
+        return None
     uncertainty, rows = uncertainty_of(program, window), rows_of_band(program)
     columns, samples = columns_along(program, uncertainty, rows), prepared.first_samples()[rows]
     text = _Text(program, prepared, uncertainty, columns, rows, samples, deviation.error[samples])

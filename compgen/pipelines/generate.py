@@ -232,13 +232,9 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
             raise ImpossibleError(job_findings.failed(solution))
         limited = job_findings.limited(solution)
     commanded = problem.commanded(solution.correction)
+    feed = planned.feed * path.pace
     trajectory = retiming.retime(
-        job.robot,
-        path.arc,
-        solution.theta,
-        path.stop,
-        planned.feed * path.pace,
-        lambda share: progress("final timing", share),
+        job.robot, path.arc, solution.theta, path.stop, feed, lambda share: progress("final timing", share)
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
@@ -250,7 +246,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     planned.deviation()
     text = delivered.program
     prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
-    written = read_motion(prepared, np.diff(path.arc), planned.feed * path.pace)
+    written = read_motion(prepared, np.diff(path.arc), feed)
     averaged = _averaged(planned, problem, solution, prepared, trajectory, progress)
     if averaged is None:
         chunks = prepared.chunks(lambda share: progress("twin after", share))
@@ -259,9 +255,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         deviation = averaged.worst
     progress("cross flight", 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
-    drawn = None
-    if job.bounds.guaranteed is not None:
-        drawn = fly_draws(driven, prepared, deviation, _late(job, window), lambda share: progress("draws", share))
+    drawn = fly_draws(driven, prepared, deviation, _late(job, window), lambda share: progress("draws", share))
     verdict = [
         *judge(deviation, job.bounds),
         *(drawn.findings() if drawn is not None else []),

@@ -56,7 +56,9 @@ def promise(draws: int = 59, seed: int = 0) -> Guarantee:
 def fly(result: tuple[Planned, Corrected], guarantee: Guarantee) -> flown.FlownDraws:
     planned, made = result
     prepared = prepare(twin_of(planned.job), made.program, made.before, made.air)
-    return flown.fly_draws(driven(result), prepared, made.deviation, made.start_window, guarantee=guarantee)
+    draws = flown.fly_draws(driven(result), prepared, made.deviation, made.start_window, guarantee=guarantee)
+    assert draws is not None
+    return draws
 
 
 def driven(result: tuple[Planned, Corrected]) -> DrivenProgram:
