@@ -121,6 +121,13 @@ def test_the_second_moment_is_positive_and_alike_in_both_frames(plain):
     widths = band.half_widths(plain.path)
     assert_allclose(np.linalg.norm(widths[:, :3], axis=1), np.linalg.norm(widths[:, 3:], axis=1), rtol=1e-9)
     assert_allclose(widths[7:9], band.half_widths(plain.path, slice(7, 9)))
+    ahead, axis = np.gradient(plain.path.target.position, axis=0), plain.path.target.rotation[:, :, 2]
+    side = np.cross(ahead, axis)
+    way = np.flatnonzero(np.linalg.norm(side, axis=1) > 0.5 * np.linalg.norm(ahead, axis=1))
+    side = side[way] / np.linalg.norm(side[way], axis=1, keepdims=True)
+    for k, d in ((3, np.cross(axis[way], side)), (4, side), (5, -axis[way])):
+        by_hand = 2 * np.sqrt(np.einsum("ni,nij,nj->n", d, matrices[way], d))
+        assert_allclose(widths[way, k], by_hand, rtol=1e-6)
 
 
 def test_a_posterior_is_counted_with_its_correlations(plain):
