@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from compgen.identification.identify import Identification
-from compgen.report.identification_summary import identification_summary
+from compgen.report.identification_summary import identification_summary, limits_sentence
 
 MOST_PARAMETERS = 20  # that are printed, those that move the tool most first
 
@@ -30,6 +30,7 @@ def show_identification(identified: Identification) -> None:
         console.print(f"measured: {'; '.join(rows)}")
     coverage = ", ".join(f"{joint} {100 * c['share']:.0f} %" for joint, c in summary["coverage"].items())
     console.print(f"condition {summary['condition']}; coverage of the joints: {coverage}")
+    console.print(limits_sentence(summary))
     known = sorted((p for p in summary["parameters"] if not p["held_by_prior"]), key=lambda p: -p["moves_um"])
     for p in known[:MOST_PARAMETERS]:
         console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}, moves the tool by {p['moves_um']:.0f} um")

@@ -1,7 +1,7 @@
 r"""Identification: check the measurements, fit the candidate models, select one by cross-validation, judge it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from compgen.error_model.source import ArmFacts, Extensible
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.identification.cross_validation import cross_validate
 from compgen.identification.fit import Fit, fit
+from compgen.identification.fit_limits import assess_fit_limits, fit_limits_record, forecast_findings
 from compgen.identification.fixed_places import WORLD
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identifiability import Identifiability, assess_identifiability
@@ -33,6 +34,7 @@ from compgen.identification.reversals import (
     without_run_interiors,
 )
 from compgen.identification.shared_setup import with_shared_setups
+from compgen.identification.tables import FitLimits
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
 from compgen.identification.verdict import FittedCandidate, judge
 from compgen.robot.robot import Robot
@@ -54,6 +56,7 @@ class Identification:
     known: tuple[UncertainSource, ...]  # sources with fitted values and sigmas
     box: Array  # (6, 2) [rad] theta that the poses cover
     lost_motion: LostMotion | None = None  # what reversal runs told
+    limits: FitLimits = field(default_factory=FitLimits)  # what the fit leaves beside its parameters' covariance
 
     @property
     def selected(self) -> FittedCandidate:
@@ -68,6 +71,7 @@ class Identification:
             "model": self.selected.candidate.name,
             "noise_um": float(f"{self.selected.fit.noise / UM:.9g}"),
             "held_out_um": _nine_digits(held_out / UM),
+            **fit_limits_record(self.limits),
             **self._frames(frames),
             "reflector_mm": {
                 name: _nine_digits(place / MM) for name, place in zip(self.data.reflectors, frames.reflector)
@@ -160,11 +164,22 @@ def identify(
     findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
     findings += unobservable(model, data, candidates[best].fit)
-    findings += [*shared, *held, *(_unwritten_warmth(nodes) if states else ())]
+    limits = assess_fit_limits(model, data, candidates[best].fit, temperatures)
+    findings += [*forecast_findings(limits), *shared, *held, *(_unwritten_warmth(nodes) if states else ())]
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
-        robot, model, data, tuple(candidates), best, identifiability, tuple(findings), identified, box, lost_motion
+        robot,
+        model,
+        data,
+        tuple(candidates),
+        best,
+        identifiability,
+        tuple(findings),
+        identified,
+        box,
+        lost_motion,
+        limits,
     )
 
 

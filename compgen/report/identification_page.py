@@ -8,7 +8,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.identification.identifiability import correlations
 from compgen.identification.identify import Identification
 from compgen.report.figure import COOL, GREY, LINES, RED_TO_BLUE, WARM, Figure, axis, figure, rows_to_draw, trace
-from compgen.report.identification_summary import identification_summary
+from compgen.report.identification_summary import identification_summary, limits_sentence
 from compgen.report.page import figure_section, findings_list, page, section, verdict
 
 FIGURES = {
@@ -35,6 +35,7 @@ def identification_html(identification: Identification) -> bytes:
     )
     lead += verdict("outside" if identification.refused else "inside", sentence)
     figures = identification_figures(identification)
+    lead += f"<p>{limits_sentence(data)}</p>"
     body = lead + findings_list(identification.findings) + _ladder(data) + _kinds(data)
     body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
     return page(f"Identification of {identification.robot.name}", body + _parameters(data))

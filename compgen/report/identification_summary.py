@@ -9,6 +9,7 @@ from compgen import __version__
 from compgen.core.arrays import BoolArray
 from compgen.core.findings import Level
 from compgen.core.units import DEG, MM, UM
+from compgen.identification.fit_limits import fit_limits_record
 from compgen.identification.identify import Identification
 from compgen.identification.measurements import KINDS
 from compgen.identification.parameter_moves import largest_moves
@@ -41,6 +42,7 @@ def identification_summary(identification: Identification) -> dict[str, Any]:
             "high": _um(high),
             "robust": _um(best.cross_validation.robust_mean),
         },
+        "fit": fit_limits_record(identification.limits),
         "ladder": [
             {
                 "model": s.candidate.name,
@@ -94,6 +96,22 @@ def _kinds(identification: Identification) -> dict[str, Any]:
         }
         for k in np.unique(kind).tolist()
     }
+
+
+def limits_sentence(summary: dict[str, Any]) -> str:
+    """What the fit leaves beside its parameters' covariance, and how well the whole foretells, in words."""
+    fit = summary["fit"]
+    repeats, missing = fit.get("repeatability_um"), fit.get("thermal_missing_percent")
+    parts = [
+        f"fit noise {fit['fit_noise_um']:.1f} um a coordinate" + (" (repeatability in it)" if repeats is None else ""),
+        *([] if repeats is None else [f"repeatability {repeats:.1f} um"]),
+        *([] if missing is None else [f"thermal physics misses {missing:.0f} % of what warmth does"]),
+    ]
+    blocks, scale = fit["forecast_blocks"], fit["forecast_scale"]
+    parts.append(
+        f"{blocks} blocks foretold in time scale the band by {scale:.2f}" if blocks else "nothing was foretold"
+    )
+    return f"beside the parameters: {'; '.join(parts)}"
 
 
 def validation_summary(validation: Validation) -> dict[str, Any]:

@@ -1,0 +1,249 @@
+r"""What a fit leaves that its parameters' covariance does not say, and how well the whole foretells later measurements.
+
+Rows of a pose share what the arm does there and no model says. From how residuals differ between poses and within them,
+
+    within: s^2,   between: s^2 (1 + n rho),        tau^2 + s_r^2 = rho s^2
+
+s is the instrument's, s_r what poses driven to again tell (repeatability), tau what is left: fit noise. rho is no less
+than nothing, so its mean given that is taken: a fit that happens to show none is not free of it.
+
+In time's order the last two thirds of the poses are foretold, block by block, from all before, with the fit's scales
+and the noise that poses had until then. Blocks that are warmer than what they are foretold from tell what thermal
+physics misses, kappa of what warmth does, g:
+
+    |e|^2 / 3 = (expected) + kappa^2 g^2        by least squares over the poses, weighted by their variances
+
+and lambda is the rms over blocks of the mean deviation m of a block over all that is known of it,
+
+    lambda^2 = mean_b  m_b' S_b^-1 m_b / 3,     S_b = cov(m_b) from C, s, rho and kappa
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.findings import Finding, Level
+from compgen.core.units import PERCENT, UM
+from compgen.identification.evidence import Posterior, posterior
+from compgen.identification.fit import SEEN_TWICE, SETTLED, Fit, frame_prior
+from compgen.identification.linearisation import channel_equations
+from compgen.identification.measurements import NONE, PLACE, Measurements
+from compgen.identification.model import ArmModel
+from compgen.identification.tables import FitLimits
+
+KNOWN_FIRST = 1 / 3  # share of the poses that is never foretold
+MOST_BLOCKS = 12
+LEAST_POSES = 3  # of a block
+FEW_BLOCKS = 8  # fewer say little of lambda
+LARGEST_SCALE = 3.0  # of lambda: beyond, the fit does not foretell
+LEAST_MISSING = 0.05  # of kappa
+WARMTH = 20e-6  # [m] that warmth must move some pose by, to tell kappa
+SAME_POSE = 1e-4  # [rad] of each joint
+SAME_RISE = 0.3  # [K]
+LEAST_REPEATS = 9.0  # degrees of freedom of poses driven to again
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Forecast:
+    """A block's rows as they are foretold."""
+
+    pose: IntArray  # (n,) of each row
+    measured: BoolArray  # (n, 3) which coordinates; a distance stands in the first
+    deviation: Array  # (n, 3) [m]
+    covariance: Array  # (3 n, 3 n) [m^2] without kappa
+
+
+def assess_fit_limits(model: ArmModel, data: Measurements, fitted: Fit, temperatures: bool) -> FitLimits:
+    """What a fit leaves, from its residuals and from forecasts.
+
+    Args:
+        model: The arm with symbols.
+        data: What was measured.
+        fitted: The fit that was selected.
+        temperatures: Whether those of the warm-up were measured; else nothing warm is known.
+    """
+    shared, repeats = _pose_variance(data, fitted), _repeat_variance(data, fitted)
+    forecasts = _forecasts(model, data, fitted)
+    warmth = _warmth(model, data, fitted)
+    missing = _missing(forecasts, warmth) if temperatures and warmth.max(initial=0.0) > WARMTH else None
+    scores = [_score(f, (missing or 0.0) * warmth) for f in forecasts]
+    return FitLimits(
+        noise=float(np.sqrt(max(shared - (repeats or 0.0), 0.0))),
+        missing=missing,
+        repeatability=None if repeats is None else float(np.sqrt(repeats)),
+        scale=max(float(np.sqrt(np.mean(scores))), 1.0) if scores else 1.0,
+        blocks=len(scores),
+    )
+
+
+def fit_limits_record(limits: FitLimits) -> dict[str, float | int]:
+    """As the robot file has them; what is not known is left out."""
+    values = {
+        "fit_noise_um": limits.noise / UM,
+        "thermal_missing_percent": None if limits.missing is None else limits.missing / PERCENT,
+        "repeatability_um": None if limits.repeatability is None else limits.repeatability / UM,
+        "forecast_scale": limits.scale,
+    }
+    numbers: dict[str, float | int] = {key: float(f"{v:.4g}") for key, v in values.items() if v is not None}
+    return {**numbers, "forecast_blocks": limits.blocks}
+
+
+def forecast_findings(limits: FitLimits) -> list[Finding]:
+    """What a user must know of the forecasts; a fit that does not foretell is refused."""
+    scale, blocks = limits.scale, limits.blocks
+    if scale > LARGEST_SCALE:
+        message = (
+            f"{blocks} blocks of measurements, each foretold from those before, lie {scale:.1f} times further off than "
+            f"all that is known of the fit allows ({LARGEST_SCALE:g} may be): did instrument, reflector or base move, "
+            "is the log another warm-up's? measure again"
+        )
+        return [Finding(Level.REFUSED, "forecast", message)]
+    if blocks < FEW_BLOCKS:
+        poses = round(FEW_BLOCKS * LEAST_POSES / (1 - KNOWN_FIRST))
+        message = (
+            f"{blocks} blocks of measurements could be foretold from those before; {FEW_BLOCKS} or more say how far "
+            f"the fit's own band may be trusted (scaled by {scale:.2f}): measure {poses} poses or more"
+        )
+        return [Finding(Level.NOTE, "forecast.few", message)]
+    return []
+
+
+def _pose_variance(data: Measurements, fitted: Fit) -> float:
+    """Variance of what the rows of a pose share, of a coordinate [m^2]; all noise where poses have one row each."""
+    rows = ~fitted.outlier & (data.kind == PLACE)
+    shared = _shared_noise(data, fitted.linear.z, rows, float(fitted.gamma.sum()))
+    return fitted.noise**2 if shared is None else shared[0] * shared[1]
+
+
+def _shared_noise(data: Measurements, z: Array, rows: BoolArray, known: float) -> tuple[float, float] | None:
+    """rho, no less than nothing, and s^2 [m^2], from residuals (N, 3) of some rows; None where they do not tell.
+
+    ``known`` is how many parameters the rows have told.
+    """
+    pose, weight = data.pose[rows], 1 / data.sigma[rows]
+    scaled = z[rows] * weight[:, None]
+    count = np.bincount(pose, minlength=len(data.theta)).astype(float)
+    used = count > 0
+    sums = np.stack([np.bincount(pose, scaled[:, i], len(count)) for i in range(3)], axis=1)[used]
+    between = float((sums**2 / count[used, None]).sum())
+    within = float((scaled**2).sum()) - between
+    free_within = 3.0 * float((count[used] - 1).sum()) - 3 * (len(data.reflectors) - 1)
+    free_between = 3.0 * float(used.sum()) - known - 6 * len(data.instruments) - 3
+    if free_within < SEEN_TWICE or free_between < SEEN_TWICE:
+        return None
+    of_pose = float(count[used].mean())
+    ratio = between / free_between / (within / free_within)
+    rho, spread = (ratio - 1) / of_pose, ratio * np.sqrt(2 / free_between + 2 / free_within) / of_pose
+    given = rho + spread * float(np.exp(norm.logpdf(rho / spread) - norm.logcdf(rho / spread)))
+    return float(max(given, 0.0)), within / free_within
+
+
+def _repeat_variance(data: Measurements, fitted: Fit) -> float | None:
+    """Variance of a coordinate between visits to a pose [m^2], less the instrument's; None with too few of them."""
+    same = np.round(np.column_stack([data.theta / SAME_POSE, data.rise / SAME_RISE, np.sign(data.direction)]))
+    _, group = np.unique(same, axis=0, return_inverse=True)
+    kept = ~fitted.outlier & (data.kind == PLACE)
+    visits = np.unique(np.column_stack([group.ravel()[data.pose[kept]], data.pose[kept]]), axis=0)
+    several = np.flatnonzero(np.bincount(visits[:, 0]) > 1).tolist()
+    squares = freedom = instrument = 0.0
+    for g in several:
+        rows = [np.flatnonzero(kept & (data.pose == m)) for m in visits[visits[:, 0] == g, 1]]
+        means = np.array([fitted.linear.z[row].mean(axis=0) for row in rows])
+        squares += float(((means - means.mean(axis=0)) ** 2).sum())
+        freedom += 3.0 * (len(rows) - 1)
+        of_mean = [float((data.sigma[row] ** 2).sum()) / len(row) ** 2 for row in rows]
+        instrument += 3.0 * (len(rows) - 1) * float(np.mean(of_mean))
+    if freedom < LEAST_REPEATS:
+        return None
+    return max((squares - instrument * float(fitted.posterior.scales.noise[PLACE])) / freedom, 0.0)
+
+
+def forecast_blocks(data: Measurements) -> tuple[IntArray, int]:
+    """The block of each pose in time, (M,), and how many are foretold; -1 before the first, -2 where nothing is."""
+    measured = np.unique(data.pose)
+    order = measured[np.argsort(data.time[measured], kind="stable")]
+    first = round(KNOWN_FIRST * len(order))
+    later = order[first:]
+    count = min(MOST_BLOCKS, len(later) // LEAST_POSES)
+    block = np.full(len(data.theta), -2)
+    block[order[:first]] = -1
+    block[later] = np.arange(len(later)) * count // max(len(later), 1)
+    return block, count
+
+
+def _forecasts(model: ArmModel, data: Measurements, fitted: Fit) -> list[_Forecast]:
+    linear, scales = fitted.linear, fitted.posterior.scales
+    _, group = model.groups()
+    K, D = int(fitted.active.sum()), linear.A.shape[2]
+    u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(D - K)])
+    precision, target = frame_prior(data, fitted.frames, D - K)
+    weight = (~fitted.outlier) / data.sigma**2
+    of_pose, count = forecast_blocks(data)
+    block = of_pose[data.pose]
+    if data.ends is not None:  # a distance between two poses is known with the later one
+        block = np.where(data.ends.pose == NONE, block, np.maximum(block, of_pose[data.ends.pose]))
+
+    def solve(rows: BoolArray, rho: float) -> Posterior:
+        equations = channel_equations(linear, weight, u, data, rho, rows)
+        return posterior(
+            equations, group[fitted.active], precision, target, scales, learn_groups=False, learn_noise=False
+        )
+
+    result = []
+    for b in range(count):
+        before, rows = block < b, (block == b) & ~fitted.outlier
+        if not rows.any() or not before.any():
+            continue
+        rho, known = scales.rho, solve(before, scales.rho)
+        z, places = linear.z - linear.A @ (known.x - u), before & ~fitted.outlier & (data.kind == PLACE)
+        shared = _shared_noise(data, z, places, float(known.gamma.sum()))
+        if shared is not None and abs(shared[0] - rho) > SETTLED * (1 + rho):
+            rho = shared[0]  # the noise that poses had until then
+            known = solve(before, rho)
+        A, pose, kind = linear.A[rows], data.pose[rows], data.kind[rows]
+        flat = A.reshape(-1, D)
+        together = (pose[:, None] == pose) & (kind[:, None] == PLACE) & (kind == PLACE)
+        noise = np.sqrt(np.outer(scales.noise[kind], scales.noise[kind]))
+        noise *= np.diag(data.sigma[rows] ** 2) + rho * together
+        covariance = flat @ known.covariance @ flat.T + np.kron(noise, np.eye(3))
+        result.append(_Forecast(pose, A.any(axis=2), linear.z[rows] - A @ (known.x - u), covariance))
+    return result
+
+
+def _warmth(model: ArmModel, data: Measurements, fitted: Fit) -> Array:
+    """How far warmth moves the flange at each pose, (M,) [m]."""
+    lag = None if data.lag is None else 0 * data.lag
+    cold = replace(data, rise=0 * data.rise, lag=lag, warm=0 * data.warm)
+    return np.asarray(np.linalg.norm(model.pose(data, fitted.p)[0] - model.pose(cold, fitted.p)[0], axis=1))
+
+
+def _missing(forecasts: list[_Forecast], warmth: Array) -> float:
+    """kappa, LEAST_MISSING or more; from poses of which all coordinates were measured."""
+    product = square = 0.0
+    for forecast in forecasts:
+        for m in np.unique(forecast.pose[forecast.measured.all(axis=1)]):
+            mean, covariance = _mean(forecast, forecast.pose == m)
+            excess = (float(mean @ mean) - float(np.trace(covariance))) / 3
+            variance = 2 * float((covariance**2).sum()) / 9
+            product += excess * warmth[m] ** 2 / variance
+            square += warmth[m] ** 4 / variance
+    return max(float(np.sqrt(max(product / square, 0.0))) if square > 0 else 0.0, LEAST_MISSING)
+
+
+def _score(forecast: _Forecast, missing: Array) -> float:
+    """m' S^-1 m of a block, over its numbers; ``missing`` [m] is what thermal physics may miss at each pose, (M,)."""
+    mean, covariance = _mean(forecast, np.ones(len(forecast.pose), dtype=bool))
+    share = np.bincount(forecast.pose, minlength=len(missing)) / len(forecast.pose)
+    covariance = covariance + float((share**2 * missing**2).sum()) * np.eye(len(mean))
+    return float(mean @ np.linalg.solve(covariance, mean)) / len(mean)
+
+
+def _mean(forecast: _Forecast, rows: BoolArray) -> tuple[Array, Array]:
+    """Mean deviation of some rows along each coordinate that was measured, (c,) [m], and its covariance."""
+    share = forecast.measured * rows[:, None]
+    share = share[:, share.any(axis=0)] / share.sum(axis=0)[share.any(axis=0)]
+    pick = np.eye(3)[(forecast.measured & rows[:, None]).any(axis=0)]
+    M = np.einsum("nc,cd->cnd", share, pick).reshape(len(pick), -1)
+    return M @ forecast.deviation.ravel(), M @ forecast.covariance @ M.T

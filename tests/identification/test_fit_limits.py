@@ -1,0 +1,135 @@
+"""What a fit leaves beside its parameters' covariance, and how well it foretells: drawn, and found again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaign import robot_file
+from synthetic import made_up, measured, random_theta, warming
+
+from compgen.core.findings import Level
+from compgen.core.units import UM
+from compgen.identification.fit import fit
+from compgen.identification.fit_limits import (
+    LEAST_MISSING,
+    assess_fit_limits,
+    fit_limits_record,
+    forecast_blocks,
+    forecast_findings,
+)
+from compgen.identification.measurements import concatenate
+from compgen.identification.model import active_in_groups
+
+SOURCES = ("link_offsets", "joint_zeros", "thermal_growth", "thermal_bend")
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """A made-up arm that errs by zeros, lengths and warmth alone, and which of its parameters are free."""
+    truth = made_up(robot_file(tmp_path_factory.mktemp("limits")), 4)
+    free = np.array([t.source in SOURCES for t in truth.model.parameters])
+    names, _ = truth.model.groups()
+    groups = [name for name in names if name.split(".")[0] in SOURCES]
+    return replace(truth, p=np.where(free, truth.p, 0.0)), active_in_groups(truth.model, groups)
+
+
+def limits_of(truth, active, data, temperatures=True):
+    return assess_fit_limits(truth.model, data, fit(truth.model, data, active), temperatures)
+
+
+def shaken(data, sigma, rng):
+    """Measurements of an arm that stands elsewhere at each pose."""
+    return replace(data, position=data.position + rng.normal(0, sigma, (len(data.theta), 3))[data.pose])
+
+
+def warm_campaign(truth, seed, poses=60):
+    rng = np.random.default_rng(seed)
+    cold = measured(truth, random_theta(truth.arm.robot, rng, poses), rng, time=np.arange(poses) - 1e4)
+    return concatenate([cold, warming(truth, rng, count=60)[0]])
+
+
+@pytest.mark.parametrize("sigma", [8, 20])
+def test_what_the_rows_of_a_pose_share_is_fit_noise(arm, sigma):
+    truth, active = arm
+    rng = np.random.default_rng(sigma)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 120), rng)
+    limits = limits_of(truth, active, shaken(data, sigma * UM, rng))
+    assert limits.noise / UM == pytest.approx(sigma, abs=0.15 * sigma + 1)
+    assert limits.repeatability is None
+    assert limits.missing is None
+
+
+def test_a_fit_that_shows_no_noise_of_poses_is_not_free_of_it(arm):
+    truth, active = arm
+    rng = np.random.default_rng(8)
+    limits = limits_of(truth, active, measured(truth, random_theta(truth.arm.robot, rng, 120), rng))
+    assert 0.5 < limits.noise / UM < 7
+
+
+def test_poses_driven_to_again_tell_repeatability_from_fit_noise(arm):
+    truth, active = arm
+    rng = np.random.default_rng(9)
+    poses = random_theta(truth.arm.robot, rng, 60)
+    misfit = rng.normal(0, 12 * UM, (60, 3))
+    data = measured(truth, np.repeat(poses, 3, axis=0), rng, direction=np.zeros((180, 6)))
+    data = replace(data, position=data.position + np.repeat(misfit, 3, axis=0)[data.pose])
+    limits = limits_of(truth, active, shaken(data, 18 * UM, rng))
+    assert limits.repeatability / UM == pytest.approx(18, abs=3)
+    assert limits.noise / UM == pytest.approx(12, abs=4)
+
+
+def test_a_model_of_the_arm_foretells_later_blocks_as_well_as_it_says(arm):
+    scales = []
+    for seed in range(3):
+        limits = limits_of(*arm, warm_campaign(arm[0], seed))
+        assert limits.blocks == 12
+        assert limits.missing == LEAST_MISSING
+        assert forecast_findings(limits) == []
+        scales.append(limits.scale)
+    assert min(scales) >= 1
+    assert max(scales) < 1.35
+
+
+def test_an_instrument_that_drifts_is_refused_with_the_reason(arm):
+    data = warm_campaign(arm[0], 1)
+    drift = np.linspace(0, 1, len(data.theta)) ** 2 * 1.5e-3
+    moved = replace(data, position=data.position + (drift[:, None] * [0.6, -0.5, 0.6])[data.pose])
+    limits = limits_of(*arm, moved)
+    (finding,) = forecast_findings(limits)
+    assert limits.scale > 3
+    assert finding.level is Level.REFUSED
+    assert "did instrument, reflector or base move" in finding.message
+
+
+def test_warmth_that_no_term_explains_is_thermal_physics_missing(arm):
+    """The arm grows with the square of its warmth, which no source does."""
+    truth, active = arm
+    data = warm_campaign(truth, 2)
+    bent = replace(data, rise=data.rise * (1 + data.rise / 6))
+    more = truth.noiseless(bent) - truth.noiseless(data)
+    limits = limits_of(truth, active, replace(data, position=data.position + more))
+    assert 0.07 < limits.missing < 0.5
+    assert limits_of(truth, active, data, temperatures=False).missing is None
+
+
+def test_few_poses_are_said(arm):
+    truth, active = arm
+    rng = np.random.default_rng(3)
+    limits = limits_of(truth, active, measured(truth, random_theta(truth.arm.robot, rng, 20), rng))
+    (finding,) = forecast_findings(limits)
+    assert limits.blocks == 4
+    assert finding.level is Level.NOTE
+    assert "4 blocks" in finding.message
+    assert "36 poses" in finding.message
+    assert fit_limits_record(limits)["forecast_blocks"] == 4
+    assert "repeatability_um" not in fit_limits_record(limits)
+
+
+def test_blocks_are_of_poses_in_the_order_of_time(arm):
+    data = warm_campaign(arm[0], 1)
+    backwards = replace(data, time=-data.time)
+    block, count = forecast_blocks(data)
+    assert count == 12
+    assert (block[:40] == -1).all()
+    assert (np.diff(block) >= 0).all()
+    assert (np.diff(forecast_blocks(backwards)[0]) <= 0).all()
