@@ -52,6 +52,11 @@ class Heat:
         return (rise + np.vstack([np.zeros(len(rise)), gained])) / growing
 
 
+def rounded(law):
+    """The heat law with what a robot file's digits may leave of its parameters: tau by 0.005 h, and p by 0.0005."""
+    return Heat(law.tau + 0.005 * 3600, law.exponent), Heat(law.tau, law.exponent + 0.0005)
+
+
 def fitted():
     """The heat law of what the study quotes."""
     x = np.concatenate([np.full(len(FITTED), np.log(study.COOLING_H)), np.full(len(FITTED), 0.5)])

@@ -18,6 +18,7 @@ POSITION = re.compile(
     + r",\s*".join(rf"{name} = *{NUMBER}{unit}" for name, unit in zip("XYZWPR", ["mm"] * 3 + ["deg"] * 3))
     + r"\s*\};"
 )
+STEPS_MM_S = (1.0, 10 / 60, 2.54 / 60)  # of a speed: whole mm/sec and cm/min, tenths of inch/min
 MM_S = {"mm/sec": 1.0, "cm/min": 10 / 60, "inch/min": 25.4 / 60}
 
 

@@ -15,7 +15,7 @@ KNOWN = {
     "tool": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg", "spin_deg", "axisymmetric"},
     "compensation": {"clamp_mm", "clamp_deg", "rate_um_mm", "rate_period_mm", "curvature_period_mm", "solver",
                      "start_drift_um"},
-    "process": {"feed_mm_s", "chord_um", "spacing_mm", "lift_mm", "page_stops"},
+    "process": {"feed_mm_s", "chord_um", "spacing_mm", "thin_um", "lift_mm", "page_stops"},
     "before": {"state", "program", "feed_mm_s", "duration_h", "duty"},
 }  # fmt: skip
 OF_GENERATE = {"name", "title", "after", "timing", "thermal", "program", "provenance"}
