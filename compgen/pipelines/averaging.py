@@ -12,11 +12,10 @@ twin with its own heat at every corner of the ensemble, in its middle, and where
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import product
-from typing import TypeVar
 
 import numpy as np
 
+from compgen import fanuc
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem
 from compgen.compensation.solution import Solution
@@ -24,18 +23,17 @@ from compgen.core.arrays import Array, IntArray, own
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.pipelines.job import Job
+from compgen.pipelines.program_text import DATE, compose_program
 from compgen.pipelines.twin_of_job import twin_of
+from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.thermal import JointMotion, rises_during
 from compgen.thermal.ensemble import Ensemble, Start, duties_before, mean_rises, rises_at, rises_of
+from compgen.thermal.ensemble_starts import starts_to_fly, weighted_starts
 from compgen.verification.deviation import Deviation, Extent, deviation_from_path
-from compgen.verification.twin import PreparedProgram
+from compgen.verification.twin import PreparedProgram, prepare
 
 WAYPOINTS = 200  # that the error model foretells the starts at
-DELAYS, DELAYS_OF_MANY = 33, 9  # that it foretells, alone or with runs or overrides
-MOST_OF_A_KIND = 9  # runs, and overrides
-T = TypeVar("T")
-NODES = 8  # of the quadrature over the delays, whose squares are no exponentials
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +106,7 @@ def planned_rises(job: Job, motion: JointMotion) -> Array:
 def fly_starts(
     file: WrittenFile,
     problem: Problem,
-    write: Callable[[Solution], PreparedProgram],
+    trajectory: Trajectory,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Averaged:
     """Fly a written file at its starts, and the files made anew for each of them.
@@ -116,7 +114,7 @@ def fly_starts(
     Args:
         file: Its text was made for the mean of the rises.
         problem: Of that correction.
-        write: A correction as text, prepared for the twin as ``file`` is.
+        trajectory: For the speeds.
         progress: Called with the share done.
 
     Raises:
@@ -141,7 +139,9 @@ def fly_starts(
         solution = optimise.optimise(replace(problem, rise=rise), job.settings)
         remade = None
         if solution.status.is_legal:
-            remade = _fly(file, _at_start(file, write(solution), start)).on_part["total"]
+            remade = _fly(file, _at_start(file, _rewritten(file, problem, solution, trajectory), start)).on_part[
+                "total"
+            ]
         if not flown or deviation.on_part["total"].max > worst.on_part["total"].max:
             worst = deviation
         envelope = deviation if not flown else _envelope(envelope, deviation)
@@ -161,49 +161,18 @@ def _fly(file: WrittenFile, prepared: PreparedProgram) -> Deviation:
     return deviation_from_path(file.path, prepared.chunks(), prepared.sample_count)
 
 
+def _rewritten(file: WrittenFile, problem: Problem, solution: Solution, trajectory: Trajectory) -> PreparedProgram:
+    """The text of another correction."""
+    job, commanded = file.job, problem.commanded(solution.correction)
+    program, printed = compose_program(job, commanded, solution.theta, trajectory, file.path, DATE, None)
+    return prepare(twin_of(job), fanuc.as_written(program, printed), job.history.before, job.history.air)
+
+
 def _at_start(file: WrittenFile, prepared: PreparedProgram, start: Start) -> PreparedProgram:
     """A text after everything that the cell did until a start, by the twin's own heat."""
     history = file.job.history
     slowed = prepared.at_override(start.override)
     return slowed.reheated(twin_of(file.job), duties_before(history, start), history.air)
-
-
-def weighted_starts(ensemble: Ensemble) -> tuple[list[Start], Array]:
-    """Starts that the error model foretells, and how much each counts in the mean, (G,)."""
-    runs, of_run = _some(ensemble.run_numbers.tolist())
-    overrides, of_override = _some(list(ensemble.overrides))
-    low, high = ensemble.delay
-    node, weight = np.polynomial.legendre.leggauss(NODES)
-    delays, share = np.array([low]), np.ones(1)
-    if high > low:
-        even = np.linspace(low, high, DELAYS if len(runs) * len(overrides) == 1 else DELAYS_OF_MANY)
-        delays = np.concatenate([even, low + (high - low) * (node + 1) / 2])
-        share = np.concatenate([np.zeros(len(even)), weight / 2])
-        order = np.argsort(delays, kind="stable")
-        delays, share = delays[order], share[order]
-    starts = [Start(*values) for values in product(runs, delays.tolist(), overrides)]
-    weights = np.einsum("r,d,o->rdo", of_run, share, of_override).ravel()
-    return starts, np.asarray(weights / weights.sum())
-
-
-def starts_to_fly(ensemble: Ensemble, *foretold: Start) -> list[Start]:
-    """Corners, middle and what is foretold to be the worst, each once."""
-    runs, delays, overrides = ensemble.run_numbers.tolist(), ensemble.delay, ensemble.overrides
-    ends = product(_ends(runs), _ends(list(delays)), _ends(list(overrides)))
-    corners = [Start(*values) for values in ends]
-    middle = Start(runs[len(runs) // 2], sum(delays) / 2, overrides[len(overrides) // 2])
-    return list(dict.fromkeys([*corners, middle, *foretold]))
-
-
-def _ends(values: list[T]) -> list[T]:
-    return list(dict.fromkeys([values[0], values[-1]]))
-
-
-def _some(values: list[T]) -> tuple[list[T], Array]:
-    """Values evenly over a list, both ends among them, and how many each of them stands for."""
-    rows = np.linspace(0, len(values) - 1, min(len(values), MOST_OF_A_KIND)).round().astype(int)
-    nearest = np.abs(np.arange(len(values))[:, None] - rows).argmin(axis=1)
-    return [values[k] for k in rows.tolist()], np.bincount(nearest).astype(float)
 
 
 def _some_waypoints(path: ToolPath) -> IntArray:

@@ -126,7 +126,7 @@ def columns_along(program: DrivenProgram, uncertainty: JobUncertainty, rows: Int
     )  # fmt: skip
     late = [q.limits[1] for q in uncertainty.quantities if q.cause.delay and q.limits is not None]
     # what a whole window of standing does stands for each second of it
-    by_delay = late_rise(job, late[0], places.time, job.state(), history.clock) / late[0] if late else None
+    by_delay = late_rise(job, late[0], places.time, job.state(), job.clock) / late[0] if late else None
     return columns_at(job.cell, history, job.feed, uncertainty, places, program.model, by_delay)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -41,7 +42,7 @@ from compgen.thermal import Ambient, Duty, states_at
 from compgen.thermal import JointMotion as Driven
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation, deviation_from_path
-from compgen.verification.twin import Execution, PreparedProgram, Twin, execute, prepare
+from compgen.verification.twin import Execution, Twin, execute, prepare
 from compgen.verification.verdict import Verdict, judge, verdict_of
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
@@ -247,12 +248,15 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     text = delivered.program
     prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
     written = read_motion(prepared, np.diff(path.arc), feed)
-    averaged = _averaged(planned, problem, solution, prepared, trajectory, progress)
-    if averaged is None:
-        chunks = prepared.chunks(lambda share: progress("twin after", share))
-        deviation = deviation_from_path(path, chunks, prepared.sample_count)
-    else:
+    after_stage = partial(progress, "twin after")
+    averaged = None
+    if job.ensemble is not None:
+        motion = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
+        file = WrittenFile(job, path, planned.model, motion, planned.motion, planned.rise, solution.theta, prepared)
+        averaged = averaging.fly_starts(file, problem, trajectory, after_stage)
         deviation = averaged.worst
+    else:
+        deviation = deviation_from_path(path, prepared.chunks(after_stage), prepared.sample_count)
     progress("cross flight", 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
     drawn = fly_draws(driven, prepared, deviation, _late(job, window), lambda share: progress("draws", share))
@@ -283,8 +287,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
 
 
 def _late(job: Job, window: float) -> float:
-    """How late a start may be that the proof has not flown [s]: none of a file that was flown at its starts."""
-    return window if job.ensemble is None else 0.0
+    """How late a start may be that the proof has not flown [s]: none of a file that was flown at its delays."""
+    return window if job.ensemble is None or job.ensemble.delay[1] == 0 else 0.0
 
 
 def _driven(planned: Planned, theta: Array, motion: DirectionState) -> DrivenProgram:
@@ -343,29 +347,6 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     )
 
 
-def _averaged(
-    planned: Planned,
-    problem: Problem,
-    solution: Solution,
-    prepared: PreparedProgram,
-    trajectory: Trajectory,
-    progress: Progress,
-) -> Averaged | None:
-    """What the written file leaves over the starts that it was made for; None where that is one."""
-    job, path = planned.job, planned.path
-    if job.ensemble is None:
-        return None
-
-    def write(solution: Solution) -> PreparedProgram:
-        commanded = problem.commanded(solution.correction)
-        program, printed = compose_program(job, commanded, solution.theta, trajectory, path, DATE, None)
-        return prepare(twin_of(job), fanuc.as_written(program, printed), job.history.before, job.history.air)
-
-    motion = Driven(planned.trajectory.time, planned.theta, planned.trajectory.driven_speed)
-    file = WrittenFile(job, path, planned.model, motion, planned.motion, planned.rise, solution.theta, prepared)
-    return averaging.fly_starts(file, problem, write, lambda share: progress("twin after", share))
-
-
 def start_window(planned: Planned, solution: Solution) -> float:
     """How long the start may be delayed, servo on and standing [s].
 
@@ -394,6 +375,8 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
         windows = start_windows(planned, solution, first)
         windows[0] = start_window(planned, solution)
         time, rise = planned.trajectory.time[first], planned.rise[first]
+        if planned.job.ensemble is not None:
+            rise[0] = planned.job.start_rise()  # from which the start window counts
         return [PageStart(*now) for now in zip(time.tolist(), rise, windows.tolist())]
 
     return delivery.deliver_pages(planned.job, program, starts_at)

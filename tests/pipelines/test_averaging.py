@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flawed import flawed_file
 from numpy.testing import assert_allclose
 from problems import problem_of
 from shipped import path_file, quiet
@@ -210,6 +211,13 @@ def test_the_start_window_is_the_interval_and_stands_in_the_text(delays, wide):
     ]
 
 
+def test_delays_that_are_flown_are_no_uncertainty(delays):
+    sources = {share.source for share in delays[1].band.budget}
+    assert "start delay" not in sources
+    for unflown in (averaged(), averaged("compensation.average_over={override_percent=[50, 100]}")):
+        assert "start delay" in {share.source for share in unflown[1].band.budget}
+
+
 def test_without_delays_the_start_window_is_from_the_drift():
     _, corrected = averaged("compensation.average_over={override_percent=[50, 100]}")
     assert corrected.start_window == pytest.approx(averaged()[1].start_window, rel=0.05)
@@ -299,3 +307,34 @@ def test_a_path_without_cycle_has_one_run():
     assert job.ensemble.runs == (0, 7)
     feeds = load_job(path_file("spiral_1300"), overrides=["compensation.average_over={feed_mm_s=[200, 50]}"])
     assert feeds.ensemble.overrides == (0.25, 1.0)
+
+
+def test_a_robot_with_every_error_source_is_foretold_as_the_twin_flies_it(tmp_path):
+    """Play, maps, compliance and bends: none of them makes the error other than linear in the rises."""
+    raster = ["path.diameter_mm=400", "path.stepover_mm=80", "robot.sources.hysteresis.backlash_mdeg=[2,1.6,2,4,4,4]"]
+    starts = "compensation.average_over={delay_s=[0, 1200], override_percent=[50, 100]}"
+    job = load_job(path_file("raster_1300"), flawed_file(tmp_path), [*raster, starts])
+    _, corrected = generate.generate(job, quiet)
+    result = corrected.averaged
+    assert corrected.solution.status.is_legal
+    assert result.disagreement < 0.01 * UM < 0.5 * UM < result.spread
+    assert result.at_mean.max < 1 * UM < 2 * UM < result.worst_flown.total.max
+
+
+def test_the_first_page_may_start_within_the_interval():
+    starts = "compensation.average_over={delay_s=[60, 900]}"
+    small = ("robot.controller.max_positions=3000", 'process.page_stops="anywhere"')
+    _, corrected = averaged(starts, *small)
+    plain = averaged(*small)[1].delivery
+    first, second, *_ = corrected.delivery.starts
+    assert first.window == 900
+    assert second.window != 900
+    assert_allclose(first.rise, plain.starts[0].rise, atol=1e-9)  # from there delays count
+    assert np.all(second.rise < plain.starts[1].rise)
+    page = dict(corrected.delivery.files)[f"{corrected.program.name}_01.LS"]
+    assert b"start 60 to 900 s after that" in page
+
+
+def test_thinned_programs_are_flown_as_well():
+    _, corrected = averaged(DELAYS, "process.thin_um=1")
+    assert corrected.averaged.disagreement < 0.02 * UM < corrected.averaged.spread
