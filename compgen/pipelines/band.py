@@ -12,6 +12,7 @@ from compgen.error_model.direction_memory import DirectionState, direction_state
 from compgen.error_model.knowledge import build_slopes
 from compgen.error_model.model import ErrorModel
 from compgen.error_model.quantities import Quantity
+from compgen.error_model.source import Source
 from compgen.error_model.unknown import Unknown, still_unknown
 from compgen.pipelines.job import Cell, Job
 from compgen.pipelines.start_window import late_rise
@@ -67,26 +68,35 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
 
 def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
     """What a band leaves out because nothing is known of it."""
-    of_sources = [
-        Unknown(f"error of the file's {known.source.NAME.replace('_', ' ')}", None, "", "")
-        for known in cell.known
-        if known.source.FITTING is None and not known.sigma
-    ]
+    names = dict.fromkeys(k.source.NAME for k in cell.known if k.source.FITTING is None and not k.sigma)
+    of_sources = [Unknown(f"error of the file's {name.replace('_', ' ')}", None, "", "") for name in names]
     identified = {known.source.BUDGET for known in cell.known if known.sigma}
     return *still_unknown(cell.unknown, {share.source for share in band.budget} | identified), *of_sources
 
 
 def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
-    """A note where the robot file leaves it to compgen how well its warmth is known."""
-    warmth = cell.warmth
+    """Notes where the robot file leaves it to compgen how well it is known."""
+    warmth, findings = cell.warmth, []
+    guessed = [k.source.NAME for k in cell.known if not k.sigma and _has_values(k.source)]
+    if guessed:
+        message = (
+            f"sources.{', '.join(guessed)}: no sigma: in the band their values are known no better than before any "
+            "measurement; identify the robot, or give sigma"
+        )
+        findings.append(Finding(Level.NOTE, "sources.sigma", message))
     if not warmth.is_assumed:
-        return ()
+        return tuple(findings)
     message = (
         f"the robot file has no [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, {warmth.sensors:g} K "
         f"of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, {warmth.missing / PERCENT:g} % of "
         "missing physics; give what is known"
     )
-    return (Finding(Level.NOTE, "thermal.uncertainty", message),)
+    return *findings, Finding(Level.NOTE, "thermal.uncertainty", message)
+
+
+def _has_values(source: Source) -> bool:
+    """Whether a source that measurements can tell has values that are not zero."""
+    return source.FITTING is not None and any(np.any(getattr(source, p.field)) for p in source.PARAMETERS)
 
 
 def uncertainty_of(program: DrivenProgram, window: float = 0.0) -> JobUncertainty:

@@ -10,7 +10,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import MDEG, UM
 from compgen.error_model.knowledge import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
-from compgen.error_model.source import DirectionDependent, Expanding, Source
+from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.pipelines.job import Cell, Job
 from compgen.thermal.uncertainty import HeatChange
 
@@ -137,19 +137,23 @@ def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
 
 
 def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
-    """Each number of a source by its sigma, or where it was never identified by its prior."""
+    """Each number of a source by its sigma; where it was never identified by its prior, as far as a pose shows it."""
     deviation = np.zeros(len(parameters.entries))
-    for i, entry in enumerate(parameters.entries):
-        source = parameters.sources[entry.source]
+    everything = Visibility(cell.robot, tuple(range(6)), warm_up=True, temperatures=True)
+    for k, source in enumerate(parameters.sources):
         known = next((known for known in cell.known if known.source is source), None)
-        if known is None or (isinstance(source, Expanding) and cell.warmth.expansion is not None and not known.sigma):
+        if known is None or (known.sigma and cell.posterior is not None):
             continue
-        if known.sigma and cell.posterior is not None:
+        if not known.sigma and isinstance(source, Expanding) and cell.warmth.expansion is not None:
             continue
-        # a source that no fit can tell has no prior of measurements: its values stand as the file has them
-        deviations = known.sigma or ({} if source.FITTING is None else known.prior)
-        if entry.field in deviations:
-            deviation[i] = deviations[entry.field][entry.index]
+        shown = {(entry.field, entry.index) for entry in source.entries_to_fit(everything)}
+        for i, entry in enumerate(parameters.entries):
+            place = entry.field, entry.index
+            if entry.source != k or (not known.sigma and place not in shown):
+                continue
+            deviations = known.sigma or known.prior
+            if entry.field in deviations:
+                deviation[i] = deviations[entry.field][entry.index]
     return [
         Quantity(_name(parameters, i), None, replace(nothing, parameters=deviation[i] * unit))
         for i, unit in enumerate(np.eye(len(deviation)))

@@ -13,10 +13,10 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.posterior import KnownParameter, ParameterPosterior
 from compgen.error_model.quantities import combined
 from compgen.pipelines import band as band_module
-from compgen.pipelines.band import DrivenProgram, band_along, columns_along, uncertainty_of
+from compgen.pipelines.band import DrivenProgram, assumed_findings, band_along, columns_along, uncertainty_of
 from compgen.pipelines.generate import predict
 from compgen.pipelines.path_file import load_job
-from compgen.pipelines.uncertainty import changed_job
+from compgen.pipelines.uncertainty import changed_job, quantities_of
 from compgen.thermal import rises_during
 from compgen.thermal.duty import JointMotion
 from compgen.verification.band import radius_of
@@ -241,3 +241,11 @@ def test_a_part_that_stands_elsewhere_is_missed_the_other_way():
         assert_allclose(by_name[f"part's place {axis}"], np.broadcast_to(-shift * UM * unit, place.shape), atol=1e-12)
         turned = -np.cross(turn * MDEG * unit, actual - middle)
         assert_allclose(by_name[f"part's turn {axis}"], turned, atol=1e-9)
+
+
+def test_values_without_a_sigma_count_by_priors_as_far_as_a_pose_shows_them_and_it_is_said():
+    job = load_job(path_file("line_y"), None, ["robot.sources.link_offsets.a_um=[0, 50, 0, 0, 0, 0]"])
+    names = {q.name for q in quantities_of(job).quantities}
+    assert "link_offsets.a[2]" in names
+    assert not names & {"link_offsets.d[1]", "link_offsets.a[6]"}  # those the frames of base and tool contain
+    assert [f.code for f in assumed_findings(job.cell)] == ["sources.sigma"]
