@@ -19,6 +19,7 @@ from compgen.identification.fit_limits import assess_fit_limits, fit_limits_reco
 from compgen.identification.fixed_places import WORLD
 from compgen.identification.frames import InstrumentFrames
 from compgen.identification.identifiability import Identifiability, assess_identifiability
+from compgen.identification.log_evidence import log_findings
 from compgen.identification.measurements import Measurements
 from compgen.identification.model import ArmModel, SymbolicSource, active_in_groups, build_model
 from compgen.identification.observability import unobservable
@@ -156,6 +157,7 @@ def identify(
     best = int(np.nanargmin(held_out_errors))
     progress("warmth", 0.9)
     selected = candidates[best]
+    misread = log_findings(model, data, selected.fit, facts.nodes) if facts is not None else []
     data, shared = with_shared_setups(data, selected.fit)
     fitted, held = with_needed_warmth(model, data, selected.fit, temperatures, anew=bool(shared))
     candidates[best] = FittedCandidate(selected.candidate, fitted, cross_validate(model, data, fitted))
@@ -165,7 +167,7 @@ def identify(
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
     findings += unobservable(model, data, candidates[best].fit)
     limits = assess_fit_limits(model, data, candidates[best].fit, temperatures)
-    findings += [*forecast_findings(limits), *shared, *held, *(_unwritten_warmth(nodes) if states else ())]
+    findings += [*forecast_findings(limits), *misread, *shared, *held, *(_unwritten_warmth(nodes) if states else ())]
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(

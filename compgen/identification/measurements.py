@@ -75,6 +75,7 @@ class Measurements:
     ends: FarEnds | None = None  # None: an instrument measured all rows
     fixed: FixedPlaces = NO_PLACES
     timed: bool = True  # whether the file gives the times of its poses
+    shifted: Array | None = None  # (S, M, K) [K] rises by the log with its clock moved; None: no log
 
     def __post_init__(self) -> None:
         own(
@@ -83,6 +84,8 @@ class Measurements:
         )  # fmt: skip
         if self.lag is not None:
             own(self, lag=("M", "K"))
+        if self.shifted is not None:
+            own(self, shifted=("S", "M", "K"))
 
     @property
     def kind(self) -> IntArray:
@@ -153,6 +156,18 @@ def concatenate(files: list[Measurements]) -> Measurements:
         lag=np.concatenate([np.zeros_like(p.rise) if p.lag is None else p.lag for p in files]),
         ends=_stacked_ends(files, reflector, place, poses.tolist()),
         fixed=fixed,
+        shifted=_stack_shifted(files),
+    )
+
+
+def _stack_shifted(files: list[Measurements]) -> Array | None:
+    """Rises by moved logs of all files; those of a file without a log do not move."""
+    moved = [p.shifted for p in files if p.shifted is not None]
+    if not moved:
+        return None
+    S = len(moved[0])
+    return np.concatenate(
+        [np.repeat(p.rise[None], S, axis=0) if p.shifted is None else p.shifted for p in files], axis=1
     )
 
 

@@ -20,6 +20,7 @@ from compgen.identification.fit import Fit
 from compgen.identification.measurements import Measurements, with_one_frame_a_name
 
 CHANCE = 1e-3  # that frames of one setup are taken for two
+CLOSE = 1e-3  # [m], [rad]: nobody sets an instrument up so nearly in the same place again without aligning it
 NEAR = 0.15e-3  # [m], [rad]: frames further apart are of two setups, however little is known of them
 
 
@@ -49,6 +50,18 @@ def with_shared_setups(data: Measurements, fitted: Fit) -> tuple[Measurements, l
     if not findings:
         return data, findings
     return with_one_frame_a_name(replace(data, instruments=tuple(names))), findings
+
+
+def as_one_setup(data: Measurements, fitted: Fit) -> Measurements:
+    """Measurements in which all instruments that stood within CLOSE are one, whatever their frames say of warmth."""
+    names = list(data.instruments)
+    for i in range(1, len(names)):
+        for j in range(i):
+            own_frames = not (data.aligned[i] or data.aligned[j])
+            if own_frames and names[j] == data.instruments[j] and np.abs(_difference(fitted, i, j)).max() <= CLOSE:
+                names[i] = names[j]
+                break
+    return with_one_frame_a_name(replace(data, instruments=tuple(names)))
 
 
 def _difference(fitted: Fit, i: int, j: int) -> Array:

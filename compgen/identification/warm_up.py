@@ -14,9 +14,8 @@ from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.logged_rises import rises_at
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.node_model import NodeModel
-from compgen.thermal.temperature_log import Reference, Temperatures, check_sensors, read_temperature_log
+from compgen.thermal.temperature_log import COLD_START, Reference, Temperatures, check_sensors, read_temperature_log
 
-FIRST = 0.5 * MINUTE  # of a log, whose median is the cold arm
 WARM = 3.0  # [K] from the air, or of the sensors from each other, at which a log does not begin cold
 LUKEWARM = 1.5  # [K] at which that is a finding
 SHORTEST = 10 * MINUTE  # of a warm-up: no arm warms in less
@@ -25,6 +24,8 @@ RISE = 3.0  # [K] that no arm warms within SHORTEST
 SWAPPED = 2.0  # times: rises in the opposite proportion to the file's
 AIR = 4.0  # [K] that the air of a cell hardly changes by within a log
 USED = 2.0  # [K] from which a proportion of rises says something
+#: by which the clock of a log may be off, beside the poses' [s]
+CLOCK_SHIFTS = np.array([-180, -120, -60, -30, 30, 60, 120, 180]) * MINUTE
 CLOCKS = ((3600.0, "hours"), (60.0, "minutes"), (1e-3, "milliseconds"))
 
 
@@ -57,9 +58,11 @@ def with_temperatures(
     _check_covered(data, log)
     if reference == "start":
         _check_cold(log)
-    rises = log.rises(reference, FIRST)
+    rises = log.rises(reference, COLD_START)
     _check_clock(log, rises)
     logged = rises_at(rises, heat, data.time, cold=reference == "start")
+    moved = rises_at(rises, heat, np.add.outer(CLOCK_SHIFTS, data.time).ravel(), cold=reference == "start").rise
+    shifted = moved.reshape(len(CLOCK_SHIFTS), *logged.rise.shape)
     warm = np.maximum(logged.rise.max(axis=1) > 0.5, 0.0) * (data.time - log.time[0])
     modelled = tuple(np.flatnonzero(logged.modelled).tolist())
     findings = [*_lukewarm(log, reference), *_swapped(log, rises, heat), *_gaps(log, data.time)]
@@ -70,7 +73,7 @@ def with_temperatures(
         names = ", ".join(heat.names[k] for k in modelled)
         message = f"{source}: no sensor on {names}: their rises are modelled from the others, in the file's proportions"
         findings.append(Finding(Level.NOTE, "log.modelled", message))
-    return replace(data, rise=logged.rise, lag=logged.lag, modelled=modelled, warm=warm), findings
+    return replace(data, rise=logged.rise, lag=logged.lag, shifted=shifted, modelled=modelled, warm=warm), findings
 
 
 def as_warm_up(data: Measurements) -> Measurements:
@@ -135,7 +138,7 @@ def _check_clock(log: Temperatures, rises: TemperatureLog) -> None:
 
 def _distance_from_cold(log: Temperatures) -> tuple[float, str]:
     """How far the first readings are from those of a cold arm [K], and in words."""
-    early = log.time <= log.time[0] + FIRST
+    early = log.time <= log.time[0] + COLD_START
     first = {n: float(np.nanmedian(v[early])) for n, v in log.readings.items() if np.isfinite(v[early]).any()}
     if not first:
         return 0.0, ""

@@ -20,6 +20,7 @@ from compgen.thermal.log_fit import TemperatureLog
 
 COLDEST, HOTTEST = -20.0, 60.0  # degC that a robot's air may have
 HOTTEST_PART = 120.0  # degC
+COLD_START = 0.5 * MINUTE  # of a log that begins with a cold arm: the median of its readings there is cold
 FIRST_READING = 20 * MINUTE  # within which each sensor must have one where rises count from the log's beginning
 
 #: what rises count from: a temperature [degC], the air at the same time, or each sensor's own first readings

@@ -11,8 +11,12 @@ from synthetic import PRISM
 from wider_arm import NODES
 
 from compgen.core.findings import Level
+from compgen.identification.fit import fit
 from compgen.identification.identify import identify
+from compgen.identification.log_evidence import GAIN, exchanged_sensors, log_evidence, log_findings, moved_clocks
 from compgen.identification.measurements import Measurements
+from compgen.identification.model import active_in_groups
+from compgen.identification.warm_up import CLOCK_SHIFTS
 from compgen.pipelines.identification_files import MeasurementFiles, identified_robot_text, read_measurements
 from compgen.pipelines.robot_file import arm_of, load_arm
 from compgen.robot.kinematics import flange_pose
@@ -75,6 +79,38 @@ def test_files_of_one_setup_have_one_frame(identified):
     _, result, _ = identified
     assert len(result.data.instruments) == 1
     assert any(f.code == "setup" and "one setup" in f.message for f in result.findings)
+
+
+def misread_log(result, shift):
+    """The measurements as they would be with the log's clock that much ahead of theirs [s], and all terms fitted."""
+    wrong = result.data.shifted[CLOCK_SHIFTS.tolist().index(shift)]
+    others = np.repeat(wrong[None], len(CLOCK_SHIFTS), axis=0)
+    others[CLOCK_SHIFTS.tolist().index(-shift)] = result.data.rise
+    data = replace(result.data, rise=wrong, shifted=others)
+    active = active_in_groups(result.model, result.selected.candidate.groups)
+    return data, fit(result.model, data, active)
+
+
+def test_a_log_on_the_poses_clock_is_not_suspected(identified):
+    _, result, _ = identified
+    assert not {"log.clock", "log.swapped"} & {f.code for f in result.findings}
+    active = active_in_groups(result.model, result.selected.candidate.groups)
+    fitted = fit(result.model, result.data, active)
+    as_it_stands = log_evidence(result.model, result.data, fitted)
+    for rise, words in (*moved_clocks(result.data), *exchanged_sensors(result.data, NODES)):
+        assert log_evidence(result.model, replace(result.data, rise=rise), fitted) - as_it_stands < GAIN / 3, words
+
+
+@pytest.mark.parametrize(("shift", "side"), [(3600.0, "behind"), (-3600.0, "ahead of")])
+def test_a_log_on_a_clock_an_hour_off_is_refused(identified, shift, side):
+    """Within the poses' times, so that nothing but the poses can tell."""
+    _, result, _ = identified
+    data, fitted = misread_log(result, shift)
+    (finding,) = log_findings(result.model, data, fitted, NODES)
+    assert finding.level is Level.REFUSED
+    assert finding.code == "log.clock"
+    assert f"60 min {side} theirs" in finding.message
+    assert "3600 s" in finding.message
 
 
 def test_an_arm_without_a_heat_model_gets_a_plain_warmth(tmp_path):

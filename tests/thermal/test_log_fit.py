@@ -122,6 +122,14 @@ def test_rises_count_from_the_reference(tmp_path, ambient, zero, reference):
     assert_allclose(job.start_rise()[:4], rise, atol=0.05)
 
 
+def test_an_arm_that_warms_at_once_is_cold_at_the_first_reading_only(tmp_path):
+    """The median of a longer beginning would be warm already, and all rises too low by it."""
+    t = np.arange(0, 7201, 60.0)
+    rows = [f"{a:g},20,{r:.4f}" for a, r in zip(t, 20 + 12 * (1 - np.exp(-t / 2400)))]
+    job = load_job(write(tmp_path, "time_s,ambient_degC,part_6_degC", rows, reference="start"))
+    assert dict(zip(job.heat.names, job.start_rise()))["j3"] == pytest.approx(12 * (1 - np.exp(-3)), abs=0.1)
+
+
 def test_sensors_are_named_by_part_or_by_node_and_the_air_may_miss(tmp_path):
     rows = [f"{60 * n},26,28" for n in range(60)]
     by_part = load_job(write(tmp_path, "time_s,part_3_degC,part_6_degC", rows)).start_rise()

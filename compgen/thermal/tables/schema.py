@@ -6,7 +6,9 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.quantities import Identifier, Length, NotNegative, Point, Positive, Range, SixRates
 from compgen.core.toml import Table
+from compgen.core.units import MINUTE
 from compgen.robot.dh_lengths import LengthName
+from compgen.thermal.temperature_log import COLD_START
 
 DayHour = Annotated[FiniteFloat, Field(ge=0, le=48)]
 Celsius = Annotated[FiniteFloat, Field(ge=-20, le=60)]
@@ -84,7 +86,7 @@ class LogTable(Table):
     """CSV file beside the path file: time_s, ambient_degC, <node>_degC or part_<n>_degC; empty cells are gaps."""
     reference: Literal["ambient", "start"] | Celsius | None = None
     """What rises count from: a temperature in degC (default ambient.reference_degC), the air, or the cold start."""
-    window_min: Annotated[FiniteFloat, Field(ge=1, le=1e4)] = 20.0
+    window_min: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = COLD_START / MINUTE
     """How much of the log's beginning reference = "start" takes the median of."""
 
 
