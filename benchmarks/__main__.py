@@ -19,6 +19,7 @@ from benchmarks.measure import ROUNDS, load, machine, seconds  # noqa: E402
 from compgen import fanuc  # noqa: E402
 from compgen.core import evaluation  # noqa: E402
 from compgen.pipelines import generate  # noqa: E402
+from compgen.pipelines.job_results import Planned  # noqa: E402
 
 HERE = Path(__file__).parent
 SOME = 100_000  # waypoints that parts of a run are measured on
@@ -144,7 +145,7 @@ def identified(poses: int) -> Row:
     return what, ">= 20" if poses >= 1000 else "", told
 
 
-def against_peers(folder: Path, planned: generate.Planned, one: float, points: int) -> Iterator[Row]:
+def against_peers(folder: Path, planned: Planned, one: float, points: int) -> Iterator[Row]:
     """Other libraries; one that cannot be had says why."""
     arm = cases.arm_question(planned)
     mine, timing = cases.timed(planned, min(5000, points // 2))

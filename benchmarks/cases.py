@@ -15,8 +15,8 @@ from compgen.compensation.solution import Optimum
 from compgen.core import evaluation
 from compgen.core.rotations import rotation_vector_expr
 from compgen.error_model.model import ErrorModel
-from compgen.pipelines.generate import Planned
 from compgen.pipelines.job import Job
+from compgen.pipelines.job_results import Planned
 from compgen.pipelines.path_file import load_job
 from compgen.planning import retiming
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.report import job_summary
 from compgen.report.band_words import headline
 from compgen.report.guaranteed import guaranteed_text

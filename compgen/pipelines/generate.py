@@ -1,7 +1,7 @@
 """The story of one run, on one page: path, joints, time, heat, error, correction, text, twin, verdict."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,126 +12,36 @@ from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solver
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray
-from compgen.core.evaluation import Background, run_in_background
+from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
-from compgen.error_model.model import ErrorModel
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
-from compgen.fanuc.paging.stops import PageStops
 from compgen.pipelines import averaging, delivery, job_findings, model_form
-from compgen.pipelines.averaging import Averaged, WrittenFile
+from compgen.pipelines.averaging import WrittenFile
 from compgen.pipelines.averaging_findings import averaging_findings
-from compgen.pipelines.band import DrivenProgram, assumed_findings, band_along
+from compgen.pipelines.band import assumed_findings, band_along
 from compgen.pipelines.delivery import Delivery, PageStart
-from compgen.pipelines.draws import FlownDraws, fly_draws
+from compgen.pipelines.draws import fly_draws
 from compgen.pipelines.job import Job
-from compgen.pipelines.model_form import ModelForm
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
 from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
 from compgen.pipelines.start_window import Course, windows
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning import retiming
-from compgen.planning.retiming import Trajectory
-from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path
-from compgen.thermal import Ambient, Duty, states_at
 from compgen.thermal import JointMotion as Driven
-from compgen.verification.band import Band
+from compgen.thermal import states_at
 from compgen.verification.deviation import Deviation, deviation_from_path
-from compgen.verification.twin import Execution, Twin, execute, prepare
-from compgen.verification.verdict import Verdict, judge, verdict_of
+from compgen.verification.twin import prepare
+from compgen.verification.verdict import judge
 from compgen.verification.written_motion import WrittenMotion, read_motion
 
 MAX_RIPPLE = 0.05 * UM
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Planned:
-    """The job before any correction."""
-
-    job: Job
-    feed: float  # [m/s] the wanted one as a program can say it
-    path: ToolPath  # with the stops that its pages need
-    page_stops: PageStops | None  # None when one file holds it, or when pages are not wanted
-    model: ErrorModel
-    theta: Array  # (N, 6) [rad]
-    motion: DirectionState  # where joints and TCP come from, at each waypoint
-    trajectory: Trajectory
-    rise: Array  # (N, K) [K]
-    twin_result: Background[tuple[Deviation, WrittenMotion]]  # of the twin that drives the uncorrected text
-    findings: tuple[Finding, ...]
-    rows: IntArray  # which of the waypoints that were planned these are
-    band: Band | None = None  # what the files leave open; of a corrected program it stands there
-
-    def deviation(self) -> Deviation:
-        """Of the uncorrected text; waits until the twin has driven it.
-
-        Raises:
-            TwinError: The twin cannot drive it.
-        """
-        return self.twin_result.result()[0]
-
-    def written(self) -> WrittenMotion:
-        """Of the uncorrected text; waits as well."""
-        return self.twin_result.result()[1]
-
-    def band_of_plan(self) -> Band:
-        """What the files leave open while nothing is corrected."""
-        return self.band if self.band is not None else band_along(_driven(self, self.theta, self.motion))
-
-    def error_at(self, rows: slice) -> Array:
-        """Predicted and uncorrected, of some of the waypoints, (M, 6) [m] and [rad]."""
-        return self.model.error(self.theta[rows], self.rise[rows], self.path.target[rows], self.motion.at(rows))
-
-    def error(self) -> Array:
-        """Predicted and uncorrected, of all waypoints, (N, 6) [m] and [rad]."""
-        return self.error_at(slice(None))
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Corrected:
-    """The job with its correction, its text and the proof."""
-
-    solution: Solution
-    trajectory: Trajectory
-    program: Program
-    delivery: Delivery
-    twin: Twin
-    before: tuple[Duty, ...]
-    air: Ambient
-    samples: IntArray  # (N,) which sample of ``deviation`` is at each position
-    deviation: Deviation
-    written: WrittenMotion
-    start_window: float  # [s] how late the program may start
-    mid_spatial: float  # [m] rms that the correction puts onto the surface at periods of 1 to 20 mm
-    band: Band  # what the files leave open
-    model_form: ModelForm | None  # None: the robot file has no other heat model, or it cannot be driven
-    draws: FlownDraws | None  # what the bounds with a probability are judged by; None: there are none
-    findings: tuple[Finding, ...]
-    averaged: Averaged | None = None  # what the file leaves over its starts, where it was made for several
-
-    def execution(self) -> Execution:
-        """What the twin does with the text at every sample, executed anew."""
-        return execute(self.twin, self.program, self.before, air=self.air)
-
-    @property
-    def text(self) -> bytes:
-        """The file that the operator starts: the program, or the main program of its pages."""
-        return self.delivery.text
-
-    @property
-    def verdict(self) -> Verdict:
-        """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
-        return verdict_of(self.findings)
-
-    @property
-    def inside(self) -> bool:
-        """Whether there are bounds, every one is kept, and the controller can load the program."""
-        return self.verdict is Verdict.INSIDE
 
 
 def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> Planned:
@@ -150,7 +60,7 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     planned = _plan(job, progress, date, pages)
     progress("twin before", 0.0)
     planned.deviation()
-    return replace(planned, band=band_along(_driven(planned, planned.theta, planned.motion)))
+    return replace(planned, band=band_along(planned.driven(planned.theta, planned.motion)))
 
 
 def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
@@ -239,7 +149,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     )
     progress("text", 0.0)
     window = start_window(planned, solution)
-    driven = _driven(planned, solution.theta, problem.direction_state)
+    driven = planned.driven(solution.theta, problem.direction_state)
     band = band_along(driven, _late(job, window))
     program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
@@ -289,12 +199,6 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
 def _late(job: Job, window: float) -> float:
     """How late a start may be that the proof has not flown [s]: none of a file that was flown at its delays."""
     return window if job.ensemble is None or job.ensemble.delay[1] == 0 else 0.0
-
-
-def _driven(planned: Planned, theta: Array, motion: DirectionState) -> DrivenProgram:
-    """The program with its commanded joints, for its band."""
-    time = planned.trajectory.time
-    return DrivenProgram(planned.job, planned.model, planned.path, theta, time, planned.rise, motion)
 
 
 def _written_directions(problem: Problem, solution: Solution, job: Job) -> DirectionState:

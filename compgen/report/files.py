@@ -8,7 +8,7 @@ from pathlib import PurePath
 
 from compgen.core.files import PROVENANCE
 from compgen.pipelines.correct import Correction
-from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.correction_page import correction_html
 from compgen.report.correction_summary import correction_csv, correction_json

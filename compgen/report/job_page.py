@@ -8,7 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, column_extremes
 from compgen.core.units import MM, UM
-from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.planning.toolpath import ToolPath
 from compgen.report.averaged import averaged_figure
 from compgen.report.band_page import BAND, BAND_LINE, band_explained, budget_figure, known_html

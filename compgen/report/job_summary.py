@@ -9,7 +9,7 @@ from compgen import __version__, fanuc
 from compgen.core.arrays import column_extremes, row_norms, step_lengths
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
 from compgen.pipelines.band import not_known
-from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.model_form import ModelForm
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import band_record

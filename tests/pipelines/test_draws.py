@@ -12,8 +12,8 @@ from compgen.core.units import UM
 from compgen.pipelines import draws as flown
 from compgen.pipelines import generate
 from compgen.pipelines.band import DrivenProgram, columns_along, rows_of_band, uncertainty_of
-from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.pipelines.uncertainty import changed_job

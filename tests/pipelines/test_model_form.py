@@ -9,7 +9,7 @@ from shipped import ROOT
 from compgen.core.findings import Finding
 from compgen.core.units import UM
 from compgen.pipelines import generate
-from compgen.pipelines.generate import Corrected, Planned
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.model_form import fly_across
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of

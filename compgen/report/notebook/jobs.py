@@ -10,8 +10,8 @@ from compgen.core.findings import Finding, Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.pipelines import generate as pipeline
 from compgen.pipelines.averaging import Averaged
-from compgen.pipelines.generate import Corrected, Planned
 from compgen.pipelines.job import Job
+from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.path_file import load_job as read_job
 from compgen.pipelines.program_text import DATE
 from compgen.pipelines.robot_file import load_robot as read_robot
