@@ -43,6 +43,9 @@ NOT_KNOWN = (
     Unknown("the controller's motion", None, "", ""),
 )
 
+#: of a file without a table of warmth
+OF_WARMTH = Unknown("warmth", None, "", "")
+
 
 def unknown_of(tables: Sequence[UnknownTable], where: str) -> tuple[Unknown, ...]:
     """What a robot file says that it does not know.

@@ -173,7 +173,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     verdict = [
         *judge(deviation, job.bounds),
         *(drawn.findings() if drawn is not None else []),
-        *job_findings.beyond_knowledge(job.bounds, job.cell.held_out),
+        *job_findings.of_knowledge(job),
         *limited,
         *job_findings.solver(solution, job.settings),
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),

@@ -12,11 +12,12 @@ from compgen.core.arrays import row_norms, step_lengths
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MM, MS, UM
+from compgen.error_model.sources.thermal_growth import ThermalGrowth
+from compgen.error_model.unknown import OF_WARMTH
 from compgen.fanuc import Program
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
-from compgen.verification.verdict import Bounds
 from compgen.verification.written_motion import WrittenMotion
 
 CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
@@ -53,8 +54,15 @@ def limited(solution: Solution) -> list[Finding]:
     return [Finding(Level.WARNING, "compensation.limited", message)]
 
 
-def beyond_knowledge(bounds: Bounds, held_out: float | None) -> list[Finding]:
-    """That a bound is below what the robot file itself knows: the arithmetic can keep it, the part will not see it."""
+def of_knowledge(job: Job) -> list[Finding]:
+    """That a bound is below what the robot file itself knows: the arithmetic can keep it, the part will not see it.
+
+    And that it knows nothing to correct: the program is the planned one.
+    """
+    bounds, held_out, cell = job.bounds, job.cell.held_out, job.cell
+    if OF_WARMTH in cell.unknown and all(isinstance(source, ThermalGrowth) for source in cell.sources):
+        message = "nothing in the robot file makes this arm err: nothing was corrected; identify it, or give [thermal]"
+        return [Finding(Level.OUTSIDE, "correction.none", message)]
     given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
     if held_out is None or not given or min(given) >= held_out:
         return []

@@ -12,7 +12,7 @@ import numpy as np
 from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding
+from compgen.core.findings import Finding, Level
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.units import UM
 from compgen.core.unlikely import unlikely_values
@@ -20,7 +20,7 @@ from compgen.error_model.loads import loads_of
 from compgen.error_model.reader import read_joint_box, read_sources
 from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertainty import UncertainSource
-from compgen.error_model.unknown import unknown_of
+from compgen.error_model.unknown import OF_WARMTH, unknown_of
 from compgen.identification.tables import IdentifiedTable, fit_limits_of
 from compgen.pipelines.job import Cell
 from compgen.pipelines.posterior_file import posterior_beside
@@ -28,9 +28,15 @@ from compgen.pipelines.schema import RobotFile
 from compgen.robot.inverse_kinematics import check_arm_class
 from compgen.robot.robot import Robot
 from compgen.robot.tables import robot_from_tables
-from compgen.thermal import NodeModel, Profile, tables
+from compgen.thermal import NodeModel, Profile, cold_arm, tables
 from compgen.thermal.network import NetworkModel
-from compgen.thermal.uncertainty import ThermalUncertainty
+from compgen.thermal.uncertainty import ThermalUncertainty, nothing_warms
+
+COLD = Finding(
+    Level.WARNING,
+    "thermal.none",
+    "the robot file has no [thermal]: the arm is taken as cold, and what its warmth does is not known",
+)
 
 
 def load_robot(name: str) -> Robot:
@@ -147,7 +153,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         heat=heat,
         profiles=profiles,
         warmth=warmth,
-        unknown=unknown_of(facts.unknown, where),
+        unknown=(*unknown_of(facts.unknown, where), *(() if facts.thermal else (OF_WARMTH,))),
         known=known,
         sources=tuple(k.source for k in known),
         joint_box=read_joint_box(facts.sources, where),
@@ -157,7 +163,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         robot_file=str(source),
         robot_file_hash=sha256(text.content).hexdigest(),
         held_out=facts.identified.held_out_um[0] * UM if facts.identified and facts.identified.held_out_um else None,
-        unlikely=(*unlikely_values(data, where), *of_posterior),
+        unlikely=(*unlikely_values(data, where), *of_posterior, *(() if facts.thermal else (COLD,))),
         posterior=posterior,
         fit=fit_limits_of(facts.identified),
     )
@@ -253,9 +259,13 @@ def _refuse_double(facts: RobotFile, where: str) -> None:
 def _warmth(
     facts: RobotFile, robot: Robot, where: str
 ) -> tuple[NodeModel | NetworkModel, tuple[Profile, ...], tuple[Array, Array], ThermalUncertainty]:
-    """The heat model, the profiles along its links, the growth of a and d, (6, K) [m/K], and how well all is known."""
+    """The heat model, the profiles along its links, the growth of a and d, (6, K) [m/K], and how well all is known.
+
+    A file without a table of warmth is of an arm that is taken as cold.
+    """
     if facts.thermal is None:
-        raise InputError(f"{where}: thermal: missing; add the table, a program is corrected for its warmth")
+        cold = cold_arm()
+        return cold, (), (np.zeros((6, 1)), np.zeros((6, 1))), nothing_warms(cold)
     profiles = tables.profiles_of(facts.thermal, robot, where)
     nodes = tables.node_model_of(facts.thermal, profiles, where)
     heat: NodeModel | NetworkModel = nodes

@@ -59,6 +59,7 @@ VERDICTS = {
     "outside": "outside its bounds",
     "not loadable": "more than the controller can load",
     "no bounds": "judged by no bounds, for none are given",
+    "nothing corrected": "nothing corrected",
 }
 
 

@@ -122,3 +122,9 @@ class NodeModel:
                 f"a rise of {rise.min():.1f} K lies further below zero than the {self.box_rise:g} K measured above it"
             )
         return messages
+
+
+def cold_arm() -> NodeModel:
+    """Of an arm whose warmth nobody has measured: one node, which never rises."""
+    still, ever = np.zeros(1), np.array([0.0, np.inf])
+    return NodeModel(("arm",), still, np.ones(1), np.full(1, HOUR), 0.0, 1.0, HOUR, ever, np.inf, np.inf)

@@ -49,6 +49,11 @@ class ThermalUncertainty:
         own(self, lag=("K",))
 
 
+def nothing_warms(heat: ThermalModel) -> ThermalUncertainty:
+    """Of an arm that is taken as cold: what its warmth does is not known, and in no band."""
+    return ThermalUncertainty(0.0, 0.0, 0.0, 0.0, 0.0, np.ones(len(heat.names)), 1.0, 0.0)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class HeatChange:
     """How warmth differs from what the files say."""

@@ -1,0 +1,45 @@
+"""An arm whose warmth nobody has measured: corrected for what is known of it, taken as cold, and said so."""
+
+import tomllib
+
+import tomlkit
+
+from compgen.pipelines.generate import generate
+from compgen.pipelines.path_file import load_job
+from compgen.verification.verdict import Verdict
+from tests.shipped import ROOT, path_file, quiet
+
+
+def cold_robot(folder, sources=None):
+    data = tomllib.loads((ROOT / "robots" / "m710ic50.toml").read_text())
+    for key in ("thermal", "unknown"):
+        data.pop(key, None)
+    data["sources"] = sources or {}
+    file = folder / "cold.toml"
+    file.write_text(tomlkit.dumps(data))
+    return str(file)
+
+
+def corrected_circle(folder, sources=None):
+    return generate(load_job(path_file("circle_1300"), cold_robot(folder, sources)), quiet)
+
+
+def test_a_cold_arm_is_corrected_for_its_geometry(tmp_path):
+    planned, corrected = corrected_circle(tmp_path, {"joint_zeros": {"offset_mdeg": [0, 5, -3, 0, 2, 0]}})
+    assert corrected.inside
+    assert planned.deviation().on_part["total"].max > 150e-6
+    assert corrected.deviation.on_part["total"].max < 2.5e-6
+    assert not planned.rise.any()
+    assert "thermal.none" in {f.code for f in corrected.findings}
+
+
+def test_its_warmth_is_among_what_is_not_known(tmp_path):
+    job = load_job(path_file("circle_1300"), cold_robot(tmp_path))
+    assert "warmth" in {unknown.what for unknown in job.cell.unknown}
+    assert "warmth" not in {unknown.what for unknown in load_job(path_file("circle_1300")).cell.unknown}
+
+
+def test_an_arm_that_errs_nowhere_is_not_called_corrected(tmp_path):
+    _, corrected = corrected_circle(tmp_path)
+    assert corrected.verdict is Verdict.NOT_CORRECTED
+    assert not corrected.inside
