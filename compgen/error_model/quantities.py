@@ -24,7 +24,7 @@ class Cause:
 
     parameters: Array  # (P,) [SI] of the sources
     heat: HeatChange
-    width: Array  # (6,) of the way over which each joint forgets a reversal, relative
+    width: Array  # (6,) change of the logarithm of the way over which each joint forgets a reversal
     delay: float = 0.0  # [s] that the program starts late
 
     def __post_init__(self) -> None:

@@ -14,6 +14,8 @@ from compgen.error_model.source import DirectionDependent, Expanding, Source, Vi
 from compgen.pipelines.job import Cell, Job
 from compgen.thermal.uncertainty import HeatChange
 
+WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class JobUncertainty:
@@ -55,6 +57,7 @@ def quantities_of_cell(cell: Cell) -> JobUncertainty:
             *_of_expansion(cell, parameters, nothing),
             *_of_posterior(cell, parameters, nothing),
             *_of_sources(cell, parameters, nothing),
+            *_of_widths(cell, nothing),
         ),
     )
 
@@ -89,7 +92,7 @@ def changed_job(job: Job, parameters: SourceParameters, cause: Cause) -> Job:
     late = (replace(history.standing, duration=cause.delay),) if cause.delay > 0 else ()
     sources = parameters.moved(cause.parameters)
     if cause.width.any():
-        sources = tuple(s.with_widths(1 + cause.width) if isinstance(s, DirectionDependent) else s for s in sources)
+        sources = tuple(s.with_widths(np.exp(cause.width)) if isinstance(s, DirectionDependent) else s for s in sources)
     return replace(
         job,
         cell=replace(job.cell, sources=sources),
@@ -185,6 +188,21 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
                 width[parameter.index] = change / value
         heat = replace(nothing.heat, scale=scale, lag=lag)
         quantities.append(Quantity(f"identified {k + 1}", "identified parameters", Cause(changes, heat, width)))
+    return quantities
+
+
+def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:
+    """How far each joint turns to forget a reversal, where reversals were not measured: to a factor."""
+    measured = () if cell.posterior is None else cell.posterior.parameters
+    quantities = []
+    for source in cell.sources:
+        if not isinstance(source, DirectionDependent):
+            continue
+        shown = {p.index for p in measured if p.table == source.NAME and p.field == "width"}
+        for i in np.flatnonzero(np.isfinite(source.reversal_widths().joint)).tolist():
+            if (i,) not in shown:
+                cause = replace(nothing, width=WIDTH_SPREAD * np.eye(6)[i])
+                quantities.append(Quantity(f"{source.NAME}.width[{i + 1}]", source.BUDGET, cause))
     return quantities
 
 

@@ -61,7 +61,7 @@ class HeatChange:
     rise: Array  # (K,) [K] that the law misses after the reference duty
     start: Array  # (K,) [K] that a log's end misses
     scale: Array  # (K,) of the file's rises, relative
-    lag: Array  # (K,) of the file's time constants, relative
+    lag: Array  # (K,) change of the logarithm of the file's time constants
     air: float = 0.0  # [K]
     feed: float = 0.0  # relative
 
@@ -103,7 +103,7 @@ class DisturbedHeat:
         base, change = self.base, self.change
         if not isinstance(base, NodeModel):
             return base
-        rise, tau = base.reference_rise * (1 + change.scale), base.tau * (1 + change.lag)
+        rise, tau = base.reference_rise * (1 + change.scale), base.tau * np.exp(change.lag)
         return replace(base, reference_rise=rise, tau=tau)
 
     @property

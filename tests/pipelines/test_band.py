@@ -78,14 +78,17 @@ def test_each_column_is_what_one_sigma_of_its_quantity_does_to_the_whole_chain(o
     here = position_of(job, program)
     assert len({q.name for q in uncertainty.quantities}) == len(uncertainty.quantities)
     for k, quantity in enumerate(uncertainty.quantities):
-        amount = quantity.deviation
+        small = 0.02 if "width" in quantity.name else 1.0  # of a factor: linear for small ones
+        amount = small * quantity.deviation
         cause = combined([quantity], [amount])
         moved = position_of(changed_job(job, uncertainty.parameters, cause), program) - here
         expected = amount * columns.column[:, :, k]
-        size = max(np.abs(moved).max(), 0.1 * UM)
+        size = max(np.abs(moved).max(), 0.1 * small * UM)
         slack = 0.15 if quantity.source in ("start delay", "feed") else 0.01  # linear in them only to first order
+        slack = 0.05 if "width" in quantity.name else slack
         assert np.abs(moved - expected).max() <= slack * size, quantity.name
-        if "network" not in str(overrides):  # which has no feed of its own, and nodes that nothing grows with
+        # the network has no feed of its own and nodes that nothing grows with; joints 4 to 6 have no play
+        if "network" not in str(overrides) and not quantity.name.endswith(("width[4]", "width[5]", "width[6]")):
             assert np.abs(moved).max() > 1e-9, quantity.name
 
 
