@@ -156,7 +156,7 @@ def columns_at(
         by_delay: What each second of a late start adds to the rises, (M, K) [K/s].
     """
     quantities, parameters = _by_source(uncertainty), uncertainty.parameters
-    changes = np.array([q.cause.parameters for q in quantities]).reshape(len(quantities), -1)  # (Q, P)
+    changes = np.array([q.cause.parameters for q in quantities]).reshape(len(quantities), len(parameters.entries))
     which = np.flatnonzero(changes.any(axis=0)).tolist()
     slopes = build_slopes(cell.robot, parameters, which, len(cell.heat.names), places.tool)
     A, B, D = slopes(places.theta, places.rise, places.motion)

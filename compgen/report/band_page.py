@@ -13,8 +13,9 @@ BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
 def known_html(record: dict[str, Any]) -> str:
     """What the file leaves open and what it does not know, for the sentence in large letters."""
     unknown = unknown_words(record)
-    amount, words = known_words(record).split(" (95 %)", 1)
-    text = f"<b>{_html(amount)}</b> (95 %){_html(words)}"
+    words = known_words(record)
+    amount = f"{rounded(record['p95_um'])} um"
+    text = f"<b>{_html(amount)}</b>{_html(words[len(amount) :])}" if words.startswith(amount) else escape(words)
     return text + (f"; <b>not known</b>: {_html(unknown)}" if unknown else "")
 
 

@@ -9,6 +9,8 @@ from compgen.pipelines.draws import FlownDraws
 from compgen.verification.band import Band
 
 LISTED = 4  # sources in a sentence
+LEAST = 0.05  # of the whole, that a source must be to stand there
+NO_BAND = "no band: the file says of no number how well it is known"
 
 
 def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None = None) -> dict[str, Any]:
@@ -32,9 +34,11 @@ def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None
 
 def known_words(record: dict[str, Any]) -> str:
     """How far the part may be off by what the file knows: ``41 um (95 %) of what this file knows (cte 31, ...)``."""
-    sources = list(record["budget_um"].items())
+    if not record["p95_um"]:
+        return NO_BAND
+    sources = [(name, size) for name, size in record["budget_um"].items() if size >= LEAST * record["p95_um"]]
     named = [f"{name} {rounded(size)}" for name, size in sources[:LISTED]]
-    if len(sources) > LISTED:
+    if len(record["budget_um"]) > len(named):
         named.append("...")
     inside = f" ({', '.join(named)})" if named else ""
     return f"{rounded(record['p95_um'])} um (95 %) of what this file knows{inside}"

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -18,6 +19,7 @@ from compgen.pipelines import generate
 from compgen.pipelines.band import assumed_findings
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.robot_file import load_cell
+from compgen.report.band_page import known_html
 from compgen.report.band_words import band_record, band_sentence, headline
 from compgen.report.files import job_reports
 from compgen.report.job_summary import job_summary
@@ -43,6 +45,19 @@ def test_the_sentence_has_all_three_parts():
         "2.1 um of arithmetic, 41 um (95 %) of what this file knows (cte 20, temperature law 13); "
         "not known: play (55 to 175 um), the controller's motion"
     )
+
+
+def test_without_any_uncertainty_the_sentence_says_that_there_is_no_band():
+    none = replace(BAND, largest=0.0, budget=())
+    assert band_sentence(2.06, band_record(none, UNKNOWN[:1])) == (
+        "2.1 um of arithmetic, no band: the file says of no number how well it is known; not known: play (55 to 175 um)"
+    )
+    assert known_html(band_record(none, ())) == "no band: the file says of no number how well it is known"
+
+
+def test_small_sources_are_not_listed():
+    many = replace(BAND, budget=(*BAND.budget, BudgetShare("feed", 0.1 * UM, 0.1 * UM)))
+    assert "(cte 20, temperature law 13, ...)" in band_sentence(1.0, band_record(many, ()))
 
 
 def test_what_is_identified_is_no_longer_unknown():
