@@ -25,6 +25,7 @@ sys.path.insert(0, str(HERE))
 import m710ic50_fit as node_fit  # noqa: E402
 import m710ic50_network_fit as network_fit  # noqa: E402
 import validation_measured  # noqa: E402
+import validation_network  # noqa: E402
 
 NETWORK = "robot.thermal.model=network"
 HOT = 'before=[{state="moving", program="circle_1300", feed_mm_s=200, duration_h=6}]'
@@ -301,6 +302,7 @@ def warming() -> str:
     rows = [
         ["24 quoted temperatures, rms / worst", "0.55 / 1.15 K asked", f"{np.sqrt(np.mean(off**2)):.2f} / "
          f"{np.abs(off).max():.2f} K", f"{np.sqrt(np.mean(noff**2)):.2f} / {np.abs(noff).max():.2f} K"],
+        *validation_network.left_out_rows(),
         ["first 3 h at 200 mm/s off a straight line", "0.4 K asked", *(f"{s:.2f} K" for s in straight)],
         ["left 16 h after stopping, j3 and j2", "1 K (1428); 1.6 asked",
          f"{left[nodes.names.index('j3')]:.2f} and {left[nodes.names.index('j2')]:.2f} K",
@@ -331,6 +333,12 @@ def measured() -> dict[str, str]:
     return tables | validation_measured.numbers()
 
 
+def materials() -> dict[str, str]:
+    """What the network is made of."""
+    head = ["body", "material", "mass", "diffusivity", "at most"]
+    return {"bodies": table(head, validation_network.body_rows()), **validation_network.numbers()}
+
+
 def page() -> str:
     """The text of docs/validation.md; draws the pictures."""
     quoted, seen = lines()
@@ -339,6 +347,7 @@ def page() -> str:
     return (HERE / "validation_text.md").read_text().format(
         profiles=profiles(), figures=quoted, rates=rates(), warming=warming(), kelvins=kelvins(), span=span,
         span_n=span_n, share=100 * span / 90, cte=11.25 * 90 / span, more=100 * (90 / span - 1), **measured(),
+        **materials(),
     )  # fmt: skip
 
 

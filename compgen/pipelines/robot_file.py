@@ -266,6 +266,8 @@ def _warmth(
     if facts.thermal is None:
         cold = cold_arm()
         return cold, (), (np.zeros((6, 1)), np.zeros((6, 1))), nothing_warms(cold)
+    if facts.thermal.network is not None:
+        tables.check_materials(facts.thermal.network, where)
     profiles = tables.profiles_of(facts.thermal, robot, where)
     nodes = tables.node_model_of(facts.thermal, profiles, where)
     heat: NodeModel | NetworkModel = nodes

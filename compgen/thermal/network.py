@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh_tridiagonal
 
 from compgen.core.arrays import Array, IntArray, own
 from compgen.core.units import HOUR, MM
@@ -192,10 +193,10 @@ class NetworkModel:
 
 
 def modal_form(volumes: Volumes) -> tuple[Array, Array]:
-    """Rates (V,) [1/s], and C^-1/2 Q (V, V)."""
+    """Rates (V,) [1/s], and C^-1/2 Q (V, V); volumes in a row make the matrix tridiagonal."""
     root = 1 / np.sqrt(volumes.capacity)
-    matrix = volumes.laplacian + np.diag(volumes.film)
-    rate, vectors = np.linalg.eigh(root[:, None] * matrix * root)
+    diagonal = (np.diag(volumes.laplacian) + volumes.film) * root**2
+    rate, vectors = eigh_tridiagonal(diagonal, np.diag(volumes.laplacian, 1) * root[1:] * root[:-1])
     return rate, root[:, None] * vectors
 
 

@@ -3,11 +3,13 @@
 from compgen.thermal.tables.ambient import ambient_of, log_of
 from compgen.thermal.tables.duty import shifts_of, steps_of
 from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words
+from compgen.thermal.tables.materials import check_materials
 from compgen.thermal.tables.model import growth_of, network_of, node_model_of, profiles_of
 from compgen.thermal.tables.uncertainty import uncertainty_of
 
 __all__ = [
     "ambient_of",
+    "check_materials",
     "ensemble_of",
     "ensemble_of_words",
     "growth_of",

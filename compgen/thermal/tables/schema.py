@@ -16,6 +16,7 @@ Expansion = Annotated[FiniteFloat, Field(ge=-1000, le=1000)]  # um/(m K)
 Kelvins = Annotated[FiniteFloat, Field(ge=0, le=100)]
 Growth = Annotated[FiniteFloat, Field(ge=-100, le=500)]  # %
 Axis = Annotated[int, Field(ge=1, le=6)]
+MaterialName = Literal["steel", "cast iron", "aluminium"]
 
 
 class StepTable(Table):
@@ -110,12 +111,14 @@ class BodyTable(Table):
     """Length along the conduction."""
     volumes: Annotated[int, Field(ge=1, le=200)]
     """Number of finite volumes."""
+    material: MaterialName | None = None
+    """What it is made of, which bounds heat capacity and conductance; default any of these that would do."""
     mass_kg: Positive
     """Mass."""
     heat_capacity_J_kgK: Positive
-    """Specific heat capacity."""
+    """Specific heat capacity, within its material's."""
     conductance_W_mm_K: Positive
-    """Conductivity times cross-section: watts per kelvin across one millimetre."""
+    """Conductivity times cross-section: watts per kelvin across one millimetre; at most what its mass could conduct."""
     film_W_K: NotNegative
     """Heat transfer of the whole surface to the air."""
 
