@@ -60,8 +60,8 @@ def check_materials(table: sc.NetworkTable, where: str) -> None:
             diffusivity = body.conductance_W_mm_K * MM * length / stored
             raise InputError(
                 f"{key}.conductance_W_mm_K: {body.conductance_W_mm_K:g} over {body.length_mm:g} mm and "
-                f"{body.mass_kg:g} kg is a diffusivity of {diffusivity * 1e6:.1f} mm2/s, {name} has at most "
-                f"{material.diffusivity * 1e6:.1f}; give {0.999 * most:.4g} or less, or more mass_kg"
+                f"{body.mass_kg:g} kg is a diffusivity of {diffusivity / MM**2:.1f} mm2/s, {name} has at most "
+                f"{material.diffusivity / MM**2:.1f}; give {0.999 * most:.4g} or less, or more mass_kg"
             )
     for i, housing in enumerate(table.housing):
         c = housing.heat_capacity_J_kgK
