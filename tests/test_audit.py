@@ -163,6 +163,7 @@ def test_what_it_has_no_oracle_for_is_told_in_a_sentence(altered, capsys, old, n
     ('[[cycle]]\nstate = "moving"', "cycle: not judged"),
     ('[posture]\nwrist = "flip"', "posture: not judged"),
     ('[[before]]\nstate = "moving"\nrepeat = 3', "repeat: not judged"),
+    ('[boundary]\nshape = "polygon"', "boundary.shape = polygon: not judged"),
     ("[process.x]", "process.x: not judged"),
     ("[compensation.average_over]", "compensation.average_over: not judged"),
 ])  # fmt: skip

@@ -73,11 +73,26 @@ def _surface(path):
     return Surface(centre, optic["radius_of_curvature_m"] * 1e3, optic["conic_constant"], optic["off_axis_m"] * 1e3)
 
 
+def _hexagon(edge):
+    """Corners (6, 2) [mm], the first on x."""
+    angle = np.arange(6) * np.pi / 3
+    return edge["corner_to_corner_mm"] / 2 * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _rectangle(edge):
+    """Corners (4, 2) [mm]."""
+    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(edge["size_mm"]) / 2
+
+
+_CORNERS = {"hexagon": _hexagon, "rectangle": _rectangle}
+
+
 def _boundary(path):
     """The part's edge; a raster without one is clipped to its own circle."""
     edge = path.get("boundary")
-    if edge and edge["shape"] == "hexagon":
-        return curves.Boundary(edge["corner_to_corner_mm"] / 2, True, np.radians(edge.get("rotation_deg", 0.0)))
+    if edge and edge["shape"] != "circle":
+        corners = _CORNERS[edge["shape"]](edge)
+        return curves.Boundary.polygon(corners, edge.get("rotation_deg", 0.0))
     if edge:
         return curves.Boundary(edge["diameter_mm"] / 2)
     return curves.Boundary(path["path"]["diameter_mm"] / 2) if path["path"]["pattern"] == "raster" else None

@@ -149,33 +149,34 @@ def middle(piece, span):
 
 @dataclass(frozen=True)
 class Boundary:
-    """The edge of a part: a circle, or a regular hexagon whose corners are at ``rotation`` + n 60 deg."""
+    """The edge of a part: a convex polygon with its corners counter-clockwise, or without any a circle."""
 
     outer_radius: float  # [mm] of the circle, of the corners
-    hexagon: bool = False
-    rotation: float = 0.0  # [rad]
+    corners: np.ndarray | None = None  # (K, 2) [mm]
 
-    def corners(self):
-        """Of a hexagon, (6, 2) [mm]."""
-        angle = self.rotation + np.arange(6) * np.pi / 3
-        return self.outer_radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    @classmethod
+    def polygon(cls, corners, rotation_deg):
+        """With corners (K, 2) [mm], turned."""
+        c, s = np.cos(np.radians(rotation_deg)), np.sin(np.radians(rotation_deg))
+        return cls(float(np.linalg.norm(corners, axis=1).max()), np.asarray(corners) @ np.array([[c, s], [-s, c]]))
 
     def inside(self, xy):
         """How far points (M, 2) lie inside, (M,) [mm]."""
-        if not self.hexagon:
+        if self.corners is None:
             return self.outer_radius - np.linalg.norm(xy, axis=1)
-        angle = self.rotation + np.pi / 6 + np.arange(6) * np.pi / 3
-        return (self.outer_radius * np.cos(np.pi / 6) - xy @ np.array([np.cos(angle), np.sin(angle)])).min(axis=1)
+        way = np.roll(self.corners, -1, axis=0) - self.corners
+        left = np.column_stack([-way[:, 1], way[:, 0]]) / np.linalg.norm(way, axis=1)[:, None]
+        return ((xy[:, None] - self.corners) * left).sum(axis=2).min(axis=1)
 
     def half_height(self):
         """Largest y [mm]."""
-        return float(self.corners()[:, 1].max()) if self.hexagon else self.outer_radius
+        return self.outer_radius if self.corners is None else float(self.corners[:, 1].max())
 
     def across(self, y):
         """Smallest and largest x [mm] at a y inside."""
-        if not self.hexagon:
+        if self.corners is None:
             return np.array([-1, 1]) * np.sqrt(self.outer_radius**2 - y**2)
-        a = self.corners()
+        a = self.corners
         b = np.roll(a, -1, axis=0)
         cut = (a[:, 1] - y) * (b[:, 1] - y) <= 0
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -185,7 +186,7 @@ class Boundary:
 
     def between(self, low, high):
         """Smallest and largest x [mm] of the part between two y."""
-        widest = self.corners()[:, 1] if self.hexagon else [0.0]
+        widest = [0.0] if self.corners is None else self.corners[:, 1]
         x = np.array([self.across(y) for y in (low, high, *(y for y in widest if low < y < high))])
         return np.array([x[:, 0].min(), x[:, 1].max()])
 

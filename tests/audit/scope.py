@@ -11,6 +11,10 @@ ROBOT, SOURCES = "m710ic50", ["thermal_growth"]
 KNOWN = {
     "": {"robot", "title", "path", "surface", "boundary", "frame", "tool", "process", "posture", "compensation",
          "before", "after", "bounds"},
+    "path": {"pattern", "x_mm", "y_mm", "z_mm", "axis", "length_mm", "diameter_mm", "turns", "stepover_mm", "lead_mm",
+             "turn", "size_mm"},
+    "surface": {"kind", "radius_of_curvature_m", "conic_constant", "off_axis_m"},
+    "boundary": {"shape", "diameter_mm", "corner_to_corner_mm", "size_mm", "rotation_deg"},
     "frame": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"},
     "tool": {"number", "x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg", "spin_deg", "axisymmetric"},
     "compensation": {"clamp_mm", "clamp_deg", "rate_um_mm", "rate_period_mm", "curvature_period_mm", "solver",
@@ -20,6 +24,7 @@ KNOWN = {
 }  # fmt: skip
 OF_GENERATE = {"name", "title", "after", "timing", "thermal", "program", "provenance"}
 PATTERNS = {"line", "circle", "spiral", "raster", "iso9283"}
+SHAPES = {"circle", "hexagon", "rectangle"}
 POSTURE = {"arm": "front", "elbow": "up", "wrist": "no flip"}
 
 
@@ -79,6 +84,8 @@ def duties(path):
 
 
 def _refuse_unknown(path):
+    if (pattern := path["path"].get("pattern")) not in PATTERNS:
+        raise NotJudgedError(f"path.pattern = {pattern}: not judged; the audit has a closed form of {sorted(PATTERNS)}")
     tables = [("", path), *((key, t) for key in KNOWN if key for t in _tables(path, key))]
     for where, table in tables:
         for key in table:
@@ -90,8 +97,8 @@ def _refuse_unknown(path):
         raise NotJudgedError("before: not judged with a program and no feed_mm_s; the audit reads no other path file")
     if any(table != POSTURE[key] for key, table in path.get("posture", {}).items()):
         raise NotJudgedError("posture: not judged; the audit's inverse is for front, elbow up, no flip")
-    if (pattern := path["path"].get("pattern")) not in PATTERNS:
-        raise NotJudgedError(f"path.pattern = {pattern}: not judged; the audit has a closed form of {sorted(PATTERNS)}")
+    if (shape := path.get("boundary", {}).get("shape", "circle")) not in SHAPES:
+        raise NotJudgedError(f"boundary.shape = {shape}: not judged; the audit knows {sorted(SHAPES)}")
     if path["path"].get("turn", "square") != "square":
         raise NotJudgedError(f"path.turn = {path['path']['turn']}: not judged; the audit knows square turns")
 
