@@ -1,4 +1,4 @@
-"""CONFIG of a Cartesian position: three letters for the posture, three numbers for the turns of J4, J5 and J6.
+"""CONFIG of a Cartesian position: three letters for the posture, three numbers for the turns of three joints.
 
 CONFIG : 'N U T, 0, 0, 0'         wrist No flip / Flip, elbow Up / Down, arm fronT / Back; turns
 """

@@ -10,7 +10,7 @@ from compgen.planning.curves import PiecewiseCurve
 def iso9283(size: float) -> PiecewiseCurve:
     """Inside a square of side ``size`` [m], lengths in the standard's proportions.
 
-    The square (four corners), a circle of 0.8 sides about its centre, a circle of 0.1 sides beside the centre, and
+    The square (four corners), circles of 0.8 and of 0.1 sides across about its centre, and
     a meander with right-angled and acute corners back to the start. Each corner is a stop.
     """
     h = size / 2
