@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.identification.evidence import posterior
 from compgen.identification.fit import Fit, frame_prior
 from compgen.identification.linearisation import channel_equations
@@ -69,7 +69,6 @@ def blocks_of_poses(data: Measurements) -> IntArray:
 def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossValidation:
     """Cross-validation of a fit, by folds of blocks."""
     block = pose_blocks(data)
-    fold, fold_of_far_end = block % FOLDS, _far_blocks(data, block) % FOLDS
     u = np.concatenate([(fitted.p / model.prior)[fitted.active], np.zeros(_frame_unknowns(fitted))])
     weight = (~fitted.outlier) / data.sigma**2
     rho = fitted.posterior.scales.rho
@@ -78,7 +77,7 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
     fixed, target = frame_prior(data, fitted.frames, _frame_unknowns(fitted))
     distance = np.full(len(block), np.nan)
     for k in range(FOLDS):
-        held_out = (fold == k) | (fold_of_far_end == k)
+        held_out = held_out_rows(data, k)
         if not held_out.any():
             continue
         training = [
@@ -96,11 +95,13 @@ def cross_validate(model: ArmModel, data: Measurements, fitted: Fit) -> CrossVal
     return CrossValidation(distance, block)
 
 
-def _far_blocks(data: Measurements, block: IntArray) -> IntArray:
-    """The block of the pose at each row's far end, (N,); where there is none, its own."""
-    if data.ends is None:
-        return block
-    return np.where(data.ends.pose == NONE, block, blocks_of_poses(data)[data.ends.pose])
+def held_out_rows(data: Measurements, fold: int) -> BoolArray:
+    """Rows of the poses that a fold leaves out, (N,): with either end at one of them."""
+    left_out = blocks_of_poses(data) % FOLDS == fold
+    rows = left_out[data.pose]
+    if data.ends is not None:
+        rows |= left_out[data.ends.pose] & (data.ends.pose != NONE)
+    return np.asarray(rows)
 
 
 def improvement_interval(model: CrossValidation, other: CrossValidation) -> tuple[float, float]:

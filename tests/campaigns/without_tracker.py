@@ -61,9 +61,11 @@ def pushed(rng, rows):
     return push
 
 
-def sphere_centres(rng):
-    """Where spheres stand in front of the arm, (12, 3) [m]; the first two are the farthest from each other."""
-    centres = rng.uniform([0.7, -0.9, -0.5], [1.6, 0.9, 0.7], (SPHERES, 3))
+def sphere_centres(site, rng):
+    """Where spheres stand, well inside the range of the arm, (12, 3) [m]; the first two are the farthest apart."""
+    inside = drawn_poses(site.robot, rng, 40 * SPHERES)
+    share = np.abs(inside[:, :3] - (LOW + HIGH)[:3] / 2) / ((HIGH - LOW)[:3] / 2)
+    centres = probe_centre(site, inside[(share < 0.6).all(axis=1)])[:SPHERES]
     apart = np.linalg.norm(centres[:, None] - centres, axis=2)
     a, b = np.unravel_index(int(np.argmax(apart)), apart.shape)
     order = [int(a), int(b), *(n for n in range(SPHERES) if n not in (a, b))]
@@ -161,7 +163,7 @@ def campaign(site, seed, kind, folder):
         (folder / "distances.csv").write_text(distances_csv(site, rng, ROWS if kind == "distances" else third))
     if kind == "distances":
         return MeasurementFiles(distances=[str(folder / "distances.csv")])
-    centres = sphere_centres(rng)
+    centres = sphere_centres(site, rng)
     (folder / "artefact.toml").write_text(artefact_toml(centres, "places" in kind))
     rows = third if kind == "all three" else ROWS
     touches = []

@@ -11,6 +11,7 @@ from synthetic import random_theta
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import MM, UM
+from compgen.identification.cross_validation import FOLDS, blocks_of_poses, cross_validate, held_out_rows
 from compgen.identification.fit import fit
 from compgen.identification.fixed_places import WORLD, FixedPlaces
 from compgen.identification.frames import InstrumentFrames
@@ -368,3 +369,23 @@ def test_an_arm_that_grows_by_a_factor_touches_spheres_anywhere_alike(arm, model
     A = linear.A.reshape(-1, linear.A.shape[2])
     assert left(A) < 0.01 * UM
     assert left(np.vstack([A, linear.C * NOISE])) > 5 * UM
+
+
+def test_a_distance_is_left_out_with_either_of_its_poses(everything):
+    """Else its other end would be predicted from what was measured there."""
+    for fold in range(FOLDS):
+        out = held_out_rows(everything, fold)
+        poses = np.flatnonzero(blocks_of_poses(everything) % FOLDS == fold)
+        for ends in (everything.pose, everything.ends.pose):
+            assert not np.isin(ends[~out], poses).any()
+        assert np.isin(everything.pose[out], poses).any()
+
+
+def test_a_row_of_one_number_counts_as_a_coordinate_of_a_place(model, everything):
+    active = np.zeros(len(model.parameters), dtype=bool)
+    fitted = fit(model, everything, active, robust=False)
+    one = everything.numbers == 1
+    left = np.linalg.norm(fitted.residual, axis=1)
+    ratio = cross_validate(model, everything, fitted).distance / left
+    assert np.median(ratio[one]) == pytest.approx(np.sqrt(3), rel=0.15)
+    assert np.median(ratio[~one]) == pytest.approx(1, rel=0.15)
