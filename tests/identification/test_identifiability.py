@@ -14,8 +14,8 @@ def stand_in(columns, parameter):
     A = np.column_stack([parameter, columns]).reshape(rows, 3, -1)
     posterior = SimpleNamespace(covariance=np.eye(A.shape[2]), scales=SimpleNamespace(group=np.ones(1)))
     fitted = SimpleNamespace(
-        active=np.array([True]), outlier=np.zeros(rows, dtype=bool), linear=SimpleNamespace(A=A), noise=1.0,
-        posterior=posterior,
+        active=np.array([True]), outlier=np.zeros(rows, dtype=bool), noise=1.0, posterior=posterior,
+        noise_of_row=np.ones(rows), linear=SimpleNamespace(A=A, C=np.zeros((0, A.shape[2]))),
     )  # fmt: skip
     data = SimpleNamespace(sigma=np.ones(rows), aligned=np.array([False]), instrument=np.zeros(rows, dtype=int))
     return assess_identifiability(SimpleNamespace(groups=lambda: ((), np.zeros(1, dtype=int))), data, fitted)
