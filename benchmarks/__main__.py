@@ -24,6 +24,7 @@ from compgen.pipelines.job_results import Planned  # noqa: E402
 HERE = Path(__file__).parent
 SOME = 100_000  # waypoints that parts of a run are measured on
 WORKERS = 2
+DRAWN = 10_000  # waypoints of the text that draws fly
 LONG = 1_000_000  # waypoints that whole runs and their growth are judged at
 
 Row = tuple[str, str, str]  # what, what it shall reach, what it does here
@@ -119,6 +120,9 @@ def whole_runs(folder: Path, unit: float, points: int) -> Iterator[Row]:
     of_band = bands.seconds_of_band(points)
     told = f"linear band with its columns at {count:.0f} waypoints, over the rest of the run, processor time"
     yield told, "<= + 25 %" if long else "", f"+ {100 * of_band / (spent - of_band):.1f} %"
+    flown = bands.seconds_of_draws(folder / "compiled", min(points, DRAWN), WORKERS)
+    what = f"{flown.draws} flights of a draw each at {flown.waypoints} waypoints, {WORKERS} workers: elapsed"
+    yield what, "<= 15 s" if points >= DRAWN else "", f"{flown.elapsed:.1f} s (processor {flown.processor:.1f} s)"
     processor, elapsed = whole.cold_start(folder)
     told = f"{processor:.1f} (elapsed {elapsed:.1f})"
     yield "generate paths/spiral_1300.toml over importing casadi, pinocchio, scipy", "<= 3", told

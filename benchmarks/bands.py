@@ -1,12 +1,46 @@
-"""What the linear band adds to a run: its columns and their fold, and six columns of the table of waypoints."""
+"""What uncertainty adds to a run: the linear band with its six columns of waypoints, and draws that the twin flies."""
+
+import time
+from pathlib import Path
+from typing import NamedTuple
 
 from benchmarks import cases
 from benchmarks.measure import seconds
+from compgen.core import evaluation
 from compgen.core.evaluation import BLOCK
 from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.band import DrivenProgram, band_along
+from compgen.pipelines.draws import fly_draws
+from compgen.pipelines.path_file import load_job
 from compgen.report.waypoints_csv import csv_lines
+from compgen.verification.twin import prepare
+
+
+class FlownDraws(NamedTuple):
+    """What draws of a program take."""
+
+    waypoints: int
+    draws: int
+    elapsed: float  # [s]
+    processor: float  # [s]
+
+
+def seconds_of_draws(cache: Path, points: int, workers: int) -> FlownDraws:
+    """59 flights of the shipped spiral with about so many waypoints, from its written text."""
+    compiler = evaluation.find_compiler(cache)
+    chord = 1.5 * (8045 / points) ** 2  # um; 8045 waypoints as shipped
+    with evaluation.configured(compiler, workers):
+        job = load_job(
+            "paths/spiral_1300.toml", None, ["bounds.guaranteed.max_um=100", f"process.chord_um={chord:.6g}"]
+        )
+        planned, corrected = generate.generate(job, cases.quiet)
+        prepared = prepare(corrected.twin, corrected.program, corrected.before, corrected.air)
+        program = planned.driven(corrected.solution.theta, planned.motion)
+        begin, spent = time.perf_counter(), time.process_time()
+        flown = fly_draws(program, prepared, corrected.deviation, corrected.start_window)
+        draws = 0 if flown is None else len(flown.total)
+        return FlownDraws(len(planned.path.arc), draws, time.perf_counter() - begin, time.process_time() - spent)
 
 
 def seconds_of_band(points: int) -> float:

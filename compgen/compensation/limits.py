@@ -14,7 +14,7 @@ import numpy as np
 from compgen.compensation import limited_correction
 from compgen.compensation.problem import Joints, Problem, Settings
 from compgen.compensation.solution import Optimum, Status
-from compgen.core.arrays import Array, BoolArray, dot, norm
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm
 
 WINDOW = 8192  # waypoints solved together
 MAX_WINDOW = 8 * WINDOW  # where they cannot be parted without a limit binding across
@@ -33,16 +33,51 @@ def with_rounding_margin(problem: Problem, step: tuple[float, float]) -> Problem
         problem: The whole program.
         step: Of the text's coordinates [m] and angles [rad].
     """
-    robot = problem.robot
-    margins = zip(problem.theta.min(axis=0) - robot.lower, robot.upper - problem.theta.max(axis=0))
+
+    def rounding(rows: IntArray, G: Array) -> Array:
+        # half a step of each coordinate, and of three angles whose axes need not be square to each other
+        along, about = np.abs(G[:, :, :3]).sum(axis=2), norm(G[:, :, 3:])
+        return np.asarray(step[0] / 2 * along + np.sqrt(5) * step[1] / 2 * about)
+
+    return _drawn_in(problem, np.arange(len(problem.arc)), rounding)
+
+
+def with_uncertainty_margin(problem: Problem, rows: IntArray, moment: Array, sigmas: float) -> Problem:
+    r"""The problem with joint limits drawn in by what joints may yet have to move once the error is known better.
+
+    A correction that follows an error of second moment S turns joint i by sqrt(g_i^T S g_i), g_i = d theta_i / d c.
+
+    Args:
+        problem: The whole program.
+        rows: Waypoints at which the band is known, rising, (M,).
+        moment: S of the position error there, (M, 6) [m^2] xx, xy, xz, yy, yz, zz.
+        sigmas: How many of these each joint that comes near a limit keeps from it.
+    """
+
+    def turn(which: IntArray, G: Array) -> Array:
+        xx, xy, xz, yy, yz, zz = moment[which].T
+        S = np.moveaxis(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), 2, 0)
+        return np.asarray(sigmas * np.sqrt(np.einsum("nji,nik,njk->nj", G[:, :, :3], S, G[:, :, :3]).clip(min=0.0)))
+
+    return _drawn_in(problem, rows, turn)
+
+
+def _drawn_in(problem: Problem, rows: IntArray, margin: Callable[[IntArray, Array], Array]) -> Problem:
+    """The problem with the limits of joints that come near one drawn in.
+
+    Args:
+        problem: The whole program.
+        rows: Waypoints to look at, (M,).
+        margin: Of some of these (n,), numbers into ``rows``, and dtheta/dc there (n, 6, 6), to [rad] (n, 6).
+    """
+    robot, theta = problem.robot, problem.theta[rows]
+    margins = zip(theta.min(axis=0) - robot.lower, robot.upper - theta.max(axis=0))
     if all(min(pair) > NEAR_LIMIT for pair in margins):
         return problem
-    near = np.stack([problem.theta < robot.lower + NEAR_LIMIT, problem.theta > robot.upper - NEAR_LIMIT])  # (2, N, 6)
-    rows = np.flatnonzero(near.any(axis=(0, 2)))
-    G = problem.window(rows).linearise(np.zeros((len(rows), 6))).theta_jacobian  # dtheta/dc
-    # half a step of each coordinate, and of three angles whose axes need not be square to each other
-    rounding = step[0] / 2 * np.abs(G[:, :, :3]).sum(axis=2) + np.sqrt(5) * step[1] / 2 * norm(G[:, :, 3:])
-    lower, upper = np.where(near[:, rows], rounding, 0.0).max(axis=1)
+    near = np.stack([theta < robot.lower + NEAR_LIMIT, theta > robot.upper - NEAR_LIMIT])  # (2, M, 6)
+    which = np.flatnonzero(near.any(axis=(0, 2)))
+    G = problem.window(rows[which]).linearise(np.zeros((len(which), 6))).theta_jacobian
+    lower, upper = np.where(near[:, which], margin(which, G), 0.0).max(axis=1)
     return replace(problem, robot=replace(robot, lower=robot.lower + lower, upper=robot.upper - upper))
 
 

@@ -41,6 +41,7 @@ class Settings:
     lever: float = 0.25  # [m]
     free_spin: bool = False
     solver: Solver = Solver.STRUCTURED
+    margin: float = 0.0  # standard deviations of the band that joints keep from their limits
 
 
 class Joints(NamedTuple):

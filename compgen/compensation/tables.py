@@ -28,6 +28,8 @@ class CompensationTable(Table):
     start_drift_um: Annotated[FiniteFloat, Field(ge=0.01, le=1e4)] = 5.0
     """How much error a late start may add: it sets the start window."""
     average_over: AverageOverTable | None = None
+    margin_sigma: Annotated[FiniteFloat, Field(ge=0, le=10)] = 0.0
+    """Standard deviations of what the robot file leaves open that joints keep from their limits."""
 
 
 CLAMP_MM = 3.0
@@ -55,5 +57,6 @@ def settings_of(c: CompensationTable, axisymmetric: bool, has_play: bool, is_ide
         rate_period=c.rate_period_mm * MM,
         curvature_period=(curvature_period if c.curvature_period_mm is None else c.curvature_period_mm) * MM,
         free_spin=axisymmetric,
+        margin=c.margin_sigma,
         solver=Solver(c.solver),
     )

@@ -125,6 +125,9 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
     problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
+    if job.settings.margin:
+        open_yet = planned.band_of_plan()
+        problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)
     solution = optimise.optimise(problem, job.settings, _stage(progress, "correction", job.settings))
     if not solution.status.is_legal:
         raise ImpossibleError(job_findings.failed(solution))

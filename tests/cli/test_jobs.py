@@ -135,6 +135,45 @@ def test_check_speaks_json_and_junit(tmp_path):
     assert not (ROOT / "LINE_Y.LS").exists()
 
 
+def test_check_judges_both_kinds_of_bound(tmp_path):
+    promise = ("--set", "bounds.guaranteed={max_um=200, normal_um=100, seed=3}")
+    kept = run("check", "paths/line_y.toml", "--json", "--junit", tmp_path / "j.xml", *promise)
+    assert kept.returncode == 0, kept.stderr
+    cases = [case.get("name") for case in ElementTree.parse(tmp_path / "j.xml").getroot().iter("testcase")]
+    assert cases[-2:] == ["bounds.guaranteed.max_um", "bounds.guaranteed.normal_um"]
+    report = json.loads(kept.stdout)
+    assert [report["band"][key] for key in ("share", "confidence", "draws", "seed")] == [0.95, 0.95, 59, 3]
+    assert report["guaranteed"]["bounds"]["max_um"]["bound"] == 200
+    assert run("check", "paths/line_y.toml", "--json", *promise).stdout == kept.stdout
+    broken = run("check", "paths/line_y.toml", "--junit", tmp_path / "j.xml", "--set", "bounds.guaranteed.max_um=5")
+    refused(broken, 1, "95 % of arms and days", "bounds.guaranteed.max_um = 5", "can be kept")
+    assert "guaranteed: 95 % of arms and days stay within max_um" in broken.stdout
+    suite = ElementTree.parse(tmp_path / "j.xml").getroot()
+    failed = [case.get("name") for case in suite.iter("testcase") if case.find("failure") is not None]
+    assert failed == ["bounds.guaranteed.max_um"]
+
+
+@pytest.mark.parametrize(
+    ("promise", "words"),
+    [
+        ("{max_um=60, draws=0}", "bounds.guaranteed.draws: 0: .* needs 59 to 10000"),
+        ("{max_um=60, draws=1000000000}", "bounds.guaranteed.draws: 1000000000: .* needs 59 to 10000"),
+        ("{max_um=60, draws=58}", "bounds.guaranteed.draws: 58: .* needs 59"),
+        ("{max_um=60, share=1}", "bounds.guaranteed.share: 1: must be less than 1"),
+        ("{max_um=60, share=0}", "bounds.guaranteed.share: 0: must be greater than 0"),
+        ("{max_um=60, confidence=1.2}", "bounds.guaranteed.confidence: 1.2: must be less than 1"),
+        ("{share=0.9}", "bounds.guaranteed: it gives no bound; add max_um"),
+        ("{max_um=60, shares=0.9}", "bounds.guaranteed.shares: unknown key; did you mean 'share'"),
+    ],
+)
+def test_a_promise_that_cannot_be_verified_is_refused(promise, words):
+    result = run("check", "paths/line_y.toml", "-q", "--set", f"bounds.guaranteed={promise}")
+    assert re.search(words, result.stderr), result.stderr
+    assert (result.returncode, result.stdout) == (2, "")
+    assert len(result.stderr.splitlines()) == 1
+    assert len(result.stderr) <= 300
+
+
 def test_set_reaches_path_and_robot():
     base = json.loads(run("check", "paths/line_y.toml", "--json").stdout)
     twice = json.loads(run("check", "paths/line_y.toml", "--json", "--set", "robot.thermal.cte_um_m_K=22.5").stdout)

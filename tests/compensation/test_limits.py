@@ -172,3 +172,20 @@ def test_limits_are_drawn_in_by_rounding_where_a_joint_comes_near(circle):
     assert 0 < drawn_in[1] < 1e-2 * np.pi / 180
     assert not np.delete(drawn_in, 1).any()
     assert np.array_equal(near.robot.lower, robot.lower)
+
+
+def test_limits_are_drawn_in_by_what_joints_would_turn_to_follow_an_error(circle):
+    """An error of one sigma along a line: as far as the joints of a target moved by it turn, times the sigmas."""
+    robot, sigma = circle.robot, np.array([30e-6, -20e-6, 50e-6])
+    lower = np.where(np.arange(6) == 2, circle.theta[:, 2].min() - limits.NEAR_LIMIT / 2, robot.lower)
+    tight = replace(circle, robot=replace(robot, lower=lower))
+    rows = np.arange(0, len(circle.arc), 3)
+    moment = np.tile([sigma[i] * sigma[j] for i in range(3) for j in range(i, 3)], (len(rows), 1))
+    turned = circle.joints(np.tile(np.append(sigma, np.zeros(3)), (len(circle.arc), 1))).theta - circle.theta
+    near = rows[circle.theta[rows, 2] < lower[2] + limits.NEAR_LIMIT]
+    drawn_in = limits.with_uncertainty_margin(tight, rows, moment, 3.0).robot
+    assert len(near) > 3
+    assert drawn_in.lower[2] - lower[2] == pytest.approx(3 * np.abs(turned[near, 2]).max(), rel=1e-3)
+    assert np.array_equal(np.delete(drawn_in.lower, 2), np.delete(lower, 2))
+    assert np.array_equal(drawn_in.upper, robot.upper)
+    assert limits.with_uncertainty_margin(circle, rows, moment, 3.0) is circle

@@ -1,5 +1,6 @@
 """Draws of an arm and a day, flown by the twin from the text, and the bounds with a probability that they verify."""
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from shipped import ROOT, path_file, quiet
 
+from compgen.compensation.solution import Status
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 from compgen.pipelines import draws as flown
@@ -182,3 +184,30 @@ def test_a_robot_that_does_not_say_how_well_it_is_known_promises_nothing(tmp_pat
     assert load_job(LINE, str(robot)).bounds.guaranteed is None
     with pytest.raises(InputError, match="does not say how well"):
         load_job(LINE, None, ["bounds.guaranteed.max_um=60", *KNOWN])
+
+
+def test_memory_does_not_grow_with_the_draws(line: tuple[Planned, Corrected]) -> None:
+    def peak(draws: int) -> int:
+        tracemalloc.start()
+        fly(line, promise(draws))
+        used = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return used
+
+    fly(line, promise())
+    kept = (peak(300) - peak(60)) / 240
+    assert kept < 0.1 * line[1].deviation.error.nbytes  # its numbers, and nothing as long as the path
+    assert kept < 4096
+
+
+def test_joints_keep_sigmas_of_the_band_from_their_limits_where_asked() -> None:
+    planned, free = corrected()
+    joint, robot = 1, planned.job.robot
+    lowest = np.rad2deg(free.solution.theta[:, joint].min() - robot.pendant_zero[joint])
+    limit = f"robot.limits.j2_deg=[{lowest - 2e-3:.6f}, 135]"
+    _, touching = corrected(limit)
+    assert touching.solution.status is Status.CONVERGED
+    _, kept = corrected(limit, "compensation.margin_sigma=3")
+    assert kept.solution.status is Status.LIMITED
+    assert kept.solution.theta[:, joint].min() - touching.solution.theta[:, joint].min() > 2e-5
+    assert kept.deviation.extents["total"].max > 5 * touching.deviation.extents["total"].max
