@@ -226,11 +226,16 @@ def _envelope(one: Deviation, other: Deviation) -> Deviation:
 
 
 def _files_needed(moved: Array, tolerance: float) -> int:
-    """How many files keep every start within a tolerance of one of them: each next file takes in the most starts."""
+    """How many files keep every start within a tolerance of one of them.
+
+    Each is the one that takes in the first start that is left, and as many others as any does: along delays alone
+    these are as few as can be.
+    """
     G = len(moved)
     near = np.array([np.linalg.norm(moved - one, axis=2).max(axis=1) <= tolerance for one in moved])
     waiting, count = np.ones(G, dtype=bool), 0
     while waiting.any():
-        waiting &= ~near[int(np.argmax((near & waiting).sum(axis=1)))]
+        first = int(np.argmax(waiting))
+        waiting &= ~near[int(np.argmax(near[first] * (near & waiting).sum(axis=1)))]
         count += 1
     return count

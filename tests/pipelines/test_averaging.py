@@ -160,6 +160,10 @@ def test_ends_and_middle_are_flown_and_the_worst_is_told(delays):
     assert [f.start for f in result.flown] == [Start(), Start(0, 1200.0), Start(0, 600.0)]
     assert corrected.deviation is result.worst
     assert corrected.deviation.on_part["total"].max == max(f.total.max for f in result.flown)
+    for statistic in ("max", "p99", "rms"):
+        each = [getattr(f.total, statistic) for f in result.flown]
+        assert getattr(corrected.deviation.on_part["total"], statistic) == max(each) > min(each)
+    assert corrected.deviation.total().max() == pytest.approx(corrected.deviation.extents["total"].max)
     assert result.at_mean.max < 2.2 * UM < 4 * UM < result.worst_flown.total.max
     # the middle of the delays is nearly their mean
     assert result.flown[2].total.max == pytest.approx(result.at_mean.max, rel=0.05)
@@ -247,6 +251,16 @@ def test_more_files_keep_a_smaller_drift(wide):
     few = wide[1].averaged.files
     _, tight = averaged(WIDE, CYCLE, "compensation.start_drift_um=1")
     assert tight.averaged.files > 2 * few
+
+
+def test_files_for_parts_of_an_interval_are_as_few_as_can_be():
+    """Of a displacement that only grows with the delay: its range over twice the drift."""
+    _, corrected = averaged("compensation.average_over={delay_s=[0, 14400]}", "compensation.start_drift_um=3")
+    result = corrected.averaged
+    at_end = [added for start, added in zip(result.starts, result.added) if start.delay in (0.0, 14400.0)]
+    least = int(np.ceil(sum(at_end) / (2 * 3 * UM)))
+    assert least >= 4
+    assert least <= result.files <= least + 1  # the mean is not where the displacements are straight
 
 
 def test_uncorrected_the_mean_is_what_is_predicted():
