@@ -21,7 +21,8 @@ def left_out_rows() -> list[list[str]]:
         fits = (node_fit,) if name == "one by one" else (node_fit, network_fit)
         out = [node_fit.left_out(fit.misses_without, group) for fit in fits]
         cells = [f"{np.sqrt(np.mean(o**2)):.2f} / {np.abs(o).max():.2f} K" for o in out]
-        rows.append([f"left out of the fit {name}, rms / worst", "-", *cells, *["printed by its script"] * (2 - len(cells))])
+        cells += ["printed by its script"] * (2 - len(cells))
+        rows.append([f"left out of the fit {name}, rms / worst", "-", *cells])
     return rows
 
 
