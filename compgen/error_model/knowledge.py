@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.evaluation import evaluate
+from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.source import Source, State
@@ -34,7 +34,7 @@ class SourceEntry:
     index: tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class SourceParameters:
     """The P numbers of some sources that may be off."""
 
@@ -100,7 +100,8 @@ def parameters_of(sources: Sequence[Source]) -> SourceParameters:
     return SourceParameters(tuple(ordered), tuple(entries))
 
 
-def build_slopes(robot: Robot, parameters: SourceParameters, which: Sequence[int], nodes: int, tool: Pose) -> Slopes:
+@kept_with("parameters")
+def build_slopes(robot: Robot, parameters: SourceParameters, which: tuple[int, ...], nodes: int, tool: Pose) -> Slopes:
     """The derivatives of the actual position at the robot file's values.
 
     Args:

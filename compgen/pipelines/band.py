@@ -1,6 +1,6 @@
 """The band of a planned program: its job's quantities as columns at waypoints along it, folded in ``verification``."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,9 @@ from compgen.thermal.history import History
 from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
 from compgen.verification.band import Band, Columns, band_of
 
-ROWS = 8192  # waypoints at which a band is evaluated; of more, so many along the program
+ROWS = 8192  # waypoints at which a band is evaluated, at a time; all of a program of so many
+SPACING = 0.01  # [m] of a longer one's path between two of them
+MOST_ROWS = 65_536  # of the longest
 TURN = 0.1  # of a joint's direction, after which a reversal gets another one
 MISSING = "thermal physics missing"  # in the budget
 LEAST_MISSING = 0.05  # of the thermal error: no fit is believed to leave out less
@@ -62,7 +64,10 @@ def band_along(program: DrivenProgram, window: float = 0.0) -> Band:
         window: How late it may start [s].
     """
     rows = rows_of_band(program)
-    columns = columns_along(program, uncertainty_of(program, window), rows)
+    uncertainty = uncertainty_of(program, window)
+    turned = _turned(program, uncertainty, rows)
+    parts = [slice(k, k + ROWS) for k in range(0, len(rows), ROWS)]
+    columns = (_columns(program, uncertainty, rows[part], turned[part]) for part in parts)
     return band_of(columns, rows, _part_lengths(program.path, rows), program.job.cell.fit.scale)
 
 
@@ -108,12 +113,14 @@ def uncertainty_of(program: DrivenProgram, window: float = 0.0) -> JobUncertaint
 
 
 def rows_of_band(program: DrivenProgram) -> IntArray:
-    """Waypoints that show the band: evenly many, where the tool touches and leaves, and through each reversal."""
+    """Waypoints that show the band: evenly along the path, where the tool touches and leaves, through each reversal."""
     N, path = len(program.time), program.path
     if N <= ROWS:
         return np.arange(N)
     touches = np.flatnonzero(path.contact[1:] != path.contact[:-1])
-    rows = [np.linspace(0, N - 1, ROWS).astype(np.int64), touches, touches + 1]
+    count = int(np.clip(path.arc[-1] / SPACING, ROWS, MOST_ROWS))
+    even = np.searchsorted(path.arc, np.linspace(0.0, path.arc[-1], count)).clip(max=N - 1)
+    rows = [np.array([0, N - 1]), even, touches, touches + 1]
     if len(program.motion.direction) == N:
         turned = np.cumsum(np.abs(np.diff(program.motion.direction, axis=0)).max(axis=1)) // TURN
         turns = np.flatnonzero(np.diff(turned, prepend=0.0))
@@ -129,10 +136,16 @@ def columns_along(program: DrivenProgram, uncertainty: JobUncertainty, rows: Int
         uncertainty: Of its job.
         rows: Waypoints, rising, (M,).
     """
-    job, history = program.job, program.job.history
+    return _columns(program, uncertainty, rows, _turned(program, uncertainty, rows))
+
+
+def _columns(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray, turned: Array) -> Columns:
+    """``columns_along`` with what the widths of reversals do to the directions there, (M, 6)."""
+    job = program.job
+    history = replace(job.history, before=job.duties_before())
     places = Places(
         program.theta[rows], program.time[rows], program.rise[rows], program.motion.at(rows), job.tool.pose,
-        _turned(program, rows) if any(q.cause.width.any() for q in uncertainty.quantities) else None,
+        turned,
     )  # fmt: skip
     late = [q.limits[1] for q in uncertainty.quantities if q.cause.delay and q.limits is not None]
     # what a whole window of standing does stands for each second of it
@@ -157,7 +170,7 @@ def columns_at(
     """
     quantities, parameters = _by_source(uncertainty), uncertainty.parameters
     changes = np.array([q.cause.parameters for q in quantities]).reshape(len(quantities), len(parameters.entries))
-    which = np.flatnonzero(changes.any(axis=0)).tolist()
+    which = tuple(np.flatnonzero(changes.any(axis=0)).tolist())
     slopes = build_slopes(cell.robot, parameters, which, len(cell.heat.names), places.tool)
     A, B, D = slopes(places.theta, places.rise, places.motion)
     column = A @ changes[:, which].T
@@ -196,10 +209,9 @@ def _by_source(uncertainty: JobUncertainty) -> list[Quantity]:
     return named
 
 
-def _turned(program: DrivenProgram, rows: IntArray) -> Array:
-    """How the direction of each joint changes with its own width, (M, 6), per relative change."""
-    widths = reversal_widths(program.job.sources)
-    if widths is None:
+def _turned(program: DrivenProgram, uncertainty: JobUncertainty, rows: IntArray) -> Array:
+    """How the direction of each joint changes with its own width, (M, 6), per relative change; zero if none is off."""
+    if not any(q.cause.width.any() for q in uncertainty.quantities):
         return np.zeros((len(rows), 6))
 
     def directions(factor: float) -> Array:

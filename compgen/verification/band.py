@@ -14,7 +14,7 @@ exact for an error along one line, and for one that is alike in all directions. 
 and S is a straight line between them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -103,20 +103,17 @@ def travel_directions(path: ToolPath, first: int, last: int) -> tuple[Array, Arr
     return np.cross(axis, side), side, -axis
 
 
-def band_of(columns: Columns, rows: IntArray, weight: Array, scale: float = 1.0) -> Band:
+def band_of(columns: Iterable[Columns], rows: IntArray, weight: Array, scale: float = 1.0) -> Band:
     """The band of a program, and its budget.
 
     Args:
-        columns: At some of its waypoints.
+        columns: At some of its waypoints, some after some.
         rows: Which they are, (M,), rising.
         weight: Length of part that each stands for, (M,) [m]; all zero counts all alike.
         scale: lambda.
     """
-    sources = tuple(dict.fromkeys([*columns.source, *columns.undirected]))
-    moments = {source: _moment(columns, source) * scale**2 for source in sources}
-    offset = columns.column @ columns.mean
-    if offset.any():
-        moments[ONE_SIDED] = _squares(offset[:, :, None]) * scale**2
+    parts = [_moments(some) for some in columns]
+    moments = {source: np.concatenate([part[source] for part in parts]) * scale**2 for source in parts[0]}
     moment = sum(moments.values(), np.zeros((len(rows), 6)))
     on_part: BoolArray = weight > 0 if weight.any() else np.ones(len(rows), dtype=bool)
     lengths = weight[on_part] if weight.any() else np.ones(len(rows))
@@ -153,6 +150,13 @@ def directed_moment(columns: Columns) -> Array:
     """Second moment of the quantities alone about what the program uses, (M, 6) [m^2]."""
     offset = (columns.column @ columns.mean)[:, :, None]
     return _squares(np.concatenate([columns.column * columns.deviation, offset], axis=2))
+
+
+def _moments(columns: Columns) -> dict[str, Array]:
+    """Second moment of each source alone about its mean, and of the means together, (M, 6) [m^2]."""
+    sources = dict.fromkeys([*columns.source, *columns.undirected])
+    moments = {source: _moment(columns, source) for source in sources}
+    return {**moments, ONE_SIDED: _squares((columns.column @ columns.mean)[:, :, None])}
 
 
 def _moment(columns: Columns, source: str) -> Array:

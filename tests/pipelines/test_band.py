@@ -16,7 +16,7 @@ from compgen.pipelines import band as band_module
 from compgen.pipelines.band import DrivenProgram, assumed_findings, band_along, columns_along, uncertainty_of
 from compgen.pipelines.generate import predict
 from compgen.pipelines.path_file import load_job
-from compgen.pipelines.uncertainty import changed_job, quantities_of
+from compgen.pipelines.uncertainty import amounts, changed_job, quantities_of
 from compgen.thermal import rises_during
 from compgen.thermal.duty import JointMotion
 from compgen.verification.band import radius_of
@@ -195,7 +195,8 @@ def test_the_band_of_a_link_is_what_plain_trigonometry_says(plain):
 def test_a_row_of_waypoints_in_between_has_the_band_of_its_neighbours(plain, monkeypatch):
     """Few rows, with straight lines between, against all of them: within a hundredth of the half-width."""
     every = band_along(plain, WINDOW).half_widths(plain.path)
-    monkeypatch.setattr(band_module, "ROWS", 300)
+    for name in ("ROWS", "MOST_ROWS"):
+        monkeypatch.setattr(band_module, name, 300)
     few = band_along(plain, WINDOW)
     assert len(few.rows) < 320
     assert_allclose(few.half_widths(plain.path), every, atol=0.01 * every.max())
@@ -205,7 +206,8 @@ def test_reversals_keep_their_rows(monkeypatch):
     """Where a joint reverses, what its play may be off by turns over: a line between two rows serves there too."""
     program = program_of(*FLAWED, path="raster_1300")
     every = band_along(program)
-    monkeypatch.setattr(band_module, "ROWS", len(program.time) // 8)
+    for name in ("ROWS", "MOST_ROWS"):
+        monkeypatch.setattr(band_module, name, len(program.time) // 8)
     few = band_along(program)
     assert len(few.rows) < 0.7 * len(every.rows)
     difference = np.abs(few.half_widths(program.path) - every.half_widths(program.path))
@@ -252,3 +254,18 @@ def test_values_without_a_sigma_count_by_priors_as_far_as_a_pose_shows_them_and_
     assert "link_offsets.a[2]" in names
     assert not names & {"link_offsets.d[1]", "link_offsets.a[6]"}  # those the frames of base and tool contain
     assert [f.code for f in assumed_findings(job.cell)] == ["sources.sigma"]
+
+
+def test_the_radius_covers_what_draws_of_the_amounts_make_of_it():
+    """Rectangles and normals together, not one normal: 95 of 100 draws stay within, along the whole path as well."""
+    program = program_of("robot.thermal.uncertainty.missing_percent=0")
+    uncertainty, band = uncertainty_of(program, WINDOW), band_along(program, WINDOW)
+    rows = np.arange(0, len(program.time), 20)
+    columns = columns_along(program, uncertainty, rows)
+    z = np.random.default_rng(3).normal(size=(4000, len(uncertainty.quantities)))
+    drawn = np.array([amounts(uncertainty.quantities, row) for row in z])
+    away = np.linalg.norm(np.einsum("miq,sq->smi", columns.column, drawn), axis=2)
+    inside = (away <= band.radius[rows]).mean(axis=0)
+    assert 0.94 <= inside.min()
+    assert inside.max() <= 0.975
+    assert 0.93 <= (away.max(axis=1) <= band.largest).mean() <= 0.975

@@ -53,4 +53,4 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
         np.concatenate([c.column for _, c in parts])[order], first.mean, first.deviation, first.source,
         {name: np.concatenate([c.undirected[name] for _, c in parts])[order] for name in first.undirected},
     )  # fmt: skip
-    return band_of(columns, rows, np.zeros(len(rows)), cell.fit.scale)
+    return band_of([columns], rows, np.zeros(len(rows)), cell.fit.scale)

@@ -33,4 +33,4 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
     places = Places(thin.theta, thin.now, rises, motion, job.tool.pose)
     columns = columns_at(job.cell, history or job.history, job.feed, uncertainty, places, model)
     on_part = (geometry.path.contact[:-1] | geometry.path.contact[1:])[thin.segment].astype(float)
-    return band_of(columns, np.arange(len(some)), on_part, job.cell.fit.scale)
+    return band_of([columns], np.arange(len(some)), on_part, job.cell.fit.scale)
