@@ -352,3 +352,14 @@ def test_the_first_page_may_start_within_the_interval():
 def test_thinned_programs_are_flown_as_well():
     _, corrected = averaged(DELAYS, "process.thin_um=1")
     assert corrected.averaged.disagreement < 0.02 * UM < corrected.averaged.spread
+
+
+def test_the_planned_start_is_that_of_the_first_run_that_is_served():
+    job = load_job(path_file("spiral_1300"), overrides=["compensation.average_over={runs=[3, 4]}", CYCLE])
+    assert job.clock == job.history.clock + job.history.runs[2]
+    assert_allclose(job.state(), rises_of(job.heat, job.history, Start(2), still_motion(job))[0], atol=1e-9)
+
+
+def still_motion(job):
+    """A program of two places, for the rises at its start; of the nodes, whose states are their rises."""
+    return JointMotion(np.array([0.0, 1.0]), np.zeros((2, 6)), np.array([job.feed]))
