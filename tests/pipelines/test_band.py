@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from shipped import path_file, quiet
+from shipped import ROOT, path_file, quiet
 
 from compgen.core.units import MDEG, UM
 from compgen.error_model.direction_memory import direction_states, reversal_widths
@@ -269,3 +269,25 @@ def test_the_radius_covers_what_draws_of_the_amounts_make_of_it():
     assert 0.94 <= inside.min()
     assert inside.max() <= 0.975
     assert 0.93 <= (away.max(axis=1) <= band.largest).mean() <= 0.975
+
+
+def test_the_shipped_file_has_the_distance_of_its_two_models():
+    """Growth by the network over that by the nodes after the reference: the ends of the file's intervals."""
+    grown = []
+    for model in ("nodes", "network"):
+        job = load_job(path_file("spiral_1300"), None, [f"robot.thermal.model={model}"])
+        growth = next(source for source in job.sources if source.NAME == "thermal_growth")
+        rise = job.start_rise()
+        grown.append(np.array([growth.a[1] @ rise, growth.d[3] @ rise, growth.d[5] @ rise]))
+    ends = load_job(path_file("spiral_1300")).cell.warmth.growth
+    assert_allclose([max(ends[length], key=abs) for length in ("a2", "d4", "d6")], grown[1] / grown[0] - 1, atol=1e-3)
+
+
+def test_the_shipped_spiral_has_the_budget_that_its_page_says():
+    band = band_along(program_of(), 1068.0)
+    sizes = {share.source: share.largest / UM for share in band.budget} | {"**all**": band.largest / UM}
+    page = (ROOT / "docs" / "uncertainty.md").read_text().split("## The shipped spiral")[1].split("## ")[0]
+    rows = [line.split("|")[1:3] for line in page.splitlines() if line.startswith("| ")][1:]
+    assert {name.strip() for name, _ in rows} == set(sizes)
+    for name, size in rows:
+        assert_allclose(float(size.strip(" *")), sizes[name.strip()], atol=0.6, err_msg=name)
