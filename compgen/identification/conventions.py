@@ -58,6 +58,10 @@ def readings(has_coupling: bool) -> list[Reading]:
         for k in range(6)
         for turn in (-90, 90, 180)
     ]
+    if has_coupling:  # the sign of theta_2 alone: theta_3 = J2 + J3 keeps its own
+        alone = unit - 2 * np.diag(unit[1])
+        alone[2, 1] = 2.0
+        signs.insert(2, Reading(f"{signs[1].words}, and J3 as it is against the horizontal", alone, still))
     exchanged = []
     for i, j in ((0, 1), (1, 2), (3, 4), (4, 5), (3, 5)):
         order = list(range(6))

@@ -23,6 +23,7 @@ NARROW = 30 * DEG  # a joint that moves less leaves much of its gear unmeasured
 MOST = 0.05  # share of the rows that may be set aside: of all, of a joint's, of a series'
 FEWEST = 3  # rows that may always be wild
 FAR = 2e-3  # of the arm's reach: what no calibration leaves
+FOREIGN = 5 * MM  # [m] from the file's length: that of another robot
 MOVED = "did a reflector or the instrument move, is a joint's sign or coupling not the robot file's?"
 
 
@@ -67,6 +68,7 @@ def judge(
                 "signs), the DH lengths and the order of the columns this robot's?",
             )
         )  # fmt: skip
+    findings += refuse_foreign_lengths(robot, model, selected.fit)
     gain = improvement_interval(selected.cross_validation, nominal.cross_validation)
     if selected is nominal or gain[0] <= 0:
         findings.append(
@@ -117,6 +119,21 @@ def _poses_to_add(robot: Robot, data: Measurements, moved: BoolArray) -> str:
     if poses < 20:
         return f"{poses} poses are few: measure 20 or more, as 'cgen plan-poses' says"
     return f"measure poses that move J{k + 1} further than {span[k] / DEG:.0f} deg, as 'cgen plan-poses' says"
+
+
+def refuse_foreign_lengths(robot: Robot, model: ArmModel, fitted: Fit) -> list[Finding]:
+    """Refusal of a fit that needs a length of another robot: rows exchanged, a longer version of the arm."""
+    lengths = {"d": robot.d, "a": robot.a}
+    far = [
+        (abs(value), f"{t.field}{t.index[0] + 1} fits {(lengths[t.field][t.index[0]] + value) / MM:.1f} mm, where the "
+         f"robot file has {lengths[t.field][t.index[0]] / MM:.1f}")
+        for t, value in zip(model.parameters, fitted.p.tolist())
+        if t.source == "link_offsets" and t.field in lengths and abs(value) > FOREIGN
+    ]  # fmt: skip
+    if not far:
+        return []
+    words = "; ".join(sentence for _, sentence in sorted(far, reverse=True)[:2])
+    return [Finding(Level.REFUSED, "lengths", f"{words}: is this the arm's file? mend its DH lengths")]
 
 
 def refuse_set_aside(data: Measurements, fitted: Fit) -> list[Finding]:

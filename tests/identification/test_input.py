@@ -342,6 +342,15 @@ def test_a_joint_of_the_opposite_sign_is_named(tmp_path, arm, rows, joint):
     assert "poses.csv" in message
 
 
+def test_the_sign_of_theta_2_alone_is_named(tmp_path, arm, rows):
+    """As a pendant table with -1 for J2 in its own row reads it: theta_3 = J2 + J3 keeps its sign."""
+    turned = scaled(rows, ("j2_deg",), -1.0)
+    for row, right in zip(turned, rows):
+        row[4] = f"{float(right[4]) + 2 * float(right[3]):.9g}"
+    with pytest.raises(InputError, match="where J2 fits with the opposite sign, and J3 as it is"):
+        read(tmp_path, arm, text(turned))
+
+
 def of_link_2(rows):
     """The same poses with J3 against link 2, as robots count it that do not hold the forearm's angle to the floor."""
     at2, at3 = HEAD.split(",").index("j2_deg"), HEAD.split(",").index("j3_deg")

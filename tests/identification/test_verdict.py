@@ -8,11 +8,12 @@ from campaign import robot_file
 from shipped import quiet
 from synthetic import made_up, measured, random_theta
 
+from compgen.core.findings import Level
 from compgen.core.units import DEG, MM
 from compgen.identification.cross_validation import CrossValidation, improvement_interval
 from compgen.identification.fit import fit
 from compgen.identification.identify import identify
-from compgen.identification.verdict import refuse_set_aside
+from compgen.identification.verdict import refuse_foreign_lengths, refuse_set_aside
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +54,21 @@ def test_a_few_wild_rows_are_no_ground_to_refuse(truth):
     fitted = fit(truth.model, replace(data, position=position), np.ones(len(truth.model.parameters), dtype=bool))
     assert fitted.outlier.sum() >= 2
     assert refuse_set_aside(data, fitted) == []
+
+
+def test_a_length_of_another_robot_is_named_and_refused(truth):
+    """The file's a1 and a3 are exchanged, 20 mm apart: a fit explains it all, and no arm is so far off its figures."""
+    rng = np.random.default_rng(9)
+    data = measured(truth, random_theta(truth.arm.robot, rng, 40), rng)
+    fitted = fit(truth.model, data, np.array([t.source == "link_offsets" for t in truth.model.parameters]))
+    assert refuse_foreign_lengths(truth.arm.robot, truth.model, fitted) == []
+    name = [(t.source, t.field, t.index) for t in truth.model.parameters]
+    p = fitted.p.copy()
+    p[name.index(("link_offsets", "a", (0,)))], p[name.index(("link_offsets", "a", (2,)))] = 20 * MM, -20 * MM
+    (finding,) = refuse_foreign_lengths(truth.arm.robot, truth.model, replace(fitted, p=p))
+    assert finding.level is Level.REFUSED
+    assert "a1 fits 170.0 mm, where the robot file has 150.0" in finding.message
+    assert "a3 fits 150.0 mm" in finding.message
 
 
 def test_the_held_out_error_counts_in_rows_set_aside_and_comparisons_limit_each():
