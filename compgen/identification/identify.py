@@ -37,6 +37,7 @@ from compgen.identification.reversals import (
 from compgen.identification.shared_setup import with_shared_setups
 from compgen.identification.tables import FitLimits
 from compgen.identification.thermal_terms import nodes_to_offer, with_needed_warmth
+from compgen.identification.unsure_scales import with_unsure_scales
 from compgen.identification.verdict import FittedCandidate, judge
 from compgen.robot.robot import Robot
 
@@ -160,7 +161,8 @@ def identify(
     misread = log_findings(model, data, selected.fit, facts.nodes) if facts is not None else []
     data, shared = with_shared_setups(data, selected.fit)
     fitted, held = with_needed_warmth(model, data, selected.fit, temperatures, anew=bool(shared))
-    candidates[best] = FittedCandidate(selected.candidate, fitted, cross_validate(model, data, fitted))
+    validated = cross_validate(model, data, fitted)
+    candidates[best] = FittedCandidate(selected.candidate, with_unsure_scales(model, data, fitted), validated)
     progress("judge", 0.95)
     identifiability = assess_identifiability(model, data, candidates[best].fit)
     findings = judge(robot, model, data, candidates[0], candidates[best], identifiability, moved)

@@ -19,6 +19,7 @@ from compgen.identification.fit_limits import (
 )
 from compgen.identification.measurements import concatenate
 from compgen.identification.model import active_in_groups
+from compgen.identification.unsure_scales import with_unsure_scales
 
 SOURCES = ("link_offsets", "joint_zeros", "thermal_growth", "thermal_bend")
 
@@ -133,3 +134,20 @@ def test_blocks_are_of_poses_in_the_order_of_time(arm):
     assert (block[:40] == -1).all()
     assert (np.diff(block) >= 0).all()
     assert (np.diff(forecast_blocks(backwards)[0]) <= 0).all()
+
+
+def test_a_scale_known_from_few_numbers_widens_what_it_alone_holds(arm):
+    truth, active = arm
+    data = warm_campaign(truth, 1)
+    fitted = fit(truth.model, data, active)
+    wider = with_unsure_scales(truth.model, data, fitted)
+    ratio = wider.sigma / fitted.sigma
+    told = fitted.gamma[active]
+    assert (ratio[~active] == 1).all()
+    assert ratio[active].min() >= 1 - 1e-9
+    assert ratio[active].max() <= np.sqrt(2) + 1e-9
+    assert np.median(ratio[active][told > 0.99]) < 1.01
+    assert ratio[active][told < 0.5].max() > 1.1
+    assert (wider.p == fitted.p).all()
+    thermal = active & truth.model.thermal
+    assert (wider.sigma[thermal] <= truth.model.prior[thermal] * (1 + 1e-9)).all()  # their ceiling is the prior
