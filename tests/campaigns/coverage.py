@@ -35,7 +35,7 @@ from compgen.core.pose import Pose  # noqa: E402
 from compgen.error_model.direction_memory import DirectionState  # noqa: E402
 from compgen.error_model.model import build_error_model  # noqa: E402
 from compgen.pipelines.band import Places, columns_at  # noqa: E402
-from compgen.pipelines.identification_files import identified_texts  # noqa: E402
+from compgen.pipelines.identification_files import MeasurementFiles, identified_texts  # noqa: E402
 from compgen.pipelines.robot_file import load_cell  # noqa: E402
 from compgen.pipelines.uncertainty import JobUncertainty, quantities_of_cell  # noqa: E402
 from compgen.robot.inverse_kinematics import Posture  # noqa: E402
@@ -70,7 +70,7 @@ def run(seed):
         nominal = load_arm(robot_file(folder))
         site = Site(seed, nominal.robot)
         cold, warm, log = campaign_files(site, seed, folder, NODES)
-        data, _ = read_measurements(nominal, [cold], [], [warm], log, False)
+        data, _ = read_measurements(nominal, MeasurementFiles(poses=[cold], warm_up=[warm], log=log), False)
         result = identify_arm(nominal, data, True)
         text, posterior = identified_texts(nominal, result, [cold, warm, log], f"mine{POSTERIOR}")
         (Path(folder) / "mine.toml").write_text(text)
