@@ -142,10 +142,11 @@ def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
 def _of_sources(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
     """Each number of a source by its sigma; where it was never identified by its prior, as far as a pose shows it."""
     deviation = np.zeros(len(parameters.entries))
+    together = set() if cell.posterior is None else {p.table for p in cell.posterior.parameters}
     everything = Visibility(cell.robot, tuple(range(6)), warm_up=True, temperatures=True)
     for k, source in enumerate(parameters.sources):
         known = next((known for known in cell.known if known.source is source), None)
-        if known is None or (known.sigma and cell.posterior is not None):
+        if known is None or (known.sigma and source.NAME in together):
             continue
         if not known.sigma and isinstance(source, Expanding) and cell.warmth.expansion is not None:
             continue

@@ -19,6 +19,7 @@ from compgen.identification.identify import identify
 from compgen.identification.measurements import concatenate
 from compgen.pipelines.identification_files import identified_texts
 from compgen.pipelines.robot_file import load_arm, load_cell
+from compgen.pipelines.uncertainty import quantities_of_cell
 
 POINTS = np.array([[0.0, 0, 0.15]])
 
@@ -155,6 +156,23 @@ def test_a_value_changed_by_hand_refuses_the_posterior(copied):
     robot.write_text(text.replace(f"{first:.9g}", "12.5", 1))
     with pytest.raises(InputError, match=r"joint_zeros.offset_mdeg\[2\].* robot file has 12.5"):
         load_cell(str(robot))
+
+
+def test_a_source_that_this_posterior_does_not_know_counts_by_its_sigmas(copied):
+    """What an earlier identification left in the file, and the last one did not fit."""
+
+    def forget(record):
+        kept = [i for i, p in enumerate(record["parameters"]) if not p["name"].startswith("thermal_growth")]
+        rows = record["correlation"]
+        record["correlation"] = [[rows[i][j] for j in kept if j <= i] for i in kept]
+        record["parameters"] = [record["parameters"][i] for i in kept]
+
+    names = [q.name for q in quantities_of_cell(load_cell(str(copied / "mine.toml"))).quantities]
+    assert not any("thermal_growth" in name for name in names)
+    damage(copied, forget)
+    names = [q.name for q in quantities_of_cell(load_cell(str(copied / "mine.toml"))).quantities]
+    assert any("thermal_growth" in name for name in names)
+    assert not any("joint_zeros" in name for name in names)
 
 
 def twice(record):
