@@ -35,6 +35,7 @@ from compgen.verification.verdict import Guarantee
 CONFIRMED = 20  # samples of a draw that pinocchio repeats
 FIELD_STEP = LENGTH / 8  # of the path, between which a field is a straight line
 NO_BAND = 1e-12  # m: below it nothing is open
+RAMPS = 0.2  # standard deviation of the logarithm of a ramp's acceleration, which nobody publishes: assumed
 AGREEMENT = 0.1  # of the band, rms: how far the linear prediction of a draw may be from its flight
 
 
@@ -156,14 +157,19 @@ def _fly(text: _Text, drawn: Array, rng: np.random.Generator) -> _Flight:
         start = _some_start(program.job.ensemble, rng)
         known = _deviation(text, program.job, start).error[text.samples]
     job = changed_job(program.job, uncertainty.parameters, replace(cause, delay=0.0))
-    deviation = _deviation(text, job, replace(start, delay=start.delay + cause.delay), field)
+    late = replace(start, delay=start.delay + cause.delay)
+    deviation = _deviation(text, job, late, field, ramps=float(np.exp(RAMPS * rng.standard_normal())))
     return _Flight(deviation.on_part, deviation.error[text.samples] - known - field)
 
 
-def _deviation(text: _Text, job: Job, start: Start, field: Array | None = None) -> Deviation:
-    """The text flown on the arm of a job after one start; a field (M, 3) [m] displaces the tool."""
+def _deviation(text: _Text, job: Job, start: Start, field: Array | None = None, ramps: float = 1.0) -> Deviation:
+    """The text flown on the arm of a job after one start; a field (M, 3) [m] displaces the tool.
+
+    Ramps at a share of the acceleration change times, and with them the warmth.
+    """
     path, twin = text.program.path, replace(twin_of(job), confirmed=CONFIRMED)
-    slowed = text.prepared if start.override == 1 else text.prepared.at_override(start.override)
+    timed = text.prepared if ramps == 1 else text.prepared.with_ramps(ramps)
+    slowed = timed if start.override == 1 else timed.at_override(start.override)
     flown = slowed.reheated(twin, duties_before(job.history, start), job.history.air)
     executions = flown.chunks()
     if field is not None:

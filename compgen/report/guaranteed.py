@@ -22,6 +22,7 @@ def guaranteed_record(draws: FlownDraws | None) -> dict[str, Any] | None:
         "may_break": promised.may_break,
         "seed": promised.seed,
         "linearity": draws.linearity,
+        "linearity_worst_draw": float(draws.disagreement.max()),
     }
 
 

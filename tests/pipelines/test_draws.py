@@ -186,6 +186,13 @@ def test_a_robot_that_does_not_say_how_well_it_is_known_promises_nothing(tmp_pat
         load_job(LINE, None, ["bounds.guaranteed.max_um=60", *KNOWN])
 
 
+def test_a_late_start_within_its_window_is_drawn() -> None:
+    made = corrected(KNOWN[0], "compensation.start_drift_um=20")
+    moved = np.sort(fly(made, promise()).moved)
+    assert moved[0] < 3 * UM  # at once
+    assert 8 * UM < moved[-1] < 20 * UM  # at the window's end, where it is 20 um at the worst place
+
+
 def test_memory_does_not_grow_with_the_draws(line: tuple[Planned, Corrected]) -> None:
     def peak(draws: int) -> int:
         tracemalloc.start()
@@ -211,3 +218,13 @@ def test_joints_keep_sigmas_of_the_band_from_their_limits_where_asked() -> None:
     assert kept.solution.status is Status.LIMITED
     assert kept.solution.theta[:, joint].min() - touching.solution.theta[:, joint].min() > 2e-5
     assert kept.deviation.extents["total"].max > 5 * touching.deviation.extents["total"].max
+
+
+def test_ramps_at_half_the_acceleration_take_the_program_longer(line: tuple[Planned, Corrected]) -> None:
+    planned, made = line
+    prepared = prepare(twin_of(planned.job), made.program, made.before, made.air)
+    np.testing.assert_array_equal(prepared.with_ramps(1.0).time, prepared.time)
+    slower = prepared.with_ramps(0.5)
+    assert slower.time[-1] > 1.05 * prepared.time[-1]
+    gaps = np.linalg.norm(np.diff(prepared.program.position, axis=0), axis=1)
+    np.testing.assert_allclose(np.diff(slower.time) * slower.driven, gaps, rtol=1e-9, atol=1e-12)

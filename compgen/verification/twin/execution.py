@@ -168,6 +168,14 @@ class PreparedProgram:
         """The program driven at a share of its speeds; its warmth is left to ``reheated``."""
         return replace(self, time=self.time / share, driven=self.driven * share, highest=self.highest * share)
 
+    def with_ramps(self, share: float) -> "PreparedProgram":
+        """The program with ramps at a share of the accelerations assumed; its warmth is left to ``reheated``."""
+        robot = self.twin.robot
+        slower = replace(robot, acceleration=share * robot.acceleration, jerk=share * robot.jerk)
+        length = norm(np.diff(self.program.position, axis=0))
+        timing = time_program(slower, self.program, length, self.theta)
+        return replace(self, time=timing.time, driven=timing.driven, highest=timing.highest)
+
     def with_rise(self, rise: Array) -> "PreparedProgram":
         """The program with given rises at its positions, (N, K) [K], what the air does among them."""
         return replace(self, rise=rise, air=still_air())
