@@ -34,6 +34,7 @@ from compgen.verification.verdict import Guarantee
 
 CONFIRMED = 20  # samples of a draw that pinocchio repeats
 FIELD_STEP = LENGTH / 8  # of the path, between which a field is a straight line
+COMPARED = 4096  # waypoints at which the linear band is compared with the flights, at most
 NO_BAND = 1e-12  # m: below it nothing is open
 RAMPS = 0.2  # standard deviation of the logarithm of a ramp's acceleration, which nobody publishes: assumed
 AGREEMENT = 0.1  # of the band, rms: how far the linear prediction of a draw may be from its flight
@@ -114,6 +115,7 @@ def fly_draws(
     if guarantee is None:
         return None
     uncertainty, rows = uncertainty_of(program, window), rows_of_band(program)
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, COMPARED).astype(int))]
     columns, samples = columns_along(program, uncertainty, rows), prepared.first_samples()[rows]
     text = _Text(program, prepared, uncertainty, columns, rows, samples, deviation.error[samples])
     D, Q = guarantee.draws, len(uncertainty.quantities)
