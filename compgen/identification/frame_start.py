@@ -19,6 +19,7 @@ from compgen.identification.frames import InstrumentFrames, measured_distance
 from compgen.identification.measurements import NONE, FarEnds, Measurements
 
 FAINT = 1e-6  # weight of what keeps a reflector near the flange where poses of one orientation do not tell its place
+GUESSED = 0.2  # the same where a file says roughly where it is: to a few times what the nominal arm misses
 ROUNDS = 50
 PRIOR = 1e-4  # [m] a place known so well beforehand counts as one row
 GRID = np.array([[x, y, z] for x in (0.0, -0.1, 0.1) for y in (0.0, -0.1, 0.1) for z in (0.1, 0.0, 0.2, 0.3)])
@@ -111,10 +112,14 @@ def _fit_reflectors(
     root = np.sqrt(weight)[:, None] * measured  # a coordinate that was not measured says nothing
     lhs = (A * root[:, :, None]).reshape(3 * N, -1)
     rhs = ((np.nan_to_num(data.position) - flange) * root).ravel()
-    regularisation = FAINT * np.eye(lhs.shape[1])[: 3 * R]
+    guess = np.full((R, 3), np.nan) if data.guess is None else data.guess
+    weight_of_guess = np.where(np.isfinite(guess), GUESSED, FAINT).ravel()
+    regularisation = weight_of_guess[:, None] * np.eye(lhs.shape[1])[: 3 * R]
     known, known_place = _known_places(data, lhs.shape[1])
     x = np.linalg.lstsq(
-        np.vstack([lhs, regularisation, known]), np.concatenate([rhs, np.zeros(3 * R), known_place]), rcond=None
+        np.vstack([lhs, regularisation, known]),
+        np.concatenate([rhs, weight_of_guess * np.nan_to_num(guess).ravel(), known_place]),
+        rcond=None,
     )[0]
     return InstrumentFrames(
         frames.rotation, x[3 * R : 3 * (R + V)].reshape(V, 3), x[: 3 * R].reshape(R, 3), x[3 * (R + V) :].reshape(S, 3)

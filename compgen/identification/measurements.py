@@ -75,6 +75,7 @@ class Measurements:
     ends: FarEnds | None = None  # None: an instrument measured all rows
     fixed: FixedPlaces = NO_PLACES
     timed: bool = True  # whether the file gives the times of its poses
+    guess: Array | None = None  # (R, 3) [m] where the reflectors roughly are, NaN: anywhere; None: all anywhere
     shifted: Array | None = None  # (S, M, K) [K] rises by the log with its clock moved; None: no log
 
     def __post_init__(self) -> None:
@@ -157,7 +158,19 @@ def concatenate(files: list[Measurements]) -> Measurements:
         ends=_stacked_ends(files, reflector, place, poses.tolist()),
         fixed=fixed,
         shifted=_stack_shifted(files),
+        guess=_stacked_guesses(files, reflector, len(names)),
     )
+
+
+def _stacked_guesses(files: list[Measurements], reflector: list[IntArray], count: int) -> Array | None:
+    """Where all reflectors roughly are, by what any file says."""
+    if all(p.guess is None for p in files):
+        return None
+    guess = np.full((count, 3), np.nan)
+    for p, number in zip(files, reflector):
+        if p.guess is not None:
+            guess[number] = p.guess
+    return guess
 
 
 def _stack_shifted(files: list[Measurements]) -> Array | None:

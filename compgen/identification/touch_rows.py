@@ -85,6 +85,7 @@ def touch_rows(
         ),
         fixed=_spheres(artefact, touched, name, frame),
         timed=touches.timed,
+        guess=artefact.probe[None],
     )
 
 

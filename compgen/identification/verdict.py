@@ -53,8 +53,9 @@ def judge(
             Finding(
                 Level.WARNING if stays else Level.REFUSED, "frames",
                 f"{'weak' if stays else 'not identifiable'}: the poses hardly turn the tool, so the places of "
-                "instrument and reflector can hardly be told apart; measure poses with other orientations (J4, J5, J6 "
-                "by 40 deg or more), or a second reflector",
+                f"{'instrument' if data.ends is None else 'spheres or sockets'} and of what the flange carries can "
+                "hardly be told apart; measure poses with other orientations (J4, J5, J6 by 40 deg or more), or a "
+                "second reflector",
             )
         )  # fmt: skip
     findings += refuse_set_aside(data, selected.fit)
@@ -175,5 +176,6 @@ def _frames_stay(nominal: "FittedCandidate", selected: "FittedCandidate") -> boo
     before, after = nominal.fit.frames, selected.fit.frames
     if before.origin.shape != after.origin.shape:
         return False
-    moved = max(np.abs(before.origin - after.origin).max(), np.abs(before.reflector - after.reflector).max())
+    pairs = ((getattr(before, part), getattr(after, part)) for part in ("origin", "reflector", "place"))
+    moved = max(float(np.abs(a - b).max(initial=0.0)) for a, b in pairs)
     return bool(gain >= FOURFOLD and moved <= STAYS)

@@ -443,3 +443,23 @@ def test_a_certified_artefact_is_the_frame_that_validate_knows(arm, tmp_path):
     unknown = run("validate", "m710ic50", "--touches", tmp_path / "touches.csv")
     assert unknown.returncode == 2
     assert "--refit-frames" in unknown.stderr
+
+
+def test_touches_that_never_tilt_the_probe_are_refused(arm, tmp_path):
+    """Its place and those of the spheres are then one."""
+    rng = np.random.default_rng(31)
+    target = np.arange(80) % 5
+    level = np.tile(np.diag([1.0, -1.0, -1.0]), (80, 1, 1))
+    where = SPHERES[target] + rng.normal(0, NOISE, (80, 3))
+    theta = solve_tool(arm.robot, Pose(where, level), Pose(PROBE, np.eye(3)), Posture())[0] - ERROR
+    rows = [[NAMES[t], *degrees(arm, q)] for t, q in zip(target, theta)]
+    (tmp_path / "touches.csv").write_text(text(TOUCH_HEAD, rows))
+    (tmp_path / "artefact.toml").write_text(artefact())
+    made = run(
+        "identify", "m710ic50", "--touches", tmp_path / "touches.csv", "-o", tmp_path / "mine.toml", "--force", "--json"
+    )
+    assert made.stdout, made.stderr
+    findings = {f["code"]: f for f in json.loads(made.stdout)["findings"]}
+    assert findings["frames"]["level"] == "refused"
+    assert "spheres or sockets" in findings["frames"]["message"]
+    assert made.returncode == 1
