@@ -206,10 +206,10 @@ def run(seed, kinds=KINDS):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--seeds", default="0:10")
-    parser.add_argument("--kinds", default=",".join(KINDS), help="some of the ways, the tracker with them")
+    parser.add_argument("--kinds", default="; ".join(KINDS), help="some of the ways; the tracker is always one")
     options = parser.parse_args()
     first, last = map(int, options.seeds.split(":"))
-    kinds = options.kinds.split(",")
+    kinds = list(dict.fromkeys(["tracker", *options.kinds.split("; ")]))
     rows = [run(seed, kinds) for seed in range(first, last)]
     for kind in kinds:
         left = np.array([r[kind] for r in rows])
