@@ -46,7 +46,7 @@ from compgen.verification.random_field import random_field  # noqa: E402
 
 JOURNAL = Path(__file__).with_name("coverage.jsonl")
 STATES = (("cold", 0, 0), ("2h", 6, 2), ("6h", 6, 6), ("cooled", 6, 8))  # hours of warming, and when
-TOOL = Pose(np.array([[0, 0, 0.15]]), np.eye(3)[None])
+TOOL = Pose(np.array([0, 0, 0.15]), np.eye(3))
 DRAWS = 59  # whose largest is kept by 95 % of arms with 95 % confidence
 IDENTIFIED = "identified parameters"
 
@@ -97,10 +97,10 @@ def along(site, cell, seed, q):
     for name, hours, at in STATES:
         rise = np.repeat(site.arm.rises(np.array([at * 3600.0]), hours, level), len(q), axis=0) * bool(hours)
         T = site.arm.flange(q, rise, side, rng)
-        true = T[:, :3, 3] + T[:, :3, :3] @ TOOL.position[0]
+        true = T[:, :3, 3] + T[:, :3, :3] @ TOOL.position
         error = model.actual_pose(q, rise, motion).position - true
         columns = columns_at(cell, History(), 0.1, own, Places(q, np.zeros(len(q)), rise, motion, TOOL), model)
-        moment = band_of(columns, np.arange(len(q)), np.zeros(len(q)), cell.fit.scale).moment[:, [0, 3, 5]]
+        moment = band_of([columns], np.arange(len(q)), np.zeros(len(q)), cell.fit.scale).moment[:, [0, 3, 5]]
         half = COVERAGE * np.sqrt(moment)
         size = np.sqrt(sum(v**2 for v in columns.undirected.values()))[:, None]
         drawn = []
