@@ -90,8 +90,12 @@ def fit_limits_record(limits: FitLimits) -> dict[str, float | int]:
     return {**numbers, "forecast_blocks": limits.blocks}
 
 
-def forecast_findings(limits: FitLimits) -> list[Finding]:
-    """What a user must know of the forecasts; a fit that does not foretell is refused."""
+def forecast_findings(limits: FitLimits, warm: bool) -> list[Finding]:
+    """What a user must know of the forecasts; a fit of a warm arm that does not foretell is refused.
+
+    Of a cold one it is a warning: over many poses even a small misfit of the model, the same at neighbouring poses, is
+    far above what is known of a block's mean, and the band is scaled by it.
+    """
     scale, blocks = limits.scale, limits.blocks
     if scale > LARGEST_SCALE:
         message = (
@@ -99,6 +103,8 @@ def forecast_findings(limits: FitLimits) -> list[Finding]:
             f"all that is known of the fit allows ({LARGEST_SCALE:g} may be): did instrument, reflector or base move, "
             "is the log another warm-up's? measure again"
         )
+        if not warm:
+            return [Finding(Level.WARNING, "forecast", f"{message}; the band is scaled by it")]
         return [Finding(Level.REFUSED, "forecast", message)]
     if blocks < FEW_BLOCKS:
         poses = round(FEW_BLOCKS * LEAST_POSES / (1 - KNOWN_FIRST))

@@ -85,7 +85,7 @@ def test_a_model_of_the_arm_foretells_later_blocks_as_well_as_it_says(arm):
         limits = limits_of(*arm, warm_campaign(arm[0], seed))
         assert limits.blocks == 12
         assert limits.missing == LEAST_MISSING
-        assert forecast_findings(limits) == []
+        assert forecast_findings(limits, warm=True) == []
         scales.append(limits.scale)
     assert min(scales) >= 1
     assert max(scales) < 1.35
@@ -96,9 +96,10 @@ def test_an_instrument_that_drifts_is_refused_with_the_reason(arm):
     drift = np.linspace(0, 1, len(data.theta)) ** 2 * 1.5e-3
     moved = replace(data, position=data.position + (drift[:, None] * [0.6, -0.5, 0.6])[data.pose])
     limits = limits_of(*arm, moved)
-    (finding,) = forecast_findings(limits)
+    (finding,) = forecast_findings(limits, warm=True)
     assert limits.scale > 3
     assert finding.level is Level.REFUSED
+    assert forecast_findings(limits, warm=False)[0].level is Level.WARNING
     assert "did instrument, reflector or base move" in finding.message
 
 
@@ -117,7 +118,7 @@ def test_few_poses_are_said(arm):
     truth, active = arm
     rng = np.random.default_rng(3)
     limits = limits_of(truth, active, measured(truth, random_theta(truth.arm.robot, rng, 20), rng))
-    (finding,) = forecast_findings(limits)
+    (finding,) = forecast_findings(limits, warm=False)
     assert limits.blocks == 4
     assert finding.level is Level.NOTE
     assert "4 blocks" in finding.message

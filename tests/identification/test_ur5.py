@@ -19,7 +19,7 @@ DATA = next((p / "data" / "ur5_tsinghua" for p in PLACES if (p / "data" / "ur5_t
 
 
 @pytest.mark.skipif(DATA is None, reason="the published data set is not at hand")
-@pytest.mark.parametrize(("count", "reach_mm"), [(20, 0.110), (30, 0.105), (50, 0.098)])
+@pytest.mark.parametrize(("count", "reach_mm"), [(20, 0.110), (30, 0.105), (50, 0.098), (1000, 0.0575)])
 def test_few_poses_beat_what_peers_reach(tmp_path, count, reach_mm):
     train, test, target = tmp_path / "train.csv", tmp_path / "test.csv", tmp_path / "ur5.toml"
     train.write_text(converted(DATA / GRID, count))
