@@ -169,7 +169,8 @@ def identify(
     findings += lost_motion_findings(robot, lost_motion, [s for s in sources if is_fitted(s, candidates[best])])
     findings += unobservable(model, data, candidates[best].fit)
     limits = assess_fit_limits(model, data, candidates[best].fit, temperatures)
-    findings += [*forecast_findings(limits, warm), *misread, *shared, *held, *(_unwritten_warmth(nodes) if states else ())]
+    findings += [*forecast_findings(limits, warm), *misread, *shared, *held]
+    findings += _unwritten_warmth(nodes) if states else ()
     identified = fitted_sources(known, sources, model, candidates[best].fit, temperatures)
     box = np.column_stack([data.theta.min(axis=0), data.theta.max(axis=0)])
     return Identification(
