@@ -12,7 +12,7 @@ from compgen.core.arrays import row_norms, step_lengths
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MM, MS, UM
-from compgen.error_model.sources.thermal_growth import ThermalGrowth
+from compgen.error_model.source import RiseDependent
 from compgen.error_model.unknown import OF_WARMTH
 from compgen.fanuc import Program
 from compgen.pipelines.job import Job
@@ -60,7 +60,7 @@ def of_knowledge(job: Job) -> list[Finding]:
     And that it knows nothing to correct: the program is the planned one.
     """
     bounds, held_out, cell = job.bounds, job.cell.held_out, job.cell
-    if OF_WARMTH in cell.unknown and all(isinstance(source, ThermalGrowth) for source in cell.sources):
+    if OF_WARMTH in cell.unknown and all(isinstance(source, RiseDependent) for source in cell.sources):
         message = "nothing in the robot file makes this arm err: nothing was corrected; identify it, or give [thermal]"
         return [Finding(Level.OUTSIDE, "correction.none", message)]
     given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
