@@ -113,8 +113,8 @@ def _rises(job: Job, prepared: PreparedProgram, rows: IntArray, stretch: int) ->
         last = min(first + stretch, len(time) - 1)
         part = slice(first, last + 1)
         motion = JointMotion(time[part] - time[first], prepared.theta[part], prepared.driven[first:last])
-        here = rows[(rows >= first) & ((rows < last) | (last == len(time) - 1))] - first
-        at = states_at(heat, state, motion, np.append(here, last - first), air, job.clock + time[first])
+        between = rows[(rows >= first) & ((rows < last) | (last == len(time) - 1))] - first
+        at = states_at(heat, state, motion, np.append(between, last - first), air, job.clock + time[first])
         states.append(at[:-1])
         state = at[-1]
     return np.asarray(np.vstack(states) @ heat.outputs.T)

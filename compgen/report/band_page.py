@@ -41,9 +41,9 @@ def band_explained(record: dict[str, Any]) -> str:
     rows += f"<tr><td><b>all that this file knows</b></td><td><b>{whole}</b></td><td></td></tr>"
     for row in record["unknown"]:
         size = row["size_um"]
-        found = "nobody said" if size is None else f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
+        extent = "nobody said" if size is None else f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
         origin = f" <small>{escape(row['from'])}</small>" if row["from"] else ""
-        rows += f"<tr><td>not known: {escape(row['what'])}{origin}</td><td>{found}</td><td></td></tr>"
+        rows += f"<tr><td>not known: {escape(row['what'])}{origin}</td><td>{extent}</td><td></td></tr>"
     head = "<th>source</th><th>largest on the part [&micro;m]</th><th>rms [&micro;m]</th>"
     return f"{text}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 

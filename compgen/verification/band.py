@@ -161,8 +161,8 @@ def _moments(columns: Columns) -> dict[str, Array]:
 
 def _moment(columns: Columns, source: str) -> Array:
     """Second moment of one source alone about its mean, (M, 6) [m^2]."""
-    mine = np.array([name == source for name in columns.source], dtype=bool)
-    moment = _squares(columns.column[:, :, mine] * columns.deviation[mine])
+    of_source = np.array([name == source for name in columns.source], dtype=bool)
+    moment = _squares(columns.column[:, :, of_source] * columns.deviation[of_source])
     if source in columns.undirected:
         moment[:, [0, 3, 5]] += columns.undirected[source][:, None] ** 2
     return moment

@@ -41,13 +41,17 @@ def station_band(cell: Cell, plan: CorrectionPlan, before: Sequence[Duty]) -> Ba
     tools = poses.tool[plan.drive.pose[rows]]
     parts: list[tuple[Array, Columns]] = []
     for tool in np.unique(tools).tolist():
-        mine = rows[tools == tool]
+        with_tool = rows[tools == tool]
         places = Places(
-            stations.theta[mine], stations.time[mine], stations.rise[mine], directions.at(mine), poses.tools[tool]
+            stations.theta[with_tool],
+            stations.time[with_tool],
+            stations.rise[with_tool],
+            directions.at(with_tool),
+            poses.tools[tool],
         )
         model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), poses.tools[tool])
-        parts.append((mine, columns_at(cell, history, feed, uncertainty, places, model)))
-    order = np.argsort(np.concatenate([mine for mine, _ in parts]), kind="stable")
+        parts.append((with_tool, columns_at(cell, history, feed, uncertainty, places, model)))
+    order = np.argsort(np.concatenate([with_tool for with_tool, _ in parts]), kind="stable")
     first = parts[0][1]
     columns = Columns(
         np.concatenate([c.column for _, c in parts])[order], first.mean, first.deviation, first.source,

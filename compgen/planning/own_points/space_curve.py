@@ -77,11 +77,11 @@ def corners(place: Array, tolerance: Tolerance) -> BoolArray:
     """Where the way turns more sharply than a corner, (M,): between the chords to points outside the noise."""
     u = _way(place)
     M, reach = len(u), 0.0 if tolerance.exact else WINDOW * tolerance.place
-    here = np.arange(1, M - 1)
-    before = np.minimum(np.searchsorted(u, u[here] - reach, side="right") - 1, here - 1)
-    after = np.maximum(np.searchsorted(u, u[here] + reach), here + 1)
-    inwards = place[here] - place[np.maximum(before, 0)]
-    outwards = place[np.minimum(after, M - 1)] - place[here]
+    inner = np.arange(1, M - 1)
+    before = np.minimum(np.searchsorted(u, u[inner] - reach, side="right") - 1, inner - 1)
+    after = np.maximum(np.searchsorted(u, u[inner] + reach), inner + 1)
+    inwards = place[inner] - place[np.maximum(before, 0)]
+    outwards = place[np.minimum(after, M - 1)] - place[inner]
     cosine = np.einsum("ij,ij->i", inwards, outwards) / (row_norms(inwards) * row_norms(outwards))
     sharp = np.zeros(M, dtype=bool)
     angle = np.zeros(M)
