@@ -174,22 +174,25 @@ def _of_posterior(cell: Cell, parameters: SourceParameters, nothing: Cause) -> l
     values, vectors = np.linalg.eigh(posterior.covariance / np.outer(size, size))
     factor = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
     names = [source.NAME for source in parameters.sources]
-    quantities = []
-    for k, column in enumerate(factor.T):
-        changes, width = np.zeros(len(parameters.entries)), np.zeros(6)
-        scale, lag = np.zeros((2, len(cell.heat.names)))
-        for parameter, value, change in zip(posterior.parameters, posterior.value.tolist(), column.tolist()):
-            if parameter.table == "thermal.node":
-                (scale if parameter.key == "rise_K" else lag)[parameter.index] = change / value
-                continue
-            source = names.index(parameter.table)
-            if any(p.field == parameter.field for p in parameters.sources[source].PARAMETERS):
-                changes[parameters.at(source, parameter.field, parameter.index)] = change
-            else:
-                width[parameter.index] = change / value
-        heat = replace(nothing.heat, scale=scale, lag=lag)
-        quantities.append(Quantity(f"identified {k + 1}", "identified parameters", Cause(changes, heat, width)))
-    return quantities
+    places = {(e.source, e.field, e.index): n for n, e in enumerate(parameters.entries)}
+    R, K = factor.shape[1], len(cell.heat.names)
+    changes, width, scale, lag = (np.zeros((R, n)) for n in (len(places), 6, K, K))
+    for parameter, value, row in zip(posterior.parameters, posterior.value.tolist(), factor):
+        if parameter.table == "thermal.node":
+            (scale if parameter.key == "rise_K" else lag)[:, parameter.index[0]] = row / value
+            continue
+        source = names.index(parameter.table)
+        if any(p.field == parameter.field for p in parameters.sources[source].PARAMETERS):
+            changes[:, places[source, parameter.field, parameter.index]] = row
+        else:
+            width[:, parameter.index[0]] = row / value
+    return [
+        Quantity(
+            f"identified {k + 1}", "identified parameters",
+            Cause(changes[k], replace(nothing.heat, scale=scale[k], lag=lag[k]), width[k]),
+        )
+        for k in range(R)
+    ]  # fmt: skip
 
 
 def _of_widths(cell: Cell, nothing: Cause) -> list[Quantity]:
