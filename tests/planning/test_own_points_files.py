@@ -168,6 +168,8 @@ def test_a_full_turn_and_the_long_way_round(tmp_path):
         ("G0 X0 Y0 Z0\n/G1 X1\n", "a block that may be skipped"),
         ("M98 P1\n", "sub-programs are not read"),
         ("G0 X0 Y0 Z0 ?\n", "not words of a letter and a number"),
+        ("G0 X0 Y0 Z0\nG1 X1 X2 F100\n", "line 2: X stands twice in a block; keep one"),
+        ("G0 X0 Y0 Z0\nG1 X1e5 F100\n", "line 2: E is no word that is read; write plain numbers"),
         ("G1 F0\n", "a feed of 0 mm/min is outside"),
         ("G0 X0 Y0 Z99999\n", "beyond 10000 mm"),
     ],

@@ -111,7 +111,12 @@ class _Reader:
         words = [(m[1], float(m[2])) for m in WORD.finditer(compact)]
         if sum(m.end() - m.start() for m in WORD.finditer(compact)) != len(compact):
             raise InputError(f"{self.name}: line {line}: not words of a letter and a number; mend it, or remove it")
-        for letter, _ in words:
+        letters = [letter for letter, _ in words]
+        for letter in letters:
+            if letter not in "GM" and letters.count(letter) > 1:
+                raise InputError(f"{self.name}: line {line}: {letter} stands twice in a block; keep one")
+            if letter == "E":
+                raise InputError(f"{self.name}: line {line}: E is no word that is read; write plain numbers")
             if letter in "ABCUVW":
                 raise InputError(
                     f"{self.name}: line {line}: rotary or second axis {letter} is a machine's own, of unknown "
