@@ -92,9 +92,9 @@ def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
     if not warmth.is_assumed:
         return tuple(findings)
     message = (
-        f"the robot file has no [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, {warmth.sensors:g} K "
-        f"of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, {warmth.missing / PERCENT:g} % of "
-        "missing physics; give what is known"
+        f"the robot file says nothing in [thermal.uncertainty]; the band assumes {warmth.law:g} K of law, "
+        f"{warmth.sensors:g} K of sensors, {warmth.air:g} K of air, {warmth.feed / PERCENT:g} % of feed, "
+        f"{warmth.missing / PERCENT:g} % of missing physics; give what is known"
     )
     return *findings, Finding(Level.NOTE, "thermal.uncertainty", message)
 

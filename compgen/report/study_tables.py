@@ -9,7 +9,7 @@ import numpy as np
 
 from compgen.core.csv_table import text_cell
 from compgen.pipelines.study import Answer, Row, Study
-from compgen.report.band_words import rounded
+from compgen.report.band_words import NO_BAND, rounded
 
 
 def study_csv(study: Study, rows: list[Row]) -> bytes:
@@ -68,6 +68,8 @@ def band_caveat(rows: list[Row]) -> str:
     beyond = "what the robot file does not know comes on top: cgen predict names it"
     if not bands:
         return f"all sizes are the model's; how well the files know them says cgen predict, and {beyond}"
+    if not max(bands):
+        return f"{NO_BAND}; {beyond}"
     low, high = rounded(min(bands)), rounded(max(bands))
     amount = low if low == high else f"{low} to {high}"
     return f"the files know this to {amount} um (95 %); {beyond}"

@@ -172,11 +172,12 @@ def test_one_file_for_many_starts_is_flown_at_some_of_them(line: tuple[Planned, 
     assert made.draws.total.max() <= made.deviation.on_part["total"].max + 0.2 * UM
 
 
-def test_a_robot_that_does_not_say_how_well_it_is_known_promises_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("silent", ["", '[thermal.uncertainty]\nprovenance = "none"\n\n'])
+def test_a_robot_that_does_not_say_how_well_it_is_known_promises_nothing(tmp_path: Path, silent: str) -> None:
     text = (ROOT / "robots" / "m710ic50.toml").read_text()
     begin, end = text.index("[thermal.uncertainty]"), text.index("# Second thermal model")
     robot = tmp_path / "silent.toml"
-    robot.write_text(text[:begin] + text[end:])
+    robot.write_text(text[:begin] + silent + text[end:])
     with pytest.raises(
         InputError, match=r"bounds\.guaranteed: .*silent\.toml does not say .* \[thermal\.uncertainty\]"
     ):

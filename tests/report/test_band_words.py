@@ -23,6 +23,7 @@ from compgen.report.band_page import known_html
 from compgen.report.band_words import band_record, band_sentence, headline
 from compgen.report.files import job_reports
 from compgen.report.job_summary import job_summary
+from compgen.report.study_tables import band_caveat
 from compgen.verification.band import Band, BudgetShare
 
 BAND = Band(
@@ -53,6 +54,11 @@ def test_without_any_uncertainty_the_sentence_says_that_there_is_no_band():
         "2.1 um of arithmetic, no band: the file says of no number how well it is known; not known: play (55 to 175 um)"
     )
     assert known_html(band_record(none, ())) == "no band: the file says of no number how well it is known"
+
+
+def test_a_study_without_any_uncertainty_says_that_there_is_no_band():
+    assert band_caveat([{"band_um": 0.0}]).startswith("no band: the file says of no number how well it is known; ")
+    assert band_caveat([{"band_um": 0.0}, {"band_um": 40.0}]).startswith("the files know this to 0.0 to 40 um (95 %)")
 
 
 def test_small_sources_are_not_listed():

@@ -66,7 +66,7 @@ def uncertainty_of(
         idle=thermal.idle_fraction,
         expansion=expansion,
         growth=growth,
-        is_assumed=thermal.uncertainty is None,
+        is_assumed=not table.model_dump(exclude={"provenance"}, exclude_defaults=True),
     )
 
 
