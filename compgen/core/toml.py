@@ -49,16 +49,16 @@ class TomlText:
     content: bytes
 
 
-def read_toml(source: Path, folder: str) -> dict[str, Any]:
-    """A file's tables; ``folder`` names where its kind is shipped.
+def read_toml(source: Path, folder: str, mend: str = "") -> dict[str, Any]:
+    """A file's tables; ``folder`` names where its kind is shipped, ``mend`` what helps where none is.
 
     Raises:
         InputError: It is not there, not readable or not TOML.
     """
-    return read_toml_text(source, folder).tables
+    return read_toml_text(source, folder, mend).tables
 
 
-def read_toml_text(source: Path, folder: str) -> TomlText:
+def read_toml_text(source: Path, folder: str, mend: str = "") -> TomlText:
     """A file's tables, and the bytes that they are from.
 
     Raises:
@@ -69,7 +69,8 @@ def read_toml_text(source: Path, folder: str) -> TomlText:
         return TomlText(tomllib.loads(content.decode("utf-8-sig")), content)
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
-        raise InputError(f"{source}: no such file; 'cgen init' lays down {', '.join(known)}") from None
+        mend = mend or f"'cgen init' lays down {', '.join(known)}"
+        raise InputError(f"{source}: no such file; {mend}") from None
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; give a TOML file") from None
     except OSError as failure:

@@ -83,7 +83,8 @@ def read_artefact(source: str) -> Artefact:
     Raises:
         InputError: Anything wrong, naming file and key.
     """
-    file = check(ArtefactFile, read_toml(Path(source), "paths"), source)
+    mend = "--artefact names the file that says what was touched"
+    file = check(ArtefactFile, read_toml(Path(source), "paths", mend), source)
     grown = 1 + file.artefact.cte_um_m_K * UM * (file.artefact.temperature_degC - CERTIFIED_AT)
     places = []
     for i, sphere in enumerate(file.sphere):

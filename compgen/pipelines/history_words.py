@@ -25,7 +25,7 @@ def load_before(items: Sequence[str]) -> tuple[Duty, ...]:
     duties: list[Duty] = []
     for item in items:
         if item.endswith(".toml"):
-            data = read_toml(Path(item), "paths")
+            data = read_toml(Path(item), "paths", "give a file with [[before]], or words: 'moving 200mm/s 5h'")
             duties += _plain_duties({"before": data.get("before", [])}, item)
         else:
             duties += _plain_duties({"before": [stretch(item)]}, f"--before '{item}'")

@@ -55,7 +55,7 @@ def frame_of(table: FrameTable | None, decimals: int, where: str) -> PartFrame |
             known = ", ".join(str(n) for n in sorted(frames) if n)
             raise InputError(f"{source}: frame {number} is not set in it (set: {known}); mend frame.number")
         return _rounded(number, frames[number], None, decimals)
-    of_file = check(FrameFile, read_toml(source, "paths"), str(source)).frame
+    of_file = check(FrameFile, read_toml(source, "paths", "cgen teach-frame writes one"), str(source)).frame
     if of_file.file is not None:
         raise InputError(f"{source}: frame.file: a frame's file names no other; give the numbers")
     number = of_file.number or 1

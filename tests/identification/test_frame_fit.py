@@ -181,3 +181,8 @@ def test_a_certified_length_that_the_arm_has_otherwise_is_said(tmp_path, arm, si
         differences = measured_lengths(known, rows, fit, flange)
         assert len(differences) == count
         assert all(longer == pytest.approx(wrong * MM, rel=0.15) for _, longer in differences)
+
+
+def test_an_artefact_that_is_not_there_is_asked_for(tmp_path):
+    with pytest.raises(InputError, match=r"artefact\.toml: no such file; --artefact names the file"):
+        read_artefact(str(tmp_path / "artefact.toml"))
