@@ -15,7 +15,7 @@ from compgen.core.units import UM
 class UnknownTable(Table):
     """Something that the file does not know, and that a part will see."""
 
-    what: Annotated[str, Field(min_length=1, max_length=60)]
+    what: Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[^\x00-\x1f\x7f]*$")]
     """What it is, in words."""
     size_um: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] | None = None
     """Least and most that it was found to be."""

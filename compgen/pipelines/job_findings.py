@@ -15,7 +15,7 @@ from compgen.core.units import MM, MS, UM
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unknown import OF_WARMTH
 from compgen.fanuc import Program
-from compgen.pipelines.job import Job
+from compgen.pipelines.job import Cell, Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.written_motion import WrittenMotion
@@ -54,15 +54,23 @@ def limited(solution: Solution) -> list[Finding]:
     return [Finding(Level.WARNING, "compensation.limited", message)]
 
 
+def nothing_to_correct(cell: Cell) -> list[Finding]:
+    """That a robot file knows of nothing that makes its arm err: a program stays as it was planned."""
+    if OF_WARMTH not in cell.unknown or not all(isinstance(source, RiseDependent) for source in cell.sources):
+        return []
+    message = "nothing in the robot file makes this arm err: nothing was corrected; identify it, or give [thermal]"
+    return [Finding(Level.OUTSIDE, "correction.none", message)]
+
+
 def of_knowledge(job: Job) -> list[Finding]:
     """That a bound is below what the robot file itself knows: the arithmetic can keep it, the part will not see it.
 
     And that it knows nothing to correct: the program is the planned one.
     """
-    bounds, held_out, cell = job.bounds, job.cell.held_out, job.cell
-    if OF_WARMTH in cell.unknown and all(isinstance(source, RiseDependent) for source in cell.sources):
-        message = "nothing in the robot file makes this arm err: nothing was corrected; identify it, or give [thermal]"
-        return [Finding(Level.OUTSIDE, "correction.none", message)]
+    bounds, held_out = job.bounds, job.cell.held_out
+    nothing = nothing_to_correct(job.cell)
+    if nothing:
+        return nothing
     given = [b for b in (bounds.max, bounds.p99, bounds.rms) if b is not None]
     if held_out is None or not given or min(given) >= held_out:
         return []

@@ -33,6 +33,7 @@ VERDICTS = {
     Verdict.OUTSIDE: "outside",
     Verdict.NOT_LOADABLE: "more than the controller can load",
     Verdict.NO_BOUNDS: "nowhere worse; judged by no bound, for none is given (--max-um)",
+    Verdict.NOT_CORRECTED: "nothing corrected",
 }
 FIGURES = {
     "average": "Error at each start that this file serves",

@@ -1,13 +1,19 @@
 """An arm whose warmth nobody has measured: corrected for what is known of it, taken as cold, and said so."""
 
+import json
 import tomllib
 
 import tomlkit
+from typer.testing import CliRunner
 
+from compgen.cli import correct
+from compgen.cli.app import app
 from compgen.pipelines.generate import generate
 from compgen.pipelines.path_file import load_job
 from compgen.verification.verdict import Verdict
 from tests.shipped import ROOT, path_file, quiet
+
+assert correct
 
 
 def cold_robot(folder, sources=None):
@@ -43,3 +49,24 @@ def test_an_arm_that_errs_nowhere_is_not_called_corrected(tmp_path):
     _, corrected = corrected_circle(tmp_path)
     assert corrected.verdict is Verdict.NOT_CORRECTED
     assert not corrected.inside
+
+
+def test_a_program_that_exists_is_not_called_corrected_either(tmp_path):
+    robot = cold_robot(tmp_path)
+    _, corrected = generate(load_job(path_file("circle_1300")), quiet)
+    (tmp_path / "PLAN.LS").write_bytes(corrected.text)
+    command = [
+        "correct",
+        str(tmp_path / "PLAN.LS"),
+        "--robot",
+        robot,
+        "-o",
+        str(tmp_path / "out"),
+        "--again",
+        "--json",
+        "--max-um",
+        "5",
+    ]
+    run = CliRunner().invoke(app, command)
+    assert run.exit_code == 1, run.output
+    assert json.loads(run.stdout)["verdict"] == "nothing corrected"

@@ -16,6 +16,7 @@ from compgen.fanuc.analysis.watermark import Mark, decimal_places
 from compgen.fanuc.editing.shared_positions import SAME_POSITION
 from compgen.fanuc.paging.capacity import program_size
 from compgen.fanuc.paging.stops import controller_capacity
+from compgen.pipelines import job_findings
 from compgen.pipelines.averaging_findings import WIDE, ensemble_words, start_words
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.result import Correction
@@ -96,7 +97,7 @@ def _bound_findings(result: Correction) -> list[Finding]:
     if not judged.any():
         message = "no position of this program can be corrected: it is unchanged; cgen inspect says what keeps them"
         return [Finding(Level.OUTSIDE, "correction.none", message)]
-    findings = []
+    findings = job_findings.nothing_to_correct(result.cell)
     before, after = result.error.distance[judged], result.residual.distance[judged]
     worse = np.flatnonzero(after > before + ROUNDING)
     coarse = _decimal_places(result).min(initial=3) < 3 or result.plan.poses.joint_form.any()
