@@ -118,8 +118,8 @@ def whole_runs(folder: Path, unit: float, points: int) -> Iterator[Row]:
         yield "start-up beside, in processor seconds", "", f"{small[2] - small[0] * early:.2f}"
     yield f"peak memory at {count:.0f}", "<= 2000 MB", f"{peak:.0f} MB"
     of_band = bands.seconds_of_band(points)
-    told = f"linear band with its columns at {count:.0f} waypoints, over the rest of the run, processor time"
-    yield told, "<= + 25 %" if long else "", f"+ {100 * of_band / (spent - of_band):.1f} %"
+    what_band_adds = f"linear band with its columns at {count:.0f} waypoints, over the rest of the run, processor time"
+    yield what_band_adds, "<= + 25 %" if long else "", f"+ {100 * of_band / (spent - of_band):.1f} %"
     flown = bands.seconds_of_draws(folder / "compiled", min(points, DRAWN), WORKERS)
     what = f"{flown.draws} flights of a draw each at {flown.waypoints} waypoints, {WORKERS} workers: elapsed"
     yield what, "<= 15 s" if points >= DRAWN else "", f"{flown.elapsed:.1f} s (processor {flown.processor:.1f} s)"
@@ -145,8 +145,8 @@ def identified(poses: int) -> Row:
     what = (
         f"scipy least_squares, numerical Jacobian, over the fit of identify, {parameters} parameters, {poses} poses x 3"
     )
-    told = f"{i['scipy'] / i['compgen']:.0f} ({i['compgen']:.2f} s, apart {i['apart']:.0e} sigma)"
-    return what, ">= 20" if poses >= 1000 else "", told
+    ratio = f"{i['scipy'] / i['compgen']:.0f} ({i['compgen']:.2f} s, apart {i['apart']:.0e} sigma)"
+    return what, ">= 20" if poses >= 1000 else "", ratio
 
 
 def against_peers(folder: Path, planned: Planned, one: float, points: int) -> Iterator[Row]:

@@ -19,3 +19,15 @@ def flawed_file(folder: Path, name: str = "flawed", drop: tuple[str, ...] = ()) 
     file = folder / f"{name}.toml"
     file.write_text(nominal + "\n" + "\n\n".join(kept))
     return str(file)
+
+
+#: overrides: a few errors of the arm, each known with a sigma
+KNOWN_WITH_SIGMAS = (
+    "robot.sources.link_offsets.a_um=[0, 50, 0, 0, 0, 0]",
+    "robot.sources.link_offsets.sigma.a_um=[0, 12, 5, 0, 0, 0]",
+    "robot.sources.joint_zeros.offset_mdeg=[5, 0, 0, 0, 0, 0]",
+    "robot.sources.joint_zeros.sigma.offset_mdeg=[0, 1, 1, 0, 2, 0]",
+    "robot.sources.hysteresis.backlash_mdeg=[4, 3, 2, 0, 0, 0]",
+    "robot.sources.hysteresis.width_mdeg=[90, 90, 90, 90, 90, 90]",
+    "robot.sources.hysteresis.sigma.backlash_mdeg=[1, 1, 1, 0, 0, 0]",
+)

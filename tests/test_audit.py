@@ -136,9 +136,9 @@ def test_the_command_prints_a_table_and_exits_by_what_it_finds(output, altered, 
     assert main([str(output)]) == 0
     assert "all 24 checks agree" in capsys.readouterr().out
     assert main([str(altered("report.json", r'("duration_s": )[0-9.]+', r"\g<1>7.3"))]) == 1
-    said = capsys.readouterr().out
-    assert "1 of 24 checks outside" in said
-    assert re.search(r"^duration, s .* OUTSIDE$", said, re.M)
+    output = capsys.readouterr().out
+    assert "1 of 24 checks outside" in output
+    assert re.search(r"^duration, s .* OUTSIDE$", output, re.M)
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [
@@ -152,10 +152,10 @@ def test_the_command_prints_a_table_and_exits_by_what_it_finds(output, altered, 
 ])  # fmt: skip
 def test_what_it_has_no_oracle_for_is_told_in_a_sentence(altered, capsys, old, new, words):
     assert main([str(altered("report.json", old, new))]) == 2
-    said = capsys.readouterr()
-    assert words in said.err
-    assert said.err.count("\n") == 1
-    assert not said.out
+    output = capsys.readouterr()
+    assert words in output.err
+    assert output.err.count("\n") == 1
+    assert not output.out
 
 
 @pytest.mark.parametrize(("lines", "words"), [

@@ -74,13 +74,14 @@ class PiecewiseCurve:
 
     def start(self) -> tuple[Array, Array]:
         """Where the first piece starts, (3,) x, y and height [m], and its tilt there, (3,)."""
-        return self._local(0, 0.0)
+        return self.place_and_tilt(0, 0.0)
 
     def end(self) -> tuple[Array, Array]:
         """Where the last piece ends, (3,) x, y and height [m], and its tilt there, (3,)."""
-        return self._local(len(self.poly) - 1, 1.0)
+        return self.place_and_tilt(len(self.poly) - 1, 1.0)
 
-    def _local(self, piece: int, t: float) -> tuple[Array, Array]:
+    def place_and_tilt(self, piece: int, t: float) -> tuple[Array, Array]:
+        """x, y and height, (3,) [m], and the tilt, (3,), at a parameter of a piece."""
         row, at = np.array([piece]), np.array([t])
         place = np.append(self.derivatives(row, at)[0][0], self.height(row, at)[0])
         return place, np.asarray(t ** np.arange(CUBIC + 1) @ self.tilt[piece])

@@ -126,11 +126,10 @@ class ExactPath:
             t: Its parameter.
             lift: How far over it [m].
         """
-        row, at = np.array([piece]), np.array([t])
-        height, tilt = self.curve.height(row, at)[0], t ** np.arange(4) @ self.curve.tilt[piece]
+        place, tilt = self.curve.place_and_tilt(piece, t)
         if not tilt.any():
-            return np.append(self.curve.derivatives(row, at)[0][0], height + lift)
-        pose = self.pose(row, at)[0][0]
+            return np.asarray(place + np.array([0.0, 0.0, lift]))
+        pose = self.pose(np.array([piece]), np.array([t]))[0][0]
         return self.local(pose.position - lift * pose.rotation[:, 2])
 
     def in_world(self, pose: Pose) -> Pose:

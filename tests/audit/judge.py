@@ -93,13 +93,13 @@ def posture_checks(path, program, table, pendant):
     """Whether frame, tool, CONFIG and joints are what the positions ask for, inside the arm's limits."""
     moved = any(path.get("tool", {}).get(f"{key}", 0) for key in ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg"))
     frame = path["frame"].get("number", 1) if "frame" in path else 0
-    asked = frame, path.get("tool", {}).get("number", int(moved))
+    numbers = frame, path.get("tool", {}).get("number", int(moved))
     letters, turns = arm.config(pendant)
     another = (letters != program.letters).any(axis=1) | (turns != program.turns).any(axis=1)
     theta = np.degrees(arm.dh_angles(pendant))
     beyond = np.maximum(np.array(study.LOWER_DEG) - theta, theta - np.array(study.UPPER_DEG)).max()
     return [
-        count("frame or tool of another number", asked != (program.uframe, program.utool)),
+        count("frame or tool of another number", numbers != (program.uframe, program.utool)),
         count("positions with another CONFIG", another.sum()),
         equal("pendant angles, deg", np.degrees(pendant), table["joints"], JOINT_DEG),
         below("joint beyond its limit, deg", beyond, 0.0, 0.0),
@@ -137,16 +137,16 @@ def residual_checks(path, report, actual, wanted, touching, allowed_um):
     )
     checks = []
     for component, unit, bound, (there, between) in sizes:
-        allowed, said = AXIS_MDEG if unit == "mdeg" else allowed_um, report["after"][component][f"max_{unit}"]
-        checks.append(equal(f"largest {component} after, {unit}", max(there.max(), between.max()), said, allowed))
+        allowed, reported = AXIS_MDEG if unit == "mdeg" else allowed_um, report["after"][component][f"max_{unit}"]
+        checks.append(equal(f"largest {component} after, {unit}", max(there.max(), between.max()), reported, allowed))
         limit = path.get("bounds", {}).get(bound)
         if limit is not None and report["verdict"] == "inside":
             on_part = max(there[:-1][touching].max(), between[touching].max())
             checks.append(below(f"bounds.{bound} on the part", on_part, limit, allowed))
     p99, rms = _over_length([w[0] for w in wanted], sizes[0][3])
-    said, allowed = report["after"]["total"], allowed_um + SAMPLES * checks[0].audit
-    checks.append(equal("99 % of the length after, um", p99, said["p99_um"], allowed))
-    checks.append(equal("rms after, um", rms, said["rms_um"], allowed))
+    reported, allowed = report["after"]["total"], allowed_um + SAMPLES * checks[0].audit
+    checks.append(equal("99 % of the length after, um", p99, reported["p99_um"], allowed))
+    checks.append(equal("rms after, um", rms, reported["rms_um"], allowed))
     if not path.get("tool", {}).get("axisymmetric", False):
         turned = np.degrees(poses.angle(actual[0][1], wanted[0][1], 0)).max() * 1e3
         checks.append(below("tool turned about its axis, mdeg", turned, 0.0, TURNED_MDEG))

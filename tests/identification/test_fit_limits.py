@@ -143,12 +143,12 @@ def test_a_scale_known_from_few_numbers_widens_what_it_alone_holds(arm):
     fitted = fit(truth.model, data, active)
     wider = with_unsure_scales(truth.model, data, fitted)
     ratio = wider.sigma / fitted.sigma
-    told = fitted.gamma[active]
+    share_of_data = fitted.gamma[active]
     assert (ratio[~active] == 1).all()
     assert ratio[active].min() >= 1 - 1e-9
     assert ratio[active].max() <= np.sqrt(2) + 1e-9
-    assert np.median(ratio[active][told > 0.99]) < 1.01
-    assert ratio[active][told < 0.5].max() > 1.1
+    assert np.median(ratio[active][share_of_data > 0.99]) < 1.01
+    assert ratio[active][share_of_data < 0.5].max() > 1.1
     assert (wider.p == fitted.p).all()
     thermal = active & truth.model.thermal
     assert (wider.sigma[thermal] <= truth.model.prior[thermal] * (1 + 1e-9)).all()  # their ceiling is the prior

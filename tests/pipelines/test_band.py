@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flawed import KNOWN_WITH_SIGMAS
 from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
@@ -25,13 +26,7 @@ WINDOW = 120.0  # s
 COARSE = ["process.chord_um=20"]
 #: a robot that knows a little of everything
 FLAWED = [
-    "robot.sources.link_offsets.a_um=[0, 50, 0, 0, 0, 0]",
-    "robot.sources.link_offsets.sigma.a_um=[0, 12, 5, 0, 0, 0]",
-    "robot.sources.joint_zeros.offset_mdeg=[5, 0, 0, 0, 0, 0]",
-    "robot.sources.joint_zeros.sigma.offset_mdeg=[0, 1, 1, 0, 2, 0]",
-    "robot.sources.hysteresis.backlash_mdeg=[4, 3, 2, 0, 0, 0]",
-    "robot.sources.hysteresis.width_mdeg=[90, 90, 90, 90, 90, 90]",
-    "robot.sources.hysteresis.sigma.backlash_mdeg=[1, 1, 1, 0, 0, 0]",
+    *KNOWN_WITH_SIGMAS,
     "robot.sources.thermal_bend.link=['column']",
     "robot.sources.thermal_bend.plane=['x']",
     "robot.sources.thermal_bend.node=['j2']",
@@ -144,8 +139,8 @@ def test_a_posterior_is_counted_with_its_correlations(plain):
     with_posterior = replace(plain, job=replace(job, cell=replace(job.cell, posterior=posterior)))
     uncertainty = uncertainty_of(with_posterior)
     columns = columns_along(with_posterior, uncertainty, np.arange(5))
-    mine = [k for k, q in enumerate(uncertainty.quantities) if q.source == "identified parameters"]
-    moment = columns.column[:, :, mine] @ np.swapaxes(columns.column[:, :, mine], 1, 2)
+    identified = [k for k, q in enumerate(uncertainty.quantities) if q.source == "identified parameters"]
+    moment = columns.column[:, :, identified] @ np.swapaxes(columns.column[:, :, identified], 1, 2)
     step, slopes, nominal = 1e-6, [], plain.model.nominal_pose(plain.theta[:5]).position
     for i in (1, 2):
         theta = plain.theta[:5].copy()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flawed import KNOWN_WITH_SIGMAS
 from shipped import ROOT, path_file, quiet
 
 from compgen.compensation.solution import Status
@@ -33,13 +34,7 @@ KNOWN = [
 ]
 #: a robot with a bit of everything, each known with a sigma
 FLAWED = [
-    "robot.sources.link_offsets.a_um=[0, 50, 0, 0, 0, 0]",
-    "robot.sources.link_offsets.sigma.a_um=[0, 12, 5, 0, 0, 0]",
-    "robot.sources.joint_zeros.offset_mdeg=[5, 0, 0, 0, 0, 0]",
-    "robot.sources.joint_zeros.sigma.offset_mdeg=[0, 1, 1, 0, 2, 0]",
-    "robot.sources.hysteresis.backlash_mdeg=[4, 3, 2, 0, 0, 0]",
-    "robot.sources.hysteresis.width_mdeg=[90, 90, 90, 90, 90, 90]",
-    "robot.sources.hysteresis.sigma.backlash_mdeg=[1, 1, 1, 0, 0, 0]",
+    *KNOWN_WITH_SIGMAS,
     "frame.x_mm=-40",
     "frame.taught.through='model'",
     "frame.taught.sigma_um=[5, 6, 7]",

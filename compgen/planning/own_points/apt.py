@@ -76,10 +76,7 @@ def read_apt(source: str | Path) -> GivenPoints:
                 numbers = [a + b for a, b in zip(place, numbers)]
             place = (numbers[0], numbers[1], numbers[2])
             axis = _axis(where, numbers[3:], axis, bool(rows.position))
-            before = len(rows.position)
-            rows.add(line, place, np.nan if rapid else feed, not rapid)
-            if len(rows.position) > before and axis is not None:
-                rows.normal.append(axis)
+            rows.add(line, place, np.nan if rapid else feed, not rapid, axis)
             rapid = False
     return rows.given(normal=axis is not None)
 

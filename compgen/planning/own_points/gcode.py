@@ -108,9 +108,10 @@ class _Reader:
         if re.search(r"[#=\[\]]|\b(IF|WHILE|GOTO|DO\d|END\d)", text):
             raise InputError(f"{self.name}: line {line}: macros are not read; write the moves themselves")
         compact = re.sub(r"\s+", "", text)
-        words = [(m[1], float(m[2])) for m in WORD.finditer(compact)]
-        if sum(m.end() - m.start() for m in WORD.finditer(compact)) != len(compact):
+        matches = list(WORD.finditer(compact))
+        if sum(m.end() - m.start() for m in matches) != len(compact):
             raise InputError(f"{self.name}: line {line}: not words of a letter and a number; mend it, or remove it")
+        words = [(m[1], float(m[2])) for m in matches]
         letters = [letter for letter, _ in words]
         for letter in letters:
             if letter not in "GM" and letters.count(letter) > 1:

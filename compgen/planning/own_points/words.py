@@ -49,7 +49,10 @@ class PointRows:
     contact: list[bool] = field(default_factory=list)
     stop: list[bool] = field(default_factory=list)
 
-    def add(self, line: int, position: tuple[float, float, float], feed: float, contact: bool) -> None:
+    def add(
+        self, line: int, position: tuple[float, float, float], feed: float, contact: bool,
+        normal: tuple[float, float, float] | None = None,
+    ) -> None:  # fmt: skip
         """One more point; one at the very place of the last is the same point.
 
         Raises:
@@ -64,6 +67,8 @@ class PointRows:
         self.feed.append(feed)
         self.contact.append(contact)
         self.stop.append(False)
+        if normal is not None:
+            self.normal.append(normal)
 
     def given(self, normal: bool) -> GivenPoints:
         """The points.
