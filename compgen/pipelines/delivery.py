@@ -76,7 +76,12 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
     capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
     paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:3]))
     page_facts = [_page_facts(job, page, start) for page, start in zip(paged.pages, starts)]
-    head = {"compgen": __version__, "inputs_sha256": job.inputs_hash, "robot": job.robot.name}
+    head = {
+        "compgen": __version__,
+        "inputs_sha256": job.inputs_hash,
+        "robot": job.robot.name,
+        "job": {"path_file": job.source, "robot_file": job.cell.robot_file, "overrides": list(job.overrides)},
+    }
     manifest = manifest_json(paged, capacity, head, page_facts)
     files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
     whole, _ = interpret_pages(*check_manifest(manifest, files))

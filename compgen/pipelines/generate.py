@@ -116,35 +116,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         JoinError: Pages, read back, are not the program.
         TwinError: The twin cannot drive the program, uncorrected or corrected.
     """
-    planned = _plan(job, progress, date, pages)
+    planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages), progress)
     path = planned.path
-    # a stop for a page's sake is no corner of the path: the correction stays smooth across it
-    corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
-    problem = Problem(
-        job.robot, planned.model, job.posture, job.tool.pose, path.target, planned.theta,
-        planned.rise, path.arc, corners, planned.motion,
-    )  # fmt: skip
-    problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
-    if job.settings.margin:
-        open_yet = planned.band_of_plan()
-        problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)
-    solution = optimise.optimise(problem, job.settings, _stage(progress, "correction", job.settings))
-    if not solution.status.is_legal:
-        raise ImpossibleError(job_findings.failed(solution))
-    limited = job_findings.limited(solution)
-    if job.plan.process.thin is not None:
-        progress("thinning", 0.0)
-        planned, solution = _thinned(planned, solution, job.plan.process.thin)
-        path = planned.path
-        problem = problem.window(planned.rows)
-    if reversal_widths(job.sources) is not None:
-        progress("correction of the text's directions", 0.0)
-        problem = replace(problem, direction_state=_written_directions(problem, solution, job))
-        stage = _stage(progress, "correction of the text's directions", job.settings)
-        solution = optimise.optimise(problem, job.settings, stage)
-        if not solution.status.is_legal:
-            raise ImpossibleError(job_findings.failed(solution))
-        limited = job_findings.limited(solution)
     commanded = problem.commanded(solution.correction)
     feed = planned.feed * path.pace
     trajectory = retiming.retime(
@@ -199,6 +172,42 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     )  # fmt: skip
 
 
+def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Problem, Solution, list[Finding]]:
+    """The correction of a plan: the waypoints that it keeps, their problem, its solution, and the limits that bind.
+
+    Raises:
+        ImpossibleError: No legal correction exists.
+    """
+    job, path = planned.job, planned.path
+    # a stop for a page's sake is no corner of the path: the correction stays smooth across it
+    corners = path.stop & ~planned.page_stops.added if planned.page_stops is not None else path.stop
+    problem = Problem(
+        job.robot, planned.model, job.posture, job.tool.pose, path.target, planned.theta,
+        planned.rise, path.arc, corners, planned.motion,
+    )  # fmt: skip
+    problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
+    if job.settings.margin:
+        open_yet = planned.band_of_plan()
+        problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)
+    solution = optimise.optimise(problem, job.settings, _stage(progress, "correction", job.settings))
+    if not solution.status.is_legal:
+        raise ImpossibleError(job_findings.failed(solution))
+    limited = job_findings.limited(solution)
+    if job.plan.process.thin is not None:
+        progress("thinning", 0.0)
+        planned, solution = _thinned(planned, solution, job.plan.process.thin)
+        problem = problem.window(planned.rows)
+    if reversal_widths(job.sources) is not None:
+        progress("correction of the text's directions", 0.0)
+        problem = replace(problem, direction_state=_written_directions(problem, solution, job))
+        stage = _stage(progress, "correction of the text's directions", job.settings)
+        solution = optimise.optimise(problem, job.settings, stage)
+        if not solution.status.is_legal:
+            raise ImpossibleError(job_findings.failed(solution))
+        limited = job_findings.limited(solution)
+    return planned, problem, solution, limited
+
+
 def _late(job: Job, window: float) -> float:
     """How late a start may be that the proof has not flown [s]: none of a file that was flown at its delays."""
     return window if job.ensemble is None or job.ensemble.delay[1] == 0 else 0.0
@@ -213,7 +222,8 @@ def _written_directions(problem: Problem, solution: Solution, job: Job) -> Direc
     printed = printed_in_world(job, problem.commanded(solution.correction))
     joints, _ = inverse_kinematics.solve_tool(job.robot, printed, job.tool.pose, job.posture)
     theta = joint_path.nearest_turns(joints, solution.theta)
-    return direction_states(reversal_widths(job.sources), theta, printed.position)
+    start = problem.direction_state.at(slice(0, 1))
+    return direction_states(reversal_widths(job.sources), theta, printed.position, start)
 
 
 def _stage(progress: Progress, name: str, settings: Settings) -> Callable[[float], None]:
