@@ -3,7 +3,7 @@
 import json
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -30,12 +30,15 @@ from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable
 from compgen.pipelines.schema import PathFile
 from compgen.pipelines.uncertainty import refuse_without_uncertainty
 from compgen.planning.boundaries import Boundary, unbounded
+from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.own_points.mesh_tables import mesh_of, pattern_on_mesh
 from compgen.planning.own_points.space_curve import SpaceCurve
 from compgen.planning.own_points.tables import OwnPoints, own_points_curve
 from compgen.planning.tables import (
     MAX_LEAD,
     AnyPattern,
     RasterTable,
+    Shape,
     boundary_from_table,
     pattern_from_table,
     surface_from_table,
@@ -185,11 +188,22 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     surface = surface_from_table(path.surface, path.path, source)
     spin, feed = tool.spin_deg * DEG, process.feed_mm_s * MM
     notes: tuple[Finding, ...] = ()
+    mesh = mesh_of(path.surface, source) if path.surface.kind == "stl" else None
+
+    def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary]:
+        nonlocal notes
+        pattern, edge = pattern_from_table(table, boundary, source, process.lift_mm * MM)
+        if mesh is None:
+            return pattern, edge
+        shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
+        pattern, notes = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, spin, source)
+        return pattern, unbounded()
+
     if isinstance(path.path, OwnPoints):
-        given = own_points_curve(path.path, surface, spin, feed, source)
+        given = own_points_curve(path.path, surface, spin, feed, source, mesh)
         pattern, edge, notes = given.curve, boundary or unbounded(), (_of_points(given),)
     else:
-        pattern, edge = pattern_from_table(path.path, boundary, source, process.lift_mm * MM)
+        pattern, edge = patterned(path.path)
     program = ProgramPlan(
         source=source,
         path=PathPlan(pattern, surface, edge, frame),
@@ -210,7 +224,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
         ),
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
     )
-    program, longer = _with_run_in(program, cell, rate, path.path, boundary)
+    program, longer = _with_run_in(program, cell, rate, path.path, patterned)
     return program, (*notes, *longer)
 
 
@@ -222,7 +236,11 @@ def _of_points(given: SpaceCurve) -> Finding:
 
 
 def _with_run_in(
-    program: ProgramPlan, cell: Cell, rate: float, table: AnyPattern, boundary: Boundary | None
+    program: ProgramPlan,
+    cell: Cell,
+    rate: float,
+    table: AnyPattern,
+    patterned: Callable[[Shape], tuple[PiecewiseCurve, Boundary]],
 ) -> tuple[ProgramPlan, tuple[Finding, ...]]:
     """The program with its sweeps begun so early that play is run through off the part, and a note that says so."""
     if not (isinstance(table, RasterTable) and leads_in(program.process, cell)):
@@ -230,7 +248,7 @@ def _with_run_in(
     wanted = min(run_in_length(program, cell, rate) / MM, MAX_LEAD)
     for lead in np.ceil(np.arange(wanted, table.lead_mm, -RUN_IN_STEP)):  # as far as the arm reaches
         longer_sweeps = table.model_copy(update={"lead_mm": lead})
-        pattern, _ = pattern_from_table(longer_sweeps, boundary, program.source, program.process.lift)
+        pattern, _ = patterned(longer_sweeps)
         longer = replace(program, path=replace(program.path, pattern=pattern))
         if coarse_motion(longer, cell.robot) is None:
             continue
@@ -260,7 +278,8 @@ def files_read(path: PathFile, where: str) -> list[str]:
     """Hashes of the other files that a path file reads: they are inputs as well."""
     frame = path.frame.file if path.frame else None
     points = path.path.file if isinstance(path.path, OwnPoints) else None
-    names = [n for n in (path.ambient.file, path.log.file if path.log else None, frame, points) if n]
+    log = path.log.file if path.log else None
+    names = [n for n in (path.ambient.file, log, frame, points, path.surface.file) if n]
     sources = [Path(where).parent / n for n in names]
     rows = (*path.before, *path.cycle, *path.after)
     sources += [Path(find_program(row.program, where)) for row in rows if row.program]

@@ -12,6 +12,7 @@ from compgen.core.units import DEG, MM
 from compgen.planning import boundaries, patterns, surfaces
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.own_points.mesh_tables import MeshTable
 from compgen.planning.own_points.tables import OwnPoints
 
 MAX_SWEEPS = 1e4
@@ -102,11 +103,11 @@ Shape = LineTable | CircleTable | SpiralTable | RasterTable | Iso9283Table
 AnyPattern = Annotated[Shape | OwnPoints, Field(discriminator="pattern")]
 
 
-class SurfaceTable(Table):
+class SurfaceTable(MeshTable):
     """The surface that the path lies on."""
 
-    kind: Literal["plane", "conic"] = "plane"
-    """Horizontal plane, or concave conic with its local x pointing away from the parent's axis."""
+    kind: Literal["plane", "conic", "stl"] = "plane"
+    """Horizontal plane, concave conic with its local x pointing away from the parent's axis, or a mesh of triangles."""
     radius_of_curvature_m: Annotated[FiniteFloat, Field(ge=0.1, le=1e6)] | None = None
     """Vertex radius of curvature of the parent conic; a conic needs it."""
     conic_constant: Annotated[FiniteFloat, Field(ge=-1e3, le=1e3)] | None = None
@@ -279,10 +280,15 @@ def surface_from_table(table: SurfaceTable, pattern: AnyPattern, file: str) -> s
     """
     origin = np.array([pattern.x_mm, pattern.y_mm, pattern.z_mm]) * MM
     numbers = {k: getattr(table, k) for k in ("radius_of_curvature_m", "conic_constant", "off_axis_m")}
+    for kind, keys in (("conic", numbers), ("stl", MeshTable.model_fields)):
+        for key in keys if table.kind != kind else ():
+            if getattr(table, key) is not None:
+                raise InputError(
+                    f"{file}: surface.{key}: a {table.kind} has none; set surface.kind = '{kind}' or remove it"
+                )
+    if table.kind == "stl":  # a pattern's curve has the mesh's heights, and so have points of the user's own
+        return surfaces.plane(origin if isinstance(pattern, OwnPoints) else np.zeros(3))
     if table.kind == "plane":
-        for key, value in numbers.items():
-            if value is not None:
-                raise InputError(f"{file}: surface.{key}: a plane has none; set surface.kind = 'conic' or remove it")
         return surfaces.plane(origin)
     for key, value in numbers.items():
         if value is None:

@@ -1,12 +1,17 @@
 """The user's own points through the whole chain: corrected, proven against the user's curve, timed at their feeds."""
 
+import re
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
+from compgen.core.rotations import from_wpr
 from compgen.pipelines.generate import generate
 from compgen.pipelines.path_file import load_job
+from tests.meshes import binary, grid_mesh
 from tests.shipped import quiet
 
 
@@ -100,3 +105,77 @@ def test_what_the_curve_makes_of_the_points_is_told(tmp_path):
     square = [(1000 + x, y, 100.0) for x, y in ((0, 0), (50, 0), (100, 0), (100, 50), (100, 100))]
     note = next(f for f in job_of(tmp_path, np.array(square)).unlikely if f.code == "path.points")
     assert "it stops at 1 corners" in note.message
+
+
+def mesh_job(folder, corners, path, surface="", boundary=""):
+    (folder / "part.stl").write_bytes(binary(corners))
+    (folder / "part.toml").write_text(
+        f'[path]\n{path}\n[surface]\nkind = "stl"\nfile = "part.stl"\n{surface}\n{boundary}\n[frame]\nnumber = 1\n'
+        "x_mm = 1100\ny_mm = -50\nz_mm = 100\nw_deg = 2\n[process]\nfeed_mm_s = 100\n[[before]]\n"
+        'state = "moving"\nfeed_mm_s = 200\nduration_h = 3\n[bounds]\nmax_um = 4\n'
+    )
+    return load_job(str(folder / "part.toml"))
+
+
+RASTER = 'pattern = "raster"\nstepover_mm = 30\ndiameter_mm = 150\nx_mm = 0\ny_mm = 0\nz_mm = 0'
+SPIRAL = 'pattern = "spiral"\nturns = 3\ndiameter_mm = 150\nx_mm = 5\ny_mm = 0\nz_mm = 0'
+SKIN = "open = true\ntolerance_um = 5"
+
+
+@pytest.mark.parametrize("path", [RASTER, SPIRAL])
+def test_a_pattern_on_a_mesh_is_driven_on_the_smooth_surface(tmp_path, path):
+    _, corrected = generate(mesh_job(tmp_path, grid_mesh(bowl, n=81), path, SKIN), quiet)
+    assert corrected.inside
+    frame = Pose(np.array([1.1, -0.05, 0.1]), from_wpr(*(np.array([np.deg2rad(a)]) for a in (2, 0, 0)))[0])
+    actual = frame.inverse() @ corrected.execution().actual
+    work = np.hypot(*actual.position[:, :2].T) < 0.07
+    low = work & (actual.position[:, 2] < bowl(*actual.position[:, :2].T) + 1e-4)
+    off = actual.position[low, 2] - bowl(*actual.position[low, :2].T)
+    assert low.sum() > 500
+    assert np.abs(off).max() < 5e-6 + 4e-6 + 0.0025**2 / 2  # the tolerance, the bound and the facets
+    slope = -actual.position[low, :2] / 1.0
+    normal = np.column_stack([slope, np.ones(low.sum())])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    assert np.abs(np.cross(normal, -actual.rotation[low][:, :, 2])).max() < np.deg2rad(0.3)
+
+
+def bowl(x, y):
+    return (x * x + y * y) / 2
+
+
+def test_points_without_normals_stand_on_the_mesh(tmp_path):
+    t = np.linspace(0, 2 * np.pi, 600)
+    x, y = 40 * np.cos(t), 40 * np.sin(t)
+    rows = np.column_stack([x, y, 1000 * bowl(x / 1000, y / 1000)])
+    np.savetxt(tmp_path / "dish.csv", rows, delimiter=",", header="x_mm,y_mm,z_mm", comments="")
+    job = mesh_job(tmp_path, grid_mesh(bowl, n=81), 'pattern = "points"\nfile = "dish.csv"', "open = true")
+    _, corrected = generate(job, quiet)
+    assert corrected.inside
+    tilt = np.arccos(-corrected.execution().actual.rotation[:, 2, 2])
+    assert np.rad2deg(tilt.max()) == pytest.approx(np.rad2deg(np.arctan(0.04)) + 2, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("surface", "words"),
+    [
+        ("", "open: 320 edges have no second facet"),
+        ("open = true\nradius_of_curvature_m = 2", "surface.radius_of_curvature_m: a stl has none"),
+        ("open = true\ntool_radius_mm = 2000", "sharper than the tool (surface.tool_radius_mm 2000)"),
+    ],
+)
+def test_a_bad_mesh_is_refused(tmp_path, surface, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        mesh_job(tmp_path, grid_mesh(bowl, n=81), RASTER, surface)
+
+
+def test_a_mesh_without_a_file_and_a_file_without_a_mesh_are_refused(tmp_path):
+    text = "[path]\n{}\n[surface]\n{}\n[process]\nfeed_mm_s = 100\n[bounds]\nmax_um = 4\n"
+    for surface, words in (('kind = "stl"', "surface.file: missing"), ('file = "a.stl"', "set surface.kind = 'stl'")):
+        (tmp_path / "part.toml").write_text(text.format(RASTER, surface))
+        with pytest.raises(InputError, match=words):
+            load_job(str(tmp_path / "part.toml"))
+
+
+def test_another_mesh_is_another_input(tmp_path):
+    first = mesh_job(tmp_path, grid_mesh(bowl), RASTER, SKIN).inputs_hash
+    assert mesh_job(tmp_path, grid_mesh(lambda x, y: 0.9 * bowl(x, y)), RASTER, SKIN).inputs_hash != first

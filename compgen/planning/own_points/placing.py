@@ -7,11 +7,14 @@ and R the one asked for, the tilt is the Gibbs vector of R0^T R,
     g = (S32 - S23, S13 - S31, S21 - S12) / (1 + tr S),      S = R0^T R.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from compgen.core.arrays import Array, row_norms
 from compgen.core.exceptions import InputError
-from compgen.core.units import DEG
+from compgen.core.units import DEG, MM
+from compgen.planning.mesh.mesh import Mesh
 from compgen.planning.own_points.given import MAX_TILT, GivenPoints
 from compgen.planning.own_points.space_curve import LocalPoints
 from compgen.planning.surfaces import Quadric
@@ -41,6 +44,29 @@ def place_points(points: GivenPoints, surface: Quadric, spin: float, feed: float
         tilt = _gibbs(points, upright.T @ rotation)
     pace = np.where(np.isnan(points.feed), 1.0, points.feed / feed)
     return LocalPoints(place, tilt, points.contact, points.stop, pace)
+
+
+def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> GivenPoints:
+    """Points with the normals of the mesh over or under them, which their file does not give.
+
+    Args:
+        points: Without normals.
+        mesh: In the frame of the part.
+        shift: Of the points in it, (3,) [m].
+
+    Raises:
+        InputError: A point that the mesh is nowhere under.
+    """
+    xy = points.position[:, :2] + shift[:2]
+    over = mesh.over(xy)
+    off = np.flatnonzero(over.facet < 0)
+    if len(off):
+        x, y = xy[off[0]] / MM
+        raise InputError(
+            f"{points.where(int(off[0]))}: the mesh (surface.file) is not under x {x:.1f}, y {y:.1f} mm; give the "
+            "points' normals i, j, k, or a larger mesh"
+        )
+    return replace(points, normal=over.normal)
 
 
 def standing_on(normal: Array, spin: float) -> Array:

@@ -10,11 +10,12 @@ from compgen.core.exceptions import InputError
 from compgen.core.quantities import Coordinate, Length
 from compgen.core.toml import Table
 from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.planning.mesh.mesh import Mesh
 from compgen.planning.own_points.apt import read_apt
 from compgen.planning.own_points.csv_points import read_points
 from compgen.planning.own_points.gcode import read_gcode
 from compgen.planning.own_points.given import check_points
-from compgen.planning.own_points.placing import place_points
+from compgen.planning.own_points.placing import place_points, stand_on_mesh
 from compgen.planning.own_points.space_curve import SpaceCurve, Tolerance, space_curve
 from compgen.planning.surfaces import Quadric
 
@@ -73,7 +74,9 @@ OwnPoints = PointsTable | AptTable | GcodeTable
 READERS = {"points": read_points, "apt": read_apt, "gcode": read_gcode}
 
 
-def own_points_curve(table: OwnPoints, surface: Quadric, spin: float, feed: float, where: str) -> SpaceCurve:
+def own_points_curve(
+    table: OwnPoints, surface: Quadric, spin: float, feed: float, where: str, mesh: Mesh | None = None
+) -> SpaceCurve:
     """The curve along the points of a table's file.
 
     Args:
@@ -82,6 +85,7 @@ def own_points_curve(table: OwnPoints, surface: Quadric, spin: float, feed: floa
         spin: The tool's x axis against base x [rad].
         feed: Of the process [m/s].
         where: The path file.
+        mesh: That they stand on instead, in the frame of the part.
 
     Raises:
         InputError: A bad file, or points that no path can be laid through.
@@ -92,6 +96,8 @@ def own_points_curve(table: OwnPoints, surface: Quadric, spin: float, feed: floa
         raise InputError(
             f"{where}: surface.kind: the points of {points.source} say themselves how the tool stands; remove [surface]"
         )
+    if mesh is not None and points.normal is None and points.rotation is None:
+        points = stand_on_mesh(points, mesh, surface.origin)
     local = place_points(points, surface, spin, feed)
     tolerance = Tolerance(
         table.tolerance_um * UM, table.tolerance_mdeg * MDEG, table.corner_deg * DEG, table.through == "points"

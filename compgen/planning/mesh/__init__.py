@@ -1,0 +1,1 @@
+"""Triangle meshes: STL files, and what is over a place."""

@@ -1,0 +1,174 @@
+r"""A triangle mesh seen along z: how high it is over a place, and which way it faces there.
+
+Corners in one place are one vertex. A vertex's normal is the mean of its facets' by their areas; over a facet the
+normal runs on between those of its corners (Phong 1975), so that a tool that follows it does not jump at edges. Facets
+that face upwards lie in the cells of a grid over x and y: a place asks those of its cell alone.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
+
+UPWARDS = 1e-3  # least z of a normal that counts as facing up: a wall is met by no place
+INSIDE = 1e-9  # relative, that a place may lie outside a facet's edge
+PER_FACET = 4  # entries of the grid at most, in the mean
+
+
+class Over(NamedTuple):
+    """A mesh over M places."""
+
+    height: Array  # (M,) [m] the highest point; NaN where there is none
+    normal: Array  # (M, 3) unit, outwards
+    facet: IntArray  # (M,) -1 where there is none
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mesh:
+    """V vertices and F facets, corners counter-clockwise seen from outside."""
+
+    vertex: Array  # (V, 3) [m]
+    facet: IntArray  # (F, 3)
+    normal: Array  # (V, 3) unit
+
+    def __post_init__(self) -> None:
+        own(self, vertex=("V", 3), facet=("F", 3), normal=("V", 3))
+
+    @classmethod
+    def of_corners(cls, corners: Array) -> "Mesh":
+        """Of the corners of F facets, (F, 3, 3) [m]; those without an area are left out."""
+        vertex, facet = _joined(corners)
+        cross = _cross(vertex, facet)
+        real = row_norms(cross) > 0
+        facet, cross = facet[real], cross[real]
+        total = np.column_stack([_sum_at(facet, cross[:, k], len(vertex)) for k in range(3)])
+        size = row_norms(total)
+        return cls(vertex, facet, total / np.where(size > 0, size, 1.0)[:, None])
+
+    def facet_normals(self, rows: IntArray | slice = slice(None)) -> Array:
+        """Unit normals of facets, (F, 3)."""
+        cross = _cross(self.vertex, self.facet[rows])
+        return np.asarray(cross / row_norms(cross)[:, None])
+
+    def open_edges(self) -> IntArray:
+        """The edges that have no facet, or more than one, on their other side, (E, 2) vertices."""
+        ends = np.concatenate([self.facet[:, [0, 1]], self.facet[:, [1, 2]], self.facet[:, [2, 0]]])
+        V = len(self.vertex)
+        there, back = ends[:, 0] * V + ends[:, 1], ends[:, 1] * V + ends[:, 0]
+        rising = np.sort(there)
+        first = np.searchsorted(rising, back)
+        count = np.searchsorted(rising, back, side="right") - first
+        return np.asarray(ends[count != 1])
+
+    def edge_length(self) -> float:
+        """The median length of an edge [m]."""
+        a, b = self.facet[:, 0], self.facet[:, 1]
+        return float(np.median(row_norms(self.vertex[b] - self.vertex[a])))
+
+    def over(self, xy: Array) -> Over:
+        """The mesh over places (M, 2) [m]: its highest point there, and its normal.
+
+        Cost: linear in places and facets; the grid has about as many cells as facets in the places' range.
+        """
+        M = len(xy)
+        height, normal, found = np.full(M, -np.inf), np.zeros((M, 3)), np.full(M, -1)
+        low, high = xy.min(axis=0), xy.max(axis=0)
+        grid = _Grid.of(self, low, high)
+        if not len(grid.facets):
+            return Over(np.full(M, np.nan), normal, found)
+        cell = grid.cell_of(xy)
+        left = np.flatnonzero(grid.entries[cell] > 0)
+        for k in range(int(grid.entries.max(initial=0))):
+            left = left[grid.entries[cell[left]] > k]
+            if not len(left):
+                break
+            facet = grid.facets[grid.first[cell[left]] + k]
+            weight, inside = self._weights(facet, xy[left])
+            z = np.einsum("mi,mi->m", weight, self.vertex[self.facet[facet], 2])
+            higher = inside & (z > height[left])
+            rows = left[higher]
+            height[rows], found[rows] = z[higher], facet[higher]
+            normal[rows] = np.einsum("mi,mij->mj", weight[higher], self.normal[self.facet[facet[higher]]])
+        there = found >= 0
+        normal[there] /= row_norms(normal[there])[:, None]
+        return Over(np.where(there, height, np.nan), normal, found)
+
+    def _weights(self, facet: IntArray, xy: Array) -> tuple[Array, BoolArray]:
+        """Barycentric weights of places in facets' projections, (M, 3), and whether they are inside."""
+        a, b, c = (self.vertex[self.facet[facet, k], :2] for k in range(3))
+        whole = _area(a, b, c)
+        weight = np.column_stack([_area(b, c, xy), _area(c, a, xy), _area(a, b, xy)]) / whole[:, None]
+        return weight, np.asarray(weight.min(axis=1) >= -INSIDE)
+
+
+class _Grid(NamedTuple):
+    """Facets by the cells of a grid that their boxes touch."""
+
+    low: Array  # (2,) [m]
+    size: float  # [m] of a cell
+    shape: tuple[int, int]
+    first: IntArray  # of each cell's facets, into ``facets``
+    entries: IntArray  # how many each cell has
+    facets: IntArray
+
+    @classmethod
+    def of(cls, mesh: Mesh, low: Array, high: Array) -> "_Grid":
+        """The grid over a range of places, with the facets that face up and reach into it."""
+        x, y = (mesh.vertex[:, k][mesh.facet] for k in range(2))
+        box = np.column_stack([x.min(axis=1), y.min(axis=1), x.max(axis=1), y.max(axis=1)])
+        upward = mesh.facet_normals()[:, 2] > UPWARDS
+        rows = np.flatnonzero(upward & (box[:, :2] <= high).all(axis=1) & (box[:, 2:] >= low).all(axis=1))
+        extent = np.maximum(high - low, 1e-6)
+        size = float(np.sqrt(extent[0] * extent[1] / max(1, len(rows))))
+        size = max(size, float(extent.max()) / 4096)
+        while True:
+            shape = int(extent[0] / size) + 1, int(extent[1] / size) + 1
+            lowest = np.clip(((box[rows, :2] - low) / size).astype(np.int64), 0, np.array(shape) - 1)
+            highest = np.clip(((box[rows, 2:] - low) / size).astype(np.int64), 0, np.array(shape) - 1)
+            across = highest - lowest + 1
+            touched = across[:, 0] * across[:, 1]
+            if touched.sum() <= PER_FACET * max(len(rows), 256) or shape == (1, 1):
+                break
+            size *= 1.5
+        owner = np.repeat(np.arange(len(rows)), touched)
+        step = np.arange(len(owner)) - np.repeat(np.cumsum(touched) - touched, touched)
+        column, row = lowest[owner, 0] + step % across[owner, 0], lowest[owner, 1] + step // across[owner, 0]
+        cell = row * shape[0] + column
+        order = np.argsort(cell, kind="stable")
+        entries = np.bincount(cell, minlength=shape[0] * shape[1])
+        return cls(low, size, shape, np.cumsum(entries) - entries, entries, rows[owner[order]])
+
+    def cell_of(self, xy: Array) -> IntArray:
+        """The cell of each place, (M,)."""
+        at = np.clip(((xy - self.low) / self.size).astype(np.int64), 0, np.array(self.shape) - 1)
+        return np.asarray(at[:, 1] * self.shape[0] + at[:, 0])
+
+
+def _joined(corners: Array) -> tuple[Array, IntArray]:
+    """Vertices (V, 3) and the facets' corners among them, (F, 3): corners in one place are one."""
+    points = np.ascontiguousarray(corners.reshape(-1, 3) + 0.0)  # minus zero is zero
+    order = np.lexsort(points.T[::-1])
+    rising = points[order]
+    new = np.append(True, (rising[1:] != rising[:-1]).any(axis=1))
+    facet = np.empty(len(points), dtype=np.int64)
+    facet[order] = np.cumsum(new) - 1
+    return rising[new], facet.reshape(-1, 3)
+
+
+def _cross(vertex: Array, facet: IntArray) -> Array:
+    """Normals of facets, twice their areas long, (F, 3) [m2]."""
+    a, b, c = (vertex[facet[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def _sum_at(facet: IntArray, values: Array, count: int) -> Array:
+    """Sum of values (F,) over the facets at each vertex, (V,)."""
+    return np.asarray(sum(np.bincount(facet[:, k], values, count) for k in range(3)))
+
+
+def _area(a: Array, b: Array, c: Array) -> Array:
+    """Twice the signed area of triangles in the plane, (M,)."""
+    u, v = b - a, c - a
+    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])

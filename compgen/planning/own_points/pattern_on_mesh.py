@@ -1,0 +1,176 @@
+r"""A pattern laid onto a mesh: points of its curve, projected along z, with the mesh's normals.
+
+The pattern is sampled every ``step`` of its length; over (x, y) the point stands at the mesh's highest z plus the
+height that the pattern asks for, and the tool against the mesh's normal. Past the edge of the mesh height and normal
+run on evenly between the places before and after, and the tool is not on the part.
+
+With slopes p = -n_x / n_z and q = -n_y / n_z of the normals about a place, over a distance e to each side,
+
+    H = (dp/dx  dp/dy)      I = (1 + p^2   p q  )      S = I^-1 H / sqrt(1 + p^2 + q^2)
+        (dq/dx  dq/dy)          (p q    1 + q^2)
+
+the larger eigenvalue of S is 1 over the radius of the sharpest hollow there: a tool of a larger radius would not touch
+the bottom of it, and cut its sides.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
+from compgen.core.exceptions import InputError
+from compgen.core.units import DEG, MM
+from compgen.planning.boundaries import Boundary
+from compgen.planning.curves import PiecewiseCurve
+from compgen.planning.mesh.mesh import Mesh, Over
+from compgen.planning.own_points.given import GivenPoints
+
+MOST_POINTS = 4_000_000
+FINEST, COARSEST = 0.1 * MM, 2 * MM  # between points
+PER_EDGE = 3  # points over an edge of the mesh
+REACH = 2.0  # median edges to each side over which curvature is taken
+CREASE = 20 * DEG  # that a facet may differ from the mean of its neighbours
+
+
+class Laid(NamedTuple):
+    """A pattern on a mesh."""
+
+    points: GivenPoints
+    on_mesh: float  # share of the pattern on the part that the mesh is under
+    hollow: float  # [m] radius of the sharpest hollow under the tool; infinite where there is none
+    facets: float  # [m] by which flat facets stand off a smooth surface, about, at most
+
+
+def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, source: str, tool_radius: float) -> Laid:
+    """Points of a pattern on a mesh.
+
+    Args:
+        pattern: Its x and y about the shift, its heights above the mesh.
+        boundary: The part's edge about the shift; outside there is no contact.
+        mesh: In the frame of the part.
+        shift: Of the pattern, (3,) [m].
+        source: The mesh's file, for messages.
+        tool_radius: Of the tool's working face [m]; 0: not to be looked at.
+
+    Raises:
+        InputError: The mesh is nowhere under the pattern, has a sharp edge or a hollow sharper than the tool under it,
+            or the pattern needs too many points.
+    """
+    step = float(np.clip(mesh.edge_length() / PER_EDGE, FINEST, COARSEST))
+    piece, t, first = _samples(pattern, step, source)
+    place, height = pattern.derivatives(piece, t)[0], pattern.height(piece, t)[0]
+    xy = place + shift[:2]
+    over = mesh.over(xy)
+    found = over.facet >= 0
+    touching = pattern.working[piece] & boundary.contains(place) & (height <= 0)
+    on = touching & found
+    if not on.any():
+        raise InputError(f"{source}: {_elsewhere(mesh, xy)}")
+    _refuse_creases(mesh, over, on, xy, source)
+    hollow = _sharpest_hollow(mesh, xy[on], source, tool_radius)
+    position = np.column_stack([xy, _run_on(over.height, found) + height + shift[2]])
+    normal = np.column_stack([_run_on(over.normal[:, k], found) for k in range(3)])
+    normal /= row_norms(normal)[:, None]
+    contact = np.append(on[0], on[1:] & on[:-1])
+    stop = np.zeros(len(t), dtype=bool)
+    stop[np.append(first[1:] - 1, len(t) - 1)] = pattern.stop
+    # where a piece begins the point stands twice: the second is kept, and takes what the way to the first says
+    twin = first[1:]
+    contact[twin], stop[twin] = contact[twin - 1], stop[twin - 1]
+    rows = np.delete(np.arange(len(t)), twin - 1)
+    points = GivenPoints(
+        source, rows + 1, position[rows], normal[rows], None, np.full(len(rows), np.nan), contact[rows], stop[rows]
+    )
+    return Laid(points, float(on.sum() / touching.sum()), hollow, _off_smooth(mesh, over.facet[on]))
+
+
+def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArray, Array, IntArray]:
+    """Pieces and parameters, (M,) each, of points so far apart at most, and the first point of each piece, (K,)."""
+    K = len(pattern.poly)
+    middle = np.linspace(0, 1, 9)
+    speed = row_norms(pattern.derivatives(np.repeat(np.arange(K), 9), np.tile(middle, K))[1]).reshape(K, 9)
+    rise = np.abs(np.diff(pattern.height(np.repeat(np.arange(K), 2), np.tile([0.0, 1.0], K))[0].reshape(K, 2)))[:, 0]
+    count = np.maximum(2, np.ceil((speed.max(axis=1) + rise) / step).astype(np.int64)) + 1
+    if count.sum() > MOST_POINTS:
+        raise InputError(
+            f"{source}: the path over it needs {count.sum():.2g} points, more than {MOST_POINTS:.0e}; raise "
+            "path.stepover_mm, or give a coarser mesh"
+        )
+    first = np.cumsum(count) - count
+    piece = np.repeat(np.arange(K), count)
+    t = (np.arange(len(piece)) - first[piece]) / (count[piece] - 1)
+    return piece, t, first
+
+
+def _run_on(values: Array, found: BoolArray) -> Array:
+    """Values where the mesh is, and straight between them along the way, (M,)."""
+    rows = np.arange(len(values))
+    return np.interp(rows, rows[found], values[found])
+
+
+def _refuse_creases(mesh: Mesh, over: Over, on: BoolArray, xy: Array, source: str) -> None:
+    flat = mesh.facet_normals(over.facet[on])
+    turned = np.arccos(np.clip((flat * over.normal[on]).sum(axis=1), -1, 1))
+    worst = int(np.argmax(turned))
+    if turned[worst] > CREASE:
+        x, y = xy[on][worst] / MM
+        raise InputError(
+            f"{source}: a sharp edge under the path at x {x:.1f}, y {y:.1f} mm: facets turn by "
+            f"{turned[worst] / DEG:.0f} deg; keep the path off it ([boundary]), or export a finer mesh"
+        )
+
+
+def _sharpest_hollow(mesh: Mesh, xy: Array, source: str, tool_radius: float) -> float:
+    """The smallest radius of a hollow under places (M, 2) [m]."""
+    e = REACH * mesh.edge_length()
+    slopes = []
+    for dx, dy in ((0.0, 0.0), (e, 0.0), (-e, 0.0), (0.0, e), (0.0, -e)):
+        normal = mesh.over(xy + np.array([dx, dy])).normal
+        with np.errstate(invalid="ignore", divide="ignore"):
+            slopes.append(-normal[:, :2] / normal[:, 2:])  # NaN off the mesh
+    (p, q), right, left, far, near = slopes[0].T, *slopes[1:]
+    hxx, hyx = ((right - left) / (2 * e)).T
+    hxy, hyy = ((far - near) / (2 * e)).T
+    size = np.sqrt(1 + p * p + q * q)
+    metric = np.stack([np.stack([1 + p * p, p * q], 1), np.stack([p * q, 1 + q * q], 1)], 1)
+    mixed = (hxy + hyx) / 2
+    H = np.stack([np.stack([hxx, mixed], 1), np.stack([mixed, hyy], 1)], 1) / size[:, None, None]
+    known = np.flatnonzero(np.isfinite(H).all(axis=(1, 2)))
+    if not len(known):
+        return np.inf
+    S = np.linalg.solve(metric[known], H[known])
+    half_trace = (S[:, 0, 0] + S[:, 1, 1]) / 2
+    determinant = S[:, 0, 0] * S[:, 1, 1] - S[:, 0, 1] * S[:, 1, 0]
+    bend = half_trace + np.sqrt(np.maximum(half_trace**2 - determinant, 0.0))
+    worst = int(np.argmax(bend))
+    radius = 1 / max(float(bend[worst]), 1e-12)
+    if radius < tool_radius:
+        x, y = xy[known[worst]] / MM
+        raise InputError(
+            f"{source}: the hollow at x {x:.1f}, y {y:.1f} mm has a radius of {radius / MM:.1f} mm, sharper than the "
+            f"tool (surface.tool_radius_mm {tool_radius / MM:g}); take a smaller tool, or keep off it ([boundary])"
+        )
+    return radius
+
+
+def _off_smooth(mesh: Mesh, facet: IntArray) -> float:
+    """About how far flat facets stand off a smooth surface through their corners: edge times turn over 8 [m]."""
+    corner = mesh.facet[np.unique(facet)]
+    worst = 0.0
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        turn = row_norms(mesh.normal[corner[:, a]] - mesh.normal[corner[:, b]])
+        edge = row_norms(mesh.vertex[corner[:, a]] - mesh.vertex[corner[:, b]])
+        worst = max(worst, float((edge * turn).max() / 8))
+    return worst
+
+
+def _elsewhere(mesh: Mesh, xy: Array) -> str:
+    """Where the mesh is and where the pattern."""
+    low, high = mesh.vertex.min(axis=0)[:2] / MM, mesh.vertex.max(axis=0)[:2] / MM
+    first, last = xy.min(axis=0) / MM, xy.max(axis=0) / MM
+    size = float((high - low).max())
+    slip = "; is it in metres?" if size < 5 else "; move the pattern (path.x_mm, y_mm), or the mesh"
+    return (
+        f"it is not under the path: it covers x {low[0]:.0f} to {high[0]:.0f}, y {low[1]:.0f} to {high[1]:.0f} mm, the "
+        f"path x {first[0]:.0f} to {last[0]:.0f}, y {first[1]:.0f} to {last[1]:.0f}{slip}"
+    )

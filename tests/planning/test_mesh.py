@@ -1,0 +1,179 @@
+"""Triangle meshes: files, what is over a place, patterns laid onto them, and one line for what is refused."""
+
+import struct
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.core.exceptions import InputError
+from compgen.planning import boundaries, patterns
+from compgen.planning.mesh.mesh import Mesh
+from compgen.planning.mesh.stl import read_stl
+from compgen.planning.own_points.pattern_on_mesh import lay
+from tests.meshes import binary, grid_mesh
+
+NO_SHIFT = np.zeros(3)
+
+
+def box(low, high):
+    """The twelve facets of a box, counter-clockwise from outside."""
+    x, y, z = zip(low, high)
+    p = np.array([[x[i], y[j], z[k]] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
+    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return np.array([p[[q[0], q[k], q[k + 1]]] for q in quads for k in (1, 2)])
+
+
+def text(corners, keyword="vertex"):
+    facets = [
+        "facet normal 0 0 1\n outer loop\n"
+        + "".join(f"  {keyword} {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in facet * 1e3)
+        + " endloop\nendfacet\n"
+        for facet in corners
+    ]
+    return ("solid part\n" + "".join(facets) + "endsolid part\n").encode()
+
+
+@pytest.mark.parametrize("form", [binary, text, lambda c: text(c, "VERTEX")])
+def test_both_kinds_of_file_say_the_same(tmp_path, form):
+    corners = box((-0.03, -0.02, 0), (0.03, 0.02, 0.01))
+    (tmp_path / "part.stl").write_bytes(form(corners))
+    assert_allclose(read_stl(tmp_path / "part.stl"), corners, atol=1e-9)
+
+
+def test_a_binary_file_may_begin_with_solid(tmp_path):
+    content = b"solid".ljust(80) + binary(box((0, 0, 0), (1, 1, 1)))[80:]
+    (tmp_path / "part.stl").write_bytes(content)
+    assert read_stl(tmp_path / "part.stl").shape == (12, 3, 3)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "0 bytes are no STL file"),
+        (binary(box((0, 0, 0), (1, 1, 1)))[:-7], "cut off: 12 facets need 684 bytes, and it has 677"),
+        (b"x".ljust(80) + struct.pack("<I", 0), "no facets"),
+        (text(box((0, 0, 0), (1, 1, 1)))[:-20], "cut off after line"),
+        (
+            text(box((0, 0, 0), (1, 1, 1))).replace(b"vertex 0 1000 0", b"vertex 0 1o00 0", 1),
+            "line 5: a vertex has three",
+        ),
+        (
+            text(box((0, 0, 0), (1, 1, 1))).replace(b"vertex 0 1000 0", b"vertex 0 1000", 1),
+            "line 5: a vertex has three",
+        ),
+        (text(np.full((1, 3, 3), np.nan)), "facet 1: a coordinate is not a number"),
+        (binary(np.full((1, 3, 3), 1e3)), "facet 1: a coordinate is not a number, or beyond 100000 mm"),
+        (b"solid part\nendsolid part\n", "no facets"),
+    ],
+)
+def test_a_bad_file_is_refused_in_one_line(tmp_path, content, words):
+    (tmp_path / "part.stl").write_bytes(content)
+    with pytest.raises(InputError) as refusal:
+        read_stl(tmp_path / "part.stl")
+    assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+    assert len(str(refusal.value)) <= 300 + len(str(tmp_path))
+
+
+def brute_force(corners, xy):
+    """The highest point of all facets over each place, one facet at a time."""
+    height = np.full(len(xy), np.nan)
+    for a, b, c in corners:
+        m = np.column_stack([b[:2] - a[:2], c[:2] - a[:2]])
+        if abs(np.linalg.det(m)) < 1e-15 or np.cross(b - a, c - a)[2] <= 0:
+            continue
+        u = np.linalg.solve(m, (xy - a[:2]).T).T
+        inside = (u >= -1e-9).all(axis=1) & (u.sum(axis=1) <= 1 + 1e-9)
+        z = a[2] + u @ np.array([b[2] - a[2], c[2] - a[2]])
+        height = np.where(inside & ~(z <= height), z, height)
+    return height
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_heights_are_those_of_brute_force(seed):
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform(-0.1, 0.1, (60, 3, 3)) * [1, 1, 0.2] * rng.choice([0.1, 1.0], (60, 1, 1))
+    mesh, xy = Mesh.of_corners(corners), rng.uniform(-0.12, 0.12, (400, 2))
+    over = mesh.over(xy)
+    assert_allclose(over.height, brute_force(corners, xy), atol=1e-12)
+    assert ((over.facet < 0) == np.isnan(over.height)).all()
+
+
+def test_a_box_is_closed_and_a_skin_is_not():
+    corners = box((0, 0, 0), (1, 2, 3))
+    assert len(Mesh.of_corners(corners).open_edges()) == 0
+    assert len(Mesh.of_corners(corners[1:]).open_edges()) == 3
+    assert len(Mesh.of_corners(np.concatenate([corners, corners[:1]])).open_edges()) > 0
+    assert len(Mesh.of_corners(corners[:, ::-1]).open_edges()) == 0
+
+
+def test_normals_run_on_over_a_smooth_surface():
+    mesh = Mesh.of_corners(grid_mesh(lambda x, y: (x * x + y * y) / 2))
+    xy = np.random.default_rng(1).uniform(-0.09, 0.09, (500, 2))
+    normal = np.column_stack([-xy, np.ones(500)])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    assert np.abs(mesh.over(xy).normal - normal).max() < 2e-4
+    assert np.abs(mesh.over(xy).height - (xy**2).sum(axis=1) / 2).max() < 0.005**2 / 8 * 2
+
+
+def laid_raster(mesh, tool_radius=0.0, lift=0.02, half=0.06, one_way=False):
+    edge = boundaries.circle(2 * half)
+    sweeps = patterns.one_way_raster(edge, 0.02, 0.005, lift) if one_way else patterns.raster(edge, 0.02, 0.005, False)
+    return lay(sweeps, edge, mesh, NO_SHIFT, "part.stl", tool_radius)
+
+
+@pytest.mark.parametrize("one_way", [False, True])
+def test_a_raster_lies_on_the_mesh(one_way):
+    mesh = Mesh.of_corners(grid_mesh(lambda x, y: 0.02 * np.sin(10 * x) * np.cos(8 * y)))
+    laid = laid_raster(mesh, one_way=one_way)
+    points = laid.points
+    on = points.contact & (np.hypot(*points.position[:, :2].T) < 0.0599)
+    surface = 0.02 * np.sin(10 * points.position[:, 0]) * np.cos(8 * points.position[:, 1])
+    assert np.abs(points.position[on, 2] - surface[on]).max() < 2e-5
+    assert laid.on_mesh == 1
+    assert np.linalg.norm(np.diff(points.position, axis=0), axis=1).min() > 1e-9
+    # it stops at every corner: two for each of the five ways between six sweeps, and at the end
+    assert points.stop.sum() == (4 * 5 + 1 if one_way else 2 * 5 + 1)
+    if one_way:
+        off = ~points.contact & ~np.append(False, points.contact[:-1]) & (np.abs(points.position[:, 0]) < 0.02)
+        assert np.abs(points.position[off, 2] - surface[off] - 0.02).max() < 2e-3
+
+
+def test_off_the_mesh_there_is_no_contact():
+    mesh = Mesh.of_corners(grid_mesh(lambda x, y: 0 * x, half=0.03))
+    laid = laid_raster(mesh)
+    inside = (np.abs(laid.points.position[:, :2]) < 0.0301).all(axis=1)
+    assert not laid.points.contact[~inside].any()
+    assert 0.2 < laid.on_mesh < 0.4
+    assert_allclose(laid.points.position[:, 2], 0, atol=1e-12)
+
+
+def test_the_sharpest_hollow_is_that_of_the_sphere():
+    mesh = Mesh.of_corners(grid_mesh(lambda x, y: -np.sqrt(0.25 - x * x - y * y)))
+    assert laid_raster(mesh).hollow == pytest.approx(0.5, rel=0.02)
+    saddle = Mesh.of_corners(grid_mesh(lambda x, y: x * x / 0.6 - y * y / 0.2))
+    assert laid_raster(saddle).hollow == pytest.approx(0.3, rel=0.02)
+    dome = Mesh.of_corners(grid_mesh(lambda x, y: np.sqrt(0.25 - x * x - y * y)))
+    assert laid_raster(dome, 0.2).hollow > 100
+
+
+@pytest.mark.parametrize(
+    ("height", "half", "tool_radius", "words"),
+    [
+        (lambda x, y: -np.sqrt(0.25 - x * x - y * y), 0.1, 0.6, "has a radius of 49"),
+        (lambda x, y: 2 * np.abs(x), 0.1, 0.0, "a sharp edge under the path at x"),
+        (
+            lambda x, y: 0 * x,
+            0.001,
+            0.0,
+            "it covers x 499 to 501, y -1 to 1 mm, the path x -64 to 65, y -50 to 50; is it in metres?",
+        ),
+    ],
+)
+def test_what_no_tool_can_follow_is_refused(height, half, tool_radius, words):
+    mesh = Mesh.of_corners(grid_mesh(height, half=half) + (np.array([0.5, 0, 0]) if half < 0.01 else 0))
+    with pytest.raises(InputError) as refusal:
+        laid_raster(mesh, tool_radius)
+    assert words in str(refusal.value)
+    assert len(str(refusal.value)) <= 300
