@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from compgen.core.arrays import Array, own
+from compgen.robot.motion import ControllerMotion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -51,6 +52,7 @@ class Robot:
     elbow_margin: float  # [m] the arm keeps this distance from being stretched or folded
     wrist_margin: float  # [rad] J5 keeps this distance from zero
     controller: Controller
+    motion: ControllerMotion | None = None  # what it makes of a commanded motion; None: not known
 
     def __post_init__(self) -> None:
         six = ("d", "a", "alpha", "pendant_zero", "lower", "upper", "speed", "acceleration", "jerk")

@@ -1,0 +1,102 @@
+"""What the twin's controller commands in time: lengths over speeds, ramps, stops, whole periods, overrides."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.fanuc.program import Program
+from compgen.robot.inverse_kinematics import Posture
+from compgen.robot.motion import ControllerMotion
+from compgen.verification.twin.controller.command import command_clock, run_law, sample_command
+from compgen.verification.twin.controller.smoothing import settling_time
+
+PERIOD = 0.008
+
+
+def program(points, speed, fine):
+    N = len(points)
+    down = np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1))
+    speeds = np.broadcast_to(np.asarray(speed, dtype=float), (N - 1,)).copy()
+    return Program(
+        "TEST", "", "26-01-01", (), 0, 1, np.asarray(points, dtype=float), down, Posture(), np.zeros((N, 3), dtype=int),
+        speeds, np.asarray(fine, dtype=bool),
+    )  # fmt: skip
+
+
+def clock_of(text, ramp):
+    """A clock as the twin's: the time of the statements and, at each stop, a ramp."""
+    spent = np.linalg.norm(np.diff(text.position, axis=0), axis=1) / text.speed
+    time = np.concatenate([[0.0], np.cumsum(spent)])
+    return time + ramp * (np.cumsum(text.fine) - 1)
+
+
+LINE = program([[1, 0, 0], [1, 0.4, 0], [1, 1.0, 0]], 0.2, [True, False, True])
+
+
+def test_without_ramps_each_statement_takes_its_length_over_its_speed(robot):
+    command = sample_command(robot, LINE, clock_of(LINE, 0.0))
+    inside = command.time < 5.0
+    assert_allclose(command.position[inside, 1], 0.2 * command.time[inside], atol=1e-12)
+    assert_allclose(command.arc, command.position[:, 1], atol=1e-12)
+    assert set(command.segment[command.time < 1.99]) == {0}
+    assert set(command.segment[command.time > 2.01]) == {1}
+    assert_allclose(np.diff(command.time), PERIOD)
+
+
+def test_a_run_with_ramps_starts_and_ends_at_rest_and_takes_the_clock_s_time(robot):
+    command = sample_command(robot, LINE, clock_of(LINE, 0.3))
+    speed = np.diff(command.position[:, 1]) / PERIOD
+    assert command.position[-1, 1] == 1.0
+    assert command.position[command.time < 5.3 - PERIOD, 1].max() < 1.0
+    assert speed[0] < 1e-3
+    assert speed[int(5.29 / PERIOD)] < 1e-3
+    middle = (command.time > 0.31) & (command.time < 4.98)
+    assert_allclose(speed[middle[:-1]], 0.2, rtol=1e-9)
+
+
+def test_a_run_too_short_for_its_ramps_never_reaches_its_speed():
+    time = np.linspace(0, 1, 1001)
+    done = run_law(time, np.full(1001, 1.0), np.full(1001, 0.2))
+    rate = np.diff(done) / np.diff(time)
+    assert done[0] == 0
+    assert done[-1] == pytest.approx(0.2)
+    assert rate.max() == pytest.approx(0.4, rel=1e-3)
+    assert (rate >= 0).all()
+
+
+def test_half_the_override_takes_twice_as_long(robot):
+    full, half = (sample_command(robot, LINE, clock_of(LINE, 0.3), override=share) for share in (1.0, 0.5))
+    assert_allclose(np.interp(2 * full.time, half.time * 1.0, half.position[:, 1]), full.position[:, 1], atol=2e-6)
+
+
+def test_statements_last_whole_periods_where_the_controller_rounds_up(robot):
+    """16 ms and a little at 200 mm/s become 24 ms: 133 mm/s."""
+    steps = program([[1, 0.00321 * n, 0] for n in range(500)], 0.2, [True, *[False] * 498, True])
+    rounding = replace(robot, controller=_Rounding(robot.controller))
+    exact, rounded = (command_clock(r, steps, clock_of(steps, 0.0)).end for r in (robot, rounding))
+    assert exact == pytest.approx(499 * 0.00321 / 0.2)
+    assert rounded == pytest.approx(499 * 3 * PERIOD)
+
+
+class _Rounding:
+    """A controller that rounds up."""
+
+    rounds_up_to_period = True
+
+    def __init__(self, controller):
+        self.period = controller.period
+
+
+def test_a_stop_waits_until_the_smoothing_has_come_to_rest_and_cnt_waits_for_its_share(robot):
+    smoothing = replace(robot, motion=ControllerMotion(moving_averages=(0.2, 0.1)))
+    corner = program([[1, 0, 0], [1, 0.2, 0], [1.2, 0.2, 0]], 0.2, [True, False, True])
+    time = clock_of(corner, 0.0)
+    for settle, ends in ((0.0, 2.3), (0.5, 2.45), (1.0, 2.6)):
+        clock = command_clock(smoothing, corner, time, settle=np.array([1.0, settle, 1.0]))
+        assert clock.end == pytest.approx(ends)
+        assert_allclose(clock.position_numbers(np.array([0.5, 1.0, 1.0 + settle * 0.3 + 0.5])), [0.5, 1.0, 1.5])
+    stopped = replace(corner, fine=np.ones(3, dtype=bool))
+    assert command_clock(smoothing, stopped, clock_of(stopped, 0.0)).end == pytest.approx(2.6)
+    assert settling_time(smoothing.motion) == pytest.approx(0.3)
