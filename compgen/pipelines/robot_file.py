@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from compgen.pipelines.job import Cell
 from compgen.pipelines.posterior_file import posterior_beside
 from compgen.pipelines.schema import RobotFile
 from compgen.robot.inverse_kinematics import check_arm_class
+from compgen.robot.motion_schema import motion_of
 from compgen.robot.robot import Robot
 from compgen.robot.tables import robot_from_tables
 from compgen.thermal import NodeModel, Profile, cold_arm, tables
@@ -228,9 +229,10 @@ def refuse_unprintable(overrides: Sequence[str]) -> None:
 
 
 def _nominal(facts: RobotFile, where: str) -> Robot:
-    return robot_from_tables(
+    robot = robot_from_tables(
         facts.name, facts.dh, facts.pendant, facts.limits, facts.singularity, facts.controller, where
     )
+    return replace(robot, motion=motion_of(facts.motion, facts.name, where))
 
 
 def _refuse_double(facts: RobotFile, where: str) -> None:

@@ -12,6 +12,7 @@ from compgen.error_model.unknown import UnknownTable
 from compgen.identification.tables import IdentifiedTable
 from compgen.planning.frame_schema import FrameTable
 from compgen.planning.tables import AnyPattern, BoundaryTable, ProcessTable, SurfaceTable
+from compgen.robot.motion_schema import MotionTable
 from compgen.robot.tables import (
     ControllerTable,
     DhTable,
@@ -74,6 +75,7 @@ class RobotFile(Table):
     limits: LimitsTable
     singularity: SingularityTable
     controller: ControllerTable
+    motion: MotionTable | None = None
     thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
     identified: IdentifiedTable | None = None
