@@ -116,7 +116,7 @@ def test_what_was_altered_afterwards_is_seen(altered, name, old, new, what):
 
 @pytest.mark.parametrize(("old", "new"), [
     (r"(L P\[60\] 200mm/sec CNT100) ", r"\1 ACC50"),
-    (r"  8:  UFRAME_NUM=0 ;", r"  8:  OVERRIDE=50% ;"),
+    (r"  9:  UFRAME_NUM=0 ;", r"  9:  OVERRIDE=50% ;"),
     (r"(P\[60\]\{\s*GP1:\s*UF : )0", r"\g<1>1"),
     (r"L P\[60\]", r"L P[61]"),
     (r"P\[60\]\{", r"P[59]{"),

@@ -30,6 +30,8 @@ class Program:
     speed: Array  # (N - 1,) [m/s] of the line that ends at position n + 1
     fine: BoolArray  # (N,) stops there
     decimals: int = 3  # of each number, 3 to 6
+    payload: int | None = None  # PAYLOAD[n]; None: as the controller has it
+    acc: int | None = None  # [%] ACC of every motion; None: not said, 100
 
     def __post_init__(self) -> None:
         own(self, position=("N", 3), rotation=("N", 3, 3), turns=("N", 3), speed=("S",), fine=("N",))

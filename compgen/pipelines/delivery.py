@@ -17,7 +17,7 @@ from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manif
 from compgen.fanuc.paging.split import Page, PagedProgram
 from compgen.fanuc.paging.stops import PageStops, canonical_size, controller_capacity, head_line_count
 from compgen.pipelines.job import Job
-from compgen.pipelines.program_text import start_remarks
+from compgen.pipelines.program_text import COMMON_REMARKS, start_remarks
 
 BLOCK_ROWS = 16384  # positions compared at a time
 
@@ -60,7 +60,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
 
     Args:
         job: What it was made from.
-        program: The undivided program; its first two remarks say what it is, and each page repeats them.
+        program: The undivided program; its first remarks say what it is, and each page repeats them.
         starts_at: The start of a page at each of some positions, numbered from 0.
 
     Raises:
@@ -74,7 +74,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
         return [_page_remarks(job, program, k, len(first), start) for k, start in enumerate(starts)]
 
     capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
-    paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:3]))
+    paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
     page_facts = [_page_facts(job, page, start) for page, start in zip(paged.pages, starts)]
     head = {
         "compgen": __version__,
@@ -93,7 +93,7 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
 def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list[Finding]:
     """What was done with a program that one file does not hold, or why nothing was done."""
     capacity, program, paged = controller_capacity(job.robot), delivery.program, delivery.paged
-    size = canonical_size(len(program.position), len(program.remarks))
+    size = canonical_size(len(program.position), len(program.remarks) + (program.payload is not None))
     checks = [
         ("max_positions", size.positions, capacity.max_positions, "positions"),
         ("max_lines", size.lines, capacity.max_lines, "lines"),
@@ -133,7 +133,7 @@ def _page_facts(job: Job, page: Page, start: PageStart) -> dict[str, object]:
 def _page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart) -> list[str]:
     """Remarks at the head of a page, k from 0."""
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise)]
-    remarks = [*program.remarks[:3], f"page {k + 1} of {count}, after {start.time:.0f} s"]
+    remarks = [*program.remarks[:COMMON_REMARKS], f"page {k + 1} of {count}, after {start.time:.0f} s"]
     remarks += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
     wait = "start within" if k == 0 else "wait before it at most"
     if k == 0 and job.ensemble is not None:
@@ -154,6 +154,9 @@ def require_equal(whole: Program, undivided: Program, block_rows: int = BLOCK_RO
         for field in ("position", "rotation", "turns", "speed", "fine"):
             if not np.array_equal(getattr(read, field), getattr(meant, field)):
                 raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")
-    sizes = [(len(p.position), len(p.speed), p.posture, p.uframe, p.utool) for p in (whole, undivided)]
+    sizes = [
+        (len(p.position), len(p.speed), p.posture, p.uframe, p.utool, p.payload, p.acc) for p in (whole, undivided)
+    ]
     if sizes[0] != sizes[1]:
-        raise JoinError("pages: read back together, length, posture or frames differ from the undivided program's")
+        what = "length, posture, frames, payload or ACC"
+        raise JoinError(f"pages: read back together, {what} differ from the undivided program's")

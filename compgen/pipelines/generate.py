@@ -121,8 +121,9 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     commanded = problem.commanded(solution.correction)
     feed = planned.feed * path.pace
     trajectory = retiming.retime(
-        job.robot, path.arc, solution.theta, path.stop, feed, lambda share: progress("final timing", share)
-    )
+        job.robot.at_acceleration(job.plan.process.acc), path.arc, solution.theta, path.stop, feed,
+        lambda share: progress("final timing", share),
+    )  # fmt: skip
     progress("text", 0.0)
     window = start_window(planned, solution)
     driven = planned.driven(solution.theta, problem.direction_state)

@@ -60,6 +60,7 @@ class Tool:
     pose: Pose  # TCP in the flange
     spin: float  # [rad] its x axis against base x on the path
     sigma: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m] of its TCP along the flange's axes
+    payload: int | None = None  # schedule on the controller that holds its mass
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,6 +89,7 @@ class Process:
     lift: float  # [m] approach and retract
     lead_in: bool | None  # whether the approach turns every joint through its play; None: where the robot has play
     stop_on_the_part: bool  # may the robot be stopped there, where a long program is parted into pages?
+    acc: int | None = None  # [%] of the robot's accelerations; None: all
 
 
 @dataclass(frozen=True, eq=False, slots=True)

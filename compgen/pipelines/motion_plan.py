@@ -81,13 +81,16 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     feed = fanuc.writable_speed(feed)
     path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, process.chord)
     progress(f"path: {len(theta)} waypoints", 1.0)
-    page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part) if pages else None
+    page_stops, payload = None, tool.payload is not None
+    if pages:
+        page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part, payload)
     if page_stops is not None:
         path = replace(path, stop=page_stops.stop)
     progress("timing", 0.0)
     trajectory = retiming.retime(
-        robot, path.arc, theta, path.stop, feed * path.pace, lambda share: progress("timing", share)
-    )
+        robot.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
+        lambda share: progress("timing", share),
+    )  # fmt: skip
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
 
 
@@ -186,5 +189,6 @@ def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> Motion
     unmoved, period = np.zeros_like(plan.path.target.position), cell.robot.controller.period
     rows = simplify.simplify(plan.path, unmoved, program.process.thin, plan.feed * period)
     path, theta = plan.path.subset(rows), plan.theta[rows]
-    trajectory = retiming.retime(cell.robot, path.arc, theta, path.stop, plan.feed * path.pace)
+    robot = cell.robot.at_acceleration(program.process.acc)
+    trajectory = retiming.retime(robot, path.arc, theta, path.stop, plan.feed * path.pace)
     return replace(plan, path=path, page_stops=None, theta=theta, trajectory=trajectory)

@@ -215,12 +215,14 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
             lift=process.lift_mm * MM,
             lead_in=process.lead_in,
             stop_on_the_part=process.page_stops == "anywhere",
+            acc=process.acc_percent if process.acc_percent is not None else cell.robot.controller.acc,
         ),
         tool=Tool(
             number=tool.number if tool.number is not None else int(offset),
             pose=Pose(np.array([tool.x_mm, tool.y_mm, tool.z_mm]) * MM, from_wpr(*angles)[0]),
             spin=spin,
             sigma=tuple(value * UM for value in tool.sigma_um),
+            payload=tool.payload if tool.payload is not None else cell.robot.controller.payload,
         ),
         posture=Posture(path.posture.arm == "front", path.posture.elbow == "up", path.posture.wrist == "flip"),
     )

@@ -1,5 +1,7 @@
 """A job's program: its poses, speeds and stops as FANUC text says them, with what the remarks tell of it."""
 
+from collections.abc import Sequence
+
 from compgen import __version__, fanuc
 from compgen.core.arrays import Array, frozen, step_lengths
 from compgen.core.pose import Pose
@@ -12,6 +14,7 @@ from compgen.robot import inverse_kinematics, joint_path
 
 DATE = "26-01-01"
 REMARK_WIDTH = 32
+COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
 
 
 def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
@@ -47,7 +50,7 @@ def compose_program(
     in_world = printed if job.frame is None else job.frame.register @ printed
     joints = inverse_kinematics.solve_tool(job.robot, in_world, job.tool.pose, job.posture).theta
     remarks = [f"compgen {__version__} {job.robot.name}"[:REMARK_WIDTH], f"inputs {job.inputs_hash[:24]}"]
-    remarks.append(f"robot file {job.cell.robot_file_hash[:16]}")
+    remarks += [f"robot file {job.cell.robot_file_hash[:16]}", override_remark(job)]
     if start_window is None:
         remarks.append("planned, not corrected")
     else:
@@ -69,25 +72,34 @@ def compose_program(
         speed=frozen(fanuc.written_feeds(trajectory.speed, step_lengths(written.position))),
         fine=path.stop,
         decimals=decimals,
+        payload=job.tool.payload,
+        acc=job.plan.process.acc,
     )
     return program, printed
 
 
+def override_remark(job: Job) -> str:
+    """The override at which an operator must run the program, as its times and its warmth were computed for."""
+    return running_override((1.0,) if job.ensemble is None else job.ensemble.overrides)
+
+
+def running_override(overrides: Sequence[float]) -> str:
+    """The remark of a program that is right at some overrides, in rising order."""
+    slowest, fastest = (f"{100 * overrides[k]:.4g}" for k in (0, -1))
+    return f"RUN AT {slowest}% OVERRIDE" if slowest == fastest else f"RUN AT {slowest} TO {fastest}% OVERRIDE"
+
+
 def start_remarks(job: Job, window: float) -> list[str]:
-    """From when to when the program may start, and in which runs and at which overrides where it serves several."""
+    """From when to when the program may start, and in which runs where it serves several."""
     ensemble = job.ensemble
     if ensemble is None:
         return [f"start within {window:.0f} s of that"]
     early, late = ensemble.delay
     start = f"start {early:.0f} to {late:.0f} s after that" if early > 0 else f"start within {window:.0f} s of that"
-    served = []
-    if ensemble.runs != (0, 0):
-        first, last = (run + 1 for run in ensemble.runs)
-        served.append(f"runs {first} to {last}")
-    if ensemble.overrides != (1.0,):
-        slowest, fastest = (f"{100 * ensemble.overrides[k]:.4g}" for k in (0, -1))
-        served.append(f"override {slowest} to {fastest} %" if slowest != fastest else f"override {slowest} %")
-    return [start, *([", ".join(served)[:REMARK_WIDTH]] if served else [])]
+    if ensemble.runs == (0, 0):
+        return [start]
+    first, last = (run + 1 for run in ensemble.runs)
+    return [start, f"runs {first} to {last}"]
 
 
 def printed_in_world(job: Job, pose: Pose) -> Pose:

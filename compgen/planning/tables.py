@@ -14,6 +14,7 @@ from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.own_points.mesh_tables import MeshTable
 from compgen.planning.own_points.tables import OwnPoints
+from compgen.robot.tables import AccPercent
 
 MAX_SWEEPS = 1e4
 RIGHT_ANGLE = 90 * DEG
@@ -157,6 +158,8 @@ class ProcessTable(Table):
     """Length of approach and retract along the tool axis."""
     lead_in: bool | None = None
     """Approach on a line that turns every joint through its play; default on for a robot with play."""
+    acc_percent: AccPercent | None = None
+    """ACC of every motion: the share of the robot's accelerations that ramps use; default the robot file's."""
     page_stops: Literal["off the part", "anywhere"] = "off the part"
     """Where the robot may stop when a long program is split into pages."""
 

@@ -8,7 +8,7 @@ with M one matrix per robot (FANUC counts J3 against the horizontal: theta_3 = J
 limit on the coupled angle J2 + J3 is a plain limit on theta_3.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -30,6 +30,8 @@ class Controller:
     name_length: int
     decimals: int  # of the numbers in a position
     turn_joints: tuple[int, int, int]  # which joints (from 1) the three digits of CONFIG count
+    payload: int | None = None  # schedule of programs that name none
+    acc: int | None = None  # [%] of programs that name none
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
@@ -57,6 +59,13 @@ class Robot:
     def __post_init__(self) -> None:
         six = ("d", "a", "alpha", "pendant_zero", "lower", "upper", "speed", "acceleration", "jerk")
         own(self, pendant_map=(6, 6), **{name: (6,) for name in six})
+
+    def at_acceleration(self, percent: int | None) -> "Robot":
+        """The arm at a share of its accelerations, and of its jerks [assumed], as ACC asks; None: all of them."""
+        if percent is None or percent == 100:
+            return self
+        share = percent / 100
+        return replace(self, acceleration=share * self.acceleration, jerk=share * self.jerk)
 
     def to_pendant(self, theta: Array) -> Array:
         """Pendant angles of DH angles, (N, 6) [rad]."""

@@ -21,6 +21,9 @@ from compgen.core.toml import Table
 from compgen.core.units import DEG, KB, MM, MS
 from compgen.robot.robot import Controller, Robot
 
+PayloadNumber = Annotated[int, Field(ge=1, le=10)]
+AccPercent = Annotated[int, Field(ge=1, le=100)]
+
 
 class DhTable(Table):
     """Standard Denavit-Hartenberg rows, joint 1 to 6; World's origin is on the axis of joint 1."""
@@ -101,6 +104,10 @@ class ControllerTable(Table):
     """Decimals of the numbers in a position."""
     turn_joints: Annotated[list[Annotated[int, Field(ge=1, le=6)]], Field(min_length=3, max_length=3)]
     """Joints that the turn numbers of CONFIG count."""
+    payload: PayloadNumber | None = None
+    """PAYLOAD schedule of programs whose path file names none (tool.payload); default not said."""
+    acc_percent: AccPercent | None = None
+    """ACC of the motions of programs whose path file names none (process.acc_percent); default not said."""
 
 
 class ToolTable(Table):
@@ -108,6 +115,8 @@ class ToolTable(Table):
 
     number: Annotated[int, Field(ge=0, le=10)] | None = None
     """UTOOL number; default 0, the flange itself, when all offsets are 0, else 1."""
+    payload: PayloadNumber | None = None
+    """PAYLOAD schedule that holds this tool's mass on the controller; default the robot file's."""
     x_mm: Coordinate = 0.0
     """Tool centre point in the flange, x."""
     y_mm: Coordinate = 0.0
@@ -205,5 +214,7 @@ def robot_from_tables(
             name_length=controller.name_length,
             decimals=controller.decimals,
             turn_joints=(controller.turn_joints[0], controller.turn_joints[1], controller.turn_joints[2]),
+            payload=controller.payload,
+            acc=controller.acc_percent,
         ),
     )

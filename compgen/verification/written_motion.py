@@ -42,7 +42,8 @@ def read_motion(prepared: PreparedProgram, length: Array, feed: float | Array) -
         length: Of its lines, (N - 1,) [m].
         feed: Wanted [m/s], on all lines or on each, (N - 1,).
     """
-    robot, program = prepared.twin.robot, prepared.program
+    program = prepared.program
+    robot = prepared.twin.robot.at_acceleration(program.acc)
     length = np.maximum(length, SAME_POSITION)
     duration = length / prepared.highest
     between = (duration[1:] + duration[:-1]) / 2

@@ -103,6 +103,37 @@ def test_reading_gives_the_meaning_back():
     assert ls.compose(back) == GOLDEN
 
 
+@pytest.mark.parametrize(("payload", "acc"), [(1, None), (None, 100), (10, 7)])
+def test_payload_and_acc_are_written_and_read_back(payload, acc):
+    """In columns and in lines, each alone and both."""
+    text = ls.compose(replace(demo(), payload=payload, acc=acc))
+    statements = re.findall(rb"^ *\d+:(.*?) *;\r$", text, re.MULTILINE)
+    assert [s.strip() for s in statements if b"PAYLOAD" in s] == ([b"PAYLOAD[%d]" % payload] if payload else [])
+    motions = [s for s in statements if s[:1] in b"JL"]
+    assert len(motions) == 3
+    for statement, plain in zip(motions, [s for s in re.findall(rb":([JL].*?) *;", GOLDEN)]):
+        assert statement == (plain + b" ACC%d" % acc if acc else plain)
+    back = ls.interpret(text)
+    assert (back.payload, back.acc) == (payload, acc)
+    assert ls.compose(back) == text
+    by_lines = ls.interpret(text.replace(b"\r\n", b"\n"))
+    assert (by_lines.payload, by_lines.acc) == (payload, acc)
+    plain = ls.interpret(GOLDEN)
+    assert (plain.payload, plain.acc) == (None, None)
+
+
+def test_motions_of_several_accs_are_refused():
+    text = ls.compose(replace(demo(), acc=50))
+    for old, new in (
+        (b"FINE ACC50", b"FINE"),
+        (b"CNT100 ACC50", b"CNT100 ACC49"),
+        (b"L P[3] 125cm/min FINE ACC50", b"L P[3] 125cm/min FINE ACC5"),
+    ):
+        assert old in text
+        with pytest.raises(InputError, match="differ in their ACC"):
+            ls.interpret(text.replace(old, new, 1))
+
+
 @settings(max_examples=150, deadline=None)
 @given(
     st.integers(0, 2**32 - 1),

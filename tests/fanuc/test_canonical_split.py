@@ -14,7 +14,7 @@ from compgen.core.units import DEG, MM
 from compgen.fanuc.canonical.writer import APPROACH_PERCENT
 from compgen.fanuc.paging.canonical_split import excerpt, split_canonical
 from compgen.fanuc.paging.capacity import Capacity
-from compgen.fanuc.paging.join_check import JoinError
+from compgen.fanuc.paging.join_check import JoinError, check_join, interpret_pages
 from compgen.fanuc.paging.split import split_program
 from compgen.fanuc.program import Program
 from compgen.pipelines import delivery
@@ -55,7 +55,7 @@ def program(count, seed=1, stops=0.2, decimals=3, remarks=("one", "two")):
     st.sampled_from([8, 12, 32]),
 )
 def test_columns_give_the_bytes_that_statements_give(count, seed, stops, decimals, limits, name_length):
-    whole = program(count, seed, stops, decimals)
+    whole = replace(program(count, seed, stops, decimals), payload=(None, 1, 10)[seed % 3])
     capacity = Capacity(*limits, name_length)
 
     def heading(k, pages, first):
@@ -77,6 +77,29 @@ def test_columns_give_the_bytes_that_statements_give(count, seed, stops, decimal
     for page, other in zip(paged.pages, wanted.pages, strict=True):
         for field in FIELDS:
             assert getattr(page, field) == getattr(other, field), field
+
+
+def test_each_page_says_its_payload_and_its_acc():
+    whole = replace(program(60, stops=0.5), payload=3, acc=40)
+    paged = split_canonical(whole, Capacity(30, 30, 1e6, 32), lambda first: [("a page",)] * len(first), 2, ("by us",))
+    assert len(paged.pages) > 2
+    for page in paged.pages:
+        read = ls.interpret(page.data)
+        assert (read.payload, read.acc) == (3, 40)
+        assert ls.compose(read) == page.data
+        assert page.size.lines == page.data[page.data.index(b"/MN") : page.data.index(b"/POS")].count(b" ;\r\n")
+        assert page.size.lines <= 30
+    read, _ = interpret_pages(paged.main, {p.name: p.data for p in paged.pages})
+    assert check_join(ls.loads(ls.compose(whole)), paged.main, {p.name: p.data for p in paged.pages}) == 60
+    delivery.require_equal(read, whole)
+    for other in ({"payload": 4}, {"payload": None}, {"acc": 39}, {"acc": None}):
+        with pytest.raises(JoinError, match="payload or ACC"):
+            delivery.require_equal(replace(read, **other), whole)
+    pages = {p.name: p.data for p in paged.pages}
+    last = paged.pages[-1].name
+    for old, new, field in ((b"PAYLOAD[3]", b"PAYLOAD[4]", "payload"), (b" ACC40", b"", "acc")):
+        with pytest.raises(JoinError, match=field):
+            interpret_pages(paged.main, {**pages, last: pages[last].replace(old, new)})
 
 
 def test_an_excerpt_holds_its_ends():

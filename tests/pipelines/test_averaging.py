@@ -206,7 +206,9 @@ def test_the_start_window_is_the_interval_and_stands_in_the_text(delays, wide):
         assert corrected.start_window == corrected.averaged.ensemble.delay[1]
     assert b"!start within 1200 s of that" in delays[1].text.replace(b"! ", b"!")
     assert b"start within 3600 s of that" in wide[1].text
-    assert b"runs 1 to 8, override 50 to 100" in wide[1].text
+    assert b"!runs 1 to 8 ;" in wide[1].text
+    assert b"!RUN AT 50 TO 100% OVERRIDE ;" in wide[1].text
+    assert b"!RUN AT 100% OVERRIDE ;" in delays[1].text
     _, later = averaged("compensation.average_over={delay_s=[600, 1200]}")
     assert b"start 600 to 1200 s after that" in later.text
     # the warmth in the remarks is that of the planned start, from which delays count

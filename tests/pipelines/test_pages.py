@@ -203,9 +203,9 @@ def test_each_page_is_text_of_our_own_form_with_its_own_head(made):
         assert ls.compose(own) == page.data
         assert own.name == page.name
         assert own.comment == program.comment
-        assert own.remarks[:3] == program.remarks[:3]
-        assert own.remarks[3].startswith(f"page {k + 1} of {len(pages)}")
-        assert f"{start.rise[0]:.1f}" in own.remarks[4]
+        assert own.remarks[:4] == program.remarks[:4]
+        assert own.remarks[4].startswith(f"page {k + 1} of {len(pages)}")
+        assert f"{start.rise[0]:.1f}" in own.remarks[5]
         assert own.remarks[-1].startswith("start within" if k == 0 else "wait before")
         assert own.remarks[-1].endswith(f"{start.window:.0f} s")
         assert page.size.lines <= 60
@@ -364,6 +364,6 @@ def test_what_a_wait_does_counts_from_there_on():
     assert np.linalg.norm(moved, axis=1).max() == pytest.approx(job.start_drift, rel=1e-3)
 
 
-@pytest.mark.parametrize(("nodes", "lines"), [(1, 6), (2, 6), (5, 8), (6, 8)])
-def test_a_head_has_five_remarks_and_two_rises_a_line(nodes, lines):
+@pytest.mark.parametrize(("nodes", "lines"), [(1, 7), (2, 7), (5, 9), (6, 9)])
+def test_a_head_has_six_remarks_and_two_rises_a_line(nodes, lines):
     assert head_line_count(nodes) == lines

@@ -44,6 +44,28 @@ def test_the_timing_is_near_the_plan_and_not_the_plan(generated):
     assert planned.trajectory.time[-1] == pytest.approx(corrected.trajectory.time[-1], rel=1e-4)
 
 
+def test_acc_stretches_the_ramps_of_plan_and_text():
+    """A line with a stop at each end: half of each ramp v / a + a / j is added to length / v."""
+    alone = [generate.generate(load_job(path_file("line_y"), None, o), quiet) for o in ([], ["process.acc_percent=40"])]
+    planned = [p.trajectory.time[-1] for p, _ in alone]
+    flown = [c.execution().time[-1] for _, c in alone]
+    assert [c.program.acc for _, c in alone] == [None, 40]
+    assert alone[1][1].inside
+    assert planned[1] > planned[0] + 0.05
+    assert flown[1] - flown[0] == pytest.approx(planned[1] - planned[0], rel=0.35)
+    assert flown[1] == prepare_with_acc(alone[0], 40)
+
+
+def prepare_with_acc(made, percent):
+    """Time of the text whose motions say an ACC, on an arm whose accelerations and jerks are that share."""
+    planned, corrected = made
+    job = planned.job
+    share = percent / 100
+    arm = replace(job.robot, acceleration=share * job.robot.acceleration, jerk=share * job.robot.jerk)
+    twin = replace(twin_of(job), robot=arm)
+    return execute(twin, corrected.program, job.history.before, air=job.history.air).time[-1]
+
+
 def test_many_stops_are_timed_to_a_tenth():
     job = load_job(path_file("raster_1300"), None, ["path.stepover_mm=5"])
     _, corrected = generate.generate(job, quiet)

@@ -21,15 +21,16 @@ from compgen.fanuc.canonical.layout import (
     position_config,
     positions,
 )
-from compgen.fanuc.canonical.writer import fill_poses, parse_speed
+from compgen.fanuc.canonical.writer import acc_text, fill_poses, parse_speed
 from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import hash_rows, unique_keys, windows
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 _STATEMENT = re.compile(r"\s*\d*:\s*(.*?)\s*;\s*$")
-_MOTION = re.compile(r"([JL]) P\[(\d+)\] (\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)$")
+_MOTION = re.compile(r"([JL]) P\[(\d+)\] (\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)(?: ACC(\d+))?$")
 _FRAME = re.compile(r"(UFRAME|UTOOL)_NUM=(\d+)$")
+_PAYLOAD = re.compile(r"PAYLOAD\[(\d+)\]$")
 _NUMBER = r"\s*=\s*(-?\d*\.\d+)\s*"
 _POSITION = re.compile(
     r"P\[(\d+)\]\{\s*GP1:\s*UF : (\d+), UT : (\d+),\s*CONFIG : '([FN]) ([UD]) ([TB]), (-?\d+), (-?\d+), (-?\d+)',"
@@ -57,7 +58,7 @@ def interpret(data: bytes) -> Program:
     comment = re.search(r'^COMMENT\s*= "(.*)";', head, re.MULTILINE)
     date = re.search(r"^CREATE\s*= DATE (\S+)", head, re.MULTILINE)
 
-    remarks, frames, motions = [], {"UFRAME": 0, "UTOOL": 0}, []
+    remarks, frames, payload, motions = [], {"UFRAME": 0, "UTOOL": 0}, None, []
     first = head.count("\n") + 2
     for number, line in enumerate(moves.splitlines(), first):
         statement = _STATEMENT.match(line)
@@ -68,6 +69,8 @@ def interpret(data: bytes) -> Program:
             motions.append((number, *motion.groups()))
         elif frame := _FRAME.match(body):
             frames[frame.group(1)] = int(frame.group(2))
+        elif (schedule := _PAYLOAD.match(body)) and not motions:
+            payload = int(schedule.group(1))
         else:
             raise InputError(f"program: line {number}: '{line.strip()}' is not a statement this reader knows")
 
@@ -88,6 +91,9 @@ def interpret(data: bytes) -> Program:
     if {r[1:3] for r in rows} != {(str(frames["UFRAME"]), str(frames["UTOOL"]))} or len({r[3:6] for r in rows}) != 1:
         raise InputError("program: positions differ in frame, tool or CONFIG letters")
 
+    if len({m[6] for m in motions}) != 1:
+        raise InputError("program: motions differ in their ACC")
+
     numbers = np.array([r[9:15] for r in rows], dtype=float)
     posture = next(p for p in ALL_POSTURES if config_letters(p).split() == list(rows[0][3:6]))
     return Program(
@@ -104,6 +110,8 @@ def interpret(data: bytes) -> Program:
         speed=np.array([parse_speed(f"{m[3]}{m[4]}") for m in motions[1:]]),
         fine=np.array([m[5] == "FINE" for m in motions]),
         decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
+        payload=payload,
+        acc=None if motions[0][6] is None else int(motions[0][6]),
     )
 
 
@@ -125,7 +133,7 @@ def read_columns(data: bytes) -> Program | None:
         blocks = row_ends(data, places + len(b"/POS\r\n"), end, MARK, MARK_BACK)
         if len(lines) + 1 != len(blocks):
             return None
-        speed, fine = _motions(data, int(linear.group(1)), lines)
+        speed, fine = _motions(data, int(linear.group(1)), lines, acc_text(sample.acc))
         position, rotation, turns = _positions(data, sample, blocks)
     except InputError:
         return None
@@ -140,15 +148,15 @@ def read_columns(data: bytes) -> Program | None:
 
 
 _FIRST = re.compile(rb"^ *(\d{1,8}):L P\[2\] ", re.MULTILINE)
-_TAIL = re.compile(rb"(\d+(?:\.\d+)?(?:mm/sec|cm/min|inch/min)) (FINE|CNT100)    ;\r\n")
+_TAIL = re.compile(rb"(\d+(?:\.\d+)?(?:mm/sec|cm/min|inch/min)) (FINE|CNT100)( ACC\d{1,3})?    ;\r\n")
 _CONFIG = re.compile(rb"([FN] [UD] [TB]), (-?\d{1,9}), (-?\d{1,9}), (-?\d{1,9})")
 _LONGEST = 48
 _WINDOW = 1 << 16  # bytes that are searched for marks at a time
 _AHEAD = 32  # rows of one length that are guessed at first
 
 
-def _motions(data: bytes, line: int, bounds: IntArray) -> tuple[Array, BoolArray]:
-    """Speeds [m/s] and stops of linear motions to P[2] and so on; row k is from edge k to the next."""
+def _motions(data: bytes, line: int, bounds: IntArray, acc: str) -> tuple[Array, BoolArray]:
+    """Speeds [m/s] and stops of linear motions to P[2] and so on, with one ACC; row k is from edge k to the next."""
     speed, fine = np.empty(len(bounds) - 1), np.empty(len(bounds) - 1, dtype=bool)
 
     def part(start: int, stop: int) -> None:
@@ -159,8 +167,10 @@ def _motions(data: bytes, line: int, bounds: IntArray) -> tuple[Array, BoolArray
             tails, which = _unique_texts(data, begin, bounds[at + 1 : rows.stop + 1])
             _require_text(data, int(bounds[at]), motions(line + at, first, last, tails, which))
             parsed = [_full_match(_TAIL, tail) for tail in tails]
-            speed[rows] = np.array([parse_speed(number.decode()) for number, _ in parsed])[which]
-            fine[rows] = np.array([end == b"FINE" for _, end in parsed])[which]
+            if any((word or b"") != acc.encode() for *_, word in parsed):
+                raise InputError("ACC")
+            speed[rows] = np.array([parse_speed(number.decode()) for number, *_ in parsed])[which]
+            fine[rows] = np.array([end == b"FINE" for _, end, _ in parsed])[which]
 
     parallel_for(len(speed), part)
     return speed, fine

@@ -69,7 +69,9 @@ def _parts(program: Program) -> Iterator[bytes | memoryview]:
             raise InputError(f"program {program.name}: remark '{remark}' is over {REMARK_LENGTH} ASCII characters")
     body = [f"  !{remark} ;" for remark in program.remarks]
     body += [f"  UFRAME_NUM={program.uframe} ;", f"  UTOOL_NUM={program.utool} ;"]
-    body.append(f"J P[1] {APPROACH_PERCENT}% FINE    ;")
+    if program.payload is not None:
+        body.append(f"  PAYLOAD[{program.payload}] ;")
+    body.append(f"J P[1] {APPROACH_PERCENT}% FINE{acc_text(program.acc)}    ;")
     count = len(body) + len(program.speed)
     header = _HEADER.format(name=program.name, comment=program.comment, date=program.date, lines=count)
     first = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
@@ -84,7 +86,9 @@ def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
     """The lines of all linear motions."""
     rows, which = unique_rows(program.speed)
     speeds = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
-    tails = [speed + end for end in (b" CNT100    ;\r\n", b" FINE    ;\r\n") for speed in speeds]
+    acc = acc_text(program.acc)
+    ends = [f" {word}{acc}    ;\r\n".encode("ascii") for word in ("CNT100", "FINE")]
+    tails = [speed + end for end in ends for speed in speeds]
     which = which + len(speeds) * program.fine[1:]
 
     def block(first: int, last: int) -> bytes | memoryview:
@@ -196,6 +200,11 @@ def as_written(program: Program, printed: Pose | None = None) -> Program:
     rows, which = unique_rows(program.speed)
     speeds = np.array([writable_speed(v) for v in program.speed[rows].tolist()])
     return replace(program, position=printed.position, rotation=printed.rotation, speed=frozen(speeds[which]))
+
+
+def acc_text(percent: int | None) -> str:
+    """The option of a motion that scales its accelerations; nothing where it is not said."""
+    return "" if percent is None else f" ACC{percent}"
 
 
 def speed_text(speed: float) -> str:

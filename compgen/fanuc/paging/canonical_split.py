@@ -40,12 +40,12 @@ def split_canonical(
         InputError: A remark, a speed or a position that the format cannot say.
     """
     head = compose(replace(excerpt(program, 0, 0), remarks=()))
-    head_size = _head_size(head)
+    head_size, settings = _head_size(head), FRAME_LINES + (program.payload is not None)
 
     def ranges_within(page_capacity: Capacity) -> tuple[list[tuple[int, int]], list[float]]:
         bare = MEMORY_PROGRAM + MEMORY_REMARK * head_lines + head_size
         fits = int((page_capacity.memory - bare) // (MEMORY_POSITION + MEMORY_MOTION))
-        max_lines = page_capacity.max_lines - head_lines - FRAME_LINES
+        max_lines = page_capacity.max_lines - head_lines - settings
         ranges = _page_ranges(program, min(max_lines, page_capacity.max_positions, fits))
         return ranges, [bare + (last + 1 - first) * (MEMORY_POSITION + MEMORY_MOTION) for first, last in ranges]
 
@@ -58,7 +58,7 @@ def split_canonical(
         count = last + 1 - first
         memory = MEMORY_PROGRAM + count * (MEMORY_POSITION + MEMORY_MOTION) + float(_head_size(data))
         motions = (first + 1 if first else 0, last + 1)
-        size = ProgramSize(len(remarks[k]) + FRAME_LINES + count, count, memory)
+        size = ProgramSize(len(remarks[k]) + settings + count, count, memory)
         return Page(names[k], data, loads[k], motions, size, ())
 
     pages = tuple(map_blocks(len(ranges), page, 1))

@@ -4,6 +4,7 @@ Each page is read on its own, in the order in which the main program calls it. W
 start at the position where the first stopped, to the last digit of the text.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -25,6 +26,7 @@ from compgen.fanuc.program import Program
 from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
 
 T = TypeVar("T")
+_ONLY_ACC = re.compile(r"\s*(?:ACC\s*\d+\s*)?", re.IGNORECASE)  # options of a motion that only starts a page
 
 
 class JoinError(CompgenError):
@@ -177,7 +179,7 @@ def _stands_at_target(motion: ExecutedMotion) -> bool:
 def _is_entry(motion: ExecutedMotion, before: ExecutedMotion) -> bool:
     """Whether a motion goes where the robot already stands, and stops there."""
     same_target = motion.targets == before.targets[-1:]
-    return same_target and motion.termination.upper() == "FINE" and not motion.options
+    return same_target and motion.termination.upper() == "FINE" and _ONLY_ACC.fullmatch(motion.options) is not None
 
 
 def _target_spans(program: LsProgram, number: IntArray) -> IntArray:
@@ -246,7 +248,7 @@ def _require_meeting(before: Program, after: Program) -> None:
         )
     if not before.fine[-1]:
         raise JoinError(f"page {before.name}: it does not stop (FINE) at its end")
-    fields = ("uframe", "utool", "posture", "comment", "date")
+    fields = ("uframe", "utool", "posture", "comment", "date", "payload", "acc")
     different = next((name for name in fields if getattr(before, name) != getattr(after, name)), None)
     if different or not np.array_equal(before.turns[-1], after.turns[0]):
         raise JoinError(f"page {after.name}: its {different or 'turns'} differ from that of {before.name}")

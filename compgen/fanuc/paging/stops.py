@@ -62,7 +62,9 @@ def positions_per_page(capacity: Capacity, count: int, remarks: int) -> int:
     return n
 
 
-def place_page_stops(robot: Robot, path: ToolPath, theta: Array, nodes: int, on_the_part: bool) -> PageStops | None:
+def place_page_stops(
+    robot: Robot, path: ToolPath, theta: Array, nodes: int, on_the_part: bool, payload: bool = False
+) -> PageStops | None:
     """The stops of a path whose program is more than one file holds; None for any other.
 
     Args:
@@ -71,8 +73,9 @@ def place_page_stops(robot: Robot, path: ToolPath, theta: Array, nodes: int, on_
         theta: Its joints, (N, 6) [rad].
         nodes: How many temperature rises the remarks at the head name.
         on_the_part: Whether the robot may be stopped on the workpiece.
+        payload: Whether the program says its payload.
     """
-    capacity, N, remarks = controller_capacity(robot), len(path.arc), head_line_count(nodes)
+    capacity, N, remarks = controller_capacity(robot), len(path.arc), head_line_count(nodes, payload)
     if canonical_size(N, remarks).within(capacity):
         return None
     per_page = positions_per_page(capacity, N, remarks)
@@ -82,9 +85,12 @@ def place_page_stops(robot: Robot, path: ToolPath, theta: Array, nodes: int, on_
     return add_stops(robot, path.arc, theta, path.stop, path.contact, per_page, on_the_part)
 
 
-def head_line_count(nodes: int) -> int:
-    """How many remarks a canonical program or page has at its head: five, and two temperature rises a line."""
-    return 5 + -(-nodes // 2)
+def head_line_count(nodes: int, payload: bool = False) -> int:
+    """How many lines the head of a canonical program or page has beside its frames.
+
+    Six remarks, two temperature rises a line, and the payload where it is said.
+    """
+    return 6 + -(-nodes // 2) + payload
 
 
 def canonical_size(positions: int, remarks: int) -> ProgramSize:

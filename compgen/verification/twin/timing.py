@@ -34,7 +34,7 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
         length: Of its segments, (N - 1,) [m].
         theta: Joints at its positions, (N, 6) [rad].
     """
-    stops = np.flatnonzero(program.fine)
+    robot, stops = robot.at_acceleration(program.acc), np.flatnonzero(program.fine)
     first, last = stops[:-1], stops[1:] - 1  # segments of each run
     a_first, j_first = _ramp_limits(robot, theta, length, first)
     a_last, j_last = _ramp_limits(robot, theta, length, last)
@@ -59,7 +59,7 @@ def time_program(robot: Robot, program: Program, length: Array, theta: Array) ->
 
 def ramps_length(robot: Robot, program: Program, length: Array, theta: Array, counted: BoolArray) -> float:
     """How much of the counted segments (N - 1,) is spent on ramps from and to stops [m]."""
-    stops = np.flatnonzero(program.fine)
+    robot, stops = robot.at_acceleration(program.acc), np.flatnonzero(program.fine)
     total = 0.0
     for segment in (stops[:-1], stops[1:] - 1):
         segment = segment[counted[segment]]
