@@ -7,7 +7,16 @@ from typing import Annotated
 import typer
 
 from compgen.cli.messages import print_error
-from compgen.cli.options import FramesFile, Overrides, ProgramFile, Quiet, RegistersFile, output_folder
+from compgen.cli.options import (
+    FramesFile,
+    Overrides,
+    ProgramFile,
+    Quiet,
+    RegistersFile,
+    StateAge,
+    StateFile,
+    output_folder,
+)
 from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
@@ -26,6 +35,8 @@ def correct(
         list[str] | None,
         typer.Option("--before", help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml; repeatable."),
     ] = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>.")
     ] = None,
@@ -69,6 +80,7 @@ def correct(
     from compgen.pipelines.programs_beside import programs_beside
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_cell
+    from compgen.pipelines.state_in_place import begin
     from compgen.report.files import correction_files
     from compgen.verification.verdict import Verdict
 
@@ -87,7 +99,8 @@ def correct(
     if robot is None:
         with naming_program(program):
             robot = robot_of_program(content)
-    cell, frames_table, history = load_cell(robot, overrides or ()), read_frames(frames), load_before(before or ())
+    cell, history = begin(load_cell(robot, overrides or ()), load_before(before or ()), state, state_age)
+    frames_table = read_frames(frames)
     provenance, register_table = source.stem + PROVENANCE, read_registers(registers)
     with show_progress(quiet or as_json, CORRECT) as progress:
         with naming_program(program):

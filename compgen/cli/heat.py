@@ -2,7 +2,17 @@
 
 import sys
 
-from compgen.cli.options import JobRobot, OutputFolder, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.options import (
+    JobRobot,
+    OutputFolder,
+    Overrides,
+    PathFile,
+    Quiet,
+    StateAge,
+    StateFile,
+    output_folder,
+    with_state,
+)
 from compgen.cli.ownership import HEAT, check_heat_folder
 from compgen.cli.publish import publish
 
@@ -12,6 +22,8 @@ def heat(
     robot: JobRobot = None,
     output: OutputFolder = None,
     overrides: Overrides = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
     quiet: Quiet = False,
 ) -> None:
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run."""
@@ -20,7 +32,7 @@ def heat(
     from compgen.report.heat_page import heat_csv, heat_html, heat_json, heat_sentences, runs_csv
 
     folder = output_folder(path, output, "_heat")
-    job = load_job(path, robot, overrides or ())
+    job = load_job(path, robot, with_state(path, overrides, state, state_age))
     check_heat_folder(folder, job.name)
     day = timeline(job)
     files = {

@@ -16,8 +16,11 @@ from compgen.cli.options import (
     Overrides,
     PathFile,
     Quiet,
+    StateAge,
+    StateFile,
     Workers,
     output_folder,
+    with_state,
 )
 from compgen.cli.ownership import check_file
 from compgen.cli.publish import write_file
@@ -30,6 +33,8 @@ def generate(
     robot: JobRobot = None,
     output: OutputFolder = None,
     overrides: Overrides = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
     date: Date = DEFAULT_DATE,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
     pages: Annotated[
@@ -50,7 +55,7 @@ def generate(
     use_machine(workers)
     folder = output_folder(path, output)
     with show_progress(quiet, GENERATE) as progress:
-        job = load_job(path, robot, overrides or ())
+        job = load_job(path, robot, with_state(path, overrides, state, state_age))
         check_folder(folder, "generate", job)
         planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
         progress("report", 0.0)
@@ -73,6 +78,8 @@ def predict(
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_predict.")
     ] = None,
     overrides: Overrides = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
     quiet: Quiet = False,
     workers: Workers = None,
 ) -> None:
@@ -88,7 +95,7 @@ def predict(
     use_machine(workers)
     folder = output_folder(path, output, "_predict")
     with show_progress(quiet, PREDICT) as progress:
-        job = load_job(path, robot, overrides or ())
+        job = load_job(path, robot, with_state(path, overrides, state, state_age))
         check_folder(folder, "predict", job)
         planned = pipeline.predict(job, progress)
         progress("report", 0.0)
@@ -102,6 +109,8 @@ def check(
     path: PathFile,
     robot: JobRobot = None,
     overrides: Overrides = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file.")] = None,
     quiet: Quiet = False,
@@ -118,7 +127,7 @@ def check(
 
     use_machine(workers)
     with show_progress(quiet or as_json, CHECK) as progress:
-        job = load_job(path, robot, overrides or ())
+        job = load_job(path, robot, with_state(path, overrides, state, state_age))
         if junit is not None:
             check_file("--junit", junit)
         planned, corrected = pipeline.generate(job, progress)

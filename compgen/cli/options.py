@@ -16,6 +16,12 @@ OutputFolder = Annotated[
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", help="Override a key of the path or robot file, key=value; repeatable.")
 ]
+StateFile = Annotated[
+    str | None, typer.Option("--state", help="What cgen anchor wrote: the robot's state, in place of history.")
+]
+StateAge = Annotated[
+    str | None, typer.Option("--state-age", help="How long before the start that was, standing: 20min, 90s, 1.5h.")
+]
 Workers = Annotated[
     int | None, typer.Option("--workers", min=1, max=64, help="Threads; the results are the same for any number.")
 ]
@@ -28,6 +34,13 @@ FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (
 RegistersFile = Annotated[
     str | None, typer.Option("--registers", help="Position registers PR[n] at the start (.toml) or POSREG.VA.")
 ]
+
+
+def with_state(path: str, overrides: list[str] | None, state: str | None, age: str | None) -> list[str]:
+    """The overrides of a path file, with those that a state comes to."""
+    from compgen.pipelines.state_in_place import seconds_of_age, state_overrides
+
+    return [*(overrides or ()), *state_overrides(path, state, seconds_of_age(age) if age is not None else 0.0)]
 
 
 def output_folder(path: str, output: str | None, suffix: str = "") -> Path:

@@ -7,7 +7,17 @@ import typer
 
 from compgen.cli import study_journal
 from compgen.cli.messages import print_error
-from compgen.cli.options import JobRobot, OutputFolder, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.options import (
+    JobRobot,
+    OutputFolder,
+    Overrides,
+    PathFile,
+    Quiet,
+    StateAge,
+    StateFile,
+    output_folder,
+    with_state,
+)
 from compgen.cli.publish import publish
 from compgen.cli.study_folder import QUESTIONS, own_files, study_folder
 
@@ -39,6 +49,8 @@ def whatif(
     robot: JobRobot = None,
     output: OutputFolder = None,
     overrides: Overrides = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
     quiet: Quiet = False,
 ) -> None:
     """Vary any key, predict (and correct) every scenario, answer questions. Finished scenarios are kept."""
@@ -48,19 +60,20 @@ def whatif(
     from compgen.pipelines.study.answers import answer_questions, base_findings, check_study
     from compgen.report.files import study_files, study_sentences
 
+    overrides = with_state(path, overrides, state, state_age)
     check_study(questions or [], within_um, bool(vary or scenario_list))
-    study = build(path, robot, overrides or (), vary or (), scenario_list, correct) if vary or scenario_list else None
+    study = build(path, robot, overrides, vary or (), scenario_list, correct) if vary or scenario_list else None
     folder = output_folder(path, output, "_whatif")
     identity = study.identity if study else None
     folder = study_folder(folder, path, identity, set(questions or []), output is not None, fresh)
-    answers = answer_questions(path, robot, overrides or [], questions or [], within_um * UM, pass_paths or [], feeds)
+    answers = answer_questions(path, robot, overrides, questions or [], within_um * UM, pass_paths or [], feeds)
     rows = run_scenarios(study, folder, workers, cluster, fresh, quiet) if study else []
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
-    files = study_files(path, overrides or (), study, rows, answers)
+    files = study_files(path, overrides, study, rows, answers)
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
-        for finding in base_findings(path, robot, overrides or []):
+        for finding in base_findings(path, robot, overrides):
             sys.stdout.write(f"{finding.level.value}: {finding.message}\n")
         for row in [row for row in rows if row["state"] == "failed"][:10]:
             sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")

@@ -98,9 +98,7 @@ def posterior_text(posterior: ParameterPosterior, robot: str) -> str:
         json.dumps({"name": p.name, "value": _digits(v / p.unit), "sigma": _digits(s / p.unit)})
         for p, v, s in zip(posterior.parameters, posterior.value.tolist(), sigma.tolist())
     ]
-    lines = [
-        "[" + ", ".join([*(_decimals(r) for r in row[:i].tolist()), "1"]) + "]" for i, row in enumerate(correlation)
-    ]
+    lines = correlation_rows(correlation)
     return (
         f'{{\n"robot": {json.dumps(robot)},\n"parameters": [\n' + ",\n".join(rows) + "\n],\n"
         '"correlation": [\n' + ",\n".join(lines) + "\n]\n}\n"
@@ -143,33 +141,44 @@ def read_posterior(
     parameters = tuple(numbers[name][0] for name in names)
     unit = np.array([p.unit for p in parameters])
     sigma = np.array([s for *_, s in rows]) * unit
-    correlation = _correlation(lower, names, where)
+    correlation = correlation_matrix(lower, names, where, _MEND)
     return ParameterPosterior(
         parameters, np.array([numbers[name][1] for name in names]), correlation * np.outer(sigma, sigma)
     )
 
 
-def _correlation(lower: list[list[float]], names: list[str], where: str) -> Array:
-    """A matrix (P, P) from its rows up to the diagonal."""
+def correlation_rows(correlation: Array) -> list[str]:
+    """A matrix (P, P) as text, row by row to the diagonal."""
+    return [
+        "[" + ", ".join([*(_decimals(r) for r in row[:i].tolist()), "1"]) + "]" for i, row in enumerate(correlation)
+    ]
+
+
+def correlation_matrix(lower: Sequence[Sequence[float]], names: Sequence[str], where: str, mend: str) -> Array:
+    """A matrix (P, P) from its rows up to the diagonal.
+
+    Raises:
+        InputError: It is no matrix of correlations of these names.
+    """
     matrix = np.zeros((len(names), len(names)))
     if len(lower) != len(names):
-        raise InputError(f"{where}: correlation: {len(lower)} rows of {len(names)} parameters; {_MEND}")
+        raise InputError(f"{where}: correlation: {len(lower)} rows of {len(names)} parameters; {mend}")
     for i, row in enumerate(lower):
         if len(row) != i + 1:
-            raise InputError(f"{where}: correlation: row {i + 1} has {len(row)} numbers, must be {i + 1}; {_MEND}")
+            raise InputError(f"{where}: correlation: row {i + 1} has {len(row)} numbers, must be {i + 1}; {mend}")
         matrix[i, : i + 1] = row
     bad = np.argwhere(~(np.abs(matrix) <= 1 + 0.5 * 10.0**-DECIMALS))
     if len(bad):
         i, j = bad[0].tolist()
         raise InputError(
-            f"{where}: correlation: of {names[i]} with {names[j]}: {matrix[i, j]:g}, must be -1 to 1; {_MEND}"
+            f"{where}: correlation: of {names[i]} with {names[j]}: {matrix[i, j]:g}, must be -1 to 1; {mend}"
         )
     if (np.diag(matrix) != 1).any():
         raise InputError(f"{where}: correlation: of {names[int(np.argmin(np.diag(matrix)))]} with itself must be 1")
     matrix = matrix + np.tril(matrix, -1).T
     least = float(np.linalg.eigvalsh(matrix)[0]) if len(matrix) else 0.0
     if least < -len(matrix) * 10.0**-DECIMALS:  # what rounding can do
-        raise InputError(f"{where}: correlation: not positive (an eigenvalue is {least:.3g}): no covariance; {_MEND}")
+        raise InputError(f"{where}: correlation: not positive (an eigenvalue is {least:.3g}): no covariance; {mend}")
     return matrix
 
 

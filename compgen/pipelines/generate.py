@@ -91,7 +91,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
     notes += unknown_start_findings(job.robot, job.sources, model, theta, places, rise, motion, path.contact)
     notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.unlikely]
-    if not job.history.before:
+    if not job.history.before and job.heat.start is None:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":
         text = "the controller corrects its own geometry: only sources it does not know may be active"

@@ -10,6 +10,7 @@ from compgen.core.arrays import Array
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.core.sealed import seal
+from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.posterior import ParameterPosterior
 from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
@@ -50,6 +51,7 @@ class Cell:
     unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's; what is missing
     posterior: ParameterPosterior | None = None  # how well identification knows its parameters together
     fit: FitLimits = field(default_factory=FitLimits)  # what its identification says that it cannot do
+    state: AnchoredState | None = None  # that its heat begins with, and that its base and sources are moved by
 
 
 @dataclass(frozen=True, slots=True)

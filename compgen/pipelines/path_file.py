@@ -19,7 +19,7 @@ from compgen.core.findings import Finding, Level
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped
-from compgen.core.units import DEG, HOUR, MM, UM
+from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
 from compgen.core.unlikely import unlikely_values
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.pipelines.day_plan import Programs, plan_history
@@ -28,6 +28,7 @@ from compgen.pipelines.motion_plan import coarse_motion, leads_in, plan_written_
 from compgen.pipelines.part_frame import frame_of
 from compgen.pipelines.robot_file import cell_of, find_robot, refuse_unprintable, with_other_heat_model
 from compgen.pipelines.schema import PathFile
+from compgen.pipelines.state_in_place import cell_with_state, history_from_state, load_state, state_note
 from compgen.pipelines.uncertainty import refuse_without_uncertainty
 from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.curves import PiecewiseCurve
@@ -51,7 +52,7 @@ from compgen.thermal.network import NetworkModel
 from compgen.verification.tables import bounds_of
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
-HISTORY = ("before", "cycle", "after", "shift", "ambient", "log")
+HISTORY = ("before", "cycle", "after", "shift", "ambient", "log", "state")
 
 
 def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
@@ -106,14 +107,18 @@ def _job_of(files: _JobFiles) -> Job:
     other = with_other_heat_model(files.robot_text)
     air = tables.ambient_of(path.ambient, str(source))
     read = None
-    if path.log is not None:
+    is_air_given = bool(path.ambient.model_fields_set - {"reference_degC", "clock_h"})
+    if path.log is not None and path.state is None:
         read = tables.log_of(path.log, cell.heat.names, cell.sensors, path.ambient.reference_degC, str(source))
-        if not path.ambient.model_fields_set - {"reference_degC", "clock_h"}:
+        if not is_air_given:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)
     program, longer = _program(path, str(source), cell, settings.rate)
+    state_file = "" if path.state is None else os.path.normpath(source.parent / path.state.file)
+    age = 0.0 if path.state is None else path.state.age_min * MINUTE
+    state = load_state(state_file, cell, age) if state_file else None
     others = files_read(path, str(source))
-    data = [files.path_data, files.robot_text.tables]
+    data = [_without_state_file(files.path_data), files.robot_text.tables]
     inputs = json.dumps([__version__, source.stem, *data, *others], sort_keys=True, default=str)
 
     def load(name: str) -> ProgramPlan:
@@ -135,6 +140,12 @@ def _job_of(files: _JobFiles) -> Job:
             written = plan_written_motion(program, cell, program.process.feed)
             loss, _ = mean_losses(cell.robot, cell.heat.drives, written.joint_motion)
         cell = replace(cell, heat=fit_log(read, cell.heat, loss).heat)
+    notes: tuple[Finding, ...] = ()
+    if state is not None:
+        cell = cell_with_state(cell, state, state_file)
+        history = history_from_state(history, state, age, air if is_air_given else None)
+        replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
+        notes = (state_note(state, age, replaced),)
     job = Job(
         name=source.stem,
         title=path.title,
@@ -146,12 +157,18 @@ def _job_of(files: _JobFiles) -> Job:
         bounds=bounds_of(path.bounds, str(source)),
         overrides=files.overrides,
         inputs_hash=sha256(inputs.encode()).hexdigest(),
-        unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer),
+        unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer, *notes),
         on_other_heat_model=None if other is None else replace(files, robot_text=other),
         ensemble=ensemble,
     )
     refuse_without_uncertainty(job)
     return job
+
+
+def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:
+    """A path file's tables without where a state's file lies: its contents are an input, not its place."""
+    state = data.get("state")
+    return {**data, "state": {k: v for k, v in state.items() if k != "file"}} if isinstance(state, dict) else data
 
 
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
@@ -280,8 +297,8 @@ def files_read(path: PathFile, where: str) -> list[str]:
     """Hashes of the other files that a path file reads: they are inputs as well."""
     frame = path.frame.file if path.frame else None
     points = path.path.file if isinstance(path.path, OwnPoints) else None
-    log = path.log.file if path.log else None
-    names = [n for n in (path.ambient.file, log, frame, points, path.surface.file) if n]
+    log, state = (table.file if table else None for table in (path.log, path.state))
+    names = [n for n in (path.ambient.file, log, state, frame, points, path.surface.file) if n]
     sources = [Path(where).parent / n for n in names]
     rows = (*path.before, *path.cycle, *path.after)
     sources += [Path(find_program(row.program, where)) for row in rows if row.program]

@@ -58,6 +58,8 @@ def compose_program(
         pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
         remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
         remarks += start_remarks(job, start_window)
+        if (state := job.cell.state) is not None:
+            remarks.append(f"state {state.digest[:8]} holds {state.window:.0f} s"[:REMARK_WIDTH])
     program = Program(
         name=program_name_of(job),
         comment=f"compgen {job.inputs_hash[:8]}",

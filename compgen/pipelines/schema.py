@@ -22,7 +22,7 @@ from compgen.robot.tables import (
     SingularityTable,
     ToolTable,
 )
-from compgen.thermal.tables.schema import AmbientTable, LogTable, ShiftTable, StepTable, ThermalTable
+from compgen.thermal.tables.schema import AmbientTable, LogTable, ShiftTable, StateTable, StepTable, ThermalTable
 from compgen.verification.tables import BoundsTable
 
 
@@ -58,6 +58,7 @@ class PathFile(Table):
     """Working hours of every day, for the stretches with shifts = true."""
     ambient: AmbientTable = AmbientTable()
     log: LogTable | None = None
+    state: StateTable | None = None
     bounds: BoundsTable
 
 

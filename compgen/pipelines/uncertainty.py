@@ -12,6 +12,7 @@ from compgen.error_model.knowledge import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.pipelines.job import Cell, Job
+from compgen.pipelines.state_in_place import state_columns
 from compgen.thermal.uncertainty import HeatChange
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
@@ -54,6 +55,7 @@ def quantities_of_cell(cell: Cell) -> JobUncertainty:
         parameters,
         (
             *_of_warmth(cell, nothing),
+            *_of_state(cell, parameters, nothing),
             *_of_expansion(cell, parameters, nothing),
             *_of_posterior(cell, parameters, nothing),
             *_of_sources(cell, parameters, nothing),
@@ -112,13 +114,25 @@ def _of_warmth(cell: Cell, nothing: Cause) -> list[Quantity]:
             quantities.append(Quantity(f"law of {name}", "temperature law", replace(nothing, heat=heat)))
     if warmth.sensors:
         shift = np.full(K, warmth.sensors)
-        heat = replace(zero, rise=shift, start=shift)
+        # what an anchored state begins with is known as its own covariance says
+        heat = replace(zero, rise=shift, start=shift if cell.state is None else zero.start)
         quantities.append(Quantity("thermocouples", "thermocouples", replace(nothing, heat=heat)))
     if warmth.air:
         quantities.append(Quantity("air", "air", replace(nothing, heat=replace(zero, air=warmth.air))))
     if warmth.feed:
         quantities.append(Quantity("feed", "feed", replace(nothing, heat=replace(zero, feed=warmth.feed))))
     return quantities
+
+
+def _of_state(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:
+    """What the touches left open: the columns of an anchored state's covariance, whose rises fade with their lag."""
+    return [
+        Quantity(
+            f"state {k + 1}", "anchored state",
+            replace(nothing, parameters=values, heat=replace(nothing.heat, start=rise)),
+        )
+        for k, (values, rise) in enumerate(zip(*state_columns(cell, parameters)))
+    ]  # fmt: skip
 
 
 def _of_expansion(cell: Cell, parameters: SourceParameters, nothing: Cause) -> list[Quantity]:

@@ -115,6 +115,11 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         ],
         "joint_range_deg": _joint_range(planned, corrected),
     }
+    if (state := job.cell.state) is not None:
+        report["provenance"]["state"] = {
+            "sha256": state.digest, "verdict": state.verdict, "time_s": state.time, "window_s": state.window,
+            "age_s": job.history.clock,
+        }  # fmt: skip
     return report
 
 

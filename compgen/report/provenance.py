@@ -35,6 +35,7 @@ def provenance(result: Correction) -> dict[str, Any]:
             {"state": d.state, "feed_mm_s": round(d.feed / MM, 9), "duration_h": round(d.duration / HOUR, 9)}
             for d in result.before
         ],
+        **({} if result.cell.state is None else {"state_sha256": result.cell.state.digest}),
         "start_K": dict(zip(result.cell.heat.names, result.plan.stations.start.tolist())),
         "options": {
             "split": options.split,

@@ -274,7 +274,7 @@ def _text_findings(result: Correction) -> list[Finding]:
 def _heat_findings(result: Correction) -> list[Finding]:
     drive, stations, heat = result.plan.drive, result.plan.stations, result.cell.heat
     findings = list(result.cell.unlikely)
-    if not result.before:
+    if not result.before and result.cell.heat.start is None:
         findings.append(Finding(Level.NOTE, "thermal.cold", "no --before: the cell starts cold"))
     run = drive.duration > 0
     if run.any() and np.nansum(drive.length) > 0:

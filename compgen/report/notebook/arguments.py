@@ -11,6 +11,7 @@ from compgen.core.findings import Progress
 from compgen.core.toml import brief_value, toml_value
 
 MAX_WORKERS = 64
+STATE = "a state that cgen anchor wrote, as 'state.toml'"
 EXAMPLE = "{'process.feed_mm_s': 100}"  # of overrides
 T = TypeVar("T")
 

@@ -15,10 +15,12 @@ from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.path_file import load_job as read_job
 from compgen.pipelines.program_text import DATE
 from compgen.pipelines.robot_file import load_robot as read_robot
+from compgen.pipelines.state_in_place import seconds_of_age, state_overrides
 from compgen.report.files import job_reports
 from compgen.report.job_page import FIGURES, job_figures
 from compgen.report.job_summary import job_summary
 from compgen.report.notebook.arguments import (
+    STATE,
     File,
     Overrides,
     assignments,
@@ -39,7 +41,13 @@ ROBOT = "a robot's name, as 'm710ic50', or its file"
 JOB = "give what compgen.load_job returns"
 
 
-def load_job(path: File, robot: File | None = None, overrides: Overrides | None = None) -> Job:
+def load_job(
+    path: File,
+    robot: File | None = None,
+    overrides: Overrides | None = None,
+    state: File | None = None,
+    state_age: str | None = None,
+) -> Job:
     """Read a path file, its robot's file, and what shall be different from both.
 
     Args:
@@ -47,6 +55,8 @@ def load_job(path: File, robot: File | None = None, overrides: Overrides | None 
         robot: Name or file of a robot; by default what the path file says.
         overrides: Keys of the path file and their values, as ``{"process.feed_mm_s": 100, "before.0.duty": 0.5}``;
             ``robot.`` leads into the robot file. Or texts ``key=value``, as ``cgen --set`` takes them.
+        state: What ``cgen anchor`` wrote: how the robot begins, in place of ``before`` and a log.
+        state_age: How long before the start that was, the robot standing since, as ``"20min"``.
 
     Returns:
         The job, which does not change: another feed or duty is another job.
@@ -55,7 +65,11 @@ def load_job(path: File, robot: File | None = None, overrides: Overrides | None 
         InputError: Anything wrong, naming file and key.
     """
     name = file_name(path, "path", "a path file, as 'paths/spiral_1300.toml'")
-    return remember(read_job(name, optional_name(robot, "robot", ROBOT), assignments(overrides)))
+    age = optional_name(state_age, "state_age", "a time, as '20min'")
+    of_state = state_overrides(
+        name, optional_name(state, "state", STATE), seconds_of_age(age) if age is not None else 0.0
+    )
+    return remember(read_job(name, optional_name(robot, "robot", ROBOT), [*assignments(overrides), *of_state]))
 
 
 def load_robot(robot: File) -> Robot:

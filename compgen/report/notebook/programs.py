@@ -21,10 +21,12 @@ from compgen.pipelines.program_file import read_program as read_bytes
 from compgen.pipelines.programs_beside import programs_beside
 from compgen.pipelines.robot_choice import robot_of_program
 from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.state_in_place import begin
 from compgen.report.correction_page import FIGURES, correction_figures
 from compgen.report.correction_summary import correction_columns, correction_summary
 from compgen.report.files import correction_files
 from compgen.report.notebook.arguments import (
+    STATE,
     File,
     Overrides,
     assignments,
@@ -158,6 +160,8 @@ def correct(
     overrides: Overrides | None = None,
     progress: Progress | None = None,
     average_over: Mapping[str, Any] | str | None = None,
+    state: File | None = None,
+    state_age: str | None = None,
 ) -> CorrectedProgram:
     """Correct a program that exists: only the numbers of its positions change; the same as ``cgen correct``.
 
@@ -177,6 +181,8 @@ def correct(
         overrides: Keys of the robot file and their values.
         progress: Called with the stage and the share of it that is done, 0 to 1; what it raises ends the run.
         average_over: One file for many starts, as ``{"delay_s": [0, 1200], "override_percent": [50, 100]}``.
+        state: What ``cgen anchor`` wrote, in place of ``before``.
+        state_age: How long before the start that was, as ``"20min"``.
 
     Raises:
         InputError: An argument is wrong, a frame is not known, the program carries compgen's mark.
@@ -201,7 +207,8 @@ def correct(
     with nullcontext() if file is None else naming_program(file):
         chosen = robot_of_program(content) if robot_name is None else robot_name
     cell = load_cell(chosen, assignments(overrides))
-    frames_table, history = read_frames(frames_file), load_before(history_words)
+    frames_table, age = read_frames(frames_file), optional_name(state_age, "state_age", "a time, as '20min'")
+    cell, history = begin(cell, load_before(history_words), optional_name(state, "state", STATE), age)
     register_table = read_registers(register_file)
     neighbours = programs_beside(Path(file)) if file is not None else _no_program
     with nullcontext() if file is None else naming_program(file), numpy_alone():

@@ -201,6 +201,15 @@ class NodeTable(Table):
     """Time constant."""
 
 
+class StateTable(Table):
+    """What the robot is before the program, as cgen anchor found it: it stands in place of [[before]] and [log]."""
+
+    file: str
+    """The state's file, from the path file's folder; cgen's --state."""
+    age_min: Annotated[FiniteFloat, Field(ge=0, le=1e5)] = 0.0
+    """How long before the program it was; the robot has stood since, with its servo on; cgen's --state-age."""
+
+
 class SectionTable(Table):
     """A section of a profile, from the end of the one before it."""
 

@@ -1,0 +1,205 @@
+r"""What a robot is at a time: how warm, where its base stands, what else has drifted; and how well that is known.
+
+    x = (rises of K nodes [K], shift of the base in World [m], its turn [rad], D numbers of the robot file)
+
+with one covariance. A thermal model with more modes than rises has its modal state beside them. It is text:
+``state.toml`` gives values and standard deviations with their units, and the correlations row by row to the diagonal.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, FiniteFloat
+
+from compgen.core.arrays import Array, own
+from compgen.core.exceptions import InputError
+from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.quantities import Number
+from compgen.core.toml import Table, check, read_toml_text, toml_value
+from compgen.core.units import MDEG, UM
+from compgen.error_model.posterior import correlation_matrix, correlation_rows
+
+Verdict = Literal["anchored", "leave it", "something moved", "cannot tell", "forecast"]
+#: verdicts with which a state may stand in place of history
+ACCEPTED = ("anchored", "leave it", "something moved", "forecast")
+BASE = 6  # numbers of the base: shift x y z, turn x y z
+_MEND = "take the file as cgen anchor wrote it"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AnchoredState:
+    """A robot at a time."""
+
+    model: str  # "nodes" or "network": the heat model that it was found with
+    nodes: tuple[str, ...]  # names of the K rises
+    rise: Array  # (K,) [K]
+    modal: Array | None  # (S,) of a model with more modes than rises
+    base: Array  # (6,) [m], [rad]: how far the arm has moved in World from where its robot file has it
+    drifting: tuple[str, ...]  # D numbers of the robot file, as in "joint_zeros.offset_mdeg[2]"
+    drift: Array  # (D,) what is added to them, in the unit that their name says
+    covariance: Array  # (K + 6 + D, K + 6 + D) in the same units
+    air: float  # [K] rise of the air
+    time: float  # [s] on the clock of touches and log
+    window: float  # [s] how long after that it holds, the robot standing
+    verdict: Verdict
+    made_from: Mapping[str, str] = field(default_factory=dict)  # sha256 of each file
+    digest: str = ""  # sha256 of the state's own file
+
+    def __post_init__(self) -> None:
+        own(self, rise=("K",), base=(BASE,), drift=("D",), covariance=("X", "X"))
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations, (K + 6 + D,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def factor(self) -> Array:
+        """Columns F of the covariance F F^T, (K + 6 + D, R), none of them zero."""
+        size = np.where(self.sigma > 0, self.sigma, 1.0)
+        values, vectors = np.linalg.eigh(self.covariance / np.outer(size, size))
+        columns = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        return np.asarray(columns[:, values > 1e-12])
+
+
+class _State(Table):
+    verdict: Verdict
+    time_s: Annotated[FiniteFloat, Field(ge=0, le=1e11)]
+    window_s: Annotated[FiniteFloat, Field(ge=0, le=1e6)]
+    air_K: Annotated[FiniteFloat, Field(ge=-80, le=80)]
+    heat_model: Literal["nodes", "network"]
+
+
+class _Warmth(Table):
+    node: Annotated[list[str], Field(min_length=1, max_length=200)]
+    K: list[Number]
+    sigma_K: list[Number]
+    modal: list[FiniteFloat] | None = None
+
+
+class _Base(Table):
+    shift_um: Annotated[list[Number], Field(min_length=3, max_length=3)]
+    turn_mdeg: Annotated[list[Number], Field(min_length=3, max_length=3)]
+    sigma_um: Annotated[list[Number], Field(min_length=3, max_length=3)]
+    sigma_mdeg: Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+class _Drifting(Table):
+    parameter: Annotated[str, Field(max_length=120)]
+    change: Number
+    sigma: Number
+
+
+class StateFile(Table):
+    """The file of a state."""
+
+    state: _State
+    rise: _Warmth
+    base: _Base
+    drifting: Annotated[list[_Drifting], Field(max_length=100)] | None = None
+    correlation: list[list[FiniteFloat]]
+    made_from: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]]
+
+
+def read_state(source: str) -> AnchoredState:
+    """A state from its file.
+
+    Raises:
+        InputError: Not there, or anything wrong in it, naming file and key.
+    """
+    text = read_toml_text(Path(source), "paths", "--state names what cgen anchor wrote, state.toml")
+    file = check(StateFile, text.tables, source)
+    warmth, base, drifting = file.rise, file.base, file.drifting or ()
+    for key in ("K", "sigma_K"):
+        count = len(getattr(warmth, key))
+        if count != len(warmth.node):
+            raise InputError(f"{source}: rise.{key}: {count} values of {len(warmth.node)} nodes; {_MEND}")
+    units = np.concatenate([np.ones(len(warmth.node)), np.repeat([UM, MDEG], 3), np.ones(len(drifting))])
+    sigma = np.array([*warmth.sigma_K, *base.sigma_um, *base.sigma_mdeg, *(d.sigma for d in drifting)]) * units
+    names = [*warmth.node, *"xyzwpr", *(d.parameter for d in drifting)]
+    if (sigma < 0).any():
+        name = names[int(np.argmin(sigma))]
+        raise InputError(f"{source}: {name}: a standard deviation below zero; {_MEND}")
+    correlation = correlation_matrix(file.correlation, names, source, _MEND)
+    return AnchoredState(
+        model=file.state.heat_model,
+        nodes=tuple(warmth.node),
+        rise=np.array(warmth.K),
+        modal=np.array(warmth.modal) if warmth.modal else None,
+        base=np.concatenate([np.array(base.shift_um) * UM, np.array(base.turn_mdeg) * MDEG]),
+        drifting=tuple(d.parameter for d in drifting),
+        drift=np.array([d.change for d in drifting]),
+        covariance=correlation * np.outer(sigma, sigma),
+        air=file.state.air_K,
+        time=file.state.time_s,
+        window=file.state.window_s,
+        verdict=file.state.verdict,
+        made_from=file.made_from,
+        digest=sha256(text.content).hexdigest(),
+    )
+
+
+def state_hash(source: str) -> str:
+    """The sha256 of a state's file, by which what is made with it names it."""
+    return sha256(read_regular(source, MOST_TABLE_BYTES)).hexdigest()
+
+
+def state_text(state: AnchoredState) -> str:
+    """The state's file."""
+    sigma, K = state.sigma, len(state.nodes)
+    size = np.where(sigma > 0, sigma, 1.0)
+    shift, turn = state.base[:3] / UM, state.base[3:] / MDEG
+    lines = [
+        "# What a robot is at a time, as cgen anchor wrote it; for --state of cgen generate and others",
+        "[state]",
+        f'verdict = "{state.verdict}"',
+        f"time_s = {_number(state.time)} # on the clock of touches and log",
+        f"window_s = {_number(state.window)} # how long after that it holds, the robot standing with its servo on",
+        f"air_K = {_number(state.air)}",
+        f'heat_model = "{state.model}"',
+        "",
+        "[rise]",
+        f"node = {toml_value(list(state.nodes))}",
+        f"K = {_numbers(state.rise)}",
+        f"sigma_K = {_numbers(sigma[:K])}",
+    ]
+    if state.modal is not None:
+        lines.append(f"modal = {_numbers(state.modal, 17)}")
+    lines += [
+        "",
+        "# how far the arm stands in World from where its robot file has it",
+        "[base]",
+        f"shift_um = {_numbers(shift)}",
+        f"turn_mdeg = {_numbers(turn)}",
+        f"sigma_um = {_numbers(sigma[K : K + 3] / UM)}",
+        f"sigma_mdeg = {_numbers(sigma[K + 3 : K + BASE] / MDEG)}",
+        "",
+    ]
+    for name, change, s in zip(state.drifting, state.drift.tolist(), sigma[K + BASE :].tolist()):
+        lines += ["[[drifting]]", f'parameter = "{name}"', f"change = {_number(change)}", f"sigma = {_number(s)}", ""]
+    rows = correlation_rows(state.covariance / np.outer(size, size))
+    # a table of the top level stands before any other: TOML reads keys into the table above them
+    head, rest = lines[:1], lines[1:]
+    head += [
+        "# of rises, base shift, base turn and drifting numbers, in this order, to the diagonal",
+        "correlation = [",
+    ]
+    head += [f"  {row}," for row in rows] + ["]", ""]
+    made = [f'{_key(name)} = "{digest}"' for name, digest in state.made_from.items()]
+    return "\n".join([*head, *rest, "[made_from] # sha256", *made]) + "\n"
+
+
+def _key(name: str) -> str:
+    return name if name.replace("_", "").isalnum() and name.isascii() else toml_value(name)
+
+
+def _number(value: float, digits: int = 9) -> str:
+    return repr(float(f"{value:.{digits}g}") + 0.0)
+
+
+def _numbers(values: Array, digits: int = 9) -> str:
+    return "[" + ", ".join(_number(v, digits) for v in values.tolist()) + "]"
