@@ -17,6 +17,7 @@ from compgen.cli.inspect import inspect
 from compgen.cli.jobs import check, generate, predict
 from compgen.cli.pages import pages
 from compgen.cli.plan_poses import plan_poses
+from compgen.cli.plan_touches import plan_touches
 from compgen.cli.schema import schema
 from compgen.cli.teach_frame import teach_frame
 from compgen.cli.whatif import whatif
@@ -49,6 +50,7 @@ for command in (
     validate,
     teach_frame,
     plan_poses,
+    plan_touches,
     init,
     schema,
 ):

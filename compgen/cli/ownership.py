@@ -106,6 +106,27 @@ def check_planned_poses(folder: Path, program: str, reversals: str) -> None:
             raise _refusal(folder, f"{name} in it has measurements; move it away, or")
 
 
+def check_planned_touches(folder: Path, program: str, record: str, table: str) -> None:
+    """Raises InputError when touches that are planned anew would replace other files, or touches that were made.
+
+    Args:
+        folder: Where results go.
+        program: The file that touches.
+        record: What was planned.
+        table: What the shop fills in.
+    """
+    if "planned_touches" not in read_record(folder / record):
+        _check_foreign(folder, "plan-touches", [program, record, table])
+    try:
+        lines = read_regular(folder / table).splitlines()[1:]
+    except FileNotFoundError:
+        return
+    except OSError:
+        lines = [b"?"]
+    if not all(line.startswith(b",") for line in lines):
+        raise _refusal(folder, f"{table} in it has touches that were made; move it away, or")
+
+
 def check_identified(target: Path) -> None:
     """Raises InputError when a robot file, or a report beside it, is there that ``identify`` has not written."""
     foreign = target if os.path.lexists(target) and not _contains(target, b"\n[identified]", MOST_TABLE_BYTES) else None

@@ -32,6 +32,16 @@ def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wa
     ]
     for n in range(1, len(pendant_deg) + 1):
         body += [f"J P[{n}] {SPEED_PERCENT}% FINE    ;", f"  WAIT {wait_s:6.2f}(sec) ;"]
+    lines = program_lines(name, comment, date, body)
+    for n, row in enumerate(pendant_deg.tolist(), 1):
+        a = [f"J{k}= {v:9.3f} deg" for k, v in enumerate(row, 1)]
+        lines += [f"P[{n}]{{", "   GP1:", f"\tUF : 0, UT : {utool},\t"]
+        lines += [f"\t{a[0]},\t{a[1]},\t{a[2]},", f"\t{a[3]},\t{a[4]},\t{a[5]}", "};"]
+    return "\r\n".join([*lines, "/END", ""]).encode("ascii")
+
+
+def program_lines(name: str, comment: str, date: str, body: list[str]) -> list[str]:
+    """The lines of a program down to /POS: its header, and its statements numbered."""
     head = [
         f"/PROG  {name}", "/ATTR", "OWNER\t\t= MNEDITOR;", f'COMMENT\t\t= "{comment}";', "PROG_SIZE\t= 0;",
         f"CREATE\t\t= DATE {date}  TIME 00:00:00;", f"MODIFIED\t= DATE {date}  TIME 00:00:00;", "FILE_NAME\t= ;",
@@ -40,9 +50,4 @@ def measuring_program(name: str, comment: str, date: str, pendant_deg: Array, wa
         "      ABORT_REQUEST\t= 0,", "      PAUSE_REQUEST\t= 0;", "DEFAULT_GROUP\t= 1,*,*,*,*;",
         "CONTROL_CODE\t= 00000000 00000000;", "/MN",
     ]  # fmt: skip
-    lines = [*head, *(f"{i:4d}:{text}" for i, text in enumerate(body, 1)), "/POS"]
-    for n, row in enumerate(pendant_deg.tolist(), 1):
-        a = [f"J{k}= {v:9.3f} deg" for k, v in enumerate(row, 1)]
-        lines += [f"P[{n}]{{", "   GP1:", f"\tUF : 0, UT : {utool},\t"]
-        lines += [f"\t{a[0]},\t{a[1]},\t{a[2]},", f"\t{a[3]},\t{a[4]},\t{a[5]}", "};"]
-    return "\r\n".join([*lines, "/END", ""]).encode("ascii")
+    return [*head, *(f"{i:4d}:{text}" for i, text in enumerate(body, 1)), "/POS"]

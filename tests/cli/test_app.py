@@ -15,7 +15,7 @@ from compgen.cli.app import app
 COMMANDS = (
     "generate", "predict", "check", "inspect", "correct", "pages", "heat", "whatif", "identify", "validate",
     "teach-frame",
-    "plan-poses", "init", "schema",
+    "plan-poses", "plan-touches", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """
@@ -101,7 +101,7 @@ COMP_WORDS=({words}) COMP_CWORD={at}
 _cgen_completion cgen
 printf '%s\\n' "${{COMPREPLY[@]}}"
 """
-    words = bash(complete.format(words="cgen pl", at=1), HOME=str(tmp_path)).stdout.split()
+    words = bash(complete.format(words="cgen plan-p", at=1), HOME=str(tmp_path)).stdout.split()
     assert words == ["plan-poses"]
     words = bash(complete.format(words="cgen generate --wo", at=2), HOME=str(tmp_path)).stdout.split()
     assert words == ["--workers"]

@@ -1,0 +1,127 @@
+"""The command that says which spheres to touch, and from where, to know best where a path will be."""
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from compgen.cli.options import DEFAULT_DATE, Date, FramesFile, JobRobot, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.ownership import check_planned_touches
+from compgen.cli.publish import publish
+from compgen.core.dates import checked_date
+from compgen.core.exceptions import InputError
+
+CONDITION = re.compile(r"(?:DI|RI|UI|SI|WI|F|M)\[[1-9][0-9]{0,4}\]=(?:ON|OFF)")
+RECORD, TABLE = "plan.json", "touches.csv"
+
+
+def plan_touches(
+    path: PathFile,
+    artefact: Annotated[str | None, typer.Option("--artefact", help="TOML of spheres and probe.")] = None,
+    count: Annotated[int, typer.Option("-n", help="How many touches.")] = 8,
+    centres: Annotated[
+        bool, typer.Option("--centres", help="Each touch locates a sphere's centre (a nest, a centring probe).")
+    ] = False,
+    stops: Annotated[
+        bool, typer.Option("--stops", help="The program pauses at each touch, for reading by hand.")
+    ] = False,
+    skip: Annotated[
+        str, typer.Option("--skip", help="Signal that ends a search, as SKIP CONDITION has it.")
+    ] = "DI[1]=ON",
+    register: Annotated[int, typer.Option("--pr", help="First position register that keeps a touch.")] = 1,
+    utool: Annotated[int, typer.Option("--utool", help="Number of the probe's tool on the controller.")] = 9,
+    sigma: Annotated[float, typer.Option("--sigma", help="Of one coordinate of a touch, um.")] = 12.0,
+    clearance: Annotated[float, typer.Option("--clearance", help="From where a search begins, mm before it.")] = 20.0,
+    beyond: Annotated[
+        float, typer.Option("--beyond", help="How far a search may go behind the planned touch, mm.")
+    ] = 3.0,
+    frames: FramesFile = None,
+    robot: JobRobot = None,
+    overrides: Overrides = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder; default outputs/<path name>_touches.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
+    date: Date = DEFAULT_DATE,
+    quiet: Quiet = False,
+) -> None:
+    """Choose the touches that tell most of where a path will be: a CSV to fill in, and a program that touches."""
+    from compgen.cli.progress_bar import show_progress
+    from compgen.core.units import MM, UM
+    from compgen.fanuc import program_name
+    from compgen.fanuc.touch_program import Signal
+    from compgen.identification.touch_candidates import Search
+    from compgen.identification.touches import read_artefact
+    from compgen.pipelines.path_file import load_job
+    from compgen.pipelines.touch_frame import frame_of_artefact
+    from compgen.pipelines.touch_plan import plan_path_touches
+    from compgen.pipelines.touch_text import positions_of, write_touches
+    from compgen.report.touch_plan import touch_record, touches_csv
+
+    if artefact is None:
+        raise InputError("--artefact: missing; give the TOML of spheres and probe")
+    _check_numbers(
+        ("--sigma", sigma, 0.1, 1e4), ("--clearance", clearance, 1, 500), ("--beyond", beyond, 0.1, 50),
+        ("--utool", utool, 1, 29), ("--pr", register, 1, 9999),
+    )  # fmt: skip
+    signal = None if stops or centres else Signal(_condition(skip), register)
+    folder = output_folder(path, output, "_touches")
+    job = load_job(path, robot, overrides or ())
+    name = program_name(f"{job.name}_touches", job.robot.controller.name_length)
+    check_planned_touches(folder, f"{name}.LS", RECORD, TABLE)
+    spheres = read_artefact(artefact)
+    frame = frame_of_artefact(spheres, job.frame, frames)
+    with show_progress(quiet or as_json) as progress:
+        search = Search(clearance * MM, beyond * MM)
+        planned = plan_path_touches(job, spheres, frame, count, sigma * UM, search, centres, progress)
+    text = write_touches(planned, name, checked_date(date), utool, signal)
+    touches = positions_of(planned, utool, signal is None)
+    record = touch_record(planned, touches, signal)
+    reports = {
+        RECORD: (json.dumps(record, indent=2, allow_nan=False) + "\n").encode(),
+        TABLE: touches_csv(planned, touches, signal is None),
+    }
+    publish(folder, {f"{name}.LS": text}, reports, {f"{name}.LS", *reports})
+    if as_json:
+        sys.stdout.write(reports[RECORD].decode())
+    elif not quiet:
+        _show(record, folder, [f"{name}.LS", *reports])
+
+
+def _check_numbers(*given: tuple[str, float, float, float]) -> None:
+    for option, value, least, most in given:
+        if not least <= value <= most:
+            raise InputError(f"{option} {value:g}: must be {least:g} to {most:g}")
+
+
+def _condition(text: str) -> str:
+    plain = text.replace(" ", "").upper()
+    if not CONDITION.fullmatch(plain):
+        raise InputError(f"--skip {text[:40]!r}: no condition of a signal; give one such as 'DI[1]=ON' or 'RI[2]=OFF'")
+    return plain
+
+
+def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
+    """Print the touches, what each gains, and the files."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    table = Table("touch", "sphere", "probe moves along (World)", "leaves rms, um", "gain")
+    for n, touch in enumerate(record["touches"], 1):
+        normal = touch["normal"]
+        along = "to its centre" if normal is None else "  ".join(f"{round(v, 2) + 0.0:5.2f}" for v in normal)
+        table.add_row(str(n), touch["target"], along, f"{touch['rms_um']:.1f}", f"{100 * touch['gain']:.0f} %")
+    console.print(table)
+    before, after, n = record["before"], record["after"], record["planned_touches"]
+    console.print(
+        f"drift of the path that is not known (standard deviation): {before['rms_um']:.1f} um rms, "
+        f"{before['p99_um']:.1f} um p99; after {n} touches {after['rms_um']:.1f} and {after['p99_um']:.1f} um; "
+        f"one more gains {100 * record['one_more']['gain']:.0f} %"
+    )
+    for finding in record["findings"]:
+        console.print(f"{finding['level']}: {finding['message']}")
+    console.print(f"wrote {', '.join(files)} to {folder}")

@@ -1,0 +1,206 @@
+r"""Ways to touch spheres: directions and probe orientations that the arm reaches in a program's posture.
+
+A ball of radius r touches a sphere of radius R about s, moving along n, when its centre is at
+
+    c = s - (R + r) n
+
+The probe's stem runs from the ball back along -t, t the flange's z. It stays clear of the sphere while -t . n' >= 0,
+n' = -n the outward normal at the touch; spheres stand on stems below them, so nothing touches from underneath. The
+probe comes from above along t to a distance of ``clearance`` before c, searches along n, and may go ``beyond`` c. A
+way is kept where all of it is in reach, within the joints' limits, away from singularities, and on one branch.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.pose import Pose
+from compgen.core.rotations import rotation_matrix
+from compgen.core.units import DEG, MM
+from compgen.robot.inverse_kinematics import Posture, flange_from_tool, solve_tool
+from compgen.robot.joint_path import legal_turns, nearest_turns
+from compgen.robot.kinematics import flange_pose
+from compgen.robot.robot import Robot
+
+MOST = 20_000  # ways that are looked at; of more, as many of each sphere, at random
+TILTS = (0.0, 30 * DEG, 55 * DEG)  # of the stem from the vertical
+AZIMUTHS = 6  # to which it is tilted
+SPINS = 6  # of the flange about the stem
+RINGS = ((0.0, 8), (45 * DEG, 8), (90 * DEG, 1))  # elevation of touched points, and how many lie around
+LIFT = 150 * MM  # along the stem, from the approach to where the arm may turn
+STEP = 20 * DEG  # a joint that turns farther between two points of a way has passed something singular
+PIECES = 5  # of each straight piece of a way, at whose ends the joints are looked at
+STEM_GAP = 5 * MM  # between the probe's stem and other spheres
+POINTS = 17  # of a stem, from the ball to the flange
+STAGES = ("lifted", "approach", "touch", "beyond")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Spheres:
+    """S spheres that may be touched."""
+
+    name: tuple[str, ...]
+    place: Array  # (S, 3) [m] in World
+    radius: Array  # (S,) [m]
+
+    def __post_init__(self) -> None:
+        own(self, place=("S", 3), radius=("S",))
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """What touches: a ball on a stem along the flange's z."""
+
+    centre: Pose  # in the flange
+    radius: float  # [m] of the ball
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """How a touch is driven."""
+
+    clearance: float  # [m] before the touch, from where the search begins
+    beyond: float  # [m] behind the touch, to where it may go
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ways:
+    """K ways to touch; each has the four STAGES."""
+
+    sphere: IntArray  # (K,)
+    normal: Array  # (K, 3) in which the probe moves; NaN: it locates the centre
+    position: Array  # (K, 4, 3) [m] of the ball's centre in World
+    rotation: Array  # (K, 3, 3) of the flange
+    theta: Array  # (K, 4, 6) [rad]
+
+    def __post_init__(self) -> None:
+        own(self, sphere=("K",), normal=("K", 3), position=("K", 4, 3), rotation=("K", 3, 3), theta=("K", 4, 6))
+
+    def subset(self, rows: IntArray | BoolArray) -> "Ways":
+        """Some of them."""
+        return Ways(*(getattr(self, name)[rows] for name in ("sphere", "normal", "position", "rotation", "theta")))
+
+
+def reachable_ways(
+    robot: Robot, posture: Posture, near: Array, spheres: Spheres, probe: Probe, search: Search, centres: bool
+) -> Ways:
+    """All ways that the arm can drive.
+
+    Args:
+        robot: Arm of the class that the closed form covers.
+        posture: Kept throughout.
+        near: Joints (6,) [rad] whose turns are to be kept.
+        spheres: What may be touched.
+        probe: With what.
+        search: How a touch is driven.
+        centres: Whether a touch locates the centre of a sphere (a nest, a centring probe), not one side of it.
+    """
+    ways = [_ways_of(s, spheres, probe, search, centres) for s in range(len(spheres.name))]
+    rng, each = np.random.default_rng(1), MOST // len(ways)  # the same ways at every run
+    rows = [np.sort(rng.permutation(len(part[0]))[:each]) for part in ways]
+    sphere, normal, position, rotation = (
+        np.concatenate([part[k][some] for part, some in zip(ways, rows)]) for k in range(4)
+    )
+    theta, reached = _drive(robot, posture, near, probe, position, rotation)
+    reached &= _clear(spheres, probe, sphere, position, rotation)
+    return Ways(sphere, normal, position, rotation, theta).subset(reached)
+
+
+def _ways_of(s: int, spheres: Spheres, probe: Probe, search: Search, centres: bool) -> tuple[Array, ...]:
+    """Sphere, normal, stages and rotation of all ways to touch one sphere, whatever the arm reaches."""
+    rotations = _orientations()
+    stem = rotations[:, :, 2]
+    outward = _outward() if not centres else np.empty((0, 3))
+    i, j = np.indices((max(len(outward), 1), len(rotations))).reshape(2, -1)
+    if centres:  # the probe comes down along its stem
+        normal, way, touch = np.full((len(j), 3), np.nan), stem[j], np.tile(spheres.place[s], (len(j), 1))
+    else:
+        clear = np.einsum("ki,ki->k", -stem[j], outward[i]) >= -1e-9
+        i, j = i[clear], j[clear]
+        normal = way = -outward[i]
+        touch = spheres.place[s] - (spheres.radius[s] + probe.radius) * way
+    before = touch - search.clearance * way
+    stages = np.stack([before - LIFT * stem[j], before, touch, touch + search.beyond * way * (not centres)], axis=1)
+    return np.full(len(j), s), normal, stages, rotations[j]
+
+
+def _outward() -> Array:
+    """Outward normals of the points that are touched, (17, 3)."""
+    normals = [
+        [np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)]
+        for up, count in RINGS
+        for around in 2 * np.pi * np.arange(count) / count
+    ]
+    return np.asarray(np.round(normals, 12) + 0.0)
+
+
+def _orientations() -> Array:
+    """Rotations of the flange, its z downward and tilted to all sides, (O, 3, 3)."""
+    down = rotation_matrix(np.array([np.pi, 0.0, 0.0]))
+    rotations = []
+    for tilt, azimuth in product(TILTS, 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS):
+        if tilt == 0 and azimuth > 0:
+            continue
+        lean = rotation_matrix(tilt * np.array([-np.sin(azimuth), np.cos(azimuth), 0.0]))
+        spins = 2 * np.pi * np.arange(SPINS) / SPINS
+        rotations += [lean @ down @ rotation_matrix(np.array([0.0, 0.0, spin])) for spin in spins]
+    return np.array(rotations)
+
+
+def _drive(
+    robot: Robot, posture: Posture, near: Array, probe: Probe, position: Array, rotation: Array
+) -> tuple[Array, BoolArray]:
+    """Joints of the stages, (K, 4, 6) [rad], and which ways the arm drives, (K,)."""
+    K, count = len(position), 3 * PIECES + 1
+    at = np.linspace(0.0, 3.0, count)
+    piece = np.minimum(at.astype(int), 2)
+    share = (at - piece)[None, :, None]
+    points = position[:, piece] * (1 - share) + position[:, piece + 1] * share
+    pose = Pose(points.reshape(-1, 3), np.repeat(rotation, count, axis=0))
+    theta, margin = solve_tool(robot, pose, probe.centre, posture)
+    theta = legal_turns(robot, nearest_turns(theta, np.broadcast_to(near, theta.shape)))
+    flange = flange_from_tool(pose, probe.centre)
+    wrist = flange.position - np.cos(robot.alpha[5]) * robot.d[5] * flange.rotation[:, :, 2]
+    good = (theta >= robot.lower).all(axis=1) & (theta <= robot.upper).all(axis=1)
+    good &= (margin > robot.elbow_margin) & (np.hypot(wrist[:, 0], wrist[:, 1]) > robot.shoulder_margin)
+    good &= np.abs(theta[:, 4] - robot.pendant_zero[4]) > robot.wrist_margin
+    theta = theta.reshape(K, count, 6)
+    smooth = (np.abs(np.diff(theta, axis=1)) < STEP).all(axis=(1, 2))
+    return theta[:, ::PIECES], good.reshape(K, count).all(axis=1) & smooth
+
+
+def _clear(spheres: Spheres, probe: Probe, sphere: IntArray, position: Array, rotation: Array) -> BoolArray:
+    """Which ways keep the probe's stem clear of the other spheres and the stems below them, (K,)."""
+    to_flange = np.einsum("kij,j->ki", rotation, probe.centre.position)
+    other = np.arange(len(spheres.name)) != sphere[:, None]
+    clear = np.ones(len(position), dtype=bool)
+    for stage in (1, 2):
+        gap = _gaps(spheres, probe, position[:, stage], position[:, stage] - to_flange)
+        clear &= ~((gap < STEM_GAP) & other).any(axis=1)
+    return clear
+
+
+def stem_gap(robot: Robot, spheres: Spheres, probe: Probe, theta: Array) -> Array:
+    """The smallest distance of the probe from each sphere and the stem below it while it takes poses, (S,) [m].
+
+    Args:
+        robot: The arm.
+        spheres: S of them.
+        probe: Its stem runs from the ball to the flange.
+        theta: Joints (M, 6) [rad].
+    """
+    flange = flange_pose(robot, theta)
+    return np.asarray(_gaps(spheres, probe, flange.act(probe.centre.position), flange.position).min(axis=0))
+
+
+def _gaps(spheres: Spheres, probe: Probe, ball: Array, flange: Array) -> Array:
+    """Distances of stems from balls to flanges, (K, 3) each [m], from spheres and stems below them, (K, S) [m]."""
+    stem = ball[:, None] + (flange - ball)[:, None] * np.linspace(0.0, 1.0, POINTS)[:, None]  # (K, POINTS, 3)
+    gaps = np.empty((len(ball), len(spheres.name)))
+    for s, (place, radius) in enumerate(zip(spheres.place, spheres.radius)):
+        off = stem - place
+        off[:, :, 2] = np.maximum(off[:, :, 2], 0.0)
+        gaps[:, s] = np.linalg.norm(off, axis=2).min(axis=1) - radius - probe.radius
+    return gaps

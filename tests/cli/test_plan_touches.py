@@ -1,0 +1,113 @@
+"""``cgen plan-touches`` as a user meets it."""
+
+import json
+
+import pytest
+from command_line import refused, run
+
+SPHERE = '[[sphere]]\nname = "{}"\nx_mm = {}\ny_mm = {}\nz_mm = 203\n'
+PROBE = "[probe]\ndiameter_mm = 6\nz_mm = 150\n"
+PLACES = (("a", 700, -680), ("b", 2000, -680), ("c", 700, 620), ("d", 1900, 500))
+
+
+def artefact(
+    tmp_path, head="certified = true\n", places=PLACES, sphere="diameter_mm = 30\nsigma_um = 2\n", probe=PROBE
+):
+    file = tmp_path / "artefact.toml"
+    file.write_text(f"[artefact]\n{head}" + "".join(SPHERE.format(*p) + sphere for p in places) + probe)
+    return file
+
+
+def plan(file, folder, *options):
+    return run("plan-touches", "paths/circle_1300.toml", "--artefact", file, "-o", folder, *options)
+
+
+def test_a_plan_says_before_after_and_the_gain_of_each_touch(tmp_path):
+    result = plan(artefact(tmp_path), tmp_path / "o", "-n", "5")
+    assert result.returncode == 0, result.stderr
+    record = json.loads((tmp_path / "o" / "plan.json").read_text())
+    leaves = [record["before"]["rms_um"], *(t["rms_um"] for t in record["touches"])]
+    assert leaves == sorted(leaves, reverse=True)
+    assert leaves[-1] == record["after"]["rms_um"]
+    assert f"{leaves[0]:.1f} um rms" in result.stdout
+    assert f"one more gains {100 * record['one_more']['gain']:.0f} %" in result.stdout
+    assert record["touches"][2]["gain"] == pytest.approx(1 - leaves[3] / leaves[2])
+    again = {p.name: p.read_bytes() for p in (tmp_path / "o").iterdir()}
+    assert set(again) == {"CIRCLE_1300_TOUCHES.LS", "plan.json", "touches.csv"}
+    assert json.loads(plan(artefact(tmp_path), tmp_path / "o", "-n", "5", "--json").stdout) == record
+    assert {p.name: p.read_bytes() for p in (tmp_path / "o").iterdir()} == again
+
+
+def test_a_table_that_was_filled_in_is_not_planned_anew(tmp_path):
+    file, table = artefact(tmp_path), tmp_path / "o" / "touches.csv"
+    assert plan(file, tmp_path / "o", "-n", "2", "-q").returncode == 0
+    filled = table.read_text().replace("\n,", "\n12.5,", 1)
+    table.write_text(filled)
+    refused(plan(file, tmp_path / "o", "-n", "2"), 2, "touches.csv", "touches that were made", "-o")
+    assert table.read_text() == filled
+
+
+BAD = [
+    ({"head": ""}, 2, "artefact.certified", "certified = true"),
+    ({"head": "certified = false\n"}, 2, "artefact.certified", "nobody certified"),
+    ({"places": (("a", 3500, 0), ("b", 3600, 0))}, 3, "a, b", "out of the arm's reach", "3500"),
+    ({"sphere": ""}, 2, "'a'", "diameter_mm", "--centres"),
+    ({"probe": ""}, 2, "probe", "x_mm"),
+    ({"head": 'certified = true\nframe = "uframe 2"\n'}, 2, "user frame 2", "--frames"),
+]
+
+
+@pytest.mark.parametrize(
+    ("parts", "code", "words"), [(p, c, w) for p, c, *w in BAD], ids=[b[2] + str(b[1]) for b in BAD]
+)
+def test_an_artefact_that_anchors_nothing_is_refused_in_a_line(parts, code, words, tmp_path):
+    refused(plan(artefact(tmp_path, **parts), tmp_path / "o"), code, "artefact.toml", *words)
+    assert not (tmp_path / "o").exists()
+
+
+def test_spheres_without_a_place_are_left_out_by_name_and_alone_refused(tmp_path):
+    file = artefact(tmp_path, places=PLACES[:3])
+    unknown = '[[sphere]]\nname = "far"\ndiameter_mm = 30\n'
+    file.write_text(file.read_text() + unknown)
+    result = plan(file, tmp_path / "o", "-n", "3")
+    assert result.returncode == 0, result.stderr
+    assert "sphere far: no place" in " ".join(result.stdout.split())
+    assert "far" not in (tmp_path / "o" / "touches.csv").read_text()
+    file.write_text(f"[artefact]\ncertified = true\n{unknown}{PROBE}")
+    refused(plan(file, tmp_path / "p"), 2, "artefact.toml", "none has a place", "x_mm")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("-n", "0"), ("-n 0", "1 to 100")),
+        (("-n", "101"), ("-n 101", "1 to 100")),
+        (("--skip", "DI[1]=MAYBE"), ("--skip", "DI[1]=ON")),
+        (("--sigma", "0"), ("--sigma 0", "0.1 to 10000")),
+        (("--clearance", "nan"), ("--clearance nan", "1 to 500")),
+        (("--utool", "0"), ("--utool 0",)),
+    ],
+)
+def test_numbers_out_of_range_are_refused_in_a_line(options, words, tmp_path):
+    refused(plan(artefact(tmp_path), tmp_path / "o", *options), 2, *words)
+    assert not (tmp_path / "o").exists()
+
+
+def test_without_an_artefact_the_option_is_named(tmp_path):
+    refused(run("plan-touches", "paths/circle_1300.toml", "-o", tmp_path / "o"), 2, "--artefact")
+
+
+def test_centres_are_planned_for_spheres_of_unknown_diameter_with_stops(tmp_path):
+    result = plan(artefact(tmp_path, sphere=""), tmp_path / "o", "--centres", "-n", "4", "-q")
+    assert result.returncode == 0, result.stderr
+    assert "PAUSE" in (tmp_path / "o" / "CIRCLE_1300_TOUCHES.LS").read_text()
+    head, first, *_ = (tmp_path / "o" / "touches.csv").read_text().splitlines()
+    assert head == "time_s,target,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg,config,sigma_um"
+    assert first.startswith((",a,,,", ",b,,,", ",c,,,", ",d,,,"))
+    assert first.endswith(",12")
+
+
+def test_touches_beyond_what_is_useful_are_named(tmp_path):
+    result = plan(artefact(tmp_path), tmp_path / "o", "-n", "60")
+    assert result.returncode == 0, result.stderr
+    assert "gains less than 1%" in " ".join(result.stdout.split())

@@ -1,0 +1,92 @@
+"""Ways to touch spheres, judged by the study's arm a second time and by fine steps along each way."""
+
+import numpy as np
+import pytest
+from naive_arm import flange
+from numpy.testing import assert_allclose
+
+from compgen.core.pose import Pose
+from compgen.identification.touch_candidates import Probe, Search, Spheres, reachable_ways
+from compgen.pipelines.robot_file import load_robot
+from compgen.robot.inverse_kinematics import Posture
+
+PLACES = np.array([[700, -680, 203], [2000, -680, 203], [1900, 500, 203.0]])  # mm
+RADIUS, BALL, LENGTH = 15.0, 3.0, 150.0  # mm
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return load_robot("m710ic50")
+
+
+UNFLIPPED, FLIPPED = Posture(), Posture(flip=True)
+
+
+def ways(arm, places=PLACES, centres=False, posture=UNFLIPPED):
+    count = len(places)
+    spheres = Spheres(tuple("abcdef"[:count]), places / 1e3, np.full(count, RADIUS / 1e3))
+    probe = Probe(Pose(np.array([0, 0, LENGTH / 1e3]), np.eye(3)), BALL / 1e3)
+    near = arm.to_theta(np.zeros((1, 6)))[0]
+    return reachable_ways(arm, posture, near, spheres, probe, Search(0.02, 0.003), centres)
+
+
+def ball(arm, theta):
+    """The ball's centre [mm] and the flange's axis, by the second arm."""
+    pose = flange(np.degrees(arm.to_pendant(theta)))
+    return (pose @ np.array([0, 0, LENGTH, 1]))[:3], pose[:3, 2]
+
+
+def test_the_ball_meets_the_sphere_and_comes_along_the_direction(arm):
+    all_ways = ways(arm)
+    assert set(all_ways.sphere.tolist()) == {0, 1, 2}
+    for k in range(0, len(all_ways.sphere), 37):
+        place, n = PLACES[all_ways.sphere[k]], all_ways.normal[k]
+        lifted, before, touch, beyond = (ball(arm, theta)[0] for theta in all_ways.theta[k])
+        assert_allclose(touch, place - (RADIUS + BALL) * n, atol=1e-6)
+        assert_allclose(before, touch - 20 * n, atol=1e-6)
+        assert_allclose(beyond, touch + 3 * n, atol=1e-6)
+        assert_allclose(lifted, before - 150 * ball(arm, all_ways.theta[k, 0])[1], atol=1e-6)
+
+
+def test_stems_stay_out_of_spheres_and_of_what_they_stand_on(arm):
+    """The nearest point of each stem to each sphere and to the vertical below it, from 400 points."""
+    all_ways, share = ways(arm), np.linspace(0, 1, 400)[:, None]
+    for k in range(0, len(all_ways.sphere), 37):
+        for theta in all_ways.theta[k, 1:3]:
+            tip, axis = ball(arm, theta)
+            stem = tip - share * LENGTH * axis
+            for s, place in enumerate(PLACES):
+                off, least = stem - place, RADIUS + BALL - 1e-6
+                if s != all_ways.sphere[k]:  # 0.5 mm for a stem looked at in steps
+                    off[:, 2], least = np.maximum(off[:, 2], 0), RADIUS + BALL + 5 - 0.5
+                assert np.linalg.norm(off, axis=1).min() >= least
+
+
+def test_every_way_keeps_posture_limits_and_distance_from_singularities(arm):
+    all_ways = ways(arm)
+    theta = all_ways.theta.reshape(-1, 6)
+    assert (theta >= arm.lower).all()
+    assert (theta <= arm.upper).all()
+    assert (np.degrees(arm.to_pendant(theta))[:, 4] < -1).all()  # wrist not flipped
+    assert np.abs(np.diff(all_ways.theta, axis=1)).max() < np.radians(60)
+    flipped = ways(arm, posture=FLIPPED)
+    assert len(flipped.sphere)
+    assert (np.degrees(arm.to_pendant(flipped.theta.reshape(-1, 6)))[:, 4] > 1).all()
+
+
+def test_centres_are_located_from_above_in_three_coordinates(arm):
+    all_ways = ways(arm, centres=True)
+    assert np.isnan(all_ways.normal).all()
+    assert len(all_ways.sphere) > 100
+    for k in range(0, len(all_ways.sphere), 37):
+        assert_allclose(ball(arm, all_ways.theta[k, 2])[0], PLACES[all_ways.sphere[k]], atol=1e-6)
+
+
+def test_a_sphere_out_of_reach_has_no_way(arm):
+    all_ways = ways(arm, np.vstack([PLACES, [3500.0, 0, 203]]))
+    assert set(all_ways.sphere.tolist()) == {0, 1, 2}
+
+
+def test_a_neighbour_in_the_way_takes_ways(arm):
+    beside = np.array([PLACES[0], PLACES[0] + [55.0, 0, 0]])
+    assert (ways(arm, beside).sphere == 0).sum() < (ways(arm, PLACES[:1]).sphere == 0).sum()
