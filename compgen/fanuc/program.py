@@ -4,6 +4,9 @@ import re
 from dataclasses import dataclass
 from hashlib import sha256
 
+import numpy as np
+
+from compgen.core.arcs import segment_lengths
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.robot.inverse_kinematics import Posture
 
@@ -14,7 +17,8 @@ _FIGURES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 class Program:
     """N positions in user frame ``uframe`` and tool ``utool``, driven in order.
 
-    The first is reached by a joint motion, the others by straight lines.
+    The first is reached by a joint motion, the others by straight lines, or three at a time by a circular motion: where
+    position n is a ``via`` the tool drives the arc from n - 1 through n to n + 1, in one statement at one speed.
     """
 
     name: str
@@ -27,14 +31,21 @@ class Program:
     rotation: Array  # (N, 3, 3)
     posture: Posture
     turns: IntArray  # (N, 3) the three digits of CONFIG
-    speed: Array  # (N - 1,) [m/s] of the line that ends at position n + 1
+    speed: Array  # (N - 1,) [m/s] of the line or arc that leads to position n + 1
     fine: BoolArray  # (N,) stops there
     decimals: int = 3  # of each number, 3 to 6
     payload: int | None = None  # PAYLOAD[n]; None: as the controller has it
     acc: int | None = None  # [%] ACC of every motion; None: not said, 100
+    via: BoolArray = None  # type: ignore[assignment]  # (N,) the middle of an arc; nowhere where it is not given
 
     def __post_init__(self) -> None:
-        own(self, position=("N", 3), rotation=("N", 3, 3), turns=("N", 3), speed=("S",), fine=("N",))
+        if self.via is None:
+            object.__setattr__(self, "via", np.zeros(len(self.position), dtype=bool))
+        own(self, position=("N", 3), rotation=("N", 3, 3), turns=("N", 3), speed=("S",), fine=("N",), via=("N",))
+
+    def lengths(self) -> Array:
+        """Of the lines, and of each arc's two parts, (N - 1,) [m]."""
+        return segment_lengths(self.position, self.via)
 
 
 def program_name(text: str, length: int) -> str:

@@ -151,7 +151,7 @@ def require_equal(whole: Program, undivided: Program, block_rows: int = BLOCK_RO
     for first in range(0, N, block_rows):
         last = min(first + block_rows, N) - 1
         read, meant = excerpt(whole, first, last), fanuc.as_written(excerpt(undivided, first, last))
-        for field in ("position", "rotation", "turns", "speed", "fine"):
+        for field in ("position", "rotation", "turns", "speed", "fine", "via"):
             if not np.array_equal(getattr(read, field), getattr(meant, field)):
                 raise JoinError(f"pages: read back together, their {field} differs from the undivided program's")
     sizes = [

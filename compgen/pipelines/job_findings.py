@@ -8,7 +8,7 @@ import numpy as np
 from compgen import fanuc
 from compgen.compensation.problem import Settings, Solver
 from compgen.compensation.solution import Solution, Status
-from compgen.core.arrays import row_norms, step_lengths
+from compgen.core.arrays import row_norms
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MM, MS, UM
@@ -134,7 +134,7 @@ def below_feed(job: Job, feed: float, path: ToolPath, trajectory: Trajectory, pr
             f"process.feed_mm_s = {job.feed / MM:g} is written as {feed / MM:.4g} mm/s, the nearest a program can say"
         )
         findings.append(Finding(Level.NOTE, "timing.feed", message))
-    error, late = fanuc.feed_errors(trajectory.speed, program.speed, step_lengths(program.position))
+    error, late = fanuc.feed_errors(trajectory.speed, program.speed, program.lengths())
     if error > FEED_ERROR:
         message = (
             f"written speeds are up to {100 * error:.1f} % off the wanted where the speed is low, the time of any "

@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from compgen import __version__, fanuc
-from compgen.core.arrays import Array, frozen, step_lengths
+from compgen.core.arcs import segment_lengths, statement_starts
+from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.pose import Pose
 from compgen.fanuc import Program
 from compgen.fanuc.configuration import turn_digits
@@ -71,8 +74,9 @@ def compose_program(
         rotation=written.rotation,
         posture=job.posture,
         turns=frozen(turn_digits(job.robot, joint_path.nearest_turns(joints, theta))),
-        speed=frozen(fanuc.written_feeds(trajectory.speed, step_lengths(written.position))),
+        speed=frozen(written_speeds(trajectory.speed, written.position, path.via)),
         fine=path.stop,
+        via=path.via,
         decimals=decimals,
         payload=job.tool.payload,
         acc=job.plan.process.acc,
@@ -89,6 +93,14 @@ def running_override(overrides: Sequence[float]) -> str:
     """The remark of a program that is right at some overrides, in rising order."""
     slowest, fastest = (f"{100 * overrides[k]:.4g}" for k in (0, -1))
     return f"RUN AT {slowest}% OVERRIDE" if slowest == fastest else f"RUN AT {slowest} TO {fastest}% OVERRIDE"
+
+
+def written_speeds(speed: Array, position: Array, via: BoolArray) -> Array:
+    """Speeds that the statements can say, of each segment, (N - 1,) [m/s]: both halves of an arc have one."""
+    starts = np.flatnonzero(statement_starts(via))
+    lengths = np.add.reduceat(segment_lengths(position, via), starts)
+    written = fanuc.written_feeds(np.minimum.reduceat(speed, starts), lengths)
+    return np.repeat(written, np.diff(starts, append=len(speed)))
 
 
 def start_remarks(job: Job, window: float) -> list[str]:

@@ -40,6 +40,7 @@ class ToolPath:
     piece: IntArray  # (N - 1,) which piece a segment lies on
     span: Array  # (N - 1, 2) its parameters there
     slope: Array  # (N - 1, 2) as ``ExactPath.length_and_slope`` has it
+    via: BoolArray  # (N,) the program passes it in the middle of an arc
 
     def __post_init__(self) -> None:
         own(
@@ -50,6 +51,7 @@ class ToolPath:
             piece=("S",),
             span=("S", 2),
             slope=("S", 2),
+            via=("N",),
         )
 
     @property
@@ -63,8 +65,13 @@ class ToolPath:
         length = np.diff(self.arc[first : last + 1])[segment - first]
         return self.exact.at(self.piece[segment], self.span[segment], length, self.slope[segment], fraction)
 
-    def subset(self, rows: IntArray) -> "ToolPath":
-        """The path with the waypoints at these rows only: rising, both ends of every piece among them."""
+    def subset(self, rows: IntArray, via: BoolArray | None = None) -> "ToolPath":
+        """The path with the waypoints at these rows only: rising, both ends of every piece among them.
+
+        Args:
+            rows: Of the waypoints that stay, (M,).
+            via: Which of them the program passes in the middle of an arc, (M,); none where it is not given.
+        """
         span = np.column_stack([self.span[rows[:-1], 0], self.span[rows[1:] - 1, 1]])
         piece = self.piece[rows[:-1]]
         return replace(
@@ -76,6 +83,7 @@ class ToolPath:
             piece=piece,
             span=span,
             slope=self.exact.length_and_slope(piece, span).slope,
+            via=np.zeros(len(rows), dtype=bool) if via is None else via,
         )
 
 
@@ -180,6 +188,7 @@ def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> To
         piece=frozen(piece),
         span=frozen(span),
         slope=frozen(slope),
+        via=frozen(np.zeros(len(arc), dtype=bool)),
     )
 
 

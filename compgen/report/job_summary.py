@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from compgen import __version__, fanuc
-from compgen.core.arrays import column_extremes, row_norms, step_lengths
+from compgen.core.arrays import column_extremes, row_norms
 from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.job_results import Corrected, Planned
@@ -144,9 +144,7 @@ def band_of(planned: Planned, corrected: Corrected | None) -> Band:
 def _program(corrected: Corrected) -> dict[str, Any]:
     """The files for the controller."""
     program, delivered = corrected.program, corrected.delivery
-    feed_error, time_error = fanuc.feed_errors(
-        corrected.trajectory.speed, program.speed, step_lengths(program.position)
-    )
+    feed_error, time_error = fanuc.feed_errors(corrected.trajectory.speed, program.speed, program.lengths())
     record = {
         "file": delivered.files[-1][0],
         "positions": len(program.position),

@@ -5,7 +5,8 @@ a run too short for it reaches), the joints turn with
 
     qd_n = (theta_n - theta_{n-1}) v_n / |line n|
 
-and where one line goes over into the next without a stop they change over half of both lines:
+and where one line goes over into the next without a stop they change over half of both lines; an arc counts as a row
+of short ones:
 
     qdd_n = (qd_{n+1} - qd_n) / ((t_n + t_{n+1}) / 2),     t_n = |line n| / v_n
 """
@@ -42,20 +43,21 @@ def read_motion(prepared: PreparedProgram, length: Array, feed: float | Array) -
         length: Of its lines, (N - 1,) [m].
         feed: Wanted [m/s], on all lines or on each, (N - 1,).
     """
-    program = prepared.program
+    program, chords = prepared.program, prepared.chords
     robot = prepared.twin.robot.at_acceleration(program.acc)
     length = np.maximum(length, SAME_POSITION)
-    duration = length / prepared.highest
+    share = chords.length / np.maximum(prepared.sweep.length, SAME_POSITION)[chords.segment]
+    duration = (share * length[chords.segment]) / prepared.highest[chords.segment]
     between = (duration[1:] + duration[:-1]) / 2
-    between[program.fine[1:-1]] = np.inf  # a stop is no change from one line to the next
+    between[chords.program.fine[1:-1]] = np.inf  # a stop is no change from one line to the next
     use, hardest = np.zeros((2, 6)), 1
     for joint in range(6):
-        qd = np.diff(prepared.theta[:, joint]) / duration
+        qd = np.diff(prepared.chord_theta[:, joint]) / duration
         qdd = np.abs(np.diff(qd)) / between
         use[0, joint] = np.abs(qd).max(initial=0.0) / robot.speed[joint]
         share = qdd.max(initial=0.0) / robot.acceleration[joint]
         if share > use[1].max():
-            hardest = int(np.argmax(qdd)) + 2
+            hardest = int(np.searchsorted(chords.rows, np.argmax(qdd) + 1, side="right"))
         use[1, joint] = share
     fast = program.speed >= feed * (1 - AT_FEED)
     ramps = ramps_length(robot, program, length, prepared.theta, fast)

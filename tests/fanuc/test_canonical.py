@@ -83,6 +83,7 @@ def demo():
         turns=np.array([[0, 0, 0], [0, 0, 0], [0, -1, 1]]),
         speed=np.array([0.2, 125 * 0.01 / 60]),
         fine=np.array([True, False, True]),
+        via=np.zeros(3, dtype=bool),
     )
 
 
@@ -153,6 +154,7 @@ def test_write_read_write_is_stable(seed, count, posture, units):
         turns=rng.integers(-2, 3, (count, 3)),
         speed=speed,
         fine=rng.random(count) < 0.5 if count > 1 else np.array([True]),
+        via=np.zeros(count, dtype=bool),
     )
     if not program.fine[0]:
         program = replace(program, fine=np.concatenate([[True], program.fine[1:]]))
@@ -194,6 +196,7 @@ def many(count, seed):
         turns=rng.integers(-12, 13, (count, 3)),
         speed=rng.choice([0.02, 0.2, 125 * 0.01 / 60, 0.00254], count - 1),
         fine=np.concatenate([[True], rng.random(count - 1) < 0.3]),
+        via=np.zeros(count, dtype=bool),
     )
 
 
@@ -457,6 +460,7 @@ def test_more_decimals_are_written_and_read(seed, count, decimals):
         turns=rng.integers(-2, 3, (count, 3)),
         speed=np.full(count - 1, 0.2),
         fine=np.ones(count, dtype=bool),
+        via=np.zeros(count, dtype=bool),
         decimals=decimals,
     )
     text = ls.compose(program)

@@ -41,6 +41,7 @@ def program(count, seed=1, stops=0.2, decimals=3, remarks=("one", "two")):
         turns=rng.integers(-1, 2, size=(count, 3)),
         speed=np.array([ls.writable_speed(v) for v in 10 ** rng.uniform(-3, 0, count - 1)]),
         fine=fine,
+        via=np.zeros(count, dtype=bool),
         decimals=decimals,
     )
 

@@ -1,7 +1,9 @@
 """Text to meaning, for programs of the form that ``compose`` writes; anything else is refused with its line."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,13 +24,17 @@ from compgen.fanuc.canonical.layout import (
     positions,
 )
 from compgen.fanuc.canonical.writer import acc_text, fill_poses, parse_speed
+from compgen.fanuc.circular import check_circles
 from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import hash_rows, unique_keys, windows
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
 _STATEMENT = re.compile(r"\s*\d*:\s*(.*?)\s*;\s*$")
-_MOTION = re.compile(r"([JL]) P\[(\d+)\] (\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)(?: ACC(\d+))?$")
+_MOTION = re.compile(
+    r"([JLC])(?: P\[(\d+)\])? P\[(\d+)\] (\d+\.?\d*|\.\d+)(%|mm/sec|cm/min|inch/min) (FINE|CNT\d+)(?: ACC(\d+))?$"
+)
+_VIA_LINE, _END_LINE = re.compile(r"\s*\d*:\s*C P\[\d+\]\s*$"), re.compile(r"\s*:\s*(P\[.*)")
 _FRAME = re.compile(r"(UFRAME|UTOOL)_NUM=(\d+)$")
 _PAYLOAD = re.compile(r"PAYLOAD\[(\d+)\]$")
 _NUMBER = r"\s*=\s*(-?\d*\.\d+)\s*"
@@ -36,6 +42,30 @@ _POSITION = re.compile(
     r"P\[(\d+)\]\{\s*GP1:\s*UF : (\d+), UT : (\d+),\s*CONFIG : '([FN]) ([UD]) ([TB]), (-?\d+), (-?\d+), (-?\d+)',"
     rf"\s*X{_NUMBER}mm,\s*Y{_NUMBER}mm,\s*Z{_NUMBER}mm,\s*W{_NUMBER}deg,\s*P{_NUMBER}deg,\s*R{_NUMBER}deg\s*\}};\s*"
 )
+
+
+class _Target(NamedTuple):
+    """A position that a motion goes to or through."""
+
+    line: int
+    letter: str
+    number: int
+    speed: str
+    fine: bool
+    via: bool
+    acc: str | None
+
+
+def _statement_lines(moves: str, first: int) -> Iterator[tuple[int, str]]:
+    """Lines with their numbers, the via of a circular motion and its end, which stand on two, as one."""
+    lines = enumerate(moves.splitlines(), first)
+    for number, line in lines:
+        if _VIA_LINE.match(line):
+            end = _END_LINE.match(next(lines, (0, ""))[1])
+            if end is None:
+                raise InputError(f"program: line {number}: a circular motion names no end on the line after its via")
+            line = f"{line.rstrip()} {end.group(1)}"
+        yield number, line
 
 
 def interpret(data: bytes) -> Program:
@@ -58,45 +88,50 @@ def interpret(data: bytes) -> Program:
     comment = re.search(r'^COMMENT\s*= "(.*)";', head, re.MULTILINE)
     date = re.search(r"^CREATE\s*= DATE (\S+)", head, re.MULTILINE)
 
-    remarks, frames, payload, motions = [], {"UFRAME": 0, "UTOOL": 0}, None, []
+    remarks, frames, payload, targets = [], {"UFRAME": 0, "UTOOL": 0}, None, list[_Target]()
     first = head.count("\n") + 2
-    for number, line in enumerate(moves.splitlines(), first):
+    for number, line in _statement_lines(moves, first):
         statement = _STATEMENT.match(line)
         body = statement.group(1) if statement else ""
         if body.startswith("!"):
             remarks.append(body[1:].rstrip())
-        elif (motion := _MOTION.match(body)) and (motion.group(1) == "J") == (motion.group(4) == "%"):
-            motions.append((number, *motion.groups()))
+        elif (motion := _MOTION.match(body)) and (motion.group(1) == "J") == (motion.group(5) == "%"):
+            letter, via, end, speed, unit, termination, acc = motion.groups()
+            if (letter == "C") != (via is not None):
+                raise InputError(f"program: line {number}: '{line.strip()}': C has a via and an end, J and L an end")
+            if via:
+                targets.append(_Target(number, letter, int(via), f"{speed}{unit}", False, True, acc))
+            targets.append(_Target(number, letter, int(end), f"{speed}{unit}", termination == "FINE", False, acc))
         elif frame := _FRAME.match(body):
             frames[frame.group(1)] = int(frame.group(2))
-        elif (schedule := _PAYLOAD.match(body)) and not motions:
+        elif (schedule := _PAYLOAD.match(body)) and not targets:
             payload = int(schedule.group(1))
         else:
             raise InputError(f"program: line {number}: '{line.strip()}' is not a statement this reader knows")
 
-    rows, end = [], 0
+    rows, last = [], 0
     for match in _POSITION.finditer(places):
-        if match.start() != end:
+        if match.start() != last:
             break
         rows.append(match.groups())
-        end = match.end()
-    if end != len(places):
-        number = first + moves.count("\n") + 1 + places[:end].count("\n")
+        last = match.end()
+    if last != len(places):
+        number = first + moves.count("\n") + 1 + places[:last].count("\n")
         raise InputError(f"program: line {number}: not a position this reader knows")
     order = list(range(1, len(rows) + 1))
-    if [int(m[2]) for m in motions] != order or [int(r[0]) for r in rows] != order:
+    if [t.number for t in targets] != order or [int(r[0]) for r in rows] != order:
         raise InputError("program: positions are not driven once each in order P[1], P[2], ...")
-    if not motions or motions[0][1] != "J" or any(m[1] != "L" for m in motions[1:]):
-        raise InputError("program: it does not start with one J motion followed by L motions")
+    if not targets or targets[0].letter != "J" or any(t.letter == "J" for t in targets[1:]):
+        raise InputError("program: it does not start with one J motion followed by L and C motions")
     if {r[1:3] for r in rows} != {(str(frames["UFRAME"]), str(frames["UTOOL"]))} or len({r[3:6] for r in rows}) != 1:
         raise InputError("program: positions differ in frame, tool or CONFIG letters")
 
-    if len({m[6] for m in motions}) != 1:
+    if len({t.acc for t in targets}) != 1:
         raise InputError("program: motions differ in their ACC")
 
     numbers = np.array([r[9:15] for r in rows], dtype=float)
     posture = next(p for p in ALL_POSTURES if config_letters(p).split() == list(rows[0][3:6]))
-    return Program(
+    program = Program(
         name=name.group(1) if name else "",
         comment=comment.group(1) if comment else "",
         date=date.group(1) if date else "",
@@ -107,12 +142,15 @@ def interpret(data: bytes) -> Program:
         rotation=from_wpr(*(numbers[:, 3:] * DEG).T),
         posture=posture,
         turns=np.array([r[6:9] for r in rows], dtype=np.int64),
-        speed=np.array([parse_speed(f"{m[3]}{m[4]}") for m in motions[1:]]),
-        fine=np.array([m[5] == "FINE" for m in motions]),
+        speed=np.array([parse_speed(t.speed) for t in targets[1:]]),
+        fine=np.array([t.fine for t in targets]),
+        via=np.array([t.via for t in targets]),
         decimals=min(max(len(rows[0][9].partition(".")[2]), DECIMALS), MOST_DECIMALS),
         payload=payload,
-        acc=None if motions[0][6] is None else int(motions[0][6]),
+        acc=None if targets[0].acc is None else int(targets[0].acc),
     )
+    check_circles(program, lambda n: f"line {targets[n - 1].line}: ")
+    return program
 
 
 def read_columns(data: bytes) -> Program | None:
@@ -144,6 +182,7 @@ def read_columns(data: bytes) -> Program | None:
         turns=frozen(turns),
         speed=frozen(speed),
         fine=np.concatenate([sample.fine, fine]),
+        via=np.zeros(len(position), dtype=bool),
     )
 
 

@@ -14,6 +14,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import fill_rotation_matrices, to_wpr
 from compgen.core.units import DEG, INCH, MINUTE, MM
 from compgen.fanuc.canonical.layout import BLOCK, Frame, motions, positions
+from compgen.fanuc.circular import check_circles
 from compgen.fanuc.configuration import config_letters
 from compgen.fanuc.listing.byte_tables import unique_rows
 from compgen.fanuc.program import Program
@@ -72,7 +73,7 @@ def _parts(program: Program) -> Iterator[bytes | memoryview]:
     if program.payload is not None:
         body.append(f"  PAYLOAD[{program.payload}] ;")
     body.append(f"J P[1] {APPROACH_PERCENT}% FINE{acc_text(program.acc)}    ;")
-    count = len(body) + len(program.speed)
+    count = len(body) + len(program.speed) - int(program.via.sum())
     header = _HEADER.format(name=program.name, comment=program.comment, date=program.date, lines=count)
     first = "".join([f"{n:4d}:{text}\n" for n, text in enumerate(body, 1)])
     yield f"{header}{first}".replace("\n", "\r\n").encode("ascii")
@@ -83,7 +84,9 @@ def _parts(program: Program) -> Iterator[bytes | memoryview]:
 
 
 def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
-    """The lines of all linear motions."""
+    """The lines of all motions but the first."""
+    if program.via.any():
+        return iter([_lines_and_arcs(program, line)])
     rows, which = unique_rows(program.speed)
     speeds = [speed_text(v).encode("ascii") for v in program.speed[rows].tolist()]
     acc = acc_text(program.acc)
@@ -95,6 +98,22 @@ def _motions(program: Program, line: int) -> Iterator[bytes | memoryview]:
         return motions(line + first, first + 2, last + 2, tails, which[first:last])
 
     return map_blocks(len(which), block, BLOCK)
+
+
+def _lines_and_arcs(program: Program, line: int) -> bytes:
+    """The same where some motions are circular: the via on the numbered line, the end on a line of its own."""
+    check_circles(program)
+    speeds = {v: speed_text(v) for v in set(program.speed.tolist())}
+    text, acc = [], acc_text(program.acc)
+    rows = zip(program.via[1:].tolist(), program.via[:-1].tolist(), program.speed.tolist(), program.fine[1:].tolist())
+    for n, (via, arc, speed, fine) in enumerate(rows, 2):
+        if via:
+            text.append(f"{line:4d}:C P[{n}]    \r\n")
+            continue
+        head = "    :  " if arc else f"{line:4d}:L "
+        text.append(f"{head}P[{n}] {speeds[speed]} {'FINE' if fine else 'CNT100'}{acc}    ;\r\n")
+        line += 1
+    return "".join(text).encode("ascii")
 
 
 def _positions(program: Program) -> Iterator[bytes | memoryview]:

@@ -76,6 +76,7 @@ def excerpt(program: Program, first: int, last: int) -> Program:
         turns=program.turns[rows],
         speed=program.speed[first:last],
         fine=program.fine[rows],
+        via=program.via[rows],
     )
 
 

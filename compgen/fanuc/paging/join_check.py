@@ -234,6 +234,7 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
         turns=frozen(np.concatenate([first.turns, *(p.turns[1:] for p in rest)])),
         speed=frozen(np.concatenate([p.speed for p in programs])),
         fine=frozen(np.concatenate([first.fine, *(p.fine[1:] for p in rest)])),
+        via=frozen(np.concatenate([first.via, *(p.via[1:] for p in rest)])),
     )
     return whole, starts
 

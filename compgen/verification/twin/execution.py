@@ -3,7 +3,7 @@ r"""What the real arm does with a program's text, driven as the controller would
 The time comes from the text's own lengths, speeds and stops; the heat from each node's own equation through that time.
 The controller's nominal inverse is ``inverse_kinematics``, and every pose it gives is confirmed with the nominal arm to
 1e-9 m. CNT is taken as passing through the points. Samples are at most 1 mm apart, the ends and the middle of each
-segment among them.
+segment among them. A segment is a line, or half of an arc: up to its via, or from there to its end.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, column_extremes, frozen, norm, own
+from compgen.core.arrays import Array, IntArray, column_extremes, frozen, own
 from compgen.core.evaluation import IndexedRows, evaluate, map_blocks
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
@@ -21,6 +21,7 @@ from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
 from compgen.thermal import Ambient, Duty, JointMotion, NodeModel, initial_state, still_air
+from compgen.verification.twin.circular_motion import Chords, Sweeps, as_chords, sweeps
 from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.heat import mode_states
@@ -36,7 +37,7 @@ CHUNK = 16384  # segments at a time
 class Execution:
     """What the real arm does with a program, at M samples."""
 
-    segment: IntArray  # (M,) from 0: a straight line of the program
+    segment: IntArray  # (M,) from 0: a straight line of the program, or half of an arc
     fraction: Array  # (M,) of the segment
     time: Array  # (M,) [s]
     rise: Array  # (M, K) [K]
@@ -69,6 +70,9 @@ class PreparedProgram:
     theta: Array  # (N, 6) [rad]
     turn: Array  # (S, 3) [rad] rotation vector over each segment, in the axes of its start
     samples_per_segment: IntArray  # (S,)
+    sweep: Sweeps  # of the segments
+    chords: Chords  # what stands for arcs where their joints count
+    chord_theta: Array  # (F, 6) [rad]
     air: Ambient
     start_time: float  # [s] from the first duty to the program's start
 
@@ -116,10 +120,14 @@ class PreparedProgram:
             segment, fraction = np.append(segment, last - 1), np.append(fraction, 1.0)
         time = self.time[segment] + fraction * np.diff(self.time[first : last + 1])[segment - first]
         rise, growth = self.rise_and_growth(segment, fraction, time)
-        function = build_segment_sample(twin.robot, self.program.posture, twin.tool)
+        has_arcs = bool(self.program.via[first : last + 1].any())
+        function = build_segment_sample(twin.robot, self.program.posture, twin.tool, has_arcs)
         positions, rows = self.program.position, self.program.rotation.reshape(-1, 9)
+        way = IndexedRows(positions, segment + 1)
+        if has_arcs:
+            way = IndexedRows(self.sweep.rows(first, last), segment - first)
         theta, position, rotation, checks = evaluate(
-            function, IndexedRows(positions, segment), IndexedRows(positions, segment + 1), IndexedRows(rows, segment),
+            function, IndexedRows(positions, segment), way, IndexedRows(rows, segment),
             IndexedRows(self.turn, segment), IndexedRows(self.theta, segment), IndexedRows(self.theta, segment + 1),
             fraction[:, None], growth,
         )  # fmt: skip
@@ -172,8 +180,7 @@ class PreparedProgram:
         """The program with ramps at a share of the accelerations assumed; its warmth is left to ``reheated``."""
         robot = self.twin.robot
         slower = replace(robot, acceleration=share * robot.acceleration, jerk=share * robot.jerk)
-        length = norm(np.diff(self.program.position, axis=0))
-        timing = time_program(slower, self.program, length, self.theta)
+        timing = time_program(slower, self.program, self.sweep.length, self.theta)
         return replace(self, time=timing.time, driven=timing.driven, highest=timing.highest)
 
     def with_rise(self, rise: Array) -> "PreparedProgram":
@@ -182,7 +189,11 @@ class PreparedProgram:
 
     def reheated(self, twin: Twin, duties: Sequence[Duty], air: Ambient | None = None) -> "PreparedProgram":
         """The program prepared for an arm that differs in its heat and what was before only."""
-        return replace(self, twin=twin, **_thermal_fields(twin, self.time, self.theta, self.driven, duties, air))
+        return replace(self, twin=twin, **_thermal_fields(twin, self.motion(), self.chords.rows, duties, air))
+
+    def motion(self) -> JointMotion:
+        """What the drives do, from chord to chord."""
+        return JointMotion(self.chords.times(self.time), self.chord_theta, self.driven[self.chords.segment])
 
 
 def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient | None = None) -> PreparedProgram:
@@ -200,12 +211,15 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
     if twin.uframe is not None:
         in_world = twin.uframe @ Pose(program.position, program.rotation)
         program = replace(program, position=in_world.position, rotation=in_world.rotation)
-    length = norm(np.diff(program.position, axis=0))
-    theta = _joints_at_positions(twin, program)
-    timing = time_program(twin.robot, program, length, theta)
-    thermal = _thermal_fields(twin, timing.time, theta, timing.driven, duties, air)
+    sweep = sweeps(program)
+    chords = as_chords(program, sweep)
+    chord_theta = _joints_of_chords(twin, chords)
+    theta = chord_theta[chords.rows] if program.via.any() else chord_theta
+    timing = time_program(twin.robot, program, sweep.length, theta)
+    motion = JointMotion(chords.times(timing.time), chord_theta, timing.driven[chords.segment])
+    thermal = _thermal_fields(twin, motion, chords.rows, duties, air)
     turn = relative_rotation(program.rotation[:-1], program.rotation[1:])
-    samples_per_segment = 2 * np.maximum(1, np.ceil(length / (2 * SPACING) - 1e-9)).astype(np.int64)
+    samples_per_segment = 2 * np.maximum(1, np.ceil(sweep.length / (2 * SPACING) - 1e-9)).astype(np.int64)
     return PreparedProgram(
         twin,
         program,
@@ -215,6 +229,9 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
         theta=theta,
         turn=turn,
         samples_per_segment=samples_per_segment,
+        sweep=sweep,
+        chords=chords,
+        chord_theta=chord_theta,
         **thermal,
     )
 
@@ -242,29 +259,34 @@ def execute(
 
 
 def _thermal_fields(
-    twin: Twin, time: Array, theta: Array, driven: Array, duties: Sequence[Duty], air: Ambient | None
+    twin: Twin, motion: JointMotion, rows: IntArray, duties: Sequence[Duty], air: Ambient | None
 ) -> dict[str, Any]:
-    """The fields of a prepared program that heat decides."""
+    """The fields of a prepared program that heat decides, from its motion, whose rows are its positions."""
     heat = twin.heat
     state = initial_state(heat, air)
     for duty in duties:
         steady = heat.steady_state(duty)
         state = steady - (steady - state) * np.exp(-duty.duration * heat.rate)
-    states = mode_states(heat.rate, state, time, heat.steady_states(JointMotion(time, theta, driven)))
+    states = mode_states(heat.rate, state, motion.time, heat.steady_states(motion))[rows]
     start_time = sum(d.duration for d in duties)
     return {"rise": states @ heat.outputs.T, "air": air or still_air(), "start_time": start_time}
 
 
-def _joints_at_positions(twin: Twin, program: Program) -> Array:
-    """Joints of the positions, with the posture and turns that the text names, (N, 6) [rad].
+def _joints_of_chords(twin: Twin, chords: Chords) -> Array:
+    """Joints of the F positions of a program by chords, with the posture and turns that its text names, (F, 6) [rad].
 
     Raises:
         TwinError: Out of reach or of a limit, or the joints contradict the text.
     """
-    robot = twin.robot
+    robot, program = twin.robot, chords.program
+
+    def number(row: int) -> int:
+        """P[n] of a position, or of the one before it."""
+        return int(np.searchsorted(chords.rows, row, side="right"))
+
     theta, margin = solve_tool(robot, Pose(program.position, program.rotation), twin.tool, program.posture)
     if margin.min() < 0:
-        raise TwinError(f"P[{int(np.argmin(margin)) + 1}]: out of the controller's reach")
+        raise TwinError(f"P[{number(int(np.argmin(margin)))}]: out of the controller's reach")
     theta = apply_turns(robot, theta, program.turns)
     if not has_posture(robot, theta, program.posture).all():
         raise TwinError("the joints of a position contradict its CONFIG letters")
@@ -272,12 +294,12 @@ def _joints_at_positions(twin: Twin, program: Program) -> Array:
         excess = np.maximum(robot.lower - theta, theta - robot.upper)
         row, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
         raise TwinError(
-            f"P[{row + 1}]: joint {robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
+            f"P[{number(int(row))}]: joint {robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
         )
     step = np.abs(np.diff(theta, axis=0))
     if step.max(initial=0.0) > np.pi / 2:
-        n = int(np.argmax(step.max(axis=1)))
-        raise TwinError(f"P[{n + 1}] to P[{n + 2}]: a joint turns by over 90 deg within one line")
+        n = number(int(np.argmax(step.max(axis=1))))
+        raise TwinError(f"P[{n}] to P[{n + 1}]: a joint turns by over 90 deg within one line")
     return theta
 
 

@@ -59,14 +59,19 @@ def _flange_rotation(robot: Robot) -> Array:
 
 
 @kept_with("robot")
-def build_segment_sample(robot: Robot, posture: Posture, tool: Pose) -> Any:
+def build_segment_sample(robot: Robot, posture: Posture, tool: Pose, arcs: bool = False) -> Any:
     """One sample of a straight line, as the controller commands it and as the real arm executes it.
+
+    With ``arcs`` of a line or an arc: in place of the end's position stands its sweep, straight (3), angle (1), along
+    (3) and inwards (3).
 
     (both ends' position (3, 3); rotation at its start (9, row by row) and rotation vector over it (3); both ends'
     joints (6, 6); fraction; growths) -> theta (6), position and rotation of the real TCP (3, 9), and checks (3):
     reach margin [m], distance [m] and rotation of the nominal TCP from the commanded pose.
     """
     names = {"p0": 3, "p1": 3, "r0": 9, "turn": 3, "q0": 6, "q1": 6, "fraction": 1, "growth": len(LENGTHS)}
+    if arcs:
+        names["p1"] = 10
     symbols = [ca.SX.sym(name, size) for name, size in names.items()]
     p0, p1, r0, turn, q0, q1, fraction, growth = symbols
     angle = ca.norm_2(turn)
@@ -74,7 +79,11 @@ def build_segment_sample(robot: Robot, posture: Posture, tool: Pose) -> Any:
     part = fraction * angle
     turned = ca.SX.eye(3) + ca.sin(part) * axis + 2 * ca.sin(part / 2) ** 2 * (axis @ axis)  # Rodrigues
     rotation = ca.reshape(r0, 3, 3).T @ turned
-    position = p0 + fraction * (p1 - p0)
+    if arcs:
+        swept = fraction * p1[3]
+        position = p0 + fraction * p1[:3] + ca.sin(swept) * p1[4:7] + 2 * ca.sin(swept / 2) ** 2 * p1[7:10]
+    else:
+        position = p0 + fraction * (p1 - p0)
     flange = rotation @ ca.DM(tool.rotation.T)
     theta, margin = joints_expr(robot, posture, position - flange @ ca.DM(tool.position), flange)
     expected = q0 + fraction * (q1 - q0)

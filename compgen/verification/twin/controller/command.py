@@ -16,13 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, norm, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
+from compgen.verification.twin.circular_motion import sweeps
 from compgen.verification.twin.controller.smoothing import settling_time
 
 SAME = 1e-9  # of a period: rounding up begins above
@@ -83,7 +84,7 @@ def command_clock(
     settle = program.fine.astype(float) if settle is None else settle
     wait = settle * (settling_time(robot.motion) if robot.motion is not None else 0.0)
     length, period = segment_lengths(program), robot.controller.period
-    statement = statement_times(length, program.speed * override, period, _rounds_up(robot))
+    statement = statement_times(length, program.speed * override, period, _rounds_up(robot), program.via)
     stops = np.flatnonzero(program.fine)
     ramps = np.diff(time[stops]) - np.add.reduceat(statement_times(length, program.speed, period, False), stops[:-1])
     inner = np.where(program.fine, 0.0, wait)
@@ -122,7 +123,10 @@ def command_at(program: Program, number: Array, time: Array, step: float) -> Com
     """Samples at numbers of positions (M,), as ``CommandClock.position_numbers`` counts them, and times (M,) [s]."""
     numbers = np.arange(len(program.position), dtype=float)
     segment = np.minimum(number.astype(np.int64), len(numbers) - 2)
-    position = np.column_stack([np.interp(number, numbers, column) for column in program.position.T])
+    if program.via.any():
+        position = sweeps(program).places(program.position, segment, number - segment)
+    else:
+        position = np.column_stack([np.interp(number, numbers, column) for column in program.position.T])
     arc = np.concatenate([[0.0], np.cumsum(segment_lengths(program))])
     return Command(step, time, segment, number - segment, position, np.interp(number, numbers, arc))
 
@@ -168,14 +172,23 @@ def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
 
 
 def segment_lengths(program: Program) -> Array:
-    """Length of each segment, (N - 1,) [m]."""
-    return norm(np.diff(program.position, axis=0))
+    """Length of each segment, a line or half of an arc, (N - 1,) [m]."""
+    return sweeps(program).length
 
 
-def statement_times(length: Array, speed: Array, period: float, rounds_up: bool) -> Array:
-    """How long statements take at their speeds, (S,) [s], in whole periods where the controller rounds up."""
+def statement_times(length: Array, speed: Array, period: float, rounds_up: bool, via: BoolArray | None = None) -> Array:
+    """How long segments take at their speeds, (S,) [s]; statements in whole periods where the controller rounds up.
+
+    An arc through a via (S + 1,) is one statement of two segments.
+    """
     time = length / speed
-    return np.asarray(period * np.ceil(time / period - SAME)) if rounds_up else np.asarray(time)
+    if not rounds_up:
+        return np.asarray(time)
+    whole = time.copy()
+    if via is not None and via.any():
+        half = np.flatnonzero(via)
+        whole[half - 1] = whole[half] = time[half - 1] + time[half]
+    return np.asarray(time / whole * (period * np.ceil(whole / period - SAME)))
 
 
 def _rounds_up(robot: Robot) -> bool:
