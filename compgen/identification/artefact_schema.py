@@ -1,4 +1,4 @@
-"""Tables of an artefact's file: spheres at certified or unknown places, lengths between them, and the probe."""
+"""Tables of an artefact's file: spheres at certified or unknown places, planes, lengths, and the probe."""
 
 from typing import Annotated
 
@@ -8,6 +8,16 @@ from compgen.core.quantities import Coordinate, Length, NotNegative
 from compgen.core.toml import Table
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=32)]
+
+
+Direction = Annotated[list[Annotated[FiniteFloat, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
+
+
+class TaughtTable(Table):
+    """That places are where this robot itself commanded its probe when it touched them: its cold errors are in them."""
+
+    rise_K: dict[Annotated[str, Field(max_length=32)], Annotated[FiniteFloat, Field(ge=-80, le=80)]] = {}
+    """Rise of each node then; a node that is not named was cold."""
 
 
 class ArtefactTable(Table):
@@ -21,6 +31,8 @@ class ArtefactTable(Table):
     """Temperature of the artefact while it is touched."""
     certified: bool | None = None
     """Whether places and lengths are certified; left out: a [[length]] is, places are not."""
+    taught: TaughtTable | None = None
+    """That this robot has taught the places; left out: an instrument has measured them. For cgen anchor."""
 
 
 class SphereTable(Table):
@@ -32,6 +44,19 @@ class SphereTable(Table):
     z_mm: Coordinate | None = None
     diameter_mm: Length | None = None
     sigma_um: NotNegative = 0.0
+
+
+class PlaneTable(Table):
+    """A plane through a point, that is touched against its normal; for cgen anchor."""
+
+    name: Name
+    x_mm: Coordinate
+    y_mm: Coordinate
+    z_mm: Coordinate
+    normal: Direction
+    """Unit vector out of the material."""
+    sigma_um: NotNegative = 0.0
+    """Of the plane along its normal."""
 
 
 class LengthTable(Table):
@@ -55,6 +80,7 @@ class ArtefactFile(Table):
     """An artefact's file."""
 
     artefact: ArtefactTable = ArtefactTable()
-    sphere: Annotated[list[SphereTable], Field(min_length=1, max_length=1000)]
+    sphere: Annotated[list[SphereTable], Field(max_length=1000)] = []
+    plane: Annotated[list[PlaneTable], Field(max_length=1000)] = []
     length: list[LengthTable] = []
     probe: ProbeTable = ProbeTable()

@@ -1,7 +1,7 @@
-"""Touches of an artefact's spheres by a probe in the flange: the artefact's file and the touches' file, in SI."""
+"""Touches of an artefact's spheres and planes by a probe in the flange: both files, in SI."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -26,12 +26,14 @@ KNOWN = ("time_s", "target", *PLACE, "config", *JOINTS, *NORMAL, "value_mm", "si
 CERTIFIED_AT = 20.0  # degC
 UNIT = 1e-3  # of the length of a direction
 OTHER = 0.01  # share by which a length may differ from the distance of its spheres' places
+UNITS = {"metres": 1e3, "inches": 25.4}  # in millimetres
+NEARBY = 0.05  # [m] of a place: meant is that one
 STEP = 1e-6  # [rad] of the difference quotient
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Artefact:
-    """S spheres in the artefact's own coordinates, and the probe."""
+    """S spheres and R planes in the artefact's own coordinates, and the probe."""
 
     source: str
     frame: str  # "world", or "uframe 1": that touches are commanded in
@@ -45,12 +47,22 @@ class Artefact:
     length: Array  # (L,) [m] at the temperature of touching
     length_sigma: Array  # (L,) [m]
     certified: bool | None  # whether places and lengths are; None: not said
+    planes: tuple[str, ...] = ()
+    point: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (R, 3) [m] of each plane, as the places
+    normal: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (R, 3) out of the material
+    plane_sigma: Array = field(default_factory=lambda: np.zeros(0))  # (R,) [m] along it
+    taught: Mapping[str, float] | None = None  # [K] rises of the robot that taught the places; None: an instrument did
 
     def __post_init__(self) -> None:
         own(
             self, place=("S", 3), sigma=("S",), diameter=("S",), probe=(3,), between=("L", 2), length=("L",),
-            length_sigma=("L",),
+            length_sigma=("L",), point=("R", 3), normal=("R", 3), plane_sigma=("R",),
         )  # fmt: skip
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Names of what can be touched: the spheres, then the planes."""
+        return *self.names, *self.planes
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,9 +72,9 @@ class Touches:
     label: tuple[str, ...]  # file and line
     time: Array  # (N,) [s]
     timed: bool  # whether the file gives times
-    target: IntArray  # (N,) which sphere
+    target: IntArray  # (N,) which sphere; S and up: which plane
     theta: Array  # (N, 6) [rad] commanded
-    normal: Array  # (N, 3) probing direction in World; NaN: the sphere's centre was located
+    normal: Array  # (N, 3) probing direction in World, unit; NaN: the sphere's centre was located
     deflection: Array  # (N,) [m] by which the probe's ball was pushed back along it
     sigma: Array  # (N,) [m] of one coordinate; NaN: not said
 
@@ -93,10 +105,19 @@ def read_artefact(source: str) -> Artefact:
         if len(given) not in (0, 3):
             raise InputError(f"{source}: sphere.{i}: x_mm, y_mm and z_mm go together; give all three or none")
         places.append([np.nan if v is None else v * MM * grown for v in values])
-    names = tuple(s.name for s in file.sphere)
-    doubled = next((n for n in names if names.count(n) > 1), None)
+    if not (file.sphere or file.plane):
+        raise InputError(f"{source}: sphere: missing; say what was touched, in [[sphere]] or [[plane]]")
+    names, planes = tuple(s.name for s in file.sphere), tuple(p.name for p in file.plane)
+    doubled = next((n for n in (*names, *planes) if (*names, *planes).count(n) > 1), None)
     if doubled is not None:
-        raise InputError(f"{source}: sphere '{doubled}' stands twice; give each a name of its own")
+        kind = "sphere" if doubled in names else "plane"
+        raise InputError(f"{source}: {kind} '{doubled}' stands twice; give each a name of its own")
+    normals = np.array([p.normal for p in file.plane]).reshape(-1, 3)
+    for i, length in enumerate(np.linalg.norm(normals, axis=1).tolist()):
+        if abs(length - 1) > UNIT:
+            raise InputError(
+                f"{source}: plane.{i}.normal: its length is {length:.4g}, not 1; give a unit vector out of the material"
+            )
     for i, length in enumerate(file.length):
         unknown = next((n for n in length.between if n not in names), None)
         if unknown is not None:
@@ -105,13 +126,13 @@ def read_artefact(source: str) -> Artefact:
             raise InputError(
                 f"{source}: length.{i}.between: '{length.between[0]}' twice; a length is between two spheres"
             )
-    _check_lengths(source, file, names, np.array(places), grown)
+    _check_lengths(source, file, names, np.array(places).reshape(-1, 3), grown)
     probe = file.probe
     return Artefact(
         source,
         file.artefact.frame,
         names,
-        np.array(places),
+        np.array(places).reshape(-1, 3),
         np.array([s.sigma_um * UM for s in file.sphere]),
         np.array([np.nan if s.diameter_mm is None else s.diameter_mm * MM for s in file.sphere]),
         np.array([probe.x_mm, probe.y_mm, probe.z_mm]) * MM,
@@ -120,6 +141,11 @@ def read_artefact(source: str) -> Artefact:
         np.array([length.mm * MM * grown for length in file.length]),
         np.array([length.sigma_um * UM for length in file.length]),
         file.artefact.certified,
+        planes,
+        np.array([[p.x_mm, p.y_mm, p.z_mm] for p in file.plane]).reshape(-1, 3) * MM * grown,
+        normals,
+        np.array([p.sigma_um * UM for p in file.plane]),
+        None if file.artefact.taught is None else dict(file.artefact.taught.rise_K),
     )
 
 
@@ -135,7 +161,9 @@ def _check_lengths(source: str, file: ArtefactFile, names: tuple[str, ...], plac
             )
 
 
-def read_touches(source: str, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose]) -> Touches:
+def read_touches(
+    source: str, robot: Robot, artefact: Artefact, uframes: Mapping[int, Pose], planes: bool = False
+) -> Touches:
     """A file of touches.
 
     Columns: ``target`` (a sphere), where the probe's centre was commanded when it touched, as ``x_mm`` to ``r_deg`` in
@@ -148,6 +176,7 @@ def read_touches(source: str, robot: Robot, artefact: Artefact, uframes: Mapping
         robot: Whose joints they are.
         artefact: What was touched.
         uframes: What numbers of user frames mean, with which touches are commanded in one.
+        planes: Whether planes may be touched as well.
 
     Raises:
         InputError: Anything wrong, naming file, line and column.
@@ -156,12 +185,17 @@ def read_touches(source: str, robot: Robot, artefact: Artefact, uframes: Mapping
     N = len(table.line)
     names = table.words("target")
     for n, name in enumerate(names):
-        if name not in artefact.names:
+        if name in artefact.planes and not planes:
+            raise InputError(
+                f"{table.location(n, 'target')}: '{name}' is a plane: cgen anchor takes planes, identification and "
+                "frames need spheres; leave its touches out"
+            )
+        if name not in artefact.targets:
             raise InputError(
                 f"{table.location(n, 'target')}: {quote_cell(name)} is no sphere of {artefact.source} (known: "
-                f"{', '.join(artefact.names)})"
+                f"{', '.join(artefact.targets)})"
             )
-    target = np.array([artefact.names.index(name) for name in names])
+    target = np.array([artefact.targets.index(name) for name in names])
     time = table.numbers("time_s") if table.has("time_s") else np.arange(N, dtype=float)
     return Touches(
         tuple(table.location(n) for n in range(N)),
@@ -172,6 +206,16 @@ def read_touches(source: str, robot: Robot, artefact: Artefact, uframes: Mapping
         *_directions(table, artefact, target),
         _sigma(table),
     )
+
+
+def unit_of(place: Array, known: Array) -> str:
+    """The unit in which a place (3,) "in millimetres" is at one of some known ones, (S, 3) [m]; "" where it is none."""
+    if (np.linalg.norm(place - known, axis=1) < NEARBY).any():
+        return ""
+    for unit, factor in UNITS.items():
+        if (np.linalg.norm(factor * place - known, axis=1) < NEARBY).any():
+            return unit
+    return ""
 
 
 def probing_directions(robot: Robot, theta: Array, normal: Array) -> Array:
@@ -227,6 +271,9 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
                 "with --frames FILE, or give the joints"
             )
         pose = uframes[number] @ pose
+    for n, place in enumerate(values[:, :3] * MM):
+        if unit := unit_of(place, artefact.place):
+            raise InputError(f"{table.location(n)}: x_mm, y_mm, z_mm are {unit}, as the artefact's places say; give mm")
     configs = table.words("config") if table.has("config") else ["N U T"] * len(values)
     theta = np.empty((len(values), 6))
     for n, text in enumerate(configs):
@@ -264,7 +311,7 @@ def _directions(table: CsvTable, artefact: Artefact, target: IntArray) -> tuple[
                 f"{table.location(n, 'nx')}: the direction's length is {length[n]:.4g}, not 1; give the unit vector "
                 "in which the probe moved"
             )
-        if given[n].all() and np.isnan(artefact.diameter[target[n]]):
+        if given[n].all() and target[n] < len(artefact.names) and np.isnan(artefact.diameter[target[n]]):
             raise InputError(
                 f"{artefact.source}: sphere '{artefact.names[target[n]]}': diameter_mm: missing; a touch from one side "
                 f"({table.location(n)}) needs it"

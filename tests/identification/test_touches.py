@@ -1,0 +1,78 @@
+"""Artefacts with planes, places that the robot taught, and touches in another unit."""
+
+import pytest
+
+from compgen.core.exceptions import InputError
+from compgen.identification.touches import read_artefact, read_touches
+from compgen.pipelines.robot_file import load_any_robot
+
+ARTEFACT = """
+[artefact]
+taught = { rise_K = { j2 = 1.5 } }
+[[sphere]]
+name = "a"
+x_mm = 1200
+y_mm = 100
+z_mm = 200
+[[plane]]
+name = "table"
+x_mm = 1200
+y_mm = 0
+z_mm = 100
+normal = [0, 0, 1]
+sigma_um = 5
+[probe]
+z_mm = 150
+"""
+
+
+def artefact(folder, text=ARTEFACT):
+    file = folder / "artefact.toml"
+    file.write_text(text)
+    return read_artefact(str(file))
+
+
+def touches(folder, *rows, planes=True):
+    file = folder / "touches.csv"
+    file.write_text("\n".join(["time_s,target,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg", *rows]) + "\n")
+    return read_touches(str(file), load_any_robot("m710ic50"), artefact(folder), {}, planes=planes)
+
+
+def test_planes_come_after_the_spheres(tmp_path):
+    known = artefact(tmp_path)
+    assert known.targets == ("a", "table")
+    assert known.point.tolist() == [[1.2, 0, 0.1]]
+    assert known.taught == {"j2": 1.5}
+    rows = touches(tmp_path, "0,table,1200,0,100,180,0,0", "1,a,1200,100,200,180,0,0")
+    assert rows.target.tolist() == [1, 0]
+
+
+def test_identification_is_told_that_a_plane_is_none_of_its_spheres(tmp_path):
+    with pytest.raises(InputError, match=r"touches.csv: line 2, column target: 'table' is a plane"):
+        touches(tmp_path, "0,table,1200,0,100,180,0,0", planes=False)
+
+
+@pytest.mark.parametrize(
+    ("row", "unit"),
+    [("0,a,1.2,0.1,0.2,180,0,0", "metres"), ("0,a,47.24,3.94,7.87,180,0,0", "inches")],
+)
+def test_touches_in_another_unit_are_named(tmp_path, row, unit):
+    with pytest.raises(InputError, match=f"are {unit}, as the artefact's places say; give mm"):
+        touches(tmp_path, row)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("normal = [0, 0, 1]", "normal = [0, 0, 0.5]", r"plane.0.normal: its length is 0.5, not 1"),
+        ('name = "table"', 'name = "a"', "'a' stands twice"),
+    ],
+)
+def test_a_wrong_plane_is_refused(tmp_path, old, new, words):
+    with pytest.raises(InputError, match=words):
+        artefact(tmp_path, ARTEFACT.replace(old, new))
+
+
+def test_an_artefact_of_nothing_is_refused(tmp_path):
+    with pytest.raises(InputError, match="say what was touched"):
+        artefact(tmp_path, "[artefact]\n")
