@@ -18,6 +18,7 @@ from compgen.cli.jobs import check, generate, predict
 from compgen.cli.pages import pages
 from compgen.cli.plan_poses import plan_poses
 from compgen.cli.plan_touches import plan_touches
+from compgen.cli.resume import resume
 from compgen.cli.schema import schema
 from compgen.cli.teach_frame import teach_frame
 from compgen.cli.whatif import whatif
@@ -44,6 +45,7 @@ for command in (
     inspect,
     correct,
     pages,
+    resume,
     heat,
     whatif,
     identify,

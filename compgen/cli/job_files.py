@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
-from compgen.cli.ownership import check_job_folder
+from compgen.cli.ownership import check_job_folder, resume_files
 from compgen.cli.publish import publish
 from compgen.core.findings import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
@@ -29,7 +29,7 @@ def publish_job(
         name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))
         for k, (name, content) in enumerate(reports.items())
     }
-    own_names = {f"{program}.LS", *programs, *reports}
+    own_names = {f"{program}.LS", *programs, *reports, *resume_files(folder)}
     publish(folder, programs, contents, own_names, f"{program}{MANIFEST_SUFFIX}")
 
 

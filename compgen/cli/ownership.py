@@ -18,6 +18,7 @@ from compgen.core.files import MOST_TABLE_BYTES, POSTERIOR, read_regular
 
 REPORT = "report.json"
 HEAT = "heat.json"
+RESUME_FILES = ("resume.json", "resume.html")
 _PROGRAM_LINE = re.compile(rb"^/PROG[ \t]+([A-Za-z0-9_-]+)", re.MULTILINE)
 
 
@@ -162,6 +163,11 @@ def check_own_file(option: str, name: str, marker: bytes, command: str) -> None:
     check_file(option, name)
     if os.path.isfile(name) and Path(name).stat().st_size and not _contains(Path(name), marker):
         raise InputError(f"{name}: it is there and not what cgen {command} wrote; move it away, or give another file")
+
+
+def resume_files(folder: Path) -> set[str]:
+    """The reports of ``resume`` in a folder, which go with the pages that they are of."""
+    return {*RESUME_FILES} if "from_page" in read_record(folder / RESUME_FILES[0]) else set()
 
 
 def _check_report(folder: Path, command: str, name: str, others: Iterable[str]) -> None:

@@ -21,6 +21,7 @@ GENERATE = {
 PREDICT = {"path": 15, "timing": 35, "twin before": 30, "report": 20}
 CHECK = {**GENERATE, "report": 0}
 CORRECT = {"reading": 25, "correction": 35, "twin before": 10, "twin after": 10, "report": 20}
+RESUME = {"path": 20, "timing": 25, "correction": 10, "final timing": 10, "text": 15, "twin after": 10, "report": 10}
 
 DELAY = 0.5  # s: a run that takes no longer shows no bar
 LEAST_SHARE = 0.03  # from which on the time left is more than a guess

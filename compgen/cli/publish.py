@@ -23,7 +23,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 
 _AT_FDCWD, _EXCHANGE = -100, 2
-_MARK = ".compgen-"
+MARK = ".compgen-"
 
 
 def check_writable(folder: Path) -> None:
@@ -33,13 +33,13 @@ def check_writable(folder: Path) -> None:
         while not _exists(nearest):
             nearest = nearest.parent
         if not nearest.exists():
-            raise _refusal(folder, f"{nearest} is a broken link")
+            raise refusal(folder, f"{nearest} is a broken link")
         if not nearest.is_dir():
-            raise _refusal(folder, f"{nearest} is a file")
+            raise refusal(folder, f"{nearest} is a file")
         if not os.access(nearest, os.W_OK | os.X_OK):
-            raise _refusal(folder, f"no permission to write in {nearest}")
+            raise refusal(folder, f"no permission to write in {nearest}")
     except (OSError, ValueError) as failure:
-        raise _refusal(folder, getattr(failure, "strerror", None) or str(failure)) from failure
+        raise refusal(folder, getattr(failure, "strerror", None) or str(failure)) from failure
 
 
 def _exists(path: Path) -> bool:
@@ -85,7 +85,7 @@ def publish(
             check_names(folder, own_names)
             _put(target, programs, reports, own_names, bool(manifest))
     except OSError as failure:
-        raise _refusal(folder, failure.strerror or str(failure)) from failure
+        raise refusal(folder, failure.strerror or str(failure)) from failure
     finally:
         with suppress(OSError):  # folders made for nothing; the first with something in it stays
             for parent in missing:
@@ -103,10 +103,10 @@ def _put(
     stage: Path | None = None
     new = not target.exists()
     try:
-        _remove_leftovers(target.parent, f".{target.name}{_MARK}")
-        _remove_leftovers(target, _MARK)
+        remove_leftovers(target.parent, f".{target.name}{MARK}")
+        remove_leftovers(target, MARK)
         beside = new or _replaceable(target, own_names)
-        parent, prefix = (target.parent, f".{target.name}{_MARK}") if beside else (target, _MARK)
+        parent, prefix = (target.parent, f".{target.name}{MARK}") if beside else (target, MARK)
         stage = parent / interrupts.temporary_name(prefix)  # named before it is made: always removed
         stage.mkdir(0o700)
         for name, content in {**reports, **programs}.items():
@@ -120,31 +120,31 @@ def _put(
             _rename_to_new(stage, target)
         elif beside:
             stage.chmod(target.stat().st_mode & 0o7777)
-            if not _exchange(stage, target):
+            if not exchange(stage, target):
                 replace_files(stage, target, list(programs), list(reports), own_names, paged)
         else:
             replace_files(stage, target, list(programs), list(reports), own_names, paged)
     finally:
         if stage is not None:
-            _remove(stage)
+            remove_stage(stage)
 
 
 def check_names(folder: Path, names: Iterable[str]) -> None:
     """Raises InputError when a folder stands where a file shall be written."""
     blocked = next((name for name in sorted(names) if (folder / name).is_dir()), None)
     if blocked:
-        raise _refusal(folder, f"{folder / blocked} is a folder")
+        raise refusal(folder, f"{folder / blocked} is a folder")
 
 
 def write_file(path: Path, content: bytes) -> None:
     """One file, whole or not at all; a link of that name is replaced, and what it leads to stays."""
     interrupts.raise_on_signal()
-    prefix = f".{path.name}{_MARK}"
+    prefix = f".{path.name}{MARK}"
     part = path.with_name(interrupts.temporary_name(prefix))
     if os.path.exists(path) and not os.path.isfile(path):  # a device would become a file
         raise InputError(f"{path}: cannot be written: it is no regular file; give another file")
     try:
-        _remove_leftovers(path.parent, prefix)
+        remove_leftovers(path.parent, prefix)
         with part.open("xb") as file:  # a new file: no link is followed
             file.write(content)
         part.replace(path)
@@ -210,16 +210,16 @@ def _replaceable(target: Path, own_names: set[str]) -> bool:
     return plain and not occupied and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
 
 
-def _remove_leftovers(parent: Path, prefix: str) -> None:
+def remove_leftovers(parent: Path, prefix: str) -> None:
     """Remove hidden files and folders of runs on this machine that were killed."""
     if not parent.is_dir():
         return
     for stage in parent.iterdir():
         if interrupts.is_abandoned(stage.name, prefix):
-            _remove(stage)
+            remove_stage(stage)
 
 
-def _remove(stage: Path) -> None:
+def remove_stage(stage: Path) -> None:
     """Delete a hidden file, or folder with the files in it; a folder inside is not ours and keeps it."""
     try:
         if stage.is_symlink() or not stage.is_dir():
@@ -239,7 +239,7 @@ def _umask() -> int:
     return mask
 
 
-def _exchange(a: Path, b: Path) -> bool:
+def exchange(a: Path, b: Path) -> bool:
     """Swap two folders in one step of the file system, where the system can."""
     if not sys.platform.startswith("linux"):
         return False
@@ -247,5 +247,6 @@ def _exchange(a: Path, b: Path) -> bool:
     return renameat2 is not None and renameat2(_AT_FDCWD, os.fsencode(a), _AT_FDCWD, os.fsencode(b), _EXCHANGE) == 0
 
 
-def _refusal(folder: Path, reason: str) -> InputError:
+def refusal(folder: Path, reason: str) -> InputError:
+    """That a folder cannot take files, and the mend."""
     return InputError(f"output folder {folder}: cannot be written: {reason}; give another with -o")

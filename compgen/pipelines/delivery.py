@@ -71,18 +71,18 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
 
     def headings(first: Sequence[int]) -> list[list[str]]:
         starts.extend(starts_at(np.array(first, dtype=np.int64)))
-        return [_page_remarks(job, program, k, len(first), start) for k, start in enumerate(starts)]
+        return [page_remarks(job, program, k, len(first), start) for k, start in enumerate(starts)]
 
     capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
     paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
-    page_facts = [_page_facts(job, page, start) for page, start in zip(paged.pages, starts)]
+    facts = [{**_place_of(page), **page_facts(job, start)} for page, start in zip(paged.pages, starts)]
     head = {
         "compgen": __version__,
         "inputs_sha256": job.inputs_hash,
         "robot": job.robot.name,
         "job": {"path_file": job.source, "robot_file": job.cell.robot_file, "overrides": list(job.overrides)},
     }
-    manifest = manifest_json(paged, capacity, head, page_facts)
+    manifest = manifest_json(paged, capacity, head, facts)
     files = {f"{paged.name}{MANIFEST_SUFFIX}": manifest, **paged.files()}
     whole, _ = interpret_pages(*check_manifest(manifest, files))
     require_equal(whole, program)
@@ -119,21 +119,25 @@ def size_findings(job: Job, delivery: Delivery, stops: PageStops | None) -> list
     return [Finding(Level.OUTSIDE, "controller.size", message)]
 
 
-def _page_facts(job: Job, page: Page, start: PageStart) -> dict[str, object]:
-    """What the manifest says of a page beside its file."""
+def _place_of(page: Page) -> dict[str, object]:
+    """Which positions of the undivided program a page has; it starts at the first."""
+    return {"first_position": max(page.motions[0], 1), "last_position": page.motions[1]}
+
+
+def page_facts(job: Job, start: PageStart) -> dict[str, object]:
+    """What the manifest says of how a page starts."""
     return {
-        "first_position": max(page.motions[0], 1),  # of the undivided program; the page starts there
-        "last_position": page.motions[1],
         "start_s": round(start.time, 3),
         "start_window_s": round(start.window, 1),
         "rise_K": {name: round(float(r), 4) for name, r in zip(job.heat.names, start.rise)},
     }
 
 
-def _page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart) -> list[str]:
-    """Remarks at the head of a page, k from 0."""
+def page_remarks(job: Job, program: Program, k: int, count: int, start: PageStart, anew: bool = False) -> list[str]:
+    """Remarks at the head of a page, k from 0; ``anew`` where it replaces another of that name."""
     state = [f"{n} {r:.1f}" for n, r in zip(job.heat.names, start.rise)]
-    remarks = [*program.remarks[:COMMON_REMARKS], f"page {k + 1} of {count}, after {start.time:.0f} s"]
+    when = f"anew, {start.time:.0f} s" if anew else f"after {start.time:.0f} s"
+    remarks = [*program.remarks[:COMMON_REMARKS], f"page {k + 1} of {count}, {when}"]
     remarks += [f"rise K {' '.join(state[i : i + 2])}" for i in range(0, len(state), 2)]
     wait = "start within" if k == 0 else "wait before it at most"
     if k == 0 and job.ensemble is not None:

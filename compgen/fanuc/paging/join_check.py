@@ -5,7 +5,7 @@ start at the position where the first stopped, to the last digit of the text.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, TypeVar
@@ -27,6 +27,9 @@ from compgen.fanuc.vocabulary import CALL_ALONE, FRAME_NUMBER, MESSAGE_OR_PAUSE
 
 T = TypeVar("T")
 _ONLY_ACC = re.compile(r"\s*(?:ACC\s*\d+\s*)?", re.IGNORECASE)  # options of a motion that only starts a page
+SAME_STEP = 1e-6  # relative
+MOST_TURN = 0.02  # [rad] from page to page, where one was written anew
+NO_STEPS: Mapping[str, float] = {}
 
 
 class JoinError(CompgenError):
@@ -213,6 +216,20 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
         JoinError: A page is missing, or two pages do not meet; names the page and the gap.
         InputError: A page is not of the canonical form that ``interpret`` reads.
     """
+    return join_programs(read_pages(main, pages))
+
+
+def read_pages(main: bytes, pages: Mapping[str, bytes]) -> list[Program]:
+    """Each of canonical pages, in the order in which a main program calls them.
+
+    Args:
+        main: The main program's file.
+        pages: The pages' files, by program name.
+
+    Raises:
+        JoinError: A page is missing, or is another program.
+        InputError: A page is not of the canonical form that ``interpret`` reads.
+    """
     order = called_programs(main)
     if not order:
         raise JoinError("main program: it calls no page")
@@ -223,8 +240,22 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
     for name, page in zip(order, programs):
         if page.name != name:
             raise JoinError(f"page {name}: it calls itself {page.name}")
+    return programs
+
+
+def join_programs(programs: Sequence[Program], steps: Mapping[str, float] = NO_STEPS) -> tuple[Program, Array]:
+    """The program that pages make together, one behind the other, and where each begins in it.
+
+    Args:
+        programs: In order.
+        steps: How far a page may start from where the one before stopped, along any axis [m], by name: one that was
+            written anew for another warmth. Where it does, the joined program has the place of the stop.
+
+    Raises:
+        JoinError: Two pages do not meet; names the page and the gap.
+    """
     for before, after in zip(programs, programs[1:]):
-        _require_meeting(before, after)
+        require_meeting(before, after, steps.get(after.name, 0.0))
     starts = np.cumsum([0] + [len(p.position) - 1 for p in programs[:-1]])
     first, rest = programs[0], programs[1:]
     whole = replace(
@@ -239,11 +270,16 @@ def interpret_pages(main: bytes, pages: Mapping[str, bytes]) -> tuple[Program, A
     return whole, starts
 
 
-def _require_meeting(before: Program, after: Program) -> None:
-    """Raises JoinError when a page does not start where the one before stopped."""
-    gap = float(np.abs(after.position[0] - before.position[-1]).max())
+def gap_between(before: Program, after: Program) -> float:
+    """How far a page starts from where the one before it stops, along the axis where it is most [m]."""
+    return float(np.abs(after.position[0] - before.position[-1]).max())
+
+
+def require_meeting(before: Program, after: Program, step: float = 0.0) -> None:
+    """Raises JoinError when a page does not start where the one before stopped, or no farther than a step [m]."""
+    gap = gap_between(before, after)
     turn = float(np.abs(after.rotation[0] - before.rotation[-1]).max())
-    if gap > 0 or turn > 0:
+    if gap > step * (1 + SAME_STEP) or turn > (MOST_TURN if step else 0.0):
         raise JoinError(
             f"page {after.name}: it starts {gap / MM:.3f} mm from where {before.name} stopped; load matching pages"
         )

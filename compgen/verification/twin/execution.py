@@ -7,7 +7,7 @@ segment among them. A segment is a line, or half of an arc: up to its via, or fr
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,7 @@ class PreparedProgram:
     chord_theta: Array  # (F, 6) [rad]
     air: Ambient
     start_time: float  # [s] from the first duty to the program's start
+    history: DirectionHistory = field(default_factory=DirectionHistory)  # of the motion before it
 
     @property
     def sample_count(self) -> int:
@@ -92,7 +93,7 @@ class PreparedProgram:
     def chunks(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[Execution]:
         """The samples of some segments at a time; each chunk begins with its first segment's start."""
         S = len(self.samples_per_segment)
-        history = DirectionHistory()
+        history = self.history
 
         def execute_chunk(first: int, last: int) -> Execution:
             nonlocal history
@@ -104,6 +105,13 @@ class PreparedProgram:
         for k, execution in enumerate(chunks, 1):
             yield execution
             progress(min(1.0, k * CHUNK / S))
+
+    def direction_history(self) -> DirectionHistory:
+        """What this program leaves for the one after it."""
+        S, history = len(self.samples_per_segment), self.history
+        for first in range(0, S, CHUNK):
+            _, history = self._execute_segments(first, min(S, first + CHUNK), history)
+        return history
 
     def _execute_segments(self, first: int, last: int, history: DirectionHistory) -> tuple[Execution, DirectionHistory]:
         """Samples of the segments first to last, with the end of the program where it is among them.

@@ -1,0 +1,120 @@
+"""The command that writes the rest of a job in pages anew, for what the robot is now."""
+
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from compgen.cli.durations import duration
+from compgen.cli.messages import print_error
+from compgen.cli.options import JobRobot, Quiet, Workers
+from compgen.cli.ownership import RESUME_FILES, read_record
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Level
+
+if TYPE_CHECKING:
+    from compgen.pipelines.resume.result import Resumed
+
+PagesFolder = Annotated[str, typer.Argument(help="The folder that cgen generate wrote pages into.", show_default=False)]
+JobPath = Annotated[
+    str | None, typer.Option("--path", help="Where the path file is now; default where it was, seen from here.")
+]
+
+
+def resume(
+    folder: PagesFolder,
+    from_page: Annotated[int, typer.Option("--from-page", help="The first page to write anew, from 1.")],
+    log: Annotated[
+        str | None, typer.Option("--log", help="Thermocouple log so far; the page starts at its end.")
+    ] = None,
+    late: Annotated[
+        str | None, typer.Option("--late", help="How long the page waits after the one before, servo on: 35min.")
+    ] = None,
+    loaded: Annotated[int, typer.Option("--loaded", help="The last page that the controller has.")] = 0,
+    done: Annotated[int, typer.Option("--done", help="The last page that has run.")] = 0,
+    path: JobPath = None,
+    robot: JobRobot = None,
+    date: Annotated[
+        str | None, typer.Option("--date", help="When, for the record in the manifest; default now (UTC).")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    quiet: Quiet = False,
+    workers: Workers = None,
+) -> None:
+    """Write the remaining pages of a job anew, under their names, for what the robot is when the next one starts."""
+    from compgen.cli.machine import use_machine
+    from compgen.cli.progress_bar import RESUME, show_progress
+    from compgen.cli.replace_together import finish_replacing
+    from compgen.cli.resume_table import show_resumed
+    from compgen.pipelines.resume.beginning import Beginning, begin_late
+    from compgen.pipelines.resume.from_log import begin_with_log
+    from compgen.pipelines.resume.resume import Known, require_free
+    from compgen.pipelines.resume.resume import resume as pipeline
+    from compgen.pipelines.resume.whole import plan_whole
+    from compgen.pipelines.resume.written_job import job_of, read_written_job
+    from compgen.report.resume_summary import resume_json
+
+    given = [option for option, value in (("--log", log), ("--late", late)) if value is not None]
+    if len(given) != 1:
+        raise InputError(
+            f"resume: {' and '.join(given) or 'neither'} given; say with one of --log and --late what the robot is"
+        )
+    waits = duration(late, "--late") if late is not None else 0.0
+    when = checked_moment(date)
+    place = Path(folder)
+    finish_replacing(place)
+    written = read_written_job(place)
+    require_free(written, from_page, loaded, done)
+    use_machine(workers)
+    with show_progress(quiet or as_json, RESUME) as progress:
+        whole = plan_whole(job_of(written, path, robot), progress)
+
+        def begin(known: Known) -> Beginning:
+            return begin_with_log(whole, known, log) if log is not None else begin_late(whole, known, waits)
+
+        resumed = pipeline(written, whole, from_page, begin, when, progress, loaded, done)
+        progress("report", 0.0)
+        is_written = bool(resumed.replaced) and (resumed.inside or force)
+        if is_written:
+            put_pages(place, resumed)
+    if as_json:
+        sys.stdout.write(resume_json(resumed).decode())
+    elif not quiet:
+        show_resumed(resumed, place, is_written)
+    if not resumed.inside:
+        broken = next(f.message for f in resumed.findings if f.level is Level.OUTSIDE)
+        ending = "written all the same (--force)" if force else "nothing was written; --force writes the pages"
+        raise typer.Exit(print_error(f"{resumed.verdict}: {broken}; {ending}", 1))
+
+
+def put_pages(folder: Path, resumed: "Resumed") -> None:
+    """Put the new pages, the manifest and the report into their folder, all of them or none."""
+    from compgen.cli.replace_together import replace_together
+    from compgen.report.resume_page import resume_html
+    from compgen.report.resume_summary import resume_json
+
+    reports = dict(zip(RESUME_FILES, (resume_json(resumed), resume_html(resumed))))
+    record = folder / RESUME_FILES[0]
+    foreign = [name for name in RESUME_FILES if (folder / name).exists() and "from_page" not in read_record(record)]
+    if foreign:
+        raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume wrote; move it away")
+    changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
+    replace_together(folder, {**changed, **reports})
+
+
+def checked_moment(date: str | None) -> str:
+    """A date for a record as it was given, or the clock's.
+
+    Raises:
+        InputError: Not a date.
+    """
+    if date is None:
+        return datetime.now(UTC).isoformat(timespec="seconds")
+    try:
+        datetime.fromisoformat(date)
+    except ValueError:
+        raise InputError(f"--date {date!r:.40}: not a date; write it as 2026-01-31 or 2026-01-31T14:05") from None
+    return date

@@ -1,0 +1,48 @@
+"""What ``resume`` prints at its end: each page before and after, the join, the findings."""
+
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from compgen.core.units import UM
+from compgen.pipelines.resume.result import Resumed
+
+
+def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
+    """Print the pages, why, and what became of them."""
+    console = Console(width=None if sys.stdout.isatty() else 100)
+    planned, beginning = resumed.planned, resumed.beginning
+    table = Table(title=f"{planned.job.name} from page {resumed.from_page} on", title_justify="left")
+    table.add_column("on the part, um", no_wrap=True)
+    for side in ("before", "after"):
+        for statistic in ("max", "p99", "rms"):
+            table.add_column(f"{side} {statistic}", justify="right")
+    for page in resumed.pages:
+        sizes = [
+            f"{getattr(side, name) / UM:.2f}" for side in (page.before, page.after) for name in ("max", "p99", "rms")
+        ]
+        table.add_row(page.file, *sizes)
+    console.print(table)
+    rises = ", ".join(
+        f"{name} {now:.2f} ({now - then:+.2f})"
+        for name, now, then in zip(planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist())
+    )
+    lines = [f"because {beginning.why}; rise [K], and against the plan: {rises}"]
+    if resumed.join is not None:
+        join = resumed.join
+        place = "on the part" if join.on_the_part else "off the part"
+        lines.append(
+            f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
+            f"{join.beyond / UM:.2f} beyond that; start within {resumed.starts[0].window:.0f} s"
+        )
+    lines += [f"{finding.level.value}: {finding.message}" for finding in resumed.findings]
+    if is_written:
+        count = len(resumed.replaced)
+        names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"
+        lines.append(f"wrote {names} anew, {resumed.written.manifest_file}, resume.html, resume.json in {folder}")
+    elif not resumed.replaced:
+        lines.append("nothing to do: the pages in the folder are these already")
+    for line in lines:
+        console.print(line, markup=False, highlight=False)

@@ -1,0 +1,79 @@
+"""The robot as a thermocouple log leaves it: the state that explains the readings, and the air."""
+
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
+from compgen.core.toml import check, override, read_toml
+from compgen.pipelines.job import Job
+from compgen.pipelines.resume.beginning import Beginning, begin_at
+from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.schema import PathFile
+from compgen.thermal import tables
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.tables.schema import LogTable
+
+
+def read_log(job: Job, file: str) -> tuple[TemperatureLog, bool]:
+    """A log as rises of a job's nodes, and whether its last air is the air from now on.
+
+    What rises count from is what the path file says in [log] and [ambient].
+
+    Raises:
+        InputError: A bad file, an unknown sensor, readings that no robot has.
+    """
+    path = path_tables(job)
+    table = LogTable(file=file) if path.log is None else path.log.model_copy(update={"file": file})
+    zero = path.ambient.reference_degC
+    log = tables.log_of(table, job.cell.heat.names, job.cell.sensors, zero, "log")
+    return log, not path.ambient.model_fields_set - {"reference_degC", "clock_h"}
+
+
+def path_tables(job: Job) -> PathFile:
+    """The tables of a job's path file, overrides put in."""
+    data = read_toml(Path(job.source), "paths")
+    for item in job.overrides:
+        if not item.startswith("robot."):
+            override(data, item, item)
+    return check(PathFile, data, job.source)
+
+
+def state_at_end(whole: Whole, log: TemperatureLog) -> Array:
+    """Thermal state when a log ends, (S,)."""
+    heat = whole.job.cell.heat
+    loss: tuple[float, ...] = ()
+    if isinstance(heat, NetworkModel):
+        loss, _ = mean_losses(whole.job.robot, heat.drives, whole.motion_from(0))
+    state = fit_log(log, replace(heat, start=None), loss).heat.start
+    if state is None:
+        raise InputError("log: it leaves no state; give one with readings")
+    return state
+
+
+def begin_with_log(whole: Whole, known: tuple[Array, float], file: str) -> Beginning:
+    """The page starts when a log ends.
+
+    Args:
+        whole: The plan of the job.
+        known: State and clock by the plan.
+        file: The log so far.
+
+    Raises:
+        InputError: A bad file, or too few readings.
+    """
+    log, keeps_air = read_log(whole.job, file)
+    end = float(log.time[-1])
+    cause: dict[str, Any] = {
+        "log": Path(file).name,
+        "log_sha256": sha256(read_regular(file)).hexdigest(),
+        "log_end_s": end,
+    }
+    air = float(log.air[-1]) if keeps_air else None
+    state = state_at_end(whole, log)
+    return begin_at(whole, known, state, air, f"thermocouple log {cause['log']} until {end:.0f} s", cause)

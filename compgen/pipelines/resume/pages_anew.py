@@ -1,0 +1,90 @@
+"""The pages of a rest, under their old names, and the proof that they go on where the page before stops."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from compgen.core.exceptions import InputError
+from compgen.core.units import MM
+from compgen.fanuc import Program
+from compgen.fanuc.canonical.reader import interpret
+from compgen.fanuc.canonical.writer import compose
+from compgen.fanuc.paging.canonical_split import excerpt
+from compgen.fanuc.paging.join_check import JoinError, join_programs, read_pages, require_meeting
+from compgen.pipelines.delivery import PageStart, page_remarks, require_equal
+from compgen.pipelines.job import Job
+from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.resume.written_job import WrittenJob
+
+
+def read_written(written: WrittenJob, whole: Whole) -> list[Program]:
+    """The pages in the folder, each as the controller reads it.
+
+    Raises:
+        InputError: They are not the pages of this plan.
+    """
+    try:
+        programs = read_pages(written.main, {page.name: page.data for page in written.pages})
+    except JoinError as failure:
+        raise InputError(f"{written.folder}: {failure}; put the page back, or generate the job anew") from failure
+    ends = [(page.first, page.last - page.first + 1) for page in written.pages]
+    lengths = [len(program.position) for program in programs]
+    stops = whole.page_stops.stop
+    fits = written.pages[-1].last == len(stops) - 1 and all(stops[first] for first, _ in ends)
+    if lengths != [length for _, length in ends] or not fits:
+        raise InputError(
+            f"{written.folder}: its pages have {sum(lengths)} positions, where the plan of {whole.job.source} has "
+            f"others ({len(stops)}): another version or setting wrote them; generate the job anew"
+        )
+    return programs
+
+
+def steps_of(written: WrittenJob) -> dict[str, float]:
+    """How far each page that was written anew starts from where the page before stops, as its record says [m]."""
+    steps: dict[str, float] = {}
+    for entry in written.resumed:
+        later = [page.name for page in written.pages[int(entry["from_page"]) - 1 :]]
+        steps = {name: step for name, step in steps.items() if name not in later}
+        if entry.get("join"):
+            steps[later[0]] = float(entry["join"]["gap_mm"]) * MM
+    return steps
+
+
+def write_pages(
+    written: WrittenJob, job: Job, program: Program, from_page: int, starts: Sequence[PageStart]
+) -> dict[str, bytes]:
+    """The pages of a rest by file, in order.
+
+    Args:
+        written: The job's pages so far.
+        job: The rest.
+        program: Its program, from the first position of the page on.
+        from_page: Number of the page, from 1.
+        starts: Of the page and those after it.
+    """
+    pages, count, begin = written.pages[from_page - 1 :], len(written.pages), written.pages[from_page - 1].first
+    files = {}
+    for page, start in zip(pages, starts):
+        remarks = tuple(page_remarks(job, program, page.number - 1, count, start, anew=True))
+        part = excerpt(program, page.first - begin, page.last - begin)
+        files[page.file] = compose(replace(part, name=page.name, remarks=remarks))
+    return files
+
+
+def prove_pages(before: Program | None, files: Mapping[str, bytes], program: Program, gap: float) -> Program:
+    """The rest read back from its pages, which are its program and go on behind the page before.
+
+    Args:
+        before: The page before, untouched; None: there is none.
+        files: The new ones, in order.
+        program: What they must be.
+        gap: How far the first of them starts from where the page before stops [m].
+
+    Raises:
+        JoinError: They are not the program, or do not meet.
+    """
+    pages = [interpret(data) for data in files.values()]
+    if before is not None:
+        require_meeting(before, pages[0], gap)
+    rest, _ = join_programs(pages)
+    require_equal(rest, program)
+    return rest

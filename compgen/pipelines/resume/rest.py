@@ -1,0 +1,79 @@
+"""The rest of a job's plan from a page on, as a plan of its own that begins as warm as the robot then is."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.evaluation import run_in_background
+from compgen.fanuc import Program
+from compgen.pipelines.job import Job
+from compgen.pipelines.job_results import Planned
+from compgen.pipelines.resume.beginning import Beginning
+from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.thermal import rises_during
+from compgen.thermal.history import History
+from compgen.verification.deviation import Deviation, deviation_from_path
+from compgen.verification.twin import PreparedProgram, prepare
+from compgen.verification.written_motion import WrittenMotion, read_motion
+
+
+def rest_of_job(job: Job, beginning: Beginning) -> Job:
+    """The job that begins with a page: its heat starts with the state there, and nothing is before it."""
+    history = History(standing=job.history.standing, air=beginning.air)
+    process = replace(job.plan.process, thin=None)  # which waypoints are left out is settled
+    return replace(
+        job,
+        plan=replace(job.plan, process=process),
+        cell=replace(job.cell, heat=replace(job.cell.heat, start=beginning.state)),
+        history=history,
+        ensemble=None,
+        on_other_heat_model=None,
+    )
+
+
+def rest_of_plan(whole: Whole, first: int, beginning: Beginning, old: Program, lead: Program | None) -> Planned:
+    """The plan from a waypoint on.
+
+    Args:
+        whole: The plan of the job.
+        first: The waypoint that a page starts at.
+        beginning: How warm the robot is there.
+        old: The text of these pages so far; the twin flies it from the same beginning.
+        lead: The text of the page before, which play remembers; None: there is none.
+    """
+    job = rest_of_job(whole.job, beginning)
+    rest = whole.subset(np.arange(first, len(whole.theta)))
+    trajectory = replace(rest.trajectory, time=rest.time - rest.time[0])
+    added = np.array(rest.page_stops.added)
+    added[0] = False  # where it starts is its end
+    rise = rises_during(job.heat, beginning.state, rest.motion_from(0), beginning.air, 0.0).rise
+
+    def fly_old() -> tuple[Deviation, WrittenMotion]:
+        prepared = prepared_rest(job, old, lead)
+        written = read_motion(prepared, np.diff(rest.path.arc), rest.feed * rest.path.pace)
+        return deviation_from_path(rest.path, prepared.chunks(), prepared.sample_count), written
+
+    flight = run_in_background(fly_old, len(rest.theta))
+    return Planned(
+        job, rest.feed, rest.path, replace(rest.page_stops, added=added), rest.model, rest.theta, rest.motion,
+        trajectory, rise, flight, (), np.arange(len(rest.theta)),
+    )  # fmt: skip
+
+
+def prepared_rest(job: Job, text: Program, lead: Program | None) -> PreparedProgram:
+    """The text of a rest on the twin, whose play has gone the way of the page before."""
+    twin = twin_of(job)
+    prepared = prepare(twin, text, (), job.history.air)
+    if twin.only_grows or lead is None:
+        return prepared
+    before = prepare(twin, lead, (), job.history.air)
+    return replace(prepared, history=before.direction_history())
+
+
+def tool_at_end(job: Job, text: Program, rise: Array) -> Array:
+    """Where the real tool stands at the end of a text, with given rises (K,) [K]: (3,) [m] in World."""
+    prepared = prepare(twin_of(job), text, (), job.history.air)
+    execution = prepared.with_rise(np.broadcast_to(rise, (len(text.position), len(rise)))).execute()
+    return np.asarray(execution.actual.position[-1])

@@ -1,0 +1,106 @@
+"""What a resumed job comes to: the pages that were written anew, why, and what they leave."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.findings import Finding
+from compgen.core.units import MM, UM
+from compgen.fanuc import Program
+from compgen.pipelines.delivery import PageStart
+from compgen.pipelines.job_results import Planned
+from compgen.pipelines.resume.beginning import Beginning
+from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.verification.deviation import Deviation, percentile99, rms
+from compgen.verification.verdict import Verdict, verdict_of
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """Error of the tool's position on the part of one page [m]."""
+
+    max: float
+    p99: float
+    rms: float
+
+    def record(self) -> dict[str, float]:
+        """In micrometres."""
+        return {f"{name}_um": round(getattr(self, name) / UM, 3) for name in ("max", "p99", "rms")}
+
+
+@dataclass(frozen=True, slots=True)
+class PageResult:
+    """One page before and after; off the part altogether where it never touches."""
+
+    number: int
+    name: str
+    file: str
+    before: Size  # had the job gone on with the old page
+    after: Size
+    is_new: bool  # its bytes are others
+
+
+@dataclass(frozen=True, slots=True)
+class Join:
+    """What the tool does at the stop where the first new page begins."""
+
+    page: str
+    gap: float  # [m] between the numbers of both texts, along the axis where it is most
+    step: float  # [m] of the real tool, from where the page before holds it to where the new page does
+    demanded: float  # [m] from where the page before holds it to the target: what has drifted
+    beyond: float  # [m] what the step is off the demanded one
+    on_the_part: bool
+
+    def record(self) -> dict[str, Any]:
+        """In micrometres, the gap in millimetres as the text has it."""
+        sizes = {f"{name}_um": round(getattr(self, name) / UM, 3) for name in ("step", "demanded", "beyond")}
+        return {"page": self.page, "gap_mm": round(self.gap / MM, 9), **sizes, "on_the_part": self.on_the_part}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Resumed:
+    """The rest of a job, written anew."""
+
+    written: WrittenJob
+    from_page: int
+    beginning: Beginning
+    planned_rise: Array  # (K,) [K] with which the page would have started if nobody waited
+    planned: Planned  # the rest; its ``deviation`` is that of the old pages
+    program: Program  # read back from the new pages
+    files: dict[str, bytes]  # the new pages and the manifest, by name
+    starts: tuple[PageStart, ...]
+    deviation: Deviation  # of the new pages
+    pages: tuple[PageResult, ...]
+    join: Join | None  # None: there is no page before
+    findings: tuple[Finding, ...]
+
+    @property
+    def replaced(self) -> tuple[str, ...]:
+        """Pages whose bytes are others than those in the folder."""
+        return tuple(page.file for page in self.pages if page.is_new)
+
+    @property
+    def unchanged(self) -> tuple[str, ...]:
+        """Pages that are made anew and come out as they were."""
+        return tuple(page.file for page in self.pages if not page.is_new)
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the findings come to."""
+        return verdict_of(self.findings)
+
+    @property
+    def inside(self) -> bool:
+        """Whether there are bounds and every one is kept."""
+        return self.verdict is Verdict.INSIDE
+
+
+def size_of(error: Array, length: Array) -> Size:
+    """Of errors (M,) [m], each for a length of path (M,) [m]."""
+    if not len(error):
+        return Size(0.0, 0.0, 0.0)
+    return Size(
+        float(error.max()), percentile99(error, np.maximum(length, 1e-12)), rms(error, np.maximum(length, 1e-12))
+    )

@@ -1,0 +1,229 @@
+r"""The rest of a job in pages for what the robot is now: planned as ever, corrected, written and proven anew.
+
+Where the way goes and where it stops is the plan's and stays; what changes is the correction. The join is a stop: the
+page before holds the tool at a place x_old that was right for another warmth, the new page begins at the same target
+with another correction, which brings it to x_new,
+
+    step = x_new - x_old = (target - x_old) + (x_new - target)
+
+The first part is what has drifted: the part demands it. The second is what the new page leaves, and is at most ``JOIN``
+where the join lies on the part.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import BoolArray, row_norms
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Level, Progress
+from compgen.core.units import UM
+from compgen.error_model.direction_memory import reversal_widths
+from compgen.fanuc import Program
+from compgen.fanuc.canonical.reader import interpret
+from compgen.fanuc.paging.canonical_split import excerpt
+from compgen.fanuc.paging.join_check import gap_between, join_programs
+from compgen.pipelines import job_findings
+from compgen.pipelines.delivery import PageStart
+from compgen.pipelines.generate import find_correction, start_windows
+from compgen.pipelines.job_results import Planned
+from compgen.pipelines.program_text import compose_program
+from compgen.pipelines.resume.beginning import Beginning, known_state
+from compgen.pipelines.resume.pages_anew import prove_pages, read_written, steps_of, write_pages
+from compgen.pipelines.resume.record import manifest_anew
+from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_end
+from compgen.pipelines.resume.result import Join, PageResult, Resumed, size_of
+from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.planning import retiming
+from compgen.planning.toolpath import ToolPath
+from compgen.verification.deviation import Deviation, deviation_from_path
+from compgen.verification.twin import PreparedProgram
+from compgen.verification.verdict import judge
+from compgen.verification.written_motion import read_motion
+
+JOIN = 1.0 * UM  # that a step on the part may be beyond what has drifted
+SEEN = 1.0 * UM  # from which on a step on the part is worth a warning
+
+Known = tuple[Any, float]  # state (S,) and clock [s] when the page would start if nobody waited
+
+
+def resume(
+    written: WrittenJob,
+    whole: Whole,
+    from_page: int,
+    begin: Callable[[Known], Beginning],
+    date: str,
+    progress: Progress,
+    loaded: int = 0,
+    done: int = 0,
+) -> Resumed:
+    """The pages of a job from one on, for what the robot is when it starts.
+
+    Args:
+        written: The job in its folder.
+        whole: Its plan.
+        from_page: The first page to write anew, from 1.
+        begin: How the robot begins there, given the state and clock by the plan.
+        date: For the record.
+        progress: Called with the stage and the share done.
+        loaded: The last page that the controller has; 0 where nobody says.
+        done: The last page that has run.
+
+    Raises:
+        InputError: Such a page is not there, has run or is loaded, or a file is another than was written.
+        ImpossibleError: No legal correction exists.
+        JoinError: The new pages, read back, are not the program.
+        TwinError: The twin cannot drive the old text or the new.
+    """
+    require_free(written, from_page, loaded, done)
+    require_unedited(written)
+    programs = read_written(written, whole)
+    page = written.pages[from_page - 1]
+    known = known_state(whole, written.resumed, from_page, page.first)
+    beginning = begin(known)
+    lead = programs[from_page - 2] if from_page > 1 else None
+    old, _ = join_programs(programs[from_page - 1 :], steps_of(written))
+    planned = rest_of_plan(whole, page.first, beginning, old, lead)
+    planned, problem, solution, limited = find_correction(planned, progress)
+    job, path = planned.job, planned.path
+    feed = planned.feed * path.pace
+    trajectory = retiming.retime(
+        job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, "final timing")
+    )
+    progress("text", 0.0)
+    firsts = np.array([p.first - page.first for p in written.pages[from_page - 1 :]], dtype=np.int64)
+    windows = start_windows(planned, solution, firsts)
+    since = beginning.clock - whole.job.clock
+    times = since + planned.trajectory.time[firsts]
+    starts = tuple(PageStart(*now) for now in zip(times.tolist(), planned.rise[firsts], windows.tolist()))
+    commanded = problem.commanded(solution.correction)
+    meant, _ = compose_program(job, commanded, solution.theta, trajectory, path, programs[0].date, float(windows[0]))
+    pages = write_pages(written, job, meant, from_page, starts)
+    gap = gap_between(lead, interpret(pages[page.file])) if lead is not None else 0.0
+    text = prove_pages(lead, pages, meant, gap)
+    prepared = prepared_rest(job, text, lead)
+    deviation = deviation_from_path(path, prepared.chunks(partial(progress, "twin after")), prepared.sample_count)
+    join = _join(planned, page.name, gap, lead, deviation) if lead is not None else None
+    results = _page_results(written, from_page, planned, pages, deviation, prepared)
+    verdict = (
+        *judge(deviation, job.bounds),
+        *_join_findings(join, written, whole),
+        *job_findings.of_knowledge(job),
+        *limited,
+        *job_findings.solver(solution, job.settings),
+        *job_findings.below_feed(job, planned.feed, path, trajectory, text),
+        *job_findings.clocks_apart(trajectory, read_motion(prepared, np.diff(path.arc), feed)),
+        *_warmth_findings(planned),
+    )
+    resumed = Resumed(
+        written, from_page, beginning, whole.job.heat.outputs @ known[0], planned, text, pages, starts, deviation,
+        results, join, verdict,
+    )  # fmt: skip
+    return replace(resumed, files={**pages, written.manifest_file: manifest_anew(resumed, date, loaded, done)})
+
+
+def require_free(written: WrittenJob, from_page: int, loaded: int, done: int) -> None:
+    """Raises InputError unless a page is there, has not run, was not handed over, and all before it are as written."""
+    count = len(written.pages)
+    for option, value in (("--from-page", from_page), ("--loaded", loaded), ("--done", done)):
+        if not (1 if option == "--from-page" else 0) <= value <= count:
+            raise InputError(f"{option} {value}: {written.manifest_file} has pages 1 to {count}")
+    if 0 < done < written.done:
+        raise InputError(
+            f"--done {done}: {written.manifest_file} says that page {written.done} has run already; give --done "
+            f"{written.done} or more"
+        )
+    if loaded and loaded < done:
+        raise InputError(f"--loaded {loaded}: page {done} has run (--done), so it was loaded; give {done} or more")
+    last_done, last_loaded = max(done, written.done), max(loaded, written.loaded)
+    if from_page <= last_done:
+        raise InputError(f"--from-page {from_page}: pages up to {last_done} have run; give {last_done + 1} or more")
+    if from_page <= last_loaded:
+        raise InputError(
+            f"--from-page {from_page}: pages up to {last_loaded} were handed to the controller; give "
+            f"{last_loaded + 1} or more"
+        )
+
+
+def require_unedited(written: WrittenJob) -> None:
+    """Raises InputError for a page that is not what the manifest says."""
+    for page in written.pages:
+        if not page.is_as_written:
+            raise InputError(
+                f"{written.folder}/{page.file}: it is not the page that {written.manifest_file} names (edited by "
+                "hand?); put it back, or generate the job anew"
+            )
+
+
+def _join(planned: Planned, page: str, gap: float, lead: Program, deviation: Deviation) -> Join:
+    """What the tool does at the stop before the first new page, by the twin."""
+    job, path = planned.job, planned.path
+    remembers_nothing = not reversal_widths(job.sources)
+    last = len(lead.position) - 1
+    line = excerpt(lead, last - 1, last)
+    end = replace(line, fine=np.ones(2, dtype=bool)) if remembers_nothing else lead
+    held = tool_at_end(job, end, planned.rise[0])
+    target = path.target.position[0]
+    beyond = deviation.error[0]  # of the new page's first position
+    step = target + beyond - held
+    touching = bool(path.contact[0] and path.contact[1])
+    step_size, demanded, left = (float(np.linalg.norm(v)) for v in (step, target - held, beyond))
+    return Join(page, gap, step_size, demanded, left, touching)
+
+
+def _join_findings(join: Join | None, written: WrittenJob, whole: Whole) -> list[Finding]:
+    """A step on the part that is more than what has drifted, or worth knowing."""
+    if join is None or not join.on_the_part:
+        return []
+    contact = whole.path.contact
+    off = [str(p.number) for p in written.pages if not contact[p.first] and p.name != join.page]
+    mend = f"pages that begin off the part: {', '.join(off[:8])}" if off else "no page begins off the part"
+    sizes = f"page {join.page} begins on the part: the tool steps by {join.step / UM:.1f} um at the stop there"
+    if join.beyond > JOIN:
+        message = f"{sizes}, {join.beyond / UM:.2f} um of it beyond what has drifted (at most {JOIN / UM:g}); {mend}"
+        return [Finding(Level.OUTSIDE, "resume.join", message)]
+    if join.step > SEEN:
+        message = f"{sizes}, which is what has drifted, to {join.beyond / UM:.2f} um; {mend}"
+        return [Finding(Level.WARNING, "resume.join", message)]
+    return []
+
+
+def _warmth_findings(planned: Planned) -> list[Finding]:
+    """Where the heat model is asked for more than was measured."""
+    job = planned.job
+    texts = job.heat.extrapolations((), job.feed, planned.trajectory.time[-1], planned.rise)
+    return [Finding(Level.WARNING, "thermal.box", text) for text in texts]
+
+
+def _page_results(
+    written: WrittenJob, from_page: int, planned: Planned, files: dict[str, bytes], after: Deviation,
+    prepared: PreparedProgram,
+) -> tuple[PageResult, ...]:  # fmt: skip
+    """Each page's error on the part, with the old text and with the new one."""
+    before, path = planned.deviation(), planned.path
+    pages, results = written.pages[from_page - 1 :], []
+    edges = np.array([p.first - pages[0].first for p in pages] + [len(path.arc) - 1], dtype=np.int64)
+    on_part = segments_on_part(path)
+    samples = prepared.first_samples()
+    touching = np.append(np.repeat(on_part, np.diff(samples)), on_part[-1])
+    old_samples = np.searchsorted(before.arc, path.arc)  # the old text has other lengths, so other samples
+    old_touching = on_part[np.clip(np.searchsorted(path.arc, before.arc, side="right") - 1, 0, len(on_part) - 1)]
+    for page, begin, end in zip(pages, edges, edges[1:]):
+        sizes = []
+        for deviation, at, mask in ((before, old_samples, old_touching), (after, samples, touching)):
+            rows = slice(int(at[begin]), int(at[end]) + 1)
+            chosen = mask[rows]
+            length = np.gradient(deviation.arc[rows]) if rows.stop - rows.start > 1 else np.ones(1)
+            sizes.append(size_of(row_norms(deviation.error[rows])[chosen], length[chosen]))
+        results.append(PageResult(page.number, page.name, page.file, sizes[0], sizes[1], files[page.file] != page.data))
+    return tuple(results)
+
+
+def segments_on_part(path: ToolPath) -> BoolArray:
+    """Where the tool touches, (N - 1,); everywhere on a path that never does."""
+    on_part = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]
+    return on_part if on_part.any() else np.ones_like(on_part)

@@ -1,0 +1,170 @@
+"""A job in pages as it stands in a folder: what wrote it, its pages byte for byte, and what was replaced since."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from compgen.core.exceptions import InputError
+from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
+
+WRITTEN = "cgen resume goes on with the pages that cgen generate wrote"
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenPage:
+    """One page as the manifest and the file have it."""
+
+    number: int  # from 1
+    name: str
+    file: str
+    sha256: str  # by the manifest
+    first: int  # position of the undivided program that it starts at, from 0
+    last: int  # at which it stops
+    data: bytes
+
+    @property
+    def is_as_written(self) -> bool:
+        """Whether the file is still what the manifest says."""
+        return sha256(self.data).hexdigest() == self.sha256
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenJob:
+    """The files of a job in pages."""
+
+    folder: str
+    manifest_file: str
+    record: Mapping[str, Any]  # the manifest
+    main_file: str
+    main: bytes
+    pages: tuple[WrittenPage, ...]
+
+    @property
+    def resumed(self) -> list[dict[str, Any]]:
+        """What was replaced since, in order."""
+        return list(self.record.get("resumed", []))
+
+    @property
+    def loaded(self) -> int:
+        """The last page that was handed to the controller, as far as earlier calls said."""
+        return max((int(entry.get("loaded", 0)) for entry in self.resumed), default=0)
+
+    @property
+    def done(self) -> int:
+        """The last page that has run, as far as earlier calls said."""
+        return max((int(entry.get("done", 0)) for entry in self.resumed), default=0)
+
+    def files(self) -> dict[str, bytes]:
+        """Name to content of the pages and the main program."""
+        return {**{page.file: page.data for page in self.pages}, self.main_file: self.main}
+
+
+def read_written_job(folder: Path) -> WrittenJob:
+    """The job in pages that a folder holds.
+
+    Raises:
+        InputError: There is none, or a file that its manifest names is missing or no page of this package.
+    """
+    manifest = _manifest_of(folder)
+    try:
+        record = json.loads(read_regular(manifest, MOST_TABLE_BYTES))
+        entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
+        facts = [
+            (int(e["order"]), str(e["name"]), _plain(e["file"]), str(e["sha256"]), e.get("first_position"), e)
+            for e in entries
+        ]
+        main_file, main_sha = _plain(record["main"]["file"]), str(record["main"]["sha256"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise InputError(f"{manifest}: it is not a manifest of pages; {WRITTEN}") from None
+    if [n for n, *_ in facts] != list(range(1, len(facts) + 1)) or not facts:
+        raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
+    if any(first is None for *_, first, _ in facts) or "inputs_sha256" not in record or "job" not in record:
+        raise InputError(f"{manifest}: it does not say which path file and robot file made these pages; {WRITTEN}")
+    pages = tuple(
+        WrittenPage(
+            n, name, file, checksum, int(first) - 1, int(entry["last_position"]) - 1,
+            _content(folder, file, manifest.name),
+        )
+        for n, name, file, checksum, first, entry in facts
+    )  # fmt: skip
+    main = _content(folder, main_file, manifest.name)
+    if sha256(main).hexdigest() != main_sha:
+        raise InputError(f"{folder / main_file}: it is not the main program that {manifest.name} names; write it anew")
+    return WrittenJob(str(folder), manifest.name, record, main_file, main, pages)
+
+
+def _manifest_of(folder: Path) -> Path:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; give the one that cgen generate wrote")
+    manifests = sorted(folder.glob(f"*{MANIFEST_SUFFIX}"))
+    if not manifests:
+        raise InputError(
+            f"{folder}: it holds no pages (no file *{MANIFEST_SUFFIX}): {WRITTEN}, of programs that are more than "
+            "controller.max_lines or max_positions"
+        )
+    if len(manifests) > 1:
+        names = ", ".join(m.name for m in manifests[:3])
+        raise InputError(f"{folder}: it holds the pages of several jobs ({names}); give each a folder of its own")
+    return manifests[0]
+
+
+def _plain(name: Any) -> str:
+    """A file's name that leads out of no folder."""
+    if not isinstance(name, str) or Path(name).name != name:
+        raise ValueError("name")
+    return name
+
+
+def _content(folder: Path, file: str, manifest: str) -> bytes:
+    try:
+        return read_regular(folder / file)
+    except OSError as failure:
+        raise InputError(
+            f"{folder / file}: {manifest} names it, but it cannot be read: {failure.strerror}; put it back"
+        ) from None
+
+
+def job_of(written: WrittenJob, path_file: str | None = None, robot: str | None = None) -> Job:
+    """The job that wrote the pages, read again from its files.
+
+    Args:
+        written: Its pages.
+        path_file: Where the path file is now; default where it was, from the current folder or one above the pages.
+        robot: The robot file; default the one that was used.
+
+    Raises:
+        InputError: The files are not there, or are others than those that the pages were made from.
+    """
+    made = written.record["job"]
+    names = [path_file] if path_file is not None else _places(written, str(made["path_file"]))
+    robots = [robot] if robot is not None else _places(written, str(made["robot_file"]))
+    if not names:
+        raise InputError(
+            f"{written.folder}: its path file {made['path_file']} is not there; run cgen where it can be seen, or "
+            "name it with --path"
+        )
+    wanted = str(written.record["inputs_sha256"])
+    if path_file is not None and Path(path_file).stem != Path(str(made["path_file"])).stem:
+        raise InputError(
+            f"{path_file}: {written.folder} has the pages of {made['path_file']}, another than this; name that"
+        )
+    for name in names:
+        job = load_job(name, robots[0] if robots else None, [str(o) for o in made.get("overrides", [])])
+        if job.inputs_hash == wanted:
+            return job
+    raise InputError(
+        f"{names[0]}: this path file, its robot file, a file it names or compgen itself is another than what made "
+        f"{written.manifest_file} (inputs {job.inputs_hash[:8]}, not {wanted[:8]}); put the old back, or generate anew"
+    )
+
+
+def _places(written: WrittenJob, name: str) -> list[str]:
+    """Where a file may be that was named when the pages were written; the hash of the inputs says which it is."""
+    folders = [Path(), *Path(written.folder).absolute().parents]
+    return list(dict.fromkeys(str(folder / name) for folder in folders if (folder / name).is_file()))

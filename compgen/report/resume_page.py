@@ -1,0 +1,79 @@
+"""A resumed job as one page that opens offline: what was replaced, why, and each page before and after."""
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from compgen.core.units import HOUR, UM
+from compgen.pipelines.resume.result import Resumed
+from compgen.report.figure import COOL, WARM, Figure, axis, figure, packed_array, rows_to_draw, trace
+from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
+from compgen.report.resume_summary import resume_summary
+
+PARTS = {
+    "total": "position [&micro;m]",
+    "feed": "along feed [&micro;m]",
+    "cross": "cross feed [&micro;m]",
+    "normal": "normal [&micro;m]",
+    "axis_angle": "tool axis [mdeg]",
+}
+
+
+def resume_html(resumed: Resumed) -> bytes:
+    """One self-contained page, the same bytes for the same inputs."""
+    data = resume_summary(resumed)
+    before, after = (data["on_part"][side]["total"]["max_um"] for side in ("before", "after"))
+    kind = "inside" if resumed.inside else "outside"
+    text = (
+        f"From page {data['from_page']} on, because {escape(data['why'])}: <b>{before:.1f} &micro;m</b> on the part "
+        f"with the pages so far, <b>{after:.2f} &micro;m</b> with the new ones, proven from their text: "
+        f"<b>{escape(data['verdict'])}</b>."
+    )
+    sides = [(side, data["on_part"][side]) for side in ("before", "after")]
+    body = f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])}</p>'
+    body += verdict(kind, text) + findings_list(resumed.findings) + _pages_table(data) + error_table("", sides, PARTS)
+    body += section("The join", _join_words(data))
+    body += figure_section("Error over time", _figure(resumed), "time")
+    made = data["provenance"]
+    body += (
+        f"<footer>compgen {made['compgen']}, inputs sha256 {made['inputs_sha256']}, robot file "
+        f"{escape(made['robot_file']['path'])} sha256 {made['robot_file']['sha256']}</footer>"
+    )
+    return page(f"Resumed: {data['name']}", body)
+
+
+def _pages_table(data: dict[str, Any]) -> str:
+    head = "".join(
+        f"<th>{side} {statistic}</th>" for side in ("before", "after") for statistic in ("max", "p99", "rms")
+    )
+    rows = ""
+    for row in data["pages"]:
+        cells = "".join(f"<td>{value:.2f}</td>" for side in ("before", "after") for value in row[side].values())
+        rows += f"<tr><td>{escape(row['file'])}</td><td>{row['start_s'] / HOUR:.2f}</td>{cells}</tr>"
+    table = f"<thead><tr><th>page</th><th>starts [h]</th>{head}</tr></thead><tbody>{rows}</tbody>"
+    return section("Each page on the part [&micro;m]", f"<table>{table}</table>")
+
+
+def _join_words(data: dict[str, Any]) -> str:
+    join = data["join"]
+    if join is None:
+        return "<p>The job begins with this page: nothing is before it.</p>"
+    place = "on the part" if join["on_the_part"] else "off the part"
+    return (
+        f"<p>{escape(join['page'])} begins {place}. The tool steps by {join['step_um']:.2f} &micro;m at the stop: "
+        f"{join['demanded_um']:.2f} have drifted, and {join['beyond_um']:.2f} are beyond that.</p>"
+    )
+
+
+def _figure(resumed: Resumed) -> Figure:
+    traces = []
+    for name, deviation, colour in (
+        ("pages so far", resumed.planned.deviation(), WARM),
+        ("new pages", resumed.deviation, COOL),
+    ):
+        size = deviation.total() / UM
+        rows = rows_to_draw(size)
+        time = packed_array(np.asarray(deviation.time[rows] / HOUR))
+        traces.append(trace("scatter", time, packed_array(size[rows]), name=name, line={"color": colour, "width": 1}))
+    return figure(traces, 380, xaxis=axis("time from the page's start [h]"), yaxis=axis("error [um]"))

@@ -1,0 +1,66 @@
+"""A resumed job as data: what was written anew, why, and what the pages leave before and after."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__
+from compgen.core.units import UM
+from compgen.pipelines.resume.result import Resumed
+from compgen.verification.deviation import statistics
+
+SCHEMA = 1
+
+
+def resume_summary(resumed: Resumed) -> dict[str, Any]:
+    """Everything a resumed job found, in plain types."""
+    planned, beginning = resumed.planned, resumed.beginning
+    job = planned.job
+    return {
+        "schema": SCHEMA,
+        "name": job.name,
+        "verdict": resumed.verdict.value,
+        "from_page": resumed.from_page,
+        "why": beginning.why,
+        **beginning.cause,
+        "replaced": list(resumed.replaced),
+        "thermal": {
+            "start_K": dict(zip(job.heat.names, np.asarray(planned.rise[0]).tolist())),
+            "planned_K": dict(zip(job.heat.names, np.asarray(resumed.planned_rise).tolist())),
+            "start_window_s": resumed.starts[0].window,
+        },
+        "join": None if resumed.join is None else resumed.join.record(),
+        "before": statistics(planned.deviation()),
+        "after": statistics(resumed.deviation),
+        "on_part": {
+            "before": statistics(planned.deviation(), on_part=True),
+            "after": statistics(resumed.deviation, on_part=True),
+        },
+        "pages": [
+            {
+                "page": page.number,
+                "file": page.file,
+                "replaced": page.is_new,
+                "start_s": start.time,
+                "start_window_s": start.window,
+                "before": page.before.record(),
+                "after": page.after.record(),
+            }
+            for page, start in zip(resumed.pages, resumed.starts)
+        ],
+        "bounds": {"max_um": None if job.bounds.max is None else round(job.bounds.max / UM, 9)},
+        "findings": [finding.record() for finding in resumed.findings],
+        "provenance": {
+            "compgen": __version__,
+            "inputs_sha256": job.inputs_hash,
+            "robot": job.robot.name,
+            "robot_file": {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash},
+            "manifest": resumed.written.manifest_file,
+        },
+    }
+
+
+def resume_json(resumed: Resumed) -> bytes:
+    """The summary as text, the same bytes for the same inputs."""
+    return (json.dumps(resume_summary(resumed), indent=2, allow_nan=False) + "\n").encode()

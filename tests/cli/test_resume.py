@@ -1,0 +1,180 @@
+"""``resume`` at the command line: what it says, what it writes, what it leaves alone, and when it is stopped."""
+
+import json
+import os
+import shutil
+
+import kills
+import pytest
+from command_line import refused, run
+
+from compgen.cli import replace_together
+from compgen.cli.durations import duration
+from compgen.core.exceptions import InputError
+
+SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
+RESUME = ("--from-page", "3", "--late", "35min", "--date", "2026-01-31")
+PAGE = "OPTIC_RASTER_{:02d}.LS".format
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    out = tmp_path_factory.mktemp("made") / "out"
+    assert run("generate", "paths/optic_raster.toml", *SMALL, "-q", "-o", out).returncode == 0
+    return out
+
+
+@pytest.fixture
+def job(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "out")
+
+
+def contents(folder):
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def changed(before, after):
+    return {name for name in {*before, *after} if before.get(name) != after.get(name)}
+
+
+def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
+    (job / "mine.csv").write_text("mine")
+    before, place = contents(job), os.stat(job / PAGE(1)).st_ino
+    result = run("resume", job, *RESUME)
+    assert result.returncode == 0, result.stderr
+    after = contents(job)
+    rest = {name for name in before if name.startswith("OPTIC_RASTER_") and name > PAGE(2)}
+    assert changed(before, after) == {"OPTIC_RASTER.pages.json", "resume.json", "resume.html"} | rest
+    assert os.stat(job / PAGE(1)).st_ino == place  # not even written again
+    text = " ".join(result.stdout.split())
+    for words in ("because it starts 2100 s late", "OPTIC_RASTER_03.LS", "join off the part", "before max"):
+        assert words in text
+    report = json.loads(after["resume.json"])
+    assert report["pages"][0]["before"]["max_um"] > 5 > 1 > report["pages"][0]["after"]["max_um"]
+    assert b"OPTIC_RASTER_03.LS" in after["resume.html"]
+    again = run("resume", job, "--from-page", "3", "--late", "35min")
+    assert again.returncode == 0
+    assert "nothing to do" in again.stdout
+    assert contents(job) == after
+    as_json = json.loads(run("resume", job, *RESUME, "--json").stdout)
+    assert {**as_json, "replaced": report["replaced"], "pages": report["pages"]}["verdict"] == "inside"
+    assert as_json["replaced"] == []
+
+
+def test_generate_takes_the_report_of_a_resume_away_with_its_pages(job):
+    assert run("resume", job, *RESUME, "-q").returncode == 0
+    assert run("generate", "paths/optic_raster.toml", *SMALL, "-q", "-o", job).returncode == 0
+    assert not (job / "resume.json").exists()
+    assert not (job / "resume.html").exists()
+
+
+def test_what_is_outside_is_not_written_but_by_force(made, tmp_path):
+    out = tmp_path / "out"
+    tight = ("--set", "bounds.max_um=0.5", "--force")
+    assert run("generate", "paths/optic_raster.toml", *SMALL, *tight, "-q", "-o", out).returncode == 1
+    before = contents(out)
+    result = run("resume", out, *RESUME, "-q")
+    refused(result, 1, "bounds.max_um", "--force")
+    assert contents(out) == before
+    assert run("resume", out, *RESUME, "-q", "--force").returncode == 1
+    assert changed(before, contents(out))
+
+
+def test_a_log_says_what_the_robot_is(job, tmp_path):
+    log = tmp_path / "log.csv"
+    rows = [f"{t},20,{28.4},{23.4},{30.4},{22.6}" for t in range(0, 3600, 60)]
+    log.write_text("\n".join(["time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC", *rows]))
+    result = run("resume", job, "--from-page", "3", "--log", log, "--json")
+    assert result.returncode == 0, result.stderr
+    report = json.loads(result.stdout)
+    assert report["why"] == "thermocouple log log.csv until 3540 s"
+    start = report["thermal"]["start_K"]
+    for name, rise in {"j2": 8.4, "link1": 3.4, "j3": 10.4, "wrist": 2.6}.items():
+        assert start[name] == pytest.approx(rise, abs=0.02)
+    assert json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"][0]["log"] == "log.csv"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--from-page", "3"), ("--log", "--late")),
+        (("--from-page", "3", "--late", "35min", "--log", "x.csv"), ("--log and --late",)),
+        (("--from-page", "3", "--late", "35"), ("35min",)),
+        (("--from-page", "3", "--late", "-5min"), ("not a duration",)),
+        (("--from-page", "3", "--late", "900h"), ("outside 0 to",)),
+        (("--from-page", "30", "--late", "35min"), ("pages 1 to",)),
+        (("--from-page", "3", "--late", "35min", "--loaded", "3"), ("handed",)),
+        (("--from-page", "3", "--late", "35min", "--done", "4"), ("have run",)),
+        (("--from-page", "3", "--late", "35min", "--date", "soon"), ("not a date",)),
+        (("--from-page", "3", "--log", "nowhere.csv"), ("nowhere.csv",)),
+        (("--from-page", "3", "--late", "35min", "--path", "paths/line_x.toml"), ("another than this",)),
+        (("--from-page", "3", "--late", "35min", "--robot", "irb120"), ("irb120",)),
+    ],
+)
+def test_bad_calls_are_refused_and_change_nothing(job, arguments, words):
+    before = contents(job)
+    refused(run("resume", job, *arguments), 2, *words)
+    assert contents(job) == before
+
+
+def test_a_folder_that_is_none_and_one_without_pages_are_refused(tmp_path):
+    refused(run("resume", tmp_path / "no", *RESUME), 2, "no such folder")
+    refused(run("resume", tmp_path, *RESUME), 2, "holds no pages")
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("35min", 2100), ("1h30min", 5400), ("90s", 90), ("1.5h", 5400)])
+def test_durations_are_what_a_shift_says(text, seconds):
+    assert duration(text, "--late") == seconds
+
+
+@pytest.mark.parametrize("text", ["", "min", "3", "3 m", "30min1h", "1h1h", "1h-3min", "1e3s", "nan s"])
+def test_what_is_no_duration_is_refused(text):
+    with pytest.raises(InputError, match="--late"):
+        duration(text, "--late")
+
+
+# Stopped ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("beside", [{}, {"mine.csv": b"mine"}, {"deep/er.txt": b"deep"}])
+def test_killed_at_any_step_the_old_pages_stand_or_the_new_and_the_next_call_ends_it(made, tmp_path, beside):
+    """Each step of writing by its number; beside a folder of others the next call brings a killed one to its end."""
+    inputs = made.parent.parent / "inputs"
+    if not inputs.exists():
+        inputs.mkdir()
+        for folder in ("paths", "robots"):
+            shutil.copytree(kills.ROOT / folder, inputs / folder)
+    line = ["resume", "../out", *RESUME, "-q"]
+
+    def world(name):
+        shutil.rmtree(tmp_path / name, ignore_errors=True)
+        shutil.copytree(inputs, tmp_path / name / "in")
+        shutil.copytree(made, tmp_path / name / "out")
+        for file, data in beside.items():
+            (tmp_path / name / "out" / file).parent.mkdir(exist_ok=True)
+            (tmp_path / name / "out" / file).write_bytes(data)
+        return tmp_path / name
+
+    place = world("whole")
+    old = contents(place / "out")
+    whole = kills.run(line, place, kills.Stop())
+    assert whole.code == 0, whole.error
+    new = contents(place / "out")
+    assert len(changed(old, new)) > 3
+    for file, data in beside.items():
+        assert new[file] == data
+    steps = len(whole.steps)
+    assert steps > 5
+    ends = set()
+    for step in range(1, steps + 1):
+        place = world("killed")
+        end = kills.run(line, place, kills.Stop("SIGKILL", step))
+        assert end.code == -9
+        replace_together.finish_replacing(place / "out")
+        after = {n: c for n, c in contents(place / "out").items() if not n.startswith(".compgen-")}
+        assert after in (old, new), f"step {step} of {steps}, {whole.steps[step - 1]}: {sorted(changed(old, after))}"
+        ends.add(after == new)
+    assert ends == {True, False}
+    assert kills.run(line, place, kills.Stop()).code == 0
+    assert contents(place / "out") == new
+    assert [p.name for p in place.iterdir() if p.name not in ("in", "out", "stderr")] == []

@@ -1,0 +1,311 @@
+"""The rest of a job, corrected anew: against jobs that knew from the beginning, and by hand."""
+
+import json
+from dataclasses import replace
+from hashlib import sha256
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from shipped import path_file, quiet
+
+from compgen import fanuc as ls
+from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
+from compgen.core.units import UM
+from compgen.fanuc.paging.join_check import JoinError
+from compgen.fanuc.paging.manifest import check_manifest
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.resume.beginning import begin_at, begin_late, known_state
+from compgen.pipelines.resume.pages_anew import prove_pages
+from compgen.pipelines.resume.resume import resume
+from compgen.pipelines.resume.whole import plan_whole
+from compgen.pipelines.resume.written_job import job_of, read_written_job
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.robot import inverse_kinematics, joint_path
+from compgen.thermal import Duty
+from compgen.verification.deviation import deviation_from_path
+from compgen.verification.twin import prepare
+
+SMALL = ("path.stepover_mm=240", "robot.controller.max_positions=200", "process.page_stops=off the part")
+IDLE = 'before=[{state="moving", feed_mm_s=200, duration_h=5}, {state="idle", duration_h=%.17g}]'
+THIN = "process.thin_um=1"
+PLAY = (
+    "robot.sources.hysteresis={backlash_mdeg=[0.2, 0.2, 0.2, 0.2, 0.2, 0.2], width_mdeg=[300, 300, 300, 300, 300, 300]}"
+)
+
+
+def write(folder, *overrides, name="optic_raster", small=SMALL):
+    """A job in pages in a folder, as ``generate`` leaves it."""
+    folder.mkdir(exist_ok=True)
+    job = load_job(path_file(name), None, (*small, *overrides))
+    _, corrected = generate.generate(job, quiet)
+    for file, data in corrected.delivery.files:
+        (folder / file).write_bytes(data)
+    return folder
+
+
+def later(folder, page, late, **said):
+    """Its pages from one on, written anew for a late start."""
+    written = read_written_job(folder)
+    whole = plan_whole(job_of(written), quiet)
+    return resume(written, whole, page, lambda known: begin_late(whole, known, late), "2026-01-31", quiet, **said)
+
+
+def put(folder, resumed):
+    for file, data in resumed.files.items():
+        (folder / file).write_bytes(data)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("job"))
+
+
+@pytest.fixture
+def copy(made, tmp_path):
+    for file in made.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    return tmp_path
+
+
+def positions(files, name="OPTIC_RASTER_"):
+    return [ls.interpret(data) for file, data in sorted(files.items()) if file.startswith(name) and ".LS" in file]
+
+
+def test_a_late_start_is_what_generate_makes_of_the_same_wait(made, tmp_path):
+    """From the first page on: every position, speed and stop of a job whose day has the wait in it."""
+    resumed = later(made, 1, 2400.0)
+    waited = write(tmp_path / "waited", IDLE % (2400 / 3600))
+    twins = zip(positions(resumed.files), positions({f.name: f.read_bytes() for f in waited.iterdir()}))
+    pages = list(twins)
+    assert len(pages) > 3
+    for ours, oracle in pages:
+        for field in ("position", "rotation", "turns", "speed", "fine"):
+            assert_array_equal(getattr(ours, field), getattr(oracle, field), err_msg=field)
+    assert resumed.join is None
+    assert resumed.replaced == tuple(page.file for page in resumed.written.pages)
+
+
+def test_the_old_pages_are_flown_through_the_wait(made):
+    """What they would have left: the undivided old text on the twin after the same wait."""
+    resumed = later(made, 1, 2400.0)
+    job = load_job(path_file("optic_raster"), None, SMALL)
+    planned, corrected = generate.generate(job, quiet)
+    duties = (*job.history.before, Duty("idle", 0.0, 2400.0))
+    prepared = prepare(twin_of(job), corrected.program, duties, job.history.air)
+    deviation = deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count)
+    assert_allclose(resumed.planned.deviation().total(), deviation.total(), atol=1e-11)
+    largest = max(page.before.max for page in resumed.pages)
+    assert largest == pytest.approx(deviation.on_part["total"].max, abs=1e-11)
+    assert largest > 5 * UM > UM > max(page.after.max for page in resumed.pages)
+
+
+def test_the_rest_of_a_job_is_right_for_the_wait_before_its_page(made):
+    """From the third page on, by the model node by node: driven so far, stood so long, driven on."""
+    resumed = later(made, 3, 1800.0)
+    whole = plan_whole(job_of(resumed.written), quiet)
+    heat, row = whole.job.heat, resumed.written.pages[2].first
+    rise = heat.rise_after(whole.job.history.before)
+    for goal, dt in zip(
+        heat.steady_rise("moving", whole.trajectory.driven_speed[:row]), np.diff(whole.time[: row + 1])
+    ):
+        rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
+    rise = heat.rise_after([Duty("idle", 0.0, 1800.0)], rise)
+    assert_allclose(resumed.planned.rise[0], rise, atol=1e-9)
+    assert_allclose(resumed.beginning.state, rise, atol=1e-9)
+    left = whole.model.error(ls_joints(resumed), resumed.planned.rise, resumed.planned.path.target)
+    assert np.linalg.norm(left[:, :3], axis=1).max() < 1 * UM
+    assert resumed.join is not None
+    assert not resumed.join.on_the_part
+
+
+def ls_joints(resumed):
+    """Joints of the new text's positions."""
+    job, text = resumed.planned.job, resumed.program
+    joints, _ = inverse_kinematics.solve_tool(job.robot, Pose(text.position, text.rotation), job.tool.pose, job.posture)
+    return joint_path.nearest_turns(joints, resumed.planned.theta)
+
+
+def test_pages_keep_names_numbers_speeds_and_stops(made):
+    resumed = later(made, 3, 1800.0)
+    old = {page.file: page.data for page in resumed.written.pages[2:]}
+    assert list(resumed.files) == [*old, "OPTIC_RASTER.pages.json"]
+    for before, after in zip(positions(old), positions(resumed.files)):
+        assert (before.name, len(before.position), before.comment) == (after.name, len(after.position), after.comment)
+        assert (before.uframe, before.utool, before.posture, before.date) == (
+            after.uframe, after.utool, after.posture, after.date,
+        )  # fmt: skip
+        assert_array_equal(before.fine, after.fine)
+        assert_allclose(before.speed, after.speed, rtol=6e-3)
+        assert 0 < np.abs(before.position - after.position).max() < 50 * UM
+        assert len(before.remarks) == len(after.remarks)
+
+
+def test_the_manifest_says_what_was_replaced_when_and_why(made):
+    resumed = later(made, 3, 1800.0, done=1, loaded=2)
+    record = json.loads(resumed.files["OPTIC_RASTER.pages.json"])
+    old = json.loads((made / "OPTIC_RASTER.pages.json").read_bytes())
+    (entry,) = record["resumed"]
+    assert (entry["from_page"], entry["date"], entry["done"], entry["loaded"]) == (3, "2026-01-31", 1, 2)
+    assert entry["late_s"] == 1800
+    for page, line, before in zip(entry["pages"], record["pages"][2:], old["pages"][2:]):
+        data = resumed.files[line["file"]]
+        assert page["new_sha256"] == line["sha256"] == sha256(data).hexdigest()
+        assert page["old_sha256"] == before["sha256"]
+        assert line["start_s"] == pytest.approx(before["start_s"] + 1800, abs=1e-2)
+        assert page["before"]["max_um"] > page["after"]["max_um"]
+    assert record["pages"][:2] == old["pages"][:2]
+    assert record["main"] == old["main"]
+    files = {file.name: file.read_bytes() for file in made.iterdir()} | resumed.files
+    check_manifest(files["OPTIC_RASTER.pages.json"], files)
+
+
+def test_waits_add_up_from_one_resume_to_the_next_and_the_same_call_again_changes_nothing(copy):
+    put(copy, later(copy, 2, 1200.0))
+    written = read_written_job(copy)
+    whole = plan_whole(job_of(written), quiet)
+    again = later(copy, 2, 1200.0)
+    assert again.replaced == ()
+    state, clock = known_state(whole, written.resumed, 4, written.pages[3].first)
+    row = written.pages[1].first
+    heat, rise = whole.job.heat, np.array(written.resumed[0]["state"])
+    steady = heat.steady_rise("moving", whole.trajectory.driven_speed[row : written.pages[3].first])
+    for goal, dt in zip(steady, np.diff(whole.time[row : written.pages[3].first + 1])):
+        rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
+    assert_allclose(state, rise, atol=1e-9)
+    assert clock == pytest.approx(whole.job.clock + whole.time[written.pages[3].first] + 1200)
+    put(copy, later(copy, 4, 600.0))
+    assert later(copy, 4, 600.0).replaced == ()
+    assert len(read_written_job(copy).resumed) == 2
+    assert later(copy, 3, 60.0).replaced  # pages 3 on are another day's again, and the text reads
+
+
+@pytest.mark.parametrize(
+    "change", [THIN, PLAY, "robot.thermal.model=network", "ambient={kind='ramp', from_degC=20, to_degC=24, over_h=8}"]
+)
+def test_other_jobs_are_resumed_too(tmp_path, change):
+    """Thinned waypoints stay those of the first file; play remembers the page before; any heat and any air."""
+    folder = write(tmp_path / "job", change)
+    resumed = later(folder, 2, 2400.0)
+    assert resumed.inside, resumed.findings
+    assert max(page.before.max for page in resumed.pages) > 2 * max(page.after.max for page in resumed.pages)
+    never = later(folder, 2, 0.0)
+    old = positions({page.file: page.data for page in never.written.pages[1:]})
+    for before, after in zip(old, positions(never.files)):
+        assert np.abs(before.position - after.position)[1:].max() < 1.5 * UM  # as written: a digit either way
+
+
+def test_the_step_at_the_join_is_what_has_drifted(made):
+    """By the error model: where the old text holds the tool, and where the new text puts it."""
+    resumed = later(made, 3, 7200.0)
+    whole, join = plan_whole(job_of(resumed.written), quiet), resumed.join
+    row, rise = resumed.written.pages[2].first, resumed.planned.rise[:1]
+    job, target = resumed.planned.job, whole.path.target[row : row + 1]
+    at = whole.theta[row : row + 1]
+    old = ls.interpret(resumed.written.pages[1].data)
+    new = ls.interpret(resumed.files[resumed.written.pages[2].file])
+    shift = [text.position[k] - target.position[0] for text, k in ((old, -1), (new, 0))]
+    error = whole.model.error(at, rise, target)[0, :3]
+    assert join.step == pytest.approx(np.linalg.norm(shift[1] - shift[0]), rel=2e-3)
+    assert join.demanded == pytest.approx(np.linalg.norm(error + shift[0]), abs=5e-9)
+    assert join.beyond == pytest.approx(np.linalg.norm(error + shift[1]), abs=5e-9)
+    assert join.beyond < 1 * UM < 5 * UM < join.demanded
+    assert join.gap == pytest.approx(np.abs(shift[1] - shift[0]).max(), abs=1e-12)
+    assert job.plan.process.thin is None
+
+
+def test_a_step_on_the_part_is_a_warning_and_one_beyond_what_drifted_is_outside(tmp_path):
+    small = ("robot.controller.max_lines=60", "process.page_stops=anywhere")
+    folder = write(tmp_path / "job", name="line_x", small=small)
+    resumed = later(folder, 2, 7200.0)
+    finding = next(f for f in resumed.findings if f.code == "resume.join")
+    assert finding.level == "warning"
+    assert resumed.inside
+    assert resumed.join.on_the_part
+    assert resumed.join.step > 10 * UM
+    clamped = write(tmp_path / "clamped", "compensation.clamp_mm=0.1", name="line_x", small=small)
+    written = read_written_job(clamped)
+    whole = plan_whole(job_of(written), quiet)
+    hot = whole.job.state() * 2.5
+    stuck = resume(written, whole, 2, lambda known: begin_at(whole, known, hot, None, "hot", {}), "2026-01-31", quiet)
+    finding = next(f for f in stuck.findings if f.code == "resume.join")
+    assert finding.level == "outside"
+    assert "beyond what has drifted" in finding.message
+    assert not stuck.inside
+
+
+def test_a_page_that_does_not_go_on_is_refused(made):
+    resumed = later(made, 3, 1800.0)
+    before = ls.interpret(resumed.written.pages[1].data)
+    files = {page.file: resumed.files[page.file] for page in resumed.written.pages[2:]}
+    program = replace(resumed.program)
+    assert len(prove_pages(before, files, program, resumed.join.gap).position) == len(program.position)
+    with pytest.raises(JoinError, match="starts"):
+        prove_pages(before, files, program, 0.5 * resumed.join.gap)
+    name = next(iter(files))
+    own = ls.interpret(files[name])
+    moved = replace(own, position=own.position + np.array([1e-6, 0, 0]))
+    with pytest.raises(JoinError):
+        prove_pages(before, {**files, name: ls.compose(moved)}, program, 1.0)
+
+
+# Refused ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("page", "said", "word"),
+    [
+        (0, {}, "pages 1 to"),
+        (99, {}, "pages 1 to"),
+        (3, {"loaded": 3}, "handed to the controller"),
+        (3, {"done": 3}, "have run"),
+        (3, {"done": 2, "loaded": 1}, "so it was loaded"),
+        (3, {"loaded": -1}, "pages 1 to"),
+    ],
+)
+def test_a_page_that_runs_or_is_not_there_is_refused(made, page, said, word):
+    with pytest.raises(InputError, match=word):
+        later(made, page, 600.0, **said)
+
+
+def test_what_has_run_stays_run(copy):
+    put(copy, later(copy, 4, 600.0, done=2, loaded=3))
+    for page, said, word in ((3, {}, "handed"), (2, {}, "have run"), (4, {"done": 1}, "has run already")):
+        with pytest.raises(InputError, match=word):
+            later(copy, page, 600.0, **said)
+
+
+def test_pages_edited_by_hand_are_refused_also_before_the_page(copy):
+    file = copy / "OPTIC_RASTER_01.LS"
+    file.write_bytes(file.read_bytes().replace(b"CNT100", b"CNT50 ", 1))
+    with pytest.raises(InputError, match=r"OPTIC_RASTER_01\.LS: it is not the page"):
+        later(copy, 3, 600.0)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "word"),
+    [
+        (lambda folder: (folder / "OPTIC_RASTER.pages.json").unlink(), "holds no pages"),
+        (lambda folder: (folder / "OPTIC_RASTER.pages.json").write_text("[]"), "not a manifest"),
+        (lambda folder: (folder / "OPTIC_RASTER_02.LS").unlink(), "cannot be read"),
+        (lambda folder: (folder / "OPTIC_RASTER.LS").write_text("mine"), "not the main program"),
+        (lambda folder: (folder / "B.pages.json").write_text("{}"), "several jobs"),
+        (lambda folder: rewrite(folder, inputs_sha256="0" * 64), "another than what made"),
+        (lambda folder: rewrite(folder, planned_sha256="x", job=None), "not a manifest|does not say"),
+        (lambda folder: rewrite(folder, job={"path_file": "gone.toml", "robot_file": "x"}), "--path"),
+    ],
+)
+def test_a_job_that_it_did_not_write_is_refused(copy, spoil, word):
+    spoil(copy)
+    with pytest.raises(InputError, match=word) as refusal:
+        later(copy, 3, 600.0)
+    assert len(str(refusal.value)) <= 400
+    assert "\n" not in str(refusal.value)
+
+
+def rewrite(folder, **changes):
+    file = folder / "OPTIC_RASTER.pages.json"
+    record = {**json.loads(file.read_bytes()), **changes}
+    file.write_text(json.dumps({k: v for k, v in record.items() if v is not None}))
