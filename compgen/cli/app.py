@@ -21,6 +21,7 @@ from compgen.cli.plan_touches import plan_touches
 from compgen.cli.resume import resume
 from compgen.cli.schema import schema
 from compgen.cli.teach_frame import teach_frame
+from compgen.cli.verify_backup import verify_backup
 from compgen.cli.whatif import whatif
 
 app = typer.Typer(
@@ -45,6 +46,7 @@ for command in (
     inspect,
     correct,
     pages,
+    verify_backup,
     resume,
     heat,
     whatif,

@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 from compgen.cli.app import app
 
 COMMANDS = (
-    "generate", "predict", "check", "inspect", "correct", "pages", "heat", "whatif", "identify", "validate",
+    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "resume", "heat", "whatif",
+    "identify", "validate",
     "teach-frame",
     "plan-poses", "plan-touches", "init", "schema",
 )  # fmt: skip

@@ -1,0 +1,42 @@
+"""The command that compares what a controller gives back with what was written."""
+
+import json
+import sys
+from typing import Annotated
+
+import typer
+
+from compgen.cli.messages import print_error
+
+
+def verify_backup(
+    written: Annotated[str, typer.Argument(help="The program that was loaded, or its folder.", show_default=False)],
+    backup: Annotated[
+        str, typer.Argument(help="What the controller saved as ASCII: NAME.LS, or the folder.", show_default=False)
+    ],
+    first: Annotated[int, typer.Option("--first", min=0, help="Differences that are printed of each program.")] = 20,
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON, every difference.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")] = False,
+) -> None:
+    """Compare a controller's ASCII backup with the written program, to the last digit; exit 1 where they differ."""
+    from compgen.pipelines.backup_files import verify_backup as compare
+
+    programs = compare(written, backup)
+    count = sum(len(program.differences) for program in programs)
+    if as_json:
+        record = {"same": count == 0, "programs": [program.record() for program in programs]}
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    elif not quiet:
+        for program in programs:
+            how = f"the same: {program.statements} statements, {program.positions} positions, to {program.step:g}"
+            ending = "s" if len(program.differences) > 1 else ""
+            how = f"{len(program.differences)} difference{ending}" if program.differences else how
+            lines = [f"{program.name}: {how}", *(f"  {difference}" for difference in program.differences[:first])]
+            if len(program.differences) > first:
+                lines.append(f"  and {len(program.differences) - first} more (--first N, or --json)")
+            lines += [f"  note: {note}" for note in program.notes]
+            sys.stdout.write("\n".join(lines).encode("ascii", "backslashreplace").decode() + "\n")
+    if count:
+        worst = next(program for program in programs if program.differences)
+        message = f"{worst.name}: {worst.differences[0]}; {count} in all: load it again, and compare again"
+        raise typer.Exit(1 if as_json else print_error(f"the backup differs: {message}", 1))

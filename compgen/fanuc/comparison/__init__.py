@@ -1,0 +1,1 @@
+"""A program as it was written and as a controller gives it back."""

@@ -1,0 +1,130 @@
+r"""Positions, written and given back: the same to the last digit that both print.
+
+A controller keeps numbers as IEEE singles and prints them with decimals of its own (three, newer ones six). So a number
+a that was written may come back as any b with
+
+    |b - a| <= u / 2 + ulp(a) / 2,     u = 10^-decimals of b,     ulp(a) of a single at a
+
+which for three decimals on both sides and up to 8 m is b = a. W, P and R that differ by whole turns turn alike. An
+extended axis that was not written may come back as zero.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.fanuc.comparison.difference import NOTHING, Difference
+from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
+from compgen.fanuc.listing.positions import Positions
+
+_GROUPS = 64  # more than a controller has: (position, group) as one number
+_ANGLES, _EXTENDED = slice(3, 6), slice(15, 18)
+_WHOLE_TURN = 360.0
+_SLACK = 1e-9  # of decimals as doubles have them
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ComparedPositions:
+    """What came of it."""
+
+    count: int  # positions that both have
+    differences: tuple[Difference, ...]
+    step: float  # mm or deg: the coarser of the last digits
+
+
+def compare_positions(written: LsProgram, backup: LsProgram) -> ComparedPositions:
+    """Differences of all positions, by number, whatever the order in which they stand."""
+    a, b = written.positions, backup.positions
+    keys = [p.number * _GROUPS + p.group.clip(min=1) for p in (a, b)]
+    _, i, j = np.intersect1d(*keys, return_indices=True)
+    differences = _frames(a, b, i, j)
+    wanted, given = _Numbers.of(written, i), _Numbers.of(backup, j)
+    same = _same(wanted, given)
+    for k, column in zip(*(~same).nonzero()):
+        name = f"{'R' if a.remote[i[k]] and column < 6 else ''}{AXES[column]}"
+        texts = [n.text(p, k, column) for n, p in ((wanted, written), (given, backup))]
+        differences.append((int(i[k]), 4 + int(column), Difference(_name(a, int(i[k])), name, *texts)))
+    ordered = [difference for _, _, difference in sorted(differences, key=lambda d: d[:2])]
+    for p, rows, pair in (
+        (a, np.setdiff1d(np.arange(len(a.number)), i), ("there", NOTHING)),
+        (b, np.setdiff1d(np.arange(len(b.number)), j), (NOTHING, "there")),
+    ):
+        ordered += [Difference(_name(p, row), "position", *pair) for row in rows.tolist()]
+    steps = [n.step[n.given].max(initial=0.0) for n in (wanted, given)]
+    return ComparedPositions(len(np.unique(a.number[i])), tuple(ordered), float(max(steps)))
+
+
+def _name(p: Positions, row: int) -> str:
+    group = int(p.group[row])
+    return f"P[{p.number[row]}]" + (f" GP{group}" if group > 1 else "")
+
+
+def _frames(a: Positions, b: Positions, i: IntArray, j: IntArray) -> list[tuple[int, int, Difference]]:
+    """Differences of frame, tool and CONFIG, each with its row and its place in the position."""
+    differences = []
+    columns: Sequence[tuple[str, IntArray, IntArray]] = (("UF", a.uframe, b.uframe), ("UT", a.utool, b.utool))
+    for place, (what, x, y) in enumerate(columns):
+        for k in np.flatnonzero(x[i] != y[j]).tolist():
+            texts = ["F" if v == NO_NUMBER else str(v) for v in (x[i[k]], y[j[k]])]
+            differences.append((int(i[k]), place, Difference(_name(a, int(i[k])), what, *texts)))
+    plain: dict[str | None, str] = {}
+    for row, other in zip(i.tolist(), j.tolist()):
+        texts = [a.config[row], b.config[other]]
+        if texts[0] == texts[1]:
+            continue
+        cores = [plain.setdefault(text, "".join((text or "").split()).upper()) for text in texts]
+        if cores[0] != cores[1]:
+            said = [NOTHING if text is None else f"'{text}'" for text in texts]
+            differences.append((row, 2, Difference(_name(a, row), "CONFIG", *said)))
+    return differences
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Numbers:
+    """Numbers of n positions, in the columns of ``AXES``."""
+
+    value: Array  # (n, 18) NaN for ****
+    span: IntArray  # (n, 18, 2)
+    given: BoolArray  # (n, 18)
+    step: Array  # (n, 18) one unit of the last digit
+
+    @classmethod
+    def of(cls, program: LsProgram, rows: IntArray) -> "_Numbers":
+        """Those of some rows of a program's table."""
+        span = program.positions.span[rows]
+        given = span[..., 1] > 0
+        step = np.asarray(10.0 ** -_decimals(program.data, span), dtype=float)
+        return cls(program.positions.value[rows], span, given, step)
+
+    def text(self, program: LsProgram, row: int, column: int) -> str:
+        """A number as it stands in the file."""
+        return program.text(self.span[row, column]) if self.given[row, column] else NOTHING
+
+
+def _same(a: _Numbers, b: _Numbers) -> BoolArray:
+    """Which numbers are the same, (n, 18)."""
+    apart = np.abs(b.value - a.value)
+    turn = apart[:, _ANGLES] % _WHOLE_TURN
+    apart[:, _ANGLES] = np.minimum(turn, _WHOLE_TURN - turn)
+    ulp = np.spacing(np.abs(np.nan_to_num(a.value)).astype(np.float32)).astype(float)
+    # both on one grid: a step off is a step off, however coarse a single is
+    same = apart <= b.step / 2 + ulp / 2 + _SLACK
+    same |= np.isnan(a.value) & np.isnan(b.value) & (a.given == b.given)
+    only_zero = ~a.given & b.given & (b.value == 0)
+    same[:, _EXTENDED] |= only_zero[:, _EXTENDED]
+    return np.asarray(same)
+
+
+def _decimals(data: bytes, span: IntArray) -> IntArray:
+    """Digits behind the point of each number, (n, 18)."""
+    begin, end = span[..., 0], span[..., 1]
+    view = np.frombuffer(data, dtype=np.uint8)
+    decimals = np.zeros(begin.shape, dtype=np.int64)
+    for k in range(int((end - begin).max(initial=0))):
+        at = begin + k
+        is_point = (at < end) & (view[np.minimum(at, len(view) - 1)] == ord("."))
+        decimals[is_point] = (end - at - 1)[is_point]
+    return decimals
