@@ -7,15 +7,17 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, frozen
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 
 MAX_ROWS = 1_000_000
 MAX_BYTES = 500_000_000
+LONG = 100_000  # characters, from where a file of numbers alone is read in one go
 LARGEST = 1e12  # of a number in any unit; beyond it squares and products overflow
 MAX_CELL = 131_072  # characters; the csv module's own limit
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -28,8 +30,9 @@ class CsvTable:
 
     source: str  # the file, for messages
     header: tuple[str, ...]
-    columns: tuple[tuple[str, ...], ...]  # the cells of each column, one a row
-    line: tuple[int, ...]  # of each row in the file
+    columns: Sequence[Sequence[str]]  # the cells of each column, one a row
+    line: Sequence[int]  # of each row in the file
+    values: Array | None = None  # (N, C) the numbers, where every cell is one
 
     def has(self, column: str) -> bool:
         """Whether the header names a column."""
@@ -66,12 +69,15 @@ class CsvTable:
         Raises:
             InputError: A cell is not a finite number, is empty where it may not be, or is beyond ``largest``.
         """
-        cells = self._cells(column)
-        numbers = np.array([_float(cell) for cell in cells])
-        bad = np.flatnonzero(np.isinf(numbers) if gaps else ~np.isfinite(numbers))
-        if len(bad):
-            row = int(bad[0])
-            raise InputError(f"{self.location(row, column)}: {_not_a_number(cells[row])}")
+        if self.values is not None:
+            numbers = self.values[:, self.header.index(column)].copy()
+        else:
+            cells = self._cells(column)
+            numbers = np.array([_float(cell) for cell in cells])
+            bad = np.flatnonzero(np.isinf(numbers) if gaps else ~np.isfinite(numbers))
+            if len(bad):
+                row = int(bad[0])
+                raise InputError(f"{self.location(row, column)}: {_not_a_number(cells[row])}")
         large = np.flatnonzero(np.abs(numbers) > largest)
         if len(large):
             row = int(large[0])
@@ -109,7 +115,11 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
             another length than the header.
     """
     name = str(source)
-    rows = _rows(name, _read_text(name))
+    text = _read_text(name)
+    table = _all_numbers(name, text, required, known) if len(text) > LONG else None
+    if table is not None:
+        return table
+    rows = _rows(name, text)
     if not rows:
         columns = f"the first line names the columns: {', '.join(required)}" if required else "give a header and rows"
         raise InputError(f"{name}: empty; {columns}")
@@ -126,6 +136,39 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
                 f"{name}: line {line}: {len(row)} cells where the header has {len(header)}; give each column a cell"
             )
     return CsvTable(name, header, tuple(zip(*(row for _, row in body))), tuple(line for line, _ in body))
+
+
+class _LateColumns(Sequence[Sequence[str]]):
+    """The cells of a file of numbers alone, parted when somebody wants them as text."""
+
+    def __init__(self, body: str, width: int) -> None:
+        self._body, self._width = body, width
+
+    def __len__(self) -> int:
+        return self._width
+
+    def __getitem__(self, index: Any) -> Any:
+        return tuple(line.split(",")[index] for line in self._body.splitlines())
+
+
+def _all_numbers(source: str, text: str, required: Sequence[str], known: Sequence[str] | None) -> CsvTable | None:
+    """A file whose every cell below a plain header is a finite number, in one go; None for any other."""
+    head, _, body = text.partition("\n")
+    plain = text.isascii() and not any(c in text for c in '"\v\f\x1c\x1d\x1e') and "#" not in head and head.strip()
+    if not plain or "#" in body or "\n\n" in body or body.startswith("\n"):
+        return None
+    header = tuple(cell.strip() for cell in head.split(","))
+    rows = body.count("\n") + (not body.endswith("\n"))
+    if rows > MAX_ROWS:
+        return None
+    try:
+        values = np.loadtxt(io.StringIO(body), delimiter=",", ndmin=2, comments=None)
+    except ValueError:
+        return None
+    if values.shape != (rows, len(header)) or not np.isfinite(values).all():
+        return None
+    _check_header(source, 1, header, required, known)
+    return CsvTable(source, header, _LateColumns(body, len(header)), range(2, rows + 2), frozen(values))
 
 
 def _read_text(source: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from stopped import HANGS_S
 
-from compgen.core.csv_table import MAX_CELL, quote_cell, read_csv, text_cell
+from compgen.core.csv_table import LONG, MAX_CELL, quote_cell, read_csv, text_cell
 from compgen.core.exceptions import InputError
 
 SECRET = "root:x:0:0:root:/root:/bin/bash"
@@ -164,3 +164,45 @@ def test_a_text_is_no_formula(text):
 @pytest.mark.parametrize("text", ["-5", "+1.5e-3", "-.5", "plain", "a=b", "", "1:2"])
 def test_other_texts_and_numbers_stay(text):
     assert text_cell(text) == text
+
+
+def many(row, rows=9000, header="x_mm,y_mm,n"):
+    return "\n".join([header, *([row] * rows), ""])
+
+
+@pytest.mark.parametrize(
+    "content",
+    [many("1.5, -2e-3,7"), many("1.5,-2e-3,7").rstrip("\n"), "\ufeff" + many("1.5,-.002,7").replace("\n", "\r\n")],
+)
+def test_a_long_file_of_numbers_is_read_as_a_short_one(tmp_path, content):
+    assert len(content) > LONG
+    table = read_csv(written(tmp_path, content), ("x_mm",), ("x_mm", "y_mm", "n"))
+    assert table.values is not None
+    assert_array_equal(table.numbers("y_mm"), np.full(9000, -2e-3))
+    assert table.words("n") == ["7"] * 9000
+    assert table.location(8999, "n").endswith("line 9001, column n")
+    assert "1.5 is beyond 1" in refusal(table.numbers, "x_mm", largest=1.0)
+    table.numbers("x_mm")[0] = 9
+    assert table.numbers("x_mm")[0] == 1.5
+
+
+@pytest.mark.parametrize("bad", ["nan,1,1", "1,inf,1", "1,1_0,1", "1,,1", "1,1e999,1", "1,\u0661,1", "1,x,1"])
+@pytest.mark.parametrize("where", [0, 4000, 9000])
+def test_a_long_file_with_one_other_cell_is_refused_where_it_is(tmp_path, bad, where):
+    lines = many("1,2,3").splitlines()
+    lines.insert(where + 1, bad)
+    table = read_csv(written(tmp_path, "\n".join(lines)), ("x_mm",))
+    with pytest.raises(InputError, match=f"line {where + 2}, column [xy]_mm"):
+        [table.numbers(c) for c in ("x_mm", "y_mm", "n")]
+
+
+def test_a_long_file_with_remarks_and_gaps_keeps_its_lines(tmp_path):
+    lines = many("1,2,3").splitlines()
+    lines[5:5] = ["# a remark", "", ","]
+    table = read_csv(written(tmp_path, "\n".join([*lines, "1,2,x"]).replace("\n,\n", "\n,,\n")))
+    assert table.location(9000).endswith("line 9005")
+
+
+@pytest.mark.parametrize("header", ["x_mm,y_mm,y_mm", "x_mm,y,n", "y_mm,n,m", "x_mm;y_mm;n"])
+def test_a_long_file_has_its_header_looked_at(tmp_path, header):
+    refusal(read_csv, written(tmp_path, many("1,2,3", header=header)), ("x_mm",), ("x_mm", "y_mm", "n"))
