@@ -180,3 +180,21 @@ def test_a_tool_upside_down_is_refused_by_its_line():
     x = np.linspace(0, 0.3, 20)
     with pytest.raises(InputError, match=r"line 14: the tool is turned 172 deg"):
         place_points(given(np.column_stack([x, 0 * x, 0 * x]), normal), PLANE, SPIN, FEED)
+
+
+def test_what_is_round_at_the_end_does_not_shake_the_rest():
+    # the first turns of a spiral bend a hundred times as sharply as its last
+    t = np.sqrt(np.linspace(0, 1, 100_000)) * 2 * np.pi * 100
+    position = np.round(np.column_stack([0.2 * t / t[-1] * np.cos(t), 0.2 * t / t[-1] * np.sin(t), 0 * t]), 6)
+    made = space_curve(place_points(given(position), PLANE, SPIN, FEED), NEAR)
+    assert len(made.curve.poly) < 100_000 / 25
+    work = toolpath.plan_tool_path(made.curve, PLANE, boundaries.unbounded(), spin=SPIN, chord=1.5e-6, lift=0.0)
+    rows = np.arange(5, len(position), 9999)
+    assert nearest(work, position[rows])[0].max() < 2e-6
+
+
+def test_rounding_along_the_way_asks_for_no_knots():
+    x = np.sort(RNG.uniform(0, 0.5, 20_000))
+    x = x[np.append(True, np.diff(x) > 2e-6)]
+    position = np.column_stack([x, 0.02 * np.sin(4 * x), 0 * x]) + RNG.uniform(-5e-7, 5e-7, (len(x), 3))
+    assert len(space_curve(place_points(given(position), PLANE, SPIN, FEED), NEAR).curve.poly) < len(x) / 20

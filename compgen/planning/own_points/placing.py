@@ -36,7 +36,8 @@ def place_points(points: GivenPoints, surface: Quadric, spin: float, feed: float
     """
     tilt = np.zeros_like(points.position)
     if points.normal is None and points.rotation is None:
-        place = surface.local(points.position + surface.origin)
+        curved = surface.A.any()
+        place = surface.local(points.position + surface.origin) if curved else points.position
     else:
         place = points.position
         rotation = points.rotation if points.normal is None else _standing(points, spin)

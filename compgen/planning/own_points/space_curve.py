@@ -3,12 +3,13 @@ r"""A smooth curve through given points: cubic splines of place and tilt over th
 Between two stops, with u the length along the points' chords and v(u) = (x, y, h, g) place, height and tilt,
 
     through = "points"       v is the cubic spline (not a knot at the ends) through every point
-    through = "tolerance"    v minimises sum_m |v(u_m) - v_m|^2 over cubic splines with few knots; a knot is put into
-                             the middle of every stretch that leaves a point by more than the tolerance, until none does
+    through = "tolerance"    v minimises sum_m |v(u_m) - v_m|^2 over cubic splines with few knots; knots are put
+                             into every stretch that leaves a point by more than the tolerance, until none does
 
-so that place and tilt, their slopes and their curvature run on. The robot stops where the file says so and where the
-points turn more sharply than ``corner``. A span over four times as long as its neighbours is drawn as a straight line:
-points are put onto it.
+so that place and tilt, their slopes and their curvature run on. Rounding of points along the way is no distance from
+the curve: after each fit u_m moves to the foot of the point, and what counts is across. The robot stops where the file
+says so and where the points turn more sharply than ``corner``. A span over four times as long as its neighbours is
+drawn as a straight line: points are put onto it.
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from compgen.planning.curves import CUBIC, DEGREE, SEGMENTS, PiecewiseCurve, joi
 
 FIRST_KNOTS = 32  # points from knot to knot, to begin with
 ROUNDS = 40  # of knots that are put in
+MORE = 1.2  # times as many as the fourth root of what a stretch is beyond the tolerance
 STIFFNESS = 1e-9  # share of the second differences, so that stretches without points of their own are straight
 LONG = 4.0  # times its neighbours, from where a span is a straight line
 WINDOW = 10.0  # tolerances over which the direction of points is taken: below it is noise
@@ -99,30 +101,31 @@ def _way(place: Array) -> Array:
 
 def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, float]:
     """The pieces between two stops, and their bulge [m]."""
-    points = _with_straights(points)
+    points, straight = _with_straights(points)
     u = _way(points.place)
     values = np.column_stack([points.place, points.tilt])
     # on the way to a point: what changes after point m changes at it
     edge = np.flatnonzero((np.diff(points.contact[1:]) != 0) | (np.diff(points.pace[1:]) != 0)) + 1
     if len(u) <= CUBIC or tolerance.exact:
-        knots, v, slope = u, values, _interpolated_slopes(u, values)
+        rows, v, slope = np.arange(len(u)), values, _interpolated_slopes(u, values)
     else:
-        knots, v, slope = _fitted(u, values, np.union1d(edge, [0, len(u) - 1]), tolerance)
-    owner = np.searchsorted(u, knots[1:]) if len(knots) < len(u) else np.arange(1, len(u))
+        u, rows, v, slope = _fitted(u, values, np.concatenate([edge, straight, [0, len(u) - 1]]), tolerance)
+    knots, owner = u[rows], rows[1:]
     middle = CubicHermiteSpline(knots, v[:, :3], slope[:, :3])((u[:-1] + u[1:]) / 2)
     bulge = float(row_norms(middle - (points.place[:-1] + points.place[1:]) / 2).max())
     return _pieces(knots, v, slope, points.contact[owner], points.pace[owner]), bulge
 
 
-def _with_straights(points: LocalPoints) -> LocalPoints:
-    """The points with others on long spans, at distances that double from both ends on."""
+def _with_straights(points: LocalPoints) -> tuple[LocalPoints, IntArray]:
+    """The points with others on long spans, at distances that double from both ends on, and which rows these are."""
     step = row_norms(np.diff(points.place, axis=0))
+    none = np.zeros(0, dtype=np.int64)
     if len(step) < 2:
-        return points
+        return points, none
     before, after = np.append(np.inf, step[:-1]), np.append(step[1:], np.inf)
     longer = np.flatnonzero(step > LONG * np.minimum(before, after))
     if not len(longer):
-        return points
+        return points, none
     where, row = [np.arange(len(step) + 1, dtype=float)], [np.arange(len(step) + 1)]
     for s in longer.tolist():
         shares = np.union1d(_doubling(before[s] / step[s]), 1 - _doubling(after[s] / step[s]))
@@ -138,7 +141,8 @@ def _with_straights(points: LocalPoints) -> LocalPoints:
 
     added = position != np.round(position)
     stop = points.stop[to] & ~added
-    return LocalPoints(drawn(points.place), drawn(points.tilt), points.contact[to], stop, points.pace[to])
+    place, tilt = drawn(points.place), drawn(points.tilt)
+    return LocalPoints(place, tilt, points.contact[to], stop, points.pace[to]), np.flatnonzero(added)
 
 
 def _doubling(first: float) -> Array:
@@ -153,8 +157,8 @@ def _interpolated_slopes(u: Array, values: Array) -> Array:
     return np.asarray(CubicSpline(u, values)(u, 1))
 
 
-def _fitted(u: Array, values: Array, fixed: IntArray, tolerance: Tolerance) -> tuple[Array, Array, Array]:
-    """Knots, and values and slopes there, of a spline with few knots that keeps to the tolerance.
+def _fitted(u: Array, values: Array, fixed: IntArray, tolerance: Tolerance) -> tuple[Array, IntArray, Array, Array]:
+    """Parameters of the points, rows that are knots, values and slopes there: of a spline that keeps to the tolerance.
 
     Args:
         u: (M,) [m].
@@ -162,26 +166,57 @@ def _fitted(u: Array, values: Array, fixed: IntArray, tolerance: Tolerance) -> t
         fixed: Rows that are knots, both ends among them.
         tolerance: Of place and tilt.
     """
-    M = len(u)
-    rows = np.union1d(fixed, np.arange(0, M, FIRST_KNOTS))
+    is_knot = _first_knots(u, values[:, :3], tolerance)
+    is_knot[fixed] = True
     for _ in range(ROUNDS):
-        v, slope, error = _least_squares(u, values, rows)
-        beyond = np.maximum(row_norms(error[:, :3]) / tolerance.place, 2 * row_norms(error[:, 3:]) / tolerance.tilt) > 1
-        if not beyond.any():
-            return u[rows], v, slope
-        stretch = np.clip(np.searchsorted(rows, np.flatnonzero(beyond), side="right") - 1, 0, len(rows) - 2)
-        bad = np.unique(np.concatenate([stretch, stretch[beyond[rows[stretch]]] - 1]))  # at a knot: both its sides
-        bad = bad[(bad >= 0) & (rows[np.minimum(bad + 1, len(rows) - 1)] - rows[np.maximum(bad, 0)] > 1)]
-        if not len(bad):
+        rows = np.flatnonzero(is_knot)
+        v, slope, error, feet = _least_squares(u, values, rows)
+        excess = np.maximum(row_norms(error[:, :3]) / tolerance.place, 2 * row_norms(error[:, 3:]) / tolerance.tilt)
+        if excess.max() <= 1:
+            return u, rows, v, slope
+        u = np.where(
+            np.abs(feet - u) + tolerance.place * excess < WINDOW * tolerance.place, feet, u
+        )  # far off is no foot
+        worst = np.maximum(np.maximum.reduceat(excess[:-1], rows[:-1]), excess[rows[1:]])  # at a knot: both its sides
+        parts = np.where(worst > 1, np.ceil(MORE * worst**0.25), 1)  # a cubic's error goes with the fourth power
+        parts = np.clip(parts, 1, np.diff(rows)).astype(np.int64)
+        if not (parts > 1).any():
             break
-        rows = np.union1d(rows, (rows[bad] + rows[bad + 1]) // 2)
-    return u, values, _interpolated_slopes(u, values)
+        is_knot[_parted(rows, parts)] = True
+    return u, np.arange(len(u)), values, _interpolated_slopes(u, values)
 
 
-def _least_squares(u: Array, values: Array, rows: IntArray) -> tuple[Array, Array, Array]:
-    """Values and slopes at knots u[rows], and the error at all points, of the spline nearest to them.
+def _first_knots(u: Array, place: Array, tolerance: Tolerance) -> BoolArray:
+    r"""Where to begin with knots, (M,): every so many points, and more where the way turns.
 
-    It is turned and shifted, evenly along the way, so that its ends are the points' own.
+    A cubic over a length h of an arc that turns by a leaves it by some h a^3 / 384 (a^3 = (curvature h)^3): a stretch
+    that turns more than the tolerance allows is cut into as many parts as bring it below.
+    """
+    M = len(u)
+    edges = np.append(np.arange(0, M - 1, FIRST_KNOTS), M - 1)
+    length, quarter = np.diff(u[edges]), np.maximum(np.diff(edges) // 4, 1)
+    out = place[edges[:-1] + quarter] - place[edges[:-1]]
+    back = place[edges[1:]] - place[edges[1:] - quarter]
+    cosine = np.einsum("ij,ij->i", out, back) / np.maximum(row_norms(out) * row_norms(back), 1e-300)
+    turn = np.arccos(np.clip(cosine, -1, 1)) / 0.75  # between the middles of the first and the last quarter
+    parts = np.clip(np.ceil((length * turn**3 / (384 * tolerance.place)) ** 0.25), 1, np.diff(edges)).astype(np.int64)
+    is_knot = np.zeros(M, dtype=bool)
+    is_knot[_parted(edges, parts)] = True
+    is_knot[-1] = True
+    return is_knot
+
+
+def _parted(edges: IntArray, parts: IntArray) -> IntArray:
+    """Rows that cut the stretches between edges (K + 1,) into so many parts, (K,), their beginnings among them."""
+    owner = np.repeat(np.arange(len(parts)), parts)
+    step = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    return np.asarray(edges[owner] + step * np.diff(edges)[owner] // parts[owner])
+
+
+def _least_squares(u: Array, values: Array, rows: IntArray) -> tuple[Array, Array, Array, Array]:
+    """The spline nearest to points at u (M,): values and slopes at knots u[rows], its error across the way, the feet.
+
+    Its ends are the points' own: with knots as often as its degree there, its first and last coefficients.
     """
     knots = u[rows]
     t = np.concatenate([np.repeat(knots[0], CUBIC), knots, np.repeat(knots[-1], CUBIC)])
@@ -194,13 +229,27 @@ def _least_squares(u: Array, values: Array, rows: IntArray) -> tuple[Array, Arra
     difference = np.array([1.0, -2.0, 1.0])
     for first, second in ((a, b) for a in range(3) for b in range(a + 1)):
         band[first - second, second : second + n - 2] += STIFFNESS * difference[first] * difference[second]
-    spline = BSpline(t, solveh_banded(band, basis.T @ values, lower=True), CUBIC)
-    error = spline(u) - values
-    start, end = error[0], error[-1]
-    share = ((u - u[0]) / (u[-1] - u[0]))[:, None]
-    shift = start + share * (end - start)
-    slope = spline(knots, 1) - (end - start) / (u[-1] - u[0])
-    return spline(knots) - shift[rows], slope, error - shift
+    wanted = basis.T @ values
+    for k in range(1, CUBIC + 1):
+        wanted[k] -= band[k, 0] * values[0]
+        wanted[n - 1 - k] -= band[k, n - 1 - k] * values[-1]
+        band[k, 0] = band[k, n - 1 - k] = 0.0
+    band[0, [0, -1]], wanted[[0, -1]] = 1.0, values[[0, -1]]
+    spline = BSpline(t, solveh_banded(band, wanted, lower=True), CUBIC)
+    error, ahead = spline(u) - values, spline(u, 1)[:, :3]
+    speed = np.einsum("mi,mi->m", ahead, ahead)
+    behind = np.einsum("mi,mi->m", error[:, :3], ahead) / np.where(speed > 0, speed, 1.0)
+    error[:, :3] -= behind[:, None] * ahead
+    return spline(knots), spline(knots, 1), error, _moved(u, behind)
+
+
+def _moved(u: Array, behind: Array) -> Array:
+    """Parameters (M,) less a part of themselves, still rising: no nearer to a neighbour than half of what they were."""
+    gap = np.diff(u)
+    room = np.minimum(np.append(gap[:1], gap), np.append(gap, gap[-1:])) / 4
+    step = np.clip(behind, -room, room)
+    step[[0, -1]] = 0.0
+    return np.asarray(u - step)
 
 
 def _pieces(knots: Array, v: Array, slope: Array, contact: BoolArray, pace: Array) -> PiecewiseCurve:
