@@ -22,6 +22,8 @@ from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.robot import Robot
 from compgen.thermal import Ambient, Duty, JointMotion, NodeModel, initial_state, still_air
 from compgen.verification.twin.circular_motion import Chords, Sweeps, as_chords, sweeps
+from compgen.verification.twin.controller.command import WrittenPath
+from compgen.verification.twin.controller.deviation import MotionDeviation, motion_deviation
 from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.heat import mode_states
@@ -76,6 +78,8 @@ class PreparedProgram:
     air: Ambient
     start_time: float  # [s] from the first duty to the program's start
     history: DirectionHistory = field(default_factory=DirectionHistory)  # of the motion before it
+    override: float = 1.0  # share of the written speeds
+    led: MotionDeviation | None = None  # beside the path by the controller's motion; None: nowhere, or not known
 
     @property
     def sample_count(self) -> int:
@@ -148,6 +152,9 @@ class PreparedProgram:
         twin.confirm_by_pinocchio(theta, growth, actual, every)
         if not twin.only_grows:
             actual, history = twin.faulty_pose(theta, growth, rise, history, every)
+        if self.led is not None:
+            start = int(self.samples_per_segment[:first].sum())
+            actual = self.led.moved(actual, slice(start, start + len(segment)))
         return Execution(segment, fraction, time, rise, theta, actual), history
 
     def rise_and_growth(self, segment: IntArray, fraction: Array, time: Array) -> tuple[Array, Array]:
@@ -182,7 +189,16 @@ class PreparedProgram:
 
     def at_override(self, share: float) -> "PreparedProgram":
         """The program driven at a share of its speeds; its warmth is left to ``reheated``."""
-        return replace(self, time=self.time / share, driven=self.driven * share, highest=self.highest * share)
+        slower = replace(
+            self, time=self.time / share, driven=self.driven * share, highest=self.highest * share,
+            override=self.override * share,
+        )  # fmt: skip
+        return replace(slower, led=slower.motion_deviation())
+
+    def motion_deviation(self) -> MotionDeviation | None:
+        """Where the controller's motion leads the tool at this override."""
+        twin, path = self.twin, WrittenPath.of(self)
+        return motion_deviation(twin.robot, twin.tool, path, self.samples_per_segment, self.override)
 
     def with_ramps(self, share: float) -> "PreparedProgram":
         """The program with ramps at a share of the accelerations assumed; its warmth is left to ``reheated``."""
@@ -228,7 +244,7 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
     thermal = _thermal_fields(twin, motion, chords.rows, duties, air)
     turn = relative_rotation(program.rotation[:-1], program.rotation[1:])
     samples_per_segment = 2 * np.maximum(1, np.ceil(sweep.length / (2 * SPACING) - 1e-9)).astype(np.int64)
-    return PreparedProgram(
+    prepared = PreparedProgram(
         twin,
         program,
         timing.time,
@@ -242,6 +258,7 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
         chord_theta=chord_theta,
         **thermal,
     )
+    return replace(prepared, led=prepared.motion_deviation())
 
 
 def execute(

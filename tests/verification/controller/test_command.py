@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.motion import ControllerMotion
-from compgen.verification.twin.controller.command import command_clock, run_law, sample_command
+from compgen.verification.twin.circular_motion import sweeps
+from compgen.verification.twin.controller.command import WrittenPath, command_clock, run_law, sample_command
 from compgen.verification.twin.controller.smoothing import settling_time
 
 PERIOD = 0.008
@@ -25,18 +26,18 @@ def program(points, speed, fine):
     )  # fmt: skip
 
 
-def clock_of(text, ramp):
-    """A clock as the twin's: the time of the statements and, at each stop, a ramp."""
+def path_of(text, ramp):
+    """With a clock as the twin's: the time of the statements and, at each stop, a ramp."""
     spent = np.linalg.norm(np.diff(text.position, axis=0), axis=1) / text.speed
     time = np.concatenate([[0.0], np.cumsum(spent)])
-    return time + ramp * (np.cumsum(text.fine) - 1)
+    return WrittenPath(text, sweeps(text), time + ramp * (np.cumsum(text.fine) - 1), np.zeros((len(time), 6)))
 
 
 LINE = program([[1, 0, 0], [1, 0.4, 0], [1, 1.0, 0]], 0.2, [True, False, True])
 
 
 def test_without_ramps_each_statement_takes_its_length_over_its_speed(robot):
-    command = sample_command(robot, LINE, clock_of(LINE, 0.0))
+    command = sample_command(robot, path_of(LINE, 0.0))
     inside = command.time < 5.0
     assert_allclose(command.position[inside, 1], 0.2 * command.time[inside], atol=1e-12)
     assert_allclose(command.arc, command.position[:, 1], atol=1e-12)
@@ -46,7 +47,7 @@ def test_without_ramps_each_statement_takes_its_length_over_its_speed(robot):
 
 
 def test_a_run_with_ramps_starts_and_ends_at_rest_and_takes_the_clock_s_time(robot):
-    command = sample_command(robot, LINE, clock_of(LINE, 0.3))
+    command = sample_command(robot, path_of(LINE, 0.3))
     speed = np.diff(command.position[:, 1]) / PERIOD
     assert command.position[-1, 1] == 1.0
     assert command.position[command.time < 5.3 - PERIOD, 1].max() < 1.0
@@ -67,7 +68,7 @@ def test_a_run_too_short_for_its_ramps_never_reaches_its_speed():
 
 
 def test_half_the_override_takes_twice_as_long(robot):
-    full, half = (sample_command(robot, LINE, clock_of(LINE, 0.3), override=share) for share in (1.0, 0.5))
+    full, half = (sample_command(robot, path_of(LINE, 0.3), override=share) for share in (1.0, 0.5))
     assert_allclose(np.interp(2 * full.time, half.time * 1.0, half.position[:, 1]), full.position[:, 1], atol=2e-6)
 
 
@@ -75,7 +76,7 @@ def test_statements_last_whole_periods_where_the_controller_rounds_up(robot):
     """16 ms and a little at 200 mm/s become 24 ms: 133 mm/s."""
     steps = program([[1, 0.00321 * n, 0] for n in range(500)], 0.2, [True, *[False] * 498, True])
     rounding = replace(robot, controller=_Rounding(robot.controller))
-    exact, rounded = (command_clock(r, steps, clock_of(steps, 0.0)).end for r in (robot, rounding))
+    exact, rounded = (command_clock(r, path_of(steps, 0.0)).end for r in (robot, rounding))
     assert exact == pytest.approx(499 * 0.00321 / 0.2)
     assert rounded == pytest.approx(499 * 3 * PERIOD)
 
@@ -92,11 +93,10 @@ class _Rounding:
 def test_a_stop_waits_until_the_smoothing_has_come_to_rest_and_cnt_waits_for_its_share(robot):
     smoothing = replace(robot, motion=ControllerMotion(moving_averages=(0.2, 0.1)))
     corner = program([[1, 0, 0], [1, 0.2, 0], [1.2, 0.2, 0]], 0.2, [True, False, True])
-    time = clock_of(corner, 0.0)
     for settle, ends in ((0.0, 2.3), (0.5, 2.45), (1.0, 2.6)):
-        clock = command_clock(smoothing, corner, time, settle=np.array([1.0, settle, 1.0]))
+        clock = command_clock(smoothing, path_of(corner, 0.0), settle=np.array([1.0, settle, 1.0]))
         assert clock.end == pytest.approx(ends)
         assert_allclose(clock.position_numbers(np.array([0.5, 1.0, 1.0 + settle * 0.3 + 0.5])), [0.5, 1.0, 1.5])
     stopped = replace(corner, fine=np.ones(3, dtype=bool))
-    assert command_clock(smoothing, stopped, clock_of(stopped, 0.0)).end == pytest.approx(2.6)
+    assert command_clock(smoothing, path_of(stopped, 0.0)).end == pytest.approx(2.6)
     assert settling_time(smoothing.motion) == pytest.approx(0.3)

@@ -7,6 +7,7 @@ from scipy import signal
 
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.controller.smoothing import (
+    coarser,
     delayed,
     first_order,
     gain,
@@ -108,3 +109,18 @@ def test_a_mean_over_no_more_than_a_step_and_no_time_constant_leave_the_rows():
 def test_a_long_way_from_the_origin_costs_no_digits():
     rows = 9.0 + 1e-6 * np.sin(np.arange(200_000)[:, None] / 500)
     assert_allclose(smooth(rows, PERIOD, TWO_MEANS)[-50:], oracle(rows, PERIOD, TWO_MEANS)[-50:], atol=1e-12)
+
+
+@MODELS
+@pytest.mark.parametrize("samples", [2, 5])
+def test_a_coarser_step_smooths_alike(motion, samples):
+    step, coarse = coarser(motion, 0.001, samples)
+    assert step > 0.003
+    assert moments(coarse, step).variance == pytest.approx(moments(motion, 0.001).variance, rel=1e-9)
+    w = np.array([0.3, 3.0])
+    assert_allclose(1 - gain(coarse, w, step), 1 - gain(motion, w, 0.001), rtol=0.05 / samples)
+
+
+def test_a_step_is_never_finer_than_the_period():
+    assert coarser(TWO_MEANS, 0.008, 100) == (0.008, TWO_MEANS)
+    assert coarser(ControllerMotion(moving_averages=(0.2, 0.0)), 0.008, 5)[0] == pytest.approx(0.04)

@@ -13,20 +13,85 @@ published: this is a model of it.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
 from compgen.robot.robot import Robot
-from compgen.verification.twin.circular_motion import sweeps
+from compgen.verification.twin.circular_motion import Sweeps
 from compgen.verification.twin.controller.smoothing import settling_time
 
 SAME = 1e-9  # of a period: rounding up begins above
+
+
+class Prepared(Protocol):
+    """What is needed of a ``PreparedProgram``, which knows this module."""
+
+    @property
+    def program(self) -> Program: ...  # noqa: D102
+    @property
+    def sweep(self) -> Sweeps: ...  # noqa: D102
+    @property
+    def time(self) -> Array: ...  # noqa: D102
+    @property
+    def theta(self) -> Array: ...  # noqa: D102
+    @property
+    def override(self) -> float: ...  # noqa: D102
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WrittenPath:
+    """A program of N positions in World, with how its segments run and when the twin's clock passes its positions."""
+
+    program: Program
+    sweep: Sweeps  # of its N - 1 segments
+    time: Array  # (N,) [s] at full override
+    theta: Array  # (N, 6) [rad]
+
+    def __post_init__(self) -> None:
+        own(self, time=("N",), theta=("N", 6))
+
+    @classmethod
+    def of(cls, prepared: "Prepared") -> "WrittenPath":
+        """Of a ``PreparedProgram``."""
+        return cls(prepared.program, prepared.sweep, prepared.time * prepared.override, prepared.theta)
+
+    def arcs(self) -> Array:
+        """Length of the path at each position, (N,) [m]."""
+        return np.concatenate([[0.0], np.cumsum(self.sweep.length)])
+
+    def places(self, segment: IntArray, fraction: Array) -> Array:
+        """Places (M, 3) [m] at fractions (M,) of segments (M,)."""
+        if self.sweep.angle.any():
+            return self.sweep.places(self.program.position, segment, fraction)
+        return np.asarray(self.program.position[segment] + fraction[:, None] * self.sweep.straight[segment])
+
+    def directions(self, segment: IntArray, fraction: Array) -> Array:
+        """Directions of travel there, (M, 3); zero on a segment without length."""
+        sweep, k = self.sweep, segment
+        part = (fraction * sweep.angle[k])[:, None]
+        ahead = sweep.straight[k]
+        if sweep.angle.any():
+            ahead = ahead + np.cos(part) * sweep.along[k] + np.sin(part) * sweep.inwards[k]
+        return np.asarray(ahead / np.maximum(row_norms(ahead), 1e-12)[:, None])
+
+    def rotations(self, segment: IntArray, fraction: Array) -> Array:
+        """Orientations of the TCP there, (M, 3, 3): turning steadily over each segment."""
+        rotation = self.program.rotation
+        return interpolate_rotation(rotation[segment], rotation[segment + 1], fraction)
+
+    def joints(self, robot: Robot, tool: Pose, segment: IntArray, fraction: Array) -> Array:
+        """Joints there by the controller's inverse, (M, 6) [rad], on the program's branch and continuous."""
+        pose = Pose(self.places(segment, fraction), self.rotations(segment, fraction))
+        joints, _ = solve_tool(robot, pose, tool, self.program.posture)
+        between = self.theta[segment] + fraction[:, None] * (self.theta[segment + 1] - self.theta[segment])
+        return nearest_turns(joints, between)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,94 +128,70 @@ class CommandClock:
         """
         run = np.clip(np.searchsorted(self.begin, time, side="right") - 1, 0, len(self.begin) - 1)
         done = self.first[run] + run_law(time - self.begin[run], self.duration[run], self.at_speed[run])
-        knots = np.column_stack([self.arrive, self.leave]).ravel()
-        numbers = np.repeat(np.arange(len(self.arrive), dtype=float), 2)
+        first, last = (int(n) for n in np.searchsorted(self.arrive, done[[0, -1]]))
+        near = slice(max(first - 1, 0), last + 2)
+        knots = np.column_stack([self.arrive[near], self.leave[near]]).ravel()
+        numbers = np.repeat(np.arange(len(self.arrive), dtype=float)[near], 2)
         return np.asarray(np.interp(done, knots, numbers))
 
 
-def command_clock(
-    robot: Robot, program: Program, time: Array, override: float = 1.0, settle: Array | None = None
-) -> CommandClock:
+def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle: Array | None = None) -> CommandClock:
     """When the controller commands what of a program.
 
     Args:
         robot: Its interpolation period and its motion.
-        program: In World, of N positions.
-        time: When the twin's clock passes its positions at full override, (N,) [s]: ``PreparedProgram.time``.
+        path: The program.
         override: Share of all written speeds that the operator has set.
         settle: How much of the smoothing's settling it waits at each position, (N,): 0 for CNT100, 1 for FINE and
             CNT0; default as the program says.
     """
+    program, length, period = path.program, path.sweep.length, robot.controller.period
     settle = program.fine.astype(float) if settle is None else settle
     wait = settle * (settling_time(robot.motion) if robot.motion is not None else 0.0)
-    length, period = segment_lengths(program), robot.controller.period
     statement = statement_times(length, program.speed * override, period, _rounds_up(robot), program.via)
     stops = np.flatnonzero(program.fine)
-    ramps = np.diff(time[stops]) - np.add.reduceat(statement_times(length, program.speed, period, False), stops[:-1])
+    exact = np.add.reduceat(statement_times(length, program.speed, period, False), stops[:-1])
+    ramps = np.maximum(np.diff(path.time[stops]) - exact, 0.0) / override
     inner = np.where(program.fine, 0.0, wait)
     arrive = np.concatenate([[0.0], np.cumsum(statement + inner[:-1])])
     at_speed = np.diff(arrive[stops])
-    duration = at_speed + np.maximum(ramps, 0.0) / override
+    duration = at_speed + ramps
     begin = np.concatenate([[0.0], np.cumsum(duration + wait[stops[1:]])])
     return CommandClock(begin[:-1], duration, at_speed, arrive[stops[:-1]], arrive, arrive + inner, float(begin[-1]))
 
 
 def sample_command(
-    robot: Robot,
-    program: Program,
-    time: Array,
-    override: float = 1.0,
-    step: float | None = None,
-    settle: Array | None = None,
+    robot: Robot, path: WrittenPath, override: float = 1.0, step: float | None = None, settle: Array | None = None
 ) -> Command:
-    """The commanded motion of a program.
+    """The commanded motion of a program, from its start until all has settled.
 
     Args:
         robot: Its interpolation period and its motion.
-        program: In World, of N positions.
-        time: When the twin's clock passes its positions at full override, (N,) [s]: ``PreparedProgram.time``.
+        path: The program; ``WrittenPath.of(prepared)``.
         override: Share of all written speeds.
         step: Between samples [s]; default the interpolation period.
         settle: As ``command_clock`` has it.
     """
-    clock = command_clock(robot, program, time, override, settle)
+    clock = command_clock(robot, path, override, settle)
     step = robot.controller.period if step is None else step
     samples = step * np.arange(int(np.ceil(clock.end / step)) + 2, dtype=float)
-    return command_at(program, clock.position_numbers(samples), samples, step)
+    return command_at(path, path.arcs(), clock.position_numbers(samples), samples, step)
 
 
-def command_at(program: Program, number: Array, time: Array, step: float) -> Command:
-    """Samples at numbers of positions (M,), as ``CommandClock.position_numbers`` counts them, and times (M,) [s]."""
-    numbers = np.arange(len(program.position), dtype=float)
-    segment = np.minimum(number.astype(np.int64), len(numbers) - 2)
-    if program.via.any():
-        position = sweeps(program).places(program.position, segment, number - segment)
-    else:
-        position = np.column_stack([np.interp(number, numbers, column) for column in program.position.T])
-    arc = np.concatenate([[0.0], np.cumsum(segment_lengths(program))])
-    return Command(step, time, segment, number - segment, position, np.interp(number, numbers, arc))
-
-
-def command_rotation(program: Program, command: Command) -> Array:
-    """Orientation of the TCP in World at the samples of a command, (M, 3, 3): turning steadily over each segment."""
-    k = command.segment
-    return interpolate_rotation(program.rotation[k], program.rotation[k + 1], command.fraction)
-
-
-def command_joints(robot: Robot, tool: Pose, program: Program, theta: Array, command: Command) -> Array:
-    """Joints at the samples of a command, (M, 6) [rad], on the program's branch and continuous.
+def command_at(path: WrittenPath, arcs: Array, number: Array, time: Array, step: float) -> Command:
+    """Samples of a program at numbers of positions, as ``CommandClock.position_numbers`` counts them.
 
     Args:
-        robot: The arm.
-        tool: TCP in the flange.
-        program: In World.
-        theta: Joints at its positions, (N, 6) [rad]: ``PreparedProgram.theta``.
-        command: Of the program.
+        path: The program.
+        arcs: Its ``arcs``.
+        number: (M,), rising.
+        time: (M,) [s].
+        step: Between them [s].
     """
-    pose = Pose(command.position, command_rotation(program, command))
-    joints, _ = solve_tool(robot, pose, tool, program.posture)
-    k = command.segment
-    return nearest_turns(joints, theta[k] + command.fraction[:, None] * (theta[k + 1] - theta[k]))
+    segment = np.minimum(number.astype(np.int64), len(arcs) - 2)
+    fraction = number - segment
+    arc = arcs[segment] + fraction * path.sweep.length[segment]
+    return Command(step, time, segment, fraction, path.places(segment, fraction), arc)
 
 
 def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
@@ -171,11 +212,6 @@ def run_law(time: Array, duration: Array, at_speed: Array) -> Array:
     return np.asarray(np.clip(done, 0.0, at_speed))
 
 
-def segment_lengths(program: Program) -> Array:
-    """Length of each segment, a line or half of an arc, (N - 1,) [m]."""
-    return sweeps(program).length
-
-
 def statement_times(length: Array, speed: Array, period: float, rounds_up: bool, via: BoolArray | None = None) -> Array:
     """How long segments take at their speeds, (S,) [s]; statements in whole periods where the controller rounds up.
 
@@ -188,7 +224,7 @@ def statement_times(length: Array, speed: Array, period: float, rounds_up: bool,
     if via is not None and via.any():
         half = np.flatnonzero(via)
         whole[half - 1] = whole[half] = time[half - 1] + time[half]
-    return np.asarray(time / whole * (period * np.ceil(whole / period - SAME)))
+    return np.asarray(time / np.maximum(whole, 1e-300) * (period * np.ceil(whole / period - SAME)))
 
 
 def _rounds_up(robot: Robot) -> bool:

@@ -11,7 +11,7 @@ is two looks into one cumulative sum. A first-order lag of time constant T,
 is summed by doubling, S_{2j}(k) = S_j(k) + r^j S_j(k - j): no loop over samples. Each is linear, keeps a motion that
 stands, and delays one that goes steadily by its mean. With the mean and the variance of the weights
 
-    moving mean       (n - 1) h / 2          (n^2 - 1) h^2 / 12  ~ T^2 / 12        (whole n)
+    moving mean       (n - 1) h / 2          (n^2 - 1) h^2 / 12  ~ T^2 / 12       (of whole n)
     first-order lag   r h / (1 - r)          r h^2 / (1 - r)^2   ~ T^2
 
 variances add up to sigma^2, and a circle of radius R at speed v, turning at w = v / R, is drawn smaller by
@@ -20,6 +20,7 @@ R (1 - |H(w)|) ~ v^2 sigma^2 / (2 R): ln |H(w)| = - w^2 sigma^2 / 2 + O(w^4).
 That controllers smooth so is an assumption that fits what is published of them; see docs/motion.md.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -53,14 +54,15 @@ def moving_mean(rows: Array, n: float) -> Array:
     """The mean of each row (M, C) and those before it, n in all; n need not be whole, one and fewer leave it."""
     if n <= 1 or not len(rows):
         return rows
-    m = int(n)
-    start = rows[:1]
-    total = np.concatenate([np.zeros((m + 2, rows.shape[1])), np.cumsum(rows - start, axis=0)])
-    M = len(rows)
-    # total[m + 1 + k] is the sum of rows 0 to k
-    late = total[m + 2 :]
-    mean = (1 - (n - m)) * (late - total[2 : 2 + M]) + (n - m) * (late - total[1 : 1 + M])
-    return np.asarray(start + mean / n)
+    m, M = int(n), len(rows)
+    mean = np.empty_like(rows)
+    total = np.zeros(m + 2 + M)
+    for column, out in zip(rows.T, mean.T):
+        np.cumsum(column - column[0], out=total[m + 2 :])  # total[m + 1 + k] is the sum before row k
+        out[:] = total[m + 2 :] - (1 - (n - m)) * total[2 : 2 + M] - (n - m) * total[1 : 1 + M]
+        out /= n
+        out += column[0]
+    return mean
 
 
 def first_order(rows: Array, constant: float) -> Array:
@@ -101,16 +103,21 @@ def moments(motion: ControllerMotion, step: float) -> Moments:
     """By how much a steady motion comes late, and sigma^2 of the pull v^2 sigma^2 / (2 R)."""
     delay, variance = motion.lag, 0.0
     for window in motion.moving_averages:
-        n = max(window / step, 1.0)
-        m = int(n)
-        ages, weights = np.arange(m + 1), np.append(np.ones(m), n - m) / n
-        mean = float(ages @ weights)
-        delay, variance = delay + mean * step, variance + float(ages**2 @ weights - mean**2) * step**2
+        mean, spread = _moments_of_mean(window / step)
+        delay, variance = delay + mean * step, variance + spread * step**2
     for constant in motion.first_orders:
         if constant > 0:
             ratio = float(np.exp(-step / constant))
             delay, variance = delay + ratio * step / (1 - ratio), variance + ratio * step**2 / (1 - ratio) ** 2
     return Moments(delay, variance)
+
+
+def _moments_of_mean(n: float) -> tuple[float, float]:
+    """Mean and variance of the ages in a mean over n rows, in rows: (n - 1) / 2 and (n^2 - 1) / 12 of whole n."""
+    n = max(n, 1.0)
+    m = int(n)
+    first, second = m * (m - 1) / 2 + (n - m) * m, m * (m - 1) * (2 * m - 1) / 6 + (n - m) * m * m
+    return first / n, second / n - (first / n) ** 2
 
 
 def gain(motion: ControllerMotion, frequency: Array, step: float) -> Array:
@@ -127,3 +134,33 @@ def gain(motion: ControllerMotion, frequency: Array, step: float) -> Array:
             ratio = np.exp(-step / constant)
             passed = passed * np.abs((1 - ratio) / (1 - ratio * turn))
     return np.asarray(passed)
+
+
+def coarser(motion: ControllerMotion, period: float, samples: int) -> tuple[float, ControllerMotion]:
+    r"""A step as coarse as leaves so many samples in the shortest time, and the motion that smooths alike with it.
+
+    Its windows and time constants are those whose weights have the same variance a step h apart as the controller's
+    have a period p apart; of a time constant T' that is sinh(h / 2 T') / h = sinh(p / 2 T) / p. So the pull is the
+    same along a bend; a corner wants the controller's own step.
+    """
+    times = [t for t in (*motion.moving_averages, *motion.first_orders) if t > period]
+    ratio = max(1, int(min(times, default=period) / samples / period + 1e-9))
+    if ratio == 1:
+        return period, motion
+    step = period * ratio
+    windows = tuple(
+        step * _rows_of_variance(_moments_of_mean(t / period)[1] / ratio**2) for t in motion.moving_averages
+    )
+    constants = tuple(
+        float(step / (2 * np.arcsinh(ratio * np.sinh(period / (2 * t))))) if t > 0 else 0.0 for t in motion.first_orders
+    )
+    return step, replace(motion, moving_averages=windows, first_orders=constants)
+
+
+def _rows_of_variance(variance: float) -> float:
+    """Over how many rows a moving mean has this variance of ages, by bisection."""
+    low, high = 1.0, 2 + np.sqrt(1 + 12 * variance)
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _moments_of_mean(middle)[1] < variance else (low, middle)
+    return float(high)

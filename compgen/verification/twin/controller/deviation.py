@@ -1,0 +1,168 @@
+r"""Where a controller's smoothing leads the tool beside the written path.
+
+The commanded motion and the way that it has gone are smoothed alike. When the smoothed way is s, the tool should be at
+the place p(s) of the path, the nearest one but at corners behind first-order lags (there up to some 4 % farther): a
+motion that is only late is on its path. With x the smoothed place and t the path's direction there,
+
+    d = x - p(s),      along = d . t,      across = d - along t
+
+``across`` is how far the tool is from the path. ``along`` is no error of form but tells where a way out and back is cut
+short, and ``lag`` how far the tool is behind its command. Orientation is smoothed as unit quaternions; smoothed joints
+go through the nominal arm.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, frozen, own
+from compgen.core.evaluation import evaluate
+from compgen.core.pose import Pose
+from compgen.core.rotations import relative_rotation, rotation_matrix
+from compgen.robot.motion import ControllerMotion
+from compgen.robot.robot import Robot
+from compgen.verification.twin.controller.command import Command, WrittenPath, command_at, command_clock
+from compgen.verification.twin.controller.smoothing import coarser, moments, settling_time, smooth
+from compgen.verification.twin.nominal_arm import LENGTHS, build_grown_pose
+
+BLOCK = 1 << 16  # samples in time that are smoothed at once
+TURNING = 1e-12  # rad over a segment
+SAMPLES = 5  # in the shortest window or time constant, at least
+SHARP = 0.1  # [rad] change of direction from one segment to the next: a corner
+EDGE = 3  # samples that a cubic needs beyond its own
+
+#: smoothed positions (M, 3) and rotations (M, 3, 3), or None where the tool keeps its orientation
+PoseOf = Callable[[Command], tuple[Array, Array | None]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MotionDeviation:
+    """Where the tool is beside its path at K places of a program, in the order of the path."""
+
+    across: Array  # (K, 3) [m] in World
+    along: Array  # (K,) [m]
+    turn: Array | None  # (K, 3) [rad] rotation vector in World; None: the tool does not turn on its way
+    lag: float  # [m] behind the command at the highest speed
+
+    def __post_init__(self) -> None:
+        own(self, across=("K", 3), along=("K",))
+        if self.turn is not None:
+            own(self, turn=(len(self.along), 3))
+
+    def moved(self, pose: Pose, rows: slice) -> Pose:
+        """Poses at some of the places, led beside the path."""
+        position = pose.position + self.across[rows]
+        if self.turn is None:
+            return Pose(frozen(position), pose.rotation)
+        return Pose(frozen(position), frozen(rotation_matrix(self.turn[rows]) @ pose.rotation))
+
+
+def motion_deviation(
+    robot: Robot, tool: Pose, path: WrittenPath, counts: IntArray, override: float = 1.0
+) -> MotionDeviation | None:
+    """Where the controller's motion leads the tool; None where nothing is smoothed or nothing is known of it.
+
+    Args:
+        robot: With its motion and interpolation period.
+        tool: TCP in the flange.
+        path: The program, N positions.
+        counts: How many places each segment has, its start among them, evenly in length, (N - 1,); the end is one more.
+        override: Share of all written speeds.
+    """
+    known, period = robot.motion, robot.controller.period
+    if known is None or not known.is_smooth:
+        return None
+    on_time = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
+    step, motion = (period, on_time) if has_corners(path) else coarser(on_time, period, SAMPLES)
+    program, arc = path.program, path.arcs()
+    turns = relative_rotation(program.rotation[:-1], program.rotation[1:])
+    turning = motion.space == "joint" or bool(np.abs(turns).max(initial=0.0) > TURNING)
+    pose_of = _joint_space(robot, motion, tool, path) if motion.space == "joint" else _tool_space(motion, path, turning)
+    clock = command_clock(robot, path, override)
+    M, halo = int(np.ceil(clock.end / step)) + EDGE, int(np.ceil(settling_time(motion) / step)) + 2 * EDGE
+    first = np.concatenate([[0], np.cumsum(counts)])
+    K, done = int(first[-1]) + 1, 0
+    across, along, turn = np.empty((K, 3)), np.empty(K), np.empty((K, 3)) if turning else None
+    for begin in range(0, M, BLOCK):
+        samples = step * np.arange(max(begin - halo, 0), min(begin + BLOCK, M) + EDGE, dtype=float)
+        command = command_at(path, arc, clock.position_numbers(samples), samples, step)
+        way = np.maximum.accumulate(smooth(command.arc[:, None], step, motion)[:, 0])
+        end = K if begin + BLOCK >= M else _places_before(float(way[-EDGE]), arc, first)
+        if end <= done:
+            continue
+        rows, index = slice(done, end), np.arange(done, end)
+        segment = np.minimum(np.searchsorted(first, index, side="right") - 1, len(counts) - 1)
+        fraction = (index - first[segment]) / counts[segment]
+        at = np.interp(arc[segment] + fraction * path.sweep.length[segment], way, np.arange(len(way), dtype=float))
+        position, rotation = pose_of(command)
+        d = cubic(position, at) - path.places(segment, fraction)
+        ahead = path.directions(segment, fraction)
+        along[rows] = np.einsum("ij,ij->i", d, ahead)
+        across[rows] = d - along[rows, None] * ahead
+        if turn is not None and rotation is not None:
+            mean = cubic(rotation.reshape(-1, 9), at).reshape(-1, 3, 3)
+            turn[rows] = small_turn(
+                mean, program.rotation[segment] @ rotation_matrix(fraction[:, None] * turns[segment])
+            )
+        done = end
+    lag = moments(known, period).delay * override * float(program.speed.max())
+    return MotionDeviation(frozen(across), frozen(along), None if turn is None else frozen(turn), lag)
+
+
+def has_corners(path: WrittenPath) -> bool:
+    """Whether the program turns sharply anywhere without a stop."""
+    inner = np.flatnonzero(~path.program.fine[1:-1])
+    before, after = path.directions(inner, np.ones(len(inner))), path.directions(inner + 1, np.zeros(len(inner)))
+    return bool(np.any(np.einsum("ij,ij->i", before, after) < np.cos(SHARP)))
+
+
+def _places_before(way: float, arc: Array, first: IntArray) -> int:
+    """How many places are passed when a way [m] is done, of positions at arc (N,) [m] and their first places (N,)."""
+    segment = min(int(np.searchsorted(arc, way, side="right")) - 1, len(arc) - 2)
+    share = (way - arc[segment]) / max(arc[segment + 1] - arc[segment], 1e-12)
+    return int(first[segment] + np.floor(min(share, 1.0) * (first[segment + 1] - first[segment])))
+
+
+def cubic(rows: Array, at: Array) -> Array:
+    """Rows (M, C) between each other, at numbers of them (K,): the cubic that has their central differences."""
+    k = np.clip(at.astype(np.int64), 0, len(rows) - 2)
+    u = (at - k)[:, None]
+    before, after = rows[np.maximum(k - 1, 0)], rows[np.minimum(k + 2, len(rows) - 1)]
+    start, end = rows[k], rows[k + 1]
+    m, n = (end - before) / 2, (after - start) / 2
+    return np.asarray(start + u * (m + u * (3 * (end - start) - 2 * m - n + u * (m + n - 2 * (end - start)))))
+
+
+def small_turn(mean: Array, written: Array) -> Array:
+    """Rotation vector in World (K, 3) [rad] from written rotations to means of rotations near them, (K, 3, 3) each.
+
+    A mean of rotations is no rotation, but a turn times less than one; its skew part has the axis.
+    """
+    w = np.einsum("nik,njk->nij", mean, written)
+    skew = np.column_stack([w[:, 2, 1] - w[:, 1, 2], w[:, 0, 2] - w[:, 2, 0], w[:, 1, 0] - w[:, 0, 1]]) / 2
+    return np.asarray(skew * (3 / np.trace(w, axis1=1, axis2=2))[:, None])
+
+
+def _tool_space(motion: ControllerMotion, path: WrittenPath, turning: bool) -> PoseOf:
+    """Position and orientation of the TCP are smoothed."""
+
+    def pose_of(command: Command) -> tuple[Array, Array | None]:
+        if not turning:
+            return smooth(command.position, command.step, motion), None
+        rotation = path.rotations(command.segment, command.fraction)
+        rows = smooth(np.column_stack([command.position, rotation.reshape(-1, 9)]), command.step, motion)
+        return rows[:, :3], rows[:, 3:].reshape(-1, 3, 3)
+
+    return pose_of
+
+
+def _joint_space(robot: Robot, motion: ControllerMotion, tool: Pose, path: WrittenPath) -> PoseOf:
+    """The joints are smoothed, and lead the nominal arm."""
+
+    def pose_of(command: Command) -> tuple[Array, Array | None]:
+        joints = smooth(path.joints(robot, tool, command.segment, command.fraction), command.step, motion)
+        position, rotation = evaluate(build_grown_pose(robot, tool), joints, np.zeros((1, len(LENGTHS))))
+        return position, rotation.reshape(-1, 3, 3)
+
+    return pose_of
