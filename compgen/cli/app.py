@@ -15,6 +15,7 @@ from compgen.cli.identify import identify, validate
 from compgen.cli.init import init
 from compgen.cli.inspect import inspect
 from compgen.cli.jobs import check, generate, predict
+from compgen.cli.offsets import offsets
 from compgen.cli.pages import pages
 from compgen.cli.plan_poses import plan_poses
 from compgen.cli.plan_touches import plan_touches
@@ -55,6 +56,7 @@ for command in (
     teach_frame,
     plan_poses,
     plan_touches,
+    offsets,
     init,
     schema,
 ):

@@ -8,7 +8,19 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.options import DEFAULT_DATE, Date, FramesFile, JobRobot, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.options import (
+    DEFAULT_DATE,
+    Date,
+    FramesFile,
+    JobRobot,
+    Overrides,
+    PathFile,
+    Quiet,
+    StateAge,
+    StateFile,
+    output_folder,
+    with_state,
+)
 from compgen.cli.ownership import check_planned_touches
 from compgen.cli.publish import publish
 from compgen.core.dates import checked_date
@@ -38,6 +50,8 @@ def plan_touches(
     beyond: Annotated[
         float, typer.Option("--beyond", help="How far a search may go behind the planned touch, mm.")
     ] = 3.0,
+    state: StateFile = None,
+    state_age: StateAge = None,
     frames: FramesFile = None,
     robot: JobRobot = None,
     overrides: Overrides = None,
@@ -69,7 +83,7 @@ def plan_touches(
     )  # fmt: skip
     signal = None if stops or centres else Signal(_condition(skip), register)
     folder = output_folder(path, output, "_touches")
-    job = load_job(path, robot, overrides or ())
+    job = load_job(path, robot, with_state(path, overrides, state, state_age))
     name = program_name(f"{job.name}_touches", job.robot.controller.name_length)
     check_planned_touches(folder, f"{name}.LS", RECORD, TABLE)
     spheres = read_artefact(artefact)

@@ -7,8 +7,9 @@ stays. The actual position of a tool moves by
 
     C x = (B F(t), A_base) x,      B = d p_actual / d rise,  A_base = d p_actual / d base,  F(t) = O exp(-rate t) O^+
 
-What is known of x beforehand: of the rises what the thermal forecast leaves open at the start, of the base the spread
-that touches find from day to day.
+What is known of x beforehand is what the files leave open at the start: of the rises the forecast's uncertainty, or
+that of the state that stands in place of history; of the base what that state leaves open, else how far it may have
+moved since the robot file was made.
 """
 
 from dataclasses import dataclass
@@ -21,10 +22,11 @@ from compgen.core.units import MDEG, UM
 from compgen.error_model.direction_memory import NO_DIRECTION
 from compgen.error_model.knowledge import build_slopes, parameters_of
 from compgen.pipelines.job import Cell, Job
+from compgen.pipelines.state_in_place import base_rows
 from compgen.pipelines.uncertainty import quantities_of_cell
-from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
+from compgen.thermal.uncertainty import HeatChange, missed_rise, rise_by_air, rise_by_model
 
-BASE_SHIFT = 50 * UM  # standard deviation of each coordinate from day to day [assumed]
+BASE_SHIFT = 50 * UM  # standard deviation of each coordinate since the robot file was made [assumed]
 BASE_TURN = 3 * MDEG  # of each turn [assumed]
 BASE = 6
 
@@ -40,21 +42,28 @@ class DriftPrior:
 
 
 def forecast_prior(job: Job) -> DriftPrior:
-    """Of the forecast of a job's own history, at its planned start."""
-    history, warmth, heat = job.history, job.cell.warmth, job.cell.heat
-    K, now = len(heat.names), np.zeros(1)
-    by_air = rise_by_air(heat, history, now)[0]
-    P = np.zeros((K, K))
-    for quantity in quantities_of_cell(job.cell).quantities:
-        change = quantity.cause.heat
-        rise = missed_rise(warmth, heat, history, change, now)[0] + change.air * by_air
-        if change.changes_model:
-            rise = rise + rise_by_model(warmth, heat, history, job.feed, change, now)[0]
-        P += (quantity.deviation**2 + quantity.mean**2) * np.outer(rise, rise)
+    """Of a job's own history, or of the state in its place, at its planned start."""
+    cell = job.cell
+    K, uncertainty = len(cell.heat.names), quantities_of_cell(cell)
+    base = base_rows(uncertainty.parameters)
     covariance = np.zeros((K + BASE, K + BASE))
-    covariance[:K, :K] = P
-    covariance[K:, K:] = np.diag(np.repeat([BASE_SHIFT, BASE_TURN], 3) ** 2)
+    for quantity in uncertainty.quantities:
+        change = quantity.cause.heat
+        column = np.concatenate([_rise_at_start(job, change), quantity.cause.parameters[base]])
+        covariance += (quantity.deviation**2 + quantity.mean**2) * np.outer(column, column)
+    if cell.state is None:
+        covariance[K:, K:] += np.diag(np.repeat([BASE_SHIFT, BASE_TURN], 3) ** 2)
     return DriftPrior(covariance)
+
+
+def _rise_at_start(job: Job, change: HeatChange) -> Array:
+    """What a change of the heat adds to the rises when the program starts, (K,) [K]."""
+    cell, history, now = job.cell, job.history, np.zeros(1)
+    rise = missed_rise(cell.warmth, cell.heat, history, change, now)
+    rise = rise + change.air * rise_by_air(cell.heat, history, now)
+    if change.changes_model:
+        rise = rise + rise_by_model(cell.warmth, cell.heat, history, job.feed, change, now)
+    return np.asarray(rise[0])
 
 
 def drift_columns(cell: Cell, theta: Array, rise: Array, later: Array, tool: Pose) -> Array:

@@ -8,8 +8,11 @@ from pathlib import Path
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
+from compgen.fanuc import loads
+from compgen.fanuc.analysis.marked_program import is_marked
 from compgen.fanuc.frames import Frames, default_frames, load_frames
 from compgen.fanuc.registers import Register, load_registers
+from compgen.robot.robot import Robot
 
 
 def read_program(program: str) -> bytes:
@@ -60,4 +63,15 @@ def refuse_corrected(source: Path, content: bytes) -> None:
         raise InputError(
             f"{source}: it carries compgen's mark ({provenance.name} says so): it would be corrected twice; "
             "start from the planned program, get it back with --restore, or say --again"
+        )
+
+
+def refuse_any_corrected(source: Path, content: bytes, robot: Robot) -> None:
+    """Raises InputError for a corrected program, where nothing may be done to one: an offset would correct it twice."""
+    beside = provenance_beside(source, content)
+    if beside is not None or is_marked(loads(content), robot):
+        where = f"{beside.name} beside it says so" if beside is not None else "its remark or its digits say so"
+        raise InputError(
+            f"it is corrected already ({where}): an offset on top would correct it twice; take the planned program "
+            "(cgen correct --restore gives it back)"
         )

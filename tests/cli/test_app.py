@@ -16,7 +16,7 @@ COMMANDS = (
     "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "resume", "heat", "whatif",
     "identify", "validate",
     "teach-frame",
-    "plan-poses", "plan-touches", "init", "schema",
+    "plan-poses", "plan-touches", "offsets", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """

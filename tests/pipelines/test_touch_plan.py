@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from shipped import path_file, quiet
+from states import state_of, written
 
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.pose import IDENTITY, Pose
@@ -170,3 +171,16 @@ def test_touches_in_the_part_s_frame_are_written_in_it(day, artefact):
     in_world = plan(day, artefact, 4)
     assert_allclose(planned.rms, in_world.rms, rtol=1e-9)
     assert b"UFRAME_NUM=1" in write_touches(planned, "TOUCH", "26-01-01", 9, None)
+
+
+@pytest.mark.parametrize("model", ["nodes", "network"])
+def test_with_a_state_its_covariance_is_what_is_known_beforehand(model, day, artefact, tmp_path):
+    override = f"robot.thermal.model={model}"
+    K = len(load_job(path_file("spiral_1300"), overrides=[override]).heat.names)
+    root = np.random.default_rng(7).normal(size=(K + 6, K + 6)) * np.array([0.2] * K + [1e-5] * 3 + [1e-5] * 3)[:, None]
+    state = state_of(load_job(path_file("spiral_1300"), overrides=[override]), covariance=root @ root.T)
+    overrides = [override, f"state.file='{written(state, tmp_path)}'"]
+    begun = load_job(path_file("spiral_1300"), overrides=overrides)
+    size = np.sqrt(np.outer(np.diag(state.covariance), np.diag(state.covariance)))
+    assert_allclose(forecast_prior(begun).covariance / size, state.covariance / size, atol=1e-5)
+    assert plan(begun, artefact, 2).rms[-1] < plan(begun, artefact, 2).rms[0]

@@ -1,0 +1,106 @@
+"""The command for shops that do not exchange programs: the one offset to type in, and what it leaves."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from compgen.cli.options import FramesFile, JobRobot, Overrides, Quiet, RegistersFile, StateAge, StateFile, with_state
+from compgen.core.exceptions import InputError
+
+
+def offsets(
+    path: Annotated[str, typer.Argument(help="A path file, or a FANUC program, NAME.LS", show_default=False)],
+    robot: JobRobot = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
+    frames: FramesFile = None,
+    registers: RegistersFile = None,
+    before: Annotated[
+        list[str] | None,
+        typer.Option("--before", help="Of a program: what went before, as cgen correct takes it; repeatable."),
+    ] = None,
+    overrides: Overrides = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find the one position register or user frame that does best in place of a corrected program."""
+    from compgen.cli.progress_bar import show_progress
+    from compgen.pipelines.path_file import load_job
+    from compgen.report.offset_record import offsets_record
+
+    with show_progress(quiet or as_json) as progress:
+        if path.lower().endswith(".ls"):
+            result = _of_program(path, robot, state, state_age, frames, registers, before, overrides, progress)
+        else:
+            given = [n for n, v in (("--frames", frames), ("--registers", registers), ("--before", before)) if v]
+            if given:
+                raise InputError(f"{given[0]}: is of a program (.LS); a path file says it itself; leave it out")
+            from compgen.pipelines.offsets import offsets_of_job
+
+            result = offsets_of_job(load_job(path, robot, with_state(path, overrides, state, state_age)), progress)
+    record = offsets_record(result)
+    if as_json:
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    elif not quiet:
+        _show(record)
+
+
+def _of_program(
+    program: str,
+    robot: str | None,
+    state: str | None,
+    state_age: str | None,
+    frames: str | None,
+    registers: str | None,
+    before: list[str] | None,
+    overrides: list[str] | None,
+    progress: Any,
+) -> Any:
+    """Offsets of a program that exists."""
+    from compgen.pipelines.correct.program_offsets import offsets_of_program
+    from compgen.pipelines.history_words import load_before
+    from compgen.pipelines.program_file import (
+        naming_program,
+        read_frames,
+        read_program,
+        read_registers,
+        refuse_any_corrected,
+    )
+    from compgen.pipelines.programs_beside import programs_beside
+    from compgen.pipelines.robot_choice import robot_of_program
+    from compgen.pipelines.robot_file import load_cell
+    from compgen.pipelines.state_in_place import begin
+
+    source, content = Path(program), read_program(program)
+    with naming_program(program):
+        robot = robot_of_program(content) if robot is None else robot
+    cell, history = begin(load_cell(robot, overrides or ()), load_before(before or ()), state, state_age)
+    with naming_program(program):
+        refuse_any_corrected(source, content, cell.robot)
+        return offsets_of_program(
+            content, cell, read_frames(frames), history, progress, programs_beside(source), read_registers(registers)
+        )
+
+
+def _show(record: dict[str, Any]) -> None:
+    """Print what to type in, and what each way leaves."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(width=None if sys.stdout.isatty() else 120, highlight=False, markup=False)
+    console.print(f"{record['name']}, positions in user frame {record['uframe']}; on the part, um:")
+    table = Table("what is done", *"XYZWPR", "leaves rms", "p99", "max")
+    for way in record["ways"]:
+        numbers = way["type_in"]
+        cells = [""] * 6 if numbers is None else [f"{v:.3f}" for v in numbers.values()]
+        table.add_row(way["kind"], *cells, *(f"{way['leaves'][k]:.1f}" for k in ("rms_um", "p99_um", "max_um")))
+    console.print(table)
+    console.print(
+        "X Y Z in mm, W P R in deg. PR offset: type them into a position register, and put Offset,PR[n] on the motions "
+        "(the controller adds them in the user frame). User frame: type them in place of the frame's own."
+    )
+    for finding in record["findings"]:
+        console.print(f"{finding['level']}: {finding['message']}")

@@ -1,0 +1,132 @@
+"""One offset for a program that exists, flown by the twin: registers add to its numbers, a user frame moves them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Level, Progress
+from compgen.core.pose import Pose
+from compgen.core.rotations import from_wpr, rotation_vector
+from compgen.core.units import DEG, MM
+from compgen.fanuc.analysis.poses import NONE
+from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach
+from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.traversal import read_traversal
+from compgen.fanuc.canonical.writer import pose_numbers
+from compgen.fanuc.frames import Frames
+from compgen.fanuc.registers import Register
+from compgen.pipelines.correct.correct import correct
+from compgen.pipelines.correct.proof import PoseErrors, execute_program, pose_errors
+from compgen.pipelines.correct.result import Correction, Options
+from compgen.pipelines.job import Cell
+from compgen.pipelines.offset_kinds import (
+    FRAME,
+    FULL,
+    NOTHING,
+    Errors,
+    Left,
+    Offset,
+    Offsets,
+    best_offsets,
+    offset_findings,
+)
+from compgen.thermal import Duty
+from compgen.verification.deviation import percentile99, rms
+
+
+def offsets_of_program(
+    data: bytes,
+    cell: Cell,
+    frames: Frames,
+    before: Sequence[Duty],
+    progress: Progress,
+    find_program: Callable[[str], bytes | None] = lambda name: None,
+    registers: Mapping[int, Register] | None = None,
+) -> Offsets:
+    """The best offsets for a program that exists; arguments as ``correct`` has them.
+
+    Raises:
+        InputError: What ``correct`` refuses, a corrected program among it; no position, or positions in several frames.
+        TwinError: The twin cannot drive the program, as it is or moved.
+    """
+    full = correct(data, cell, frames, before, Options(), progress, find_program, registers)
+    progress("offsets", 0.0)
+    poses, drive = full.plan.poses, full.plan.drive
+    station, fraction = full.execution.station, full.execution.fraction
+    target = interpolate_poses(poses, drive, station, fraction)
+    actual = execute_program(cell, poses, drive, before).actual
+    judged = np.flatnonzero(full.judged & (full.length > 0))
+    number, uframe = _frame_of(full, judged)
+    in_frame = uframe.inverse() @ target[judged]
+    turn = rotation_vector(actual.rotation[judged] @ np.swapaxes(target.rotation[judged], 1, 2))
+    errors = Errors(
+        in_frame.position, in_frame.rotation, (actual.position - target.position)[judged] @ uframe.rotation,
+        turn @ uframe.rotation, full.length[judged],
+    )  # fmt: skip
+    flown = [
+        Offset(kind, numbers, _left(full, _fly(full, target, number, kind, numbers)))
+        for kind, numbers in best_offsets(errors, uframe)
+    ]
+    ways = (
+        Offset(NOTHING, None, _left(full, full.error)), *flown, Offset(FULL, None, _left(full, full.residual)),
+    )  # fmt: skip
+    frame = pose_numbers(uframe.position[None], uframe.rotation[None])[0]
+    findings = [f for f in full.findings if f.level is Level.WARNING]
+    return Offsets(full.name, number, frame, ways, (*findings, *_not_shifted(full), *offset_findings(number, ways)))
+
+
+def _frame_of(full: Correction, judged: IntArray) -> tuple[int, Pose]:
+    """Number and place of the one user frame that all judged positions are in."""
+    poses, program = full.plan.poses, full.plan.program
+    if not len(judged):
+        raise InputError(f"program {program.name}: no position that could be corrected: no offset does any good")
+    rows = np.unique(full.plan.drive.pose[full.execution.station[judged]])
+    rows = rows[~poses.joint_form[rows]]
+    if not len(rows):
+        raise InputError(f"program {program.name}: its positions are in joint form, which no offset of X Y Z moves")
+    numbers = np.unique(program.positions.uframe[poses.row[rows]]).tolist()
+    bases = np.unique(poses.base[rows])
+    if len(bases) > 1 or bases[0] == NONE:
+        raise InputError(
+            f"program {program.name}: positions in user frames {', '.join(map(str, numbers))}: one offset is of one "
+            "frame; part the program"
+        )
+    return int(numbers[0]), poses.bases[int(bases[0])]
+
+
+def _fly(full: Correction, target: Pose, number: int, kind: str, numbers: Array) -> PoseErrors:
+    """The errors of the program with an offset, at the samples of its proof."""
+    program, around, cell = full.plan.program, full.around, full.cell
+    if kind == FRAME:
+        typed = Pose(numbers[:3] * MM, from_wpr(*(numbers[3:] * DEG)[:, None])[0])
+        table = replace(around.frames, uframe={**around.frames.uframe, number: typed})
+        around = Surroundings(table, around.registers, around.called)
+    else:
+        value = np.array(program.positions.value)
+        value[:, :6] += numbers
+        program = replace(program, positions=replace(program.positions, value=value))
+    poses = around.poses(program, cell.robot)
+    drive = measure_reach(cell.robot, poses, read_traversal(program, poses, cell.robot, around.called.motionless))
+    execution = execute_program(cell, poses, replace(drive, beyond=full.plan.drive.beyond), full.before)
+    return pose_errors(execution, target)
+
+
+def _left(full: Correction, errors: PoseErrors) -> Left:
+    judged = full.judged & (full.length > 0)
+    size, length = errors.distance[judged], full.length[judged]
+    return Left(rms(size, length), percentile99(size, length), float(size.max()), float(errors.angle[judged].max()))
+
+
+def _not_shifted(full: Correction) -> list[Finding]:
+    """What an offset does not move, or moves already."""
+    poses, findings = full.plan.poses, list[Finding]()
+    if joints := int(poses.joint_form.sum()):
+        message = f"{joints} positions in joint form: no offset and no user frame moves them"
+        findings.append(Finding(Level.WARNING, "offsets.joint_form", message))
+    if poses.placements.of_motion:
+        message = "some motions have an Offset or a frame of their own already: add the register's numbers to theirs"
+        findings.append(Finding(Level.WARNING, "offsets.doubled", message))
+    return findings

@@ -1,0 +1,33 @@
+"""Offsets as a record: what to type in, and what each leaves."""
+
+from typing import Any
+
+from compgen.core.units import MDEG, UM
+from compgen.pipelines.offset_kinds import Offset, Offsets
+
+KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+
+
+def offsets_record(offsets: Offsets) -> dict[str, Any]:
+    """Everything that ``cgen offsets`` says, in plain types."""
+    return {
+        "name": offsets.name,
+        "uframe": offsets.uframe,
+        "uframe_is": dict(zip(KEYS, offsets.frame.tolist())),
+        "ways": [_way(way) for way in offsets.ways],
+        "findings": [f.record() for f in offsets.findings],
+    }
+
+
+def _way(way: Offset) -> dict[str, Any]:
+    left = way.left
+    return {
+        "kind": way.kind,
+        "type_in": None if way.numbers is None else dict(zip(KEYS, way.numbers.tolist())),
+        "leaves": {
+            "rms_um": left.rms / UM,
+            "p99_um": left.p99 / UM,
+            "max_um": left.largest / UM,
+            "turn_mdeg": left.turn / MDEG,
+        },
+    }
