@@ -9,7 +9,7 @@ import typer
 
 from compgen.cli.durations import duration
 from compgen.cli.messages import print_error
-from compgen.cli.options import JobRobot, Quiet, Workers
+from compgen.cli.options import JobRobot, Quiet, StateAge, StateFile, Workers
 from compgen.cli.ownership import RESUME_FILES, read_record
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
@@ -26,6 +26,8 @@ JobPath = Annotated[
 def resume(
     folder: PagesFolder,
     from_page: Annotated[int, typer.Option("--from-page", help="The first page to write anew, from 1.")],
+    state: StateFile = None,
+    state_age: StateAge = None,
     log: Annotated[
         str | None, typer.Option("--log", help="Thermocouple log so far; the page starts at its end.")
     ] = None,
@@ -49,20 +51,27 @@ def resume(
     from compgen.cli.progress_bar import RESUME, show_progress
     from compgen.cli.replace_together import finish_replacing
     from compgen.cli.resume_table import show_resumed
-    from compgen.pipelines.resume.beginning import Beginning, begin_late
+    from compgen.pipelines.resume.beginning import Beginning, Known, begin_late
     from compgen.pipelines.resume.from_log import begin_with_log
-    from compgen.pipelines.resume.resume import Known, require_free
+    from compgen.pipelines.resume.from_state import begin_with_state
+    from compgen.pipelines.resume.resume import require_free
     from compgen.pipelines.resume.resume import resume as pipeline
     from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import job_of, read_written_job
+    from compgen.pipelines.state_in_place import seconds_of_age
     from compgen.report.resume_summary import resume_json
 
-    given = [option for option, value in (("--log", log), ("--late", late)) if value is not None]
+    causes = (("--state", state), ("--log", log), ("--late", late))
+    given = [option for option, value in causes if value is not None]
     if len(given) != 1:
         raise InputError(
-            f"resume: {' and '.join(given) or 'neither'} given; say with one of --log and --late what the robot is"
+            f"resume: {' and '.join(given) or 'nothing'} given; say with one of --state, --log and --late what the "
+            "robot is"
         )
     waits = duration(late, "--late") if late is not None else 0.0
+    age = seconds_of_age(state_age) if state_age is not None else 0.0
+    if state_age is not None and state is None:
+        raise InputError("--state-age: is of a state; name its file with --state")
     when = checked_moment(date)
     place = Path(folder)
     finish_replacing(place)
@@ -73,6 +82,8 @@ def resume(
         whole = plan_whole(job_of(written, path, robot), progress)
 
         def begin(known: Known) -> Beginning:
+            if state is not None:
+                return begin_with_state(whole, known, state, age)
             return begin_with_log(whole, known, log) if log is not None else begin_late(whole, known, waits)
 
         resumed = pipeline(written, whole, from_page, begin, when, progress, loaded, done)

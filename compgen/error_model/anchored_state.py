@@ -6,6 +6,7 @@ with one covariance. A thermal model with more modes than rises has its modal st
 ``state.toml`` gives values and standard deviations with their units, and the correlations row by row to the diagonal.
 """
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -112,7 +113,20 @@ def read_state(source: str) -> AnchoredState:
         InputError: Not there, or anything wrong in it, naming file and key.
     """
     text = read_toml_text(Path(source), "paths", "--state names what cgen anchor wrote, state.toml")
-    file = check(StateFile, text.tables, source)
+    return parse_state(text.content, source)
+
+
+def parse_state(content: bytes, source: str) -> AnchoredState:
+    """A state from the text of its file.
+
+    Args:
+        content: The text.
+        source: Where it is from, for messages.
+
+    Raises:
+        InputError: Anything wrong in it, naming the key.
+    """
+    file = check(StateFile, tomllib.loads(content.decode("utf-8")), source)
     warmth, base, drifting = file.rise, file.base, file.drifting or ()
     for key in ("K", "sigma_K"):
         count = len(getattr(warmth, key))
@@ -139,7 +153,7 @@ def read_state(source: str) -> AnchoredState:
         window=file.state.window_s,
         verdict=file.state.verdict,
         made_from=file.made_from,
-        digest=sha256(text.content).hexdigest(),
+        digest=sha256(content).hexdigest(),
     )
 
 

@@ -23,7 +23,7 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
         "verdict": resumed.verdict.value,
         "from_page": resumed.from_page,
         "why": beginning.why,
-        **beginning.cause,
+        **{key: value for key, value in beginning.cause.items() if key != "state_toml"},
         "replaced": list(resumed.replaced),
         "thermal": {
             "start_K": dict(zip(job.heat.names, np.asarray(planned.rise[0]).tolist())),

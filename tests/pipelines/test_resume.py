@@ -6,6 +6,7 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
+import states
 from numpy.testing import assert_allclose, assert_array_equal
 from shipped import path_file, quiet
 
@@ -18,6 +19,7 @@ from compgen.fanuc.paging.manifest import check_manifest
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.resume.beginning import begin_at, begin_late, known_state
+from compgen.pipelines.resume.from_state import begin_with_state
 from compgen.pipelines.resume.pages_anew import prove_pages
 from compgen.pipelines.resume.resume import resume
 from compgen.pipelines.resume.whole import plan_whole
@@ -168,14 +170,14 @@ def test_waits_add_up_from_one_resume_to_the_next_and_the_same_call_again_change
     whole = plan_whole(job_of(written), quiet)
     again = later(copy, 2, 1200.0)
     assert again.replaced == ()
-    state, clock = known_state(whole, written.resumed, 4, written.pages[3].first)
+    known = known_state(whole, written.resumed, 4, written.pages[3].first)
     row = written.pages[1].first
     heat, rise = whole.job.heat, np.array(written.resumed[0]["state"])
     steady = heat.steady_rise("moving", whole.trajectory.driven_speed[row : written.pages[3].first])
     for goal, dt in zip(steady, np.diff(whole.time[row : written.pages[3].first + 1])):
         rise = goal + (rise - goal) * np.exp(-dt / heat.tau)
-    assert_allclose(state, rise, atol=1e-9)
-    assert clock == pytest.approx(whole.job.clock + whole.time[written.pages[3].first] + 1200)
+    assert_allclose(known.state, rise, atol=1e-9)
+    assert known.clock == pytest.approx(whole.job.clock + whole.time[written.pages[3].first] + 1200)
     put(copy, later(copy, 4, 600.0))
     assert later(copy, 4, 600.0).replaced == ()
     assert len(read_written_job(copy).resumed) == 2
@@ -249,6 +251,59 @@ def test_a_page_that_does_not_go_on_is_refused(made):
     moved = replace(own, position=own.position + np.array([1e-6, 0, 0]))
     with pytest.raises(JoinError):
         prove_pages(before, {**files, name: ls.compose(moved)}, program, 1.0)
+
+
+# An anchored state -----------------------------------------------------------------------------------------------
+
+
+def by_state(folder, page, file, age=0.0):
+    written = read_written_job(folder)
+    whole = plan_whole(job_of(written), quiet)
+    return resume(written, whole, page, lambda known: begin_with_state(whole, known, file, age), "2026-01-31", quiet)
+
+
+def moved_state(folder, tmp_path, **changes):
+    """A state at page 3 whose base has moved, in a file."""
+    whole = plan_whole(job_of(read_written_job(folder)), quiet)
+    rise = np.array([9.0, 3.6, 11.0, 2.7, 2.1])
+    base = np.array([150e-6, -80e-6, 60e-6, 0, 0, 2e-5])
+    return states.written(states.state_of(whole.job, **{"rise": rise, "base": base, **changes}), tmp_path), rise
+
+
+def test_a_state_brings_its_warmth_and_its_base(copy, tmp_path):
+    """The rest of a job that generate makes with that state from the beginning differs by its warmth alone."""
+    place = tmp_path / "state"
+    place.mkdir()
+    file, rise = moved_state(copy, place)
+    resumed = by_state(copy, 1, file)
+    assert_allclose(resumed.planned.rise[0], rise, atol=1e-9)
+    oracle = write(place / "oracle", f"state.file='{file}'")
+    for ours, theirs in zip(positions(resumed.files), positions({f.name: f.read_bytes() for f in oracle.iterdir()})):
+        assert_array_equal(ours.position, theirs.position)
+        assert_array_equal(ours.rotation, theirs.rotation)
+    assert resumed.pages[0].before.max > 150 * UM
+    assert resumed.pages[0].after.max < 1.2 * UM
+
+
+def test_a_base_that_has_moved_stays_moved_for_later_pages(copy, tmp_path):
+    place = tmp_path / "state"
+    place.mkdir()
+    file, _ = moved_state(copy, place)
+    put(copy, by_state(copy, 3, file))
+    assert by_state(copy, 3, file).replaced == ()
+    late = later(copy, 4, 600.0)
+    assert late.beginning.cell.state.base[0] == pytest.approx(150e-6)
+    assert max(page.before.max for page in late.pages) < 10 * UM  # the base is in the pages already
+    older, _ = moved_state(copy, place, time=100.0)
+    with pytest.raises(InputError, match="a later one"):
+        by_state(copy, 4, older)
+
+
+def test_a_state_older_than_its_window_is_refused(made, tmp_path):
+    file, _ = moved_state(made, tmp_path)
+    assert by_state(made, 3, file, 1799.0).inside
+    with pytest.raises(InputError, match="window_s"):
+        by_state(made, 3, file, 1801.0)
 
 
 # Refused ---------------------------------------------------------------------------------------------------------

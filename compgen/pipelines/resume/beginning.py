@@ -15,8 +15,11 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
 from compgen.core.units import DAY
-from compgen.pipelines.job import Job
+from compgen.error_model.anchored_state import parse_state
+from compgen.pipelines.job import Cell, Job
 from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.robot_file import load_cell
+from compgen.pipelines.state_in_place import cell_with_state
 from compgen.thermal import Ambient, state_after, states_at
 
 MOST_LATE = 7 * DAY
@@ -28,66 +31,84 @@ class Beginning:
 
     state: Array  # (S,) of the thermal model
     clock: float  # [s] from the first duty of the job's [[before]] on, for the air
+    cell: Cell  # with the base and the numbers that a state has moved
     air: Ambient  # from then on: its time zero is now
-    stopped: Array  # (S,) when the page before stopped; the same where nobody knows of a wait
     why: str  # in words
     cause: dict[str, Any]  # the same for a record
 
     def __post_init__(self) -> None:
-        own(self, state=("S",), stopped=("S",))
+        own(self, state=("S",))
 
 
-def known_state(whole: Whole, resumed: list[dict[str, Any]], page: int, first: int) -> tuple[Array, float]:
-    """State and clock when a page would start if nobody waited from the last known moment on.
+@dataclass(frozen=True, eq=False, slots=True)
+class Known:
+    """The robot when a page would start if nobody waited from the last known moment on."""
+
+    state: Array  # (S,)
+    clock: float  # [s]
+    cell: Cell
+    earlier: tuple[dict[str, Any], ...]  # what was replaced before
+
+    def __post_init__(self) -> None:
+        own(self, state=("S",))
+
+
+def known_state(whole: Whole, resumed: list[dict[str, Any]], page: int, first: int) -> Known:
+    """What the plan, and what was replaced since, say of the robot when a page starts.
 
     Args:
         whole: The plan of the job.
         resumed: What was replaced, as the manifest has it; records of this page and later ones do not count.
         page: Its number from 1.
         first: The waypoint that it starts at.
-
-    Returns:
-        The state (S,), and the clock [s].
     """
-    job, row, state, clock = whole.job, 0, whole.job.state(), whole.job.clock
-    for entry in resumed:
-        if int(entry["from_page"]) < page:
-            row, state, clock = int(entry["first_waypoint"]), np.array(entry["state"]), float(entry["clock_s"])
+    job, row, state, clock, cell = whole.job, 0, whole.job.state(), whole.job.clock, whole.job.cell
+    earlier = [entry for entry in resumed if int(entry["from_page"]) < page]
+    for entry in earlier:
+        row, state, clock = int(entry["first_waypoint"]), np.array(entry["state"]), float(entry["clock_s"])
+        if "state_toml" in entry:
+            anchored = parse_state(str(entry["state_toml"]).encode(), "manifest: resumed.state_toml")
+            cell = cell_with_state(unmoved(job), anchored, "manifest: resumed.state_toml")
     if len(state) != len(job.heat.rate):
         raise InputError("manifest: resumed.state is that of another thermal model; generate the job anew")
     motion = whole.motion_from(row)
     at = np.array([first - row], dtype=np.int64)
     after = states_at(job.heat, state, motion, at, job.history.air, clock)[0]
-    return np.asarray(after), clock + float(motion.time[first - row])
+    return Known(after, clock + float(motion.time[first - row]), cell, tuple(earlier))
 
 
-def begin_late(whole: Whole, known: tuple[Array, float], late: float) -> Beginning:
+def unmoved(job: Job) -> Cell:
+    """The cell as its robot file has it, without the state that a job may begin with."""
+    if job.cell.state is None:
+        return job.cell
+    return load_cell(job.cell.robot_file, [o for o in job.overrides if o.startswith("robot.")])
+
+
+def begin_late(whole: Whole, known: Known, late: float) -> Beginning:
     """The page starts so much later [s] than the page before stopped; the servo is on."""
     if not 0 <= late <= MOST_LATE:
         raise InputError(f"--late {late:g} s: outside 0 to {MOST_LATE:g} s; give how long the page waits, as 35min")
-    job, (state, clock) = whole.job, known
+    job, clock = whole.job, known.clock
     standing = replace(job.history.standing, duration=late)
-    waited = state_after(job.heat, [standing], state, job.history.air, clock)
+    waited = state_after(job.heat, [standing], known.state, job.history.air, clock)
     air = _air_from(job, clock + late, whole)
-    return Beginning(waited, clock + late, air, state, f"it starts {late:.0f} s late", {"late_s": late})
+    return Beginning(waited, clock + late, known.cell, air, f"it starts {late:.0f} s late", {"late_s": late})
 
 
-def begin_at(
-    whole: Whole, known: tuple[Array, float], state: Array, air: float | None, why: str, cause: dict[str, Any]
-) -> Beginning:
+def begin_at(whole: Whole, known: Known, state: Array, air: float | None, why: str, cause: dict[str, Any]) -> Beginning:
     """The page starts with a state that somebody has found; of the wait before it nothing is known.
 
     Args:
         whole: The plan of the job.
-        known: State and clock by the plan: the clock is kept.
+        known: The robot by the plan: its clock is kept, and its base.
         state: That the robot is in, (S,).
         air: Rise of the air that stays from now on [K]; None: as the path file says.
         why: In words.
         cause: The same for a record.
     """
-    clock = known[1]
+    clock = known.clock
     later = _air_from(whole.job, clock, whole) if air is None else Ambient(np.zeros(1), np.array([air]))
-    return Beginning(state, clock, later, state, why, cause)
+    return Beginning(state, clock, known.cell, later, why, cause)
 
 
 def _air_from(job: Job, clock: float, whole: Whole) -> Ambient:

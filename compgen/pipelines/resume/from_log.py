@@ -10,7 +10,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.toml import check, override, read_toml
 from compgen.pipelines.job import Job
-from compgen.pipelines.resume.beginning import Beginning, begin_at
+from compgen.pipelines.resume.beginning import Beginning, Known, begin_at
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.schema import PathFile
 from compgen.thermal import tables
@@ -56,12 +56,12 @@ def state_at_end(whole: Whole, log: TemperatureLog) -> Array:
     return state
 
 
-def begin_with_log(whole: Whole, known: tuple[Array, float], file: str) -> Beginning:
+def begin_with_log(whole: Whole, known: Known, file: str) -> Beginning:
     """The page starts when a log ends.
 
     Args:
         whole: The plan of the job.
-        known: State and clock by the plan.
+        known: The robot by the plan.
         file: The log so far.
 
     Raises:

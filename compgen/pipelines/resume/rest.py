@@ -6,6 +6,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.evaluation import run_in_background
+from compgen.error_model.model import build_error_model
 from compgen.fanuc import Program
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
@@ -26,7 +27,7 @@ def rest_of_job(job: Job, beginning: Beginning) -> Job:
     return replace(
         job,
         plan=replace(job.plan, process=process),
-        cell=replace(job.cell, heat=replace(job.cell.heat, start=beginning.state)),
+        cell=replace(beginning.cell, heat=replace(beginning.cell.heat, start=beginning.state)),
         history=history,
         ensemble=None,
         on_other_heat_model=None,
@@ -56,8 +57,11 @@ def rest_of_plan(whole: Whole, first: int, beginning: Beginning, old: Program, l
         return deviation_from_path(rest.path, prepared.chunks(), prepared.sample_count), written
 
     flight = run_in_background(fly_old, len(rest.theta))
+    model = rest.model
+    if beginning.cell is not whole.job.cell:
+        model = build_error_model(job.robot, job.sources, len(job.heat.names), job.tool.pose)
     return Planned(
-        job, rest.feed, rest.path, replace(rest.page_stops, added=added), rest.model, rest.theta, rest.motion,
+        job, rest.feed, rest.path, replace(rest.page_stops, added=added), model, rest.theta, rest.motion,
         trajectory, rise, flight, (), np.arange(len(rest.theta)),
     )  # fmt: skip
 

@@ -13,7 +13,6 @@ where the join lies on the part.
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -31,7 +30,7 @@ from compgen.pipelines.delivery import PageStart
 from compgen.pipelines.generate import find_correction, start_windows
 from compgen.pipelines.job_results import Planned
 from compgen.pipelines.program_text import compose_program
-from compgen.pipelines.resume.beginning import Beginning, known_state
+from compgen.pipelines.resume.beginning import Beginning, Known, known_state
 from compgen.pipelines.resume.pages_anew import prove_pages, read_written, steps_of, write_pages
 from compgen.pipelines.resume.record import manifest_anew
 from compgen.pipelines.resume.rest import prepared_rest, rest_of_plan, tool_at_end
@@ -47,8 +46,6 @@ from compgen.verification.written_motion import read_motion
 
 JOIN = 1.0 * UM  # that a step on the part may be beyond what has drifted
 SEEN = 1.0 * UM  # from which on a step on the part is worth a warning
-
-Known = tuple[Any, float]  # state (S,) and clock [s] when the page would start if nobody waited
 
 
 def resume(
@@ -67,7 +64,7 @@ def resume(
         written: The job in its folder.
         whole: Its plan.
         from_page: The first page to write anew, from 1.
-        begin: How the robot begins there, given the state and clock by the plan.
+        begin: How the robot begins there, given what the plan says.
         date: For the record.
         progress: Called with the stage and the share done.
         loaded: The last page that the controller has; 0 where nobody says.
@@ -120,7 +117,7 @@ def resume(
         *_warmth_findings(planned),
     )
     resumed = Resumed(
-        written, from_page, beginning, whole.job.heat.outputs @ known[0], planned, text, pages, starts, deviation,
+        written, from_page, beginning, whole.job.heat.outputs @ known.state, planned, text, pages, starts, deviation,
         results, join, verdict,
     )  # fmt: skip
     return replace(resumed, files={**pages, written.manifest_file: manifest_anew(resumed, date, loaded, done)})
