@@ -10,6 +10,7 @@ import typer
 
 from compgen import __version__
 from compgen.cli.correct import correct
+from compgen.cli.executed import executed
 from compgen.cli.heat import heat
 from compgen.cli.identify import identify, validate
 from compgen.cli.init import init
@@ -48,6 +49,7 @@ for command in (
     correct,
     pages,
     verify_backup,
+    executed,
     resume,
     heat,
     whatif,

@@ -18,6 +18,7 @@ from compgen.core.files import MOST_TABLE_BYTES, POSTERIOR, read_regular
 
 REPORT = "report.json"
 HEAT = "heat.json"
+EXECUTED = "executed.json"
 RESUME_FILES = ("resume.json", "resume.html")
 _PROGRAM_LINE = re.compile(rb"^/PROG[ \t]+([A-Za-z0-9_-]+)", re.MULTILINE)
 
@@ -68,6 +69,23 @@ def check_heat_folder(folder: Path, name: str) -> None:
         _check_foreign(folder, "heat", [HEAT])
     if record.get("name") != name:
         raise _refusal(folder, f"it holds what cgen heat wrote about {str(record.get('name'))[:40]!a};")
+
+
+def check_executed_folder(folder: Path, name: str) -> None:
+    """Raises InputError when a folder has files that ``executed`` of a program would replace wrongly.
+
+    Args:
+        folder: Where results go.
+        name: The program's.
+    """
+    if not os.path.lexists(folder / EXECUTED):
+        _check_foreign(folder, "executed", ["executed.html", "executed.csv"])
+        return
+    record = read_record(folder / EXECUTED)
+    if "covered" not in record:
+        _check_foreign(folder, "executed", [EXECUTED])
+    if record.get("name") != name:
+        raise _refusal(folder, f"it holds what cgen executed wrote about {str(record.get('name'))[:40]!a};")
 
 
 def check_restored(folder: Path, program: str, planned: bytes) -> None:

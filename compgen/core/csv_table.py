@@ -21,7 +21,7 @@ LONG = 100_000  # characters, from where a file of numbers alone is read in one 
 LARGEST = 1e12  # of a number in any unit; beyond it squares and products overflow
 MAX_CELL = 131_072  # characters; the csv module's own limit
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_QUOTABLE = re.compile(r"[A-Za-z0-9_.+-]{1,32}")
+QUOTABLE = re.compile(r"[A-Za-z0-9_.+-]{1,32}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class CsvTable:
 
     def label(self, column: str) -> str:
         """A column for a message: by its name, or by its number from 1 where the name cannot be quoted."""
-        return f"column {column if _QUOTABLE.fullmatch(column) else self.header.index(column) + 1}"
+        return f"column {column if QUOTABLE.fullmatch(column) else self.header.index(column) + 1}"
 
     def words(self, column: str) -> list[str]:
         """A column as text.
@@ -73,11 +73,11 @@ class CsvTable:
             numbers = self.values[:, self.header.index(column)].copy()
         else:
             cells = self._cells(column)
-            numbers = np.array([_float(cell) for cell in cells])
+            numbers = np.array([float_of(cell) for cell in cells])
             bad = np.flatnonzero(np.isinf(numbers) if gaps else ~np.isfinite(numbers))
             if len(bad):
                 row = int(bad[0])
-                raise InputError(f"{self.location(row, column)}: {_not_a_number(cells[row])}")
+                raise InputError(f"{self.location(row, column)}: {not_a_number(cells[row])}")
         large = np.flatnonzero(np.abs(numbers) > largest)
         if len(large):
             row = int(large[0])
@@ -92,7 +92,7 @@ class CsvTable:
 
 def quote_cell(cell: str, otherwise: str = "the cell") -> str:
     """A cell of somebody's file for a message: quoted where it is a plain word or number, else not repeated."""
-    return f"'{cell}'" if _QUOTABLE.fullmatch(cell) else otherwise
+    return f"'{cell}'" if QUOTABLE.fullmatch(cell) else otherwise
 
 
 def text_cell(text: str) -> str:
@@ -115,7 +115,7 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
             another length than the header.
     """
     name = str(source)
-    text = _read_text(name)
+    text = read_text(name)
     table = _all_numbers(name, text, required, known) if len(text) > LONG else None
     if table is not None:
         return table
@@ -124,7 +124,7 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
         columns = f"the first line names the columns: {', '.join(required)}" if required else "give a header and rows"
         raise InputError(f"{name}: empty; {columns}")
     header = tuple(cell.strip() for cell in rows[0][1])
-    _check_header(name, rows[0][0], header, required, known)
+    check_header(name, rows[0][0], header, required, known)
     body = rows[1:]
     if not body:
         raise InputError(f"{name}: empty: no rows below the header; give each row a line")
@@ -167,11 +167,16 @@ def _all_numbers(source: str, text: str, required: Sequence[str], known: Sequenc
         return None
     if values.shape != (rows, len(header)) or not np.isfinite(values).all():
         return None
-    _check_header(source, 1, header, required, known)
+    check_header(source, 1, header, required, known)
     return CsvTable(source, header, _LateColumns(body, len(header)), range(2, rows + 2), frozen(values))
 
 
-def _read_text(source: str) -> str:
+def read_text(source: str) -> str:
+    """The text of a CSV file, its lines ended by LF.
+
+    Raises:
+        InputError: Not a regular file, too large, not UTF-8, zero bytes or bare carriage returns in it.
+    """
     try:
         text = read_regular(source, MAX_BYTES).decode("utf-8-sig")
     except OSError as exception:
@@ -207,12 +212,13 @@ def _rows(source: str, text: str) -> list[tuple[int, list[str]]]:
         raise InputError(f"{location}: not CSV: {exception}; save it as CSV with commas") from None
 
 
-def _check_header(
+def check_header(
     source: str, line: int, header: Sequence[str], required: Sequence[str], known: Sequence[str] | None
 ) -> None:
+    """Raises InputError for a header that is not CSV's, has a name twice or none, or lacks or adds a column."""
     if len(header) == 1 and ";" in header[0]:
         raise InputError(f"{source}: line {line}: cells are parted by semicolons; save it with commas")
-    labels = [name if _QUOTABLE.fullmatch(name) else str(n) for n, name in enumerate(header, 1)]
+    labels = [name if QUOTABLE.fullmatch(name) else str(n) for n, name in enumerate(header, 1)]
     for name, label in zip(header, labels):
         if not name:
             raise InputError(f"{source}: line {line}, column {label}: has no name; name it, or remove it")
@@ -221,7 +227,7 @@ def _check_header(
     others = [name for name in header if known is None or name not in known]
     missing = [name for name in required if name not in header]
     if missing:
-        quotable = [name for name in others if _QUOTABLE.fullmatch(name)]
+        quotable = [name for name in others if QUOTABLE.fullmatch(name)]
         close = difflib.get_close_matches(missing[0], quotable, n=1, cutoff=0.4)
         hint = f"; is it '{close[0]}', in another unit or spelling?" if close else ""
         raise InputError(
@@ -234,7 +240,7 @@ def _check_header(
         raise InputError(f"{source}: column {labels[header.index(others[0])]}: unknown; {mend}")
 
 
-def _float(cell: str) -> float:
+def float_of(cell: str) -> float:
     """A cell's number: NaN where it is empty, infinite where it is none."""
     if "_" in cell or not cell.isascii():  # float takes 1_0 for ten, and the digits of every alphabet
         return np.inf
@@ -244,7 +250,7 @@ def _float(cell: str) -> float:
         return np.inf
 
 
-def _not_a_number(cell: str) -> str:
+def not_a_number(cell: str) -> str:
     """What is wrong with a cell, and the mend."""
     if not cell:
         return "empty; give a number with a decimal point, or remove the row"

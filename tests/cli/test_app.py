@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 from compgen.cli.app import app
 
 COMMANDS = (
-    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "resume", "heat", "whatif",
+    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed", "resume", "heat",
+    "whatif",
     "identify", "validate",
     "teach-frame",
     "plan-poses", "plan-touches", "offsets", "init", "schema",

@@ -1,0 +1,103 @@
+"""The command that judges a run by a log of its positions."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from compgen.cli.messages import print_error
+from compgen.cli.options import FramesFile, ProgramFile, Quiet, RegistersFile, output_folder
+from compgen.cli.ownership import EXECUTED, check_executed_folder
+from compgen.cli.publish import publish
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Level, first_of
+
+
+def executed(
+    program: ProgramFile,
+    log: Annotated[
+        str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
+    ] = None,
+    frames: FramesFile = None,
+    registers: RegistersFile = None,
+    in_world: Annotated[
+        bool, typer.Option("--in-world", help="The log's X to R are in World, not in the program's user frame.")
+    ] = False,
+    also: Annotated[
+        list[str] | None, typer.Option("--also", help="A program that may have been run instead; repeatable.")
+    ] = None,
+    max_um: Annotated[
+        float | None, typer.Option("--max-um", help="Largest deviation from the path allowed [um]; exit 1 beyond it.")
+    ] = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>_executed.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say whether a log of positions is of this program, at which override, in which time, and how true to the path."""
+    from compgen.core.units import UM
+    from compgen.pipelines.executed import Situation, judge, read_text
+    from compgen.pipelines.program_file import naming_program, read_frames, read_program, read_registers
+    from compgen.pipelines.programs_beside import programs_beside
+    from compgen.pipelines.robot_choice import robot_of_program
+    from compgen.pipelines.robot_file import load_robot
+    from compgen.report.executed_page import executed_html
+    from compgen.report.executed_summary import executed_csv, executed_json, executed_summary
+    from compgen.verification.executed.position_log import read_position_log
+
+    if log is None:
+        raise InputError("--log: missing; give the CSV of positions that was logged while the program ran")
+    if max_um is not None and not 0.1 <= max_um <= 1e6:
+        raise InputError(f"--max-um {max_um:g}: must be 0.1 to 1e+06 um")
+    folder = output_folder(program, output, "_executed")
+    content = read_program(program)
+    with naming_program(program):
+        arm = load_robot(robot if robot is not None else robot_of_program(content))
+        text = read_text(program, content)
+    check_executed_folder(folder, text.name)
+    others = [(name, read_program(name)) for name in also or []]
+    situation = Situation(arm, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world)
+    with naming_program(program):
+        situation.course(content)  # what is wrong with the program is said before the log is read
+    positions = read_position_log(log)
+    bound = None if max_um is None else max_um * UM
+    run = judge(text, positions, situation, others, bound)
+    summary = executed_summary(run, text, arm, bound)
+    files = {
+        EXECUTED: executed_json(summary),
+        "executed.html": executed_html(run, summary),
+        "executed.csv": executed_csv(run),
+    }
+    publish(folder, {}, files, set(files))
+    if as_json:
+        sys.stdout.write(files[EXECUTED].decode())
+    elif not quiet:
+        sys.stdout.write("".join(f"{line}\n" for line in _lines(summary)))
+        sys.stdout.write(f"wrote {', '.join(files)} to {folder}\n")
+    outside = first_of(Level.OUTSIDE, run.findings)
+    if outside is not None:
+        raise typer.Exit(print_error(f"outside: {outside.message}", 1))
+
+
+def _lines(summary: dict[str, Any]) -> list[str]:
+    """What the command prints."""
+    log, time, covered = summary["log"], summary["time"], summary["covered"]
+    off = "" if time["off_percent"] is None else f" ({time['off_percent']:+.2f} %)"
+    overrides = ", then ".join(f"{s['percent']:.0f} %" for s in summary["override"]) or "not known"
+    lines = [
+        f"{summary['name']}: {log['rows']} rows every {log['period_ms']:.3g} ms, {100 * covered['share']:.1f} % of the "
+        f"path ({covered['from']} to {covered['to']})",
+        f"override {overrides}; {time['took_s']:.2f} s between its first and last steady row, planned "
+        f"{time['expected_s']:.2f} s{off}; the program began at {time['start_s']:.3f} s of the log's clock",
+    ]
+    lines += [
+        f"{name}: max {d['max_um']:.1f}, p99 {d['p99_um']:.1f}, rms {d['rms_um']:.1f} um; largest at {d['at']}"
+        for name, d in summary["deviation"].items()
+    ]
+    lines.append(f"verdict: {summary['verdict']}")
+    return [*lines, *(f"{f['level']}: {f['message']}" for f in summary["findings"])]

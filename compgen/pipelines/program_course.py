@@ -1,0 +1,209 @@
+"""Courses of programs: of text as compgen writes it, its pages among them, and of anyone's as far as it can be known.
+
+Motions are taken as listed. A joint motion, a motion whose target the file does not tell, and one of which it is not
+sure where it comes from lead along a way that no log is judged on.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, step_lengths
+from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.pose import IDENTITY, Pose
+from compgen.fanuc.analysis.called_programs import called_programs
+from compgen.fanuc.analysis.poses import NONE, Poses, require_frames
+from compgen.fanuc.analysis.surroundings import Surroundings
+from compgen.fanuc.analysis.traversal import ASSUMED, Traversal, parse_speeds, read_traversal
+from compgen.fanuc.canonical.reader import interpret
+from compgen.fanuc.configuration import apply_turns
+from compgen.fanuc.frames import Frames
+from compgen.fanuc.listing.listing import LsProgram, loads
+from compgen.fanuc.paging.join_check import called_programs as called_pages
+from compgen.fanuc.paging.join_check import interpret_pages
+from compgen.fanuc.program import Program
+from compgen.fanuc.registers import Register
+from compgen.fanuc.vocabulary import RATES
+from compgen.robot.inverse_kinematics import solve_tool
+from compgen.robot.robot import Robot
+from compgen.verification.executed.course import Course, arc_lengths_of, at_numbers, divided, speed_clock
+from compgen.verification.twin.timing import time_program
+
+SHORTEST = 1e-9  # m
+
+
+def course_of_text(
+    data: bytes,
+    robot: Robot,
+    frames: Frames,
+    registers: dict[int, Register] | None = None,
+    find_program: Callable[[str], bytes | None] = lambda name: None,
+) -> Course:
+    """The course of a program.
+
+    Args:
+        data: Its listing.
+        robot: Whose joints and speeds.
+        frames: What UF and UT numbers mean.
+        registers: Position registers when it starts, by number.
+        find_program: The listing of a program that it calls, by name in capitals; None where there is none.
+
+    Raises:
+        InputError: Not a program, a frame that is not known, or nothing in it that a log can be laid along.
+    """
+    program = canonical_program(data, find_program)
+    if program is not None:
+        return _canonical_course(program, robot, frames)
+    return _listed_course(loads(data), robot, frames, registers or {}, find_program)
+
+
+def canonical_program(data: bytes, find_program: Callable[[str], bytes | None]) -> Program | None:
+    """The program that canonical text, or a main program with its pages, means; None for anyone else's."""
+    try:
+        return interpret(data)
+    except InputError:
+        pass
+    try:
+        names = called_pages(data)
+        pages = {name: text for name in names if (text := find_program(name.upper())) is not None}
+        return interpret_pages(data, pages)[0] if names else None
+    except CompgenError:
+        return None
+
+
+def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Course:
+    """The course of a program of straight lines, and arcs, in one frame with one tool."""
+    known = ("uframe", program.uframe, frames.uframe), ("utool", program.utool, frames.utool)
+    for kind, number, table in known:
+        if number not in table:
+            raise InputError(
+                f"program {program.name}: its positions are in {kind} {number}, whose value is not known; give "
+                f"[{kind}.{number}] in a table with --frames, or SYSFRAME.VA of a backup"
+            )
+    frame, tool = frames.uframe[program.uframe], frames.utool[program.utool]
+    pose = frame @ Pose(program.position, program.rotation)
+    in_world = replace(program, position=pose.position, rotation=pose.rotation)
+    theta, _ = solve_tool(robot, pose, tool, program.posture)
+    theta = apply_turns(robot, theta, program.turns)
+    length = np.maximum(in_world.lengths(), SHORTEST)
+    planned = time_program(robot, in_world, length, theta).time
+    S, N = len(length), len(planned)
+    via = program.via
+    cruise, periods = speed_clock(length, program.speed, np.zeros(S), robot.controller.period, via[1:])
+    nodes = {
+        "position": pose.position,
+        "judged": np.ones(S, dtype=bool),
+        "cruise": cruise,
+        "periods": periods,
+        "planned": planned,
+        "stop": program.fine,
+        "wait": np.zeros(N),
+        "number": np.arange(1, N + 1),
+        "theta": theta,
+    }
+    return _course(nodes, pose.rotation, via, frame, tool, (program.uframe, program.utool))
+
+
+def _course(
+    nodes: dict[str, Any], rotation: Array, via: BoolArray, frame: Pose, tool: Pose, numbers: tuple[int, int]
+) -> Course:
+    """A course of positions, with nodes on its arcs; an orientation there is that of the nearest position."""
+    number, position = divided(nodes["position"], via)
+    base, nearest = np.floor(number).astype(np.int64), np.rint(number).astype(np.int64)
+    columns: dict[str, Any] = {}
+    for name in ("stop", "wait", "number"):
+        columns[name] = np.where(number % 1 > 0, 0, nodes[name][base]).astype(nodes[name].dtype)
+    for name in ("cruise", "periods", "planned", "theta"):
+        columns[name] = at_numbers(nodes[name], number)
+    return Course(
+        position=position,
+        rotation=rotation[nearest],
+        arc=arc_lengths_of(position),
+        judged=nodes["judged"][base[:-1]],
+        **columns,
+        frame=frame,
+        tool=tool,
+        numbers=numbers,
+    )
+
+
+def _listed_course(
+    program: LsProgram,
+    robot: Robot,
+    frames: Frames,
+    registers: dict[int, Register],
+    find_program: Callable[[str], bytes | None],
+) -> Course:
+    """The course of anyone's program, its motions as listed."""
+    around = Surroundings(frames, registers, called_programs(program, find_program))
+    poses = around.poses(program, robot)
+    require_frames(program, poses)
+    drive = read_traversal(program, poses, robot, around.called.motionless)
+    at = np.flatnonzero(drive.pose != NONE)
+    at = at[np.isfinite(poses.tcp.position[drive.pose[at]]).all(axis=1)]
+    if len(at) < 2:
+        raise InputError(
+            f"program {program.name}: it has fewer than two motions to positions that the file tells; a log cannot be "
+            "laid along it"
+        )
+    pose = drive.pose[at]
+    follows = np.diff(at) == 1  # the next station is the one before and no unknown lies between
+    judged = follows & _surely_driven(drive, at[1:]) & (poses.tool[pose[1:]] == poses.tool[pose[:-1]])
+    via = drive.via[at] & np.append(judged, False) & np.append(False, judged)
+    # a way along unknown places, and the first one, take what they take
+    pause, duration = drive.pause.copy(), drive.duration.copy()
+    passed = np.concatenate([[0.0], np.cumsum(pause + duration)])
+    total = passed[at[1:] + 1] - passed[at[:-1] + 1]
+    wait = np.append(np.where(follows, pause[at[1:]], 0.0), 0.0)
+    length = np.maximum(step_lengths(poses.tcp.position[pose]), SHORTEST)
+    length = np.where(np.isfinite(drive.length[at[1:]]) & follows, drive.length[at[1:]], length)
+    cruise, periods = _written_clocks(program, robot, poses, drive, at, length, total - wait[:-1], judged, via)
+    nodes = {
+        "position": poses.tcp.position[pose],
+        "judged": judged,
+        "cruise": cruise,
+        "periods": periods,
+        "planned": np.concatenate([[0.0], np.cumsum(total)]),
+        "stop": drive.stop[at] | ~np.append(False, judged) | ~np.append(judged, False),
+        "wait": wait,
+        "number": poses.number[pose].astype(np.int64),
+        "theta": poses.theta[pose],
+    }
+    base, tool = int(poses.base[pose[0]]), int(poses.tool[pose[0]])
+    p, row = program.positions, poses.row[pose[0]]
+    numbers = int(max(p.uframe[row], 0)), int(max(p.utool[row], 0))
+    frame = IDENTITY if base == NONE else poses.bases[base]
+    tools = IDENTITY if tool == NONE else poses.tools[tool]
+    return _course(nodes, poses.tcp.rotation[pose], via, frame, tools, numbers)
+
+
+def _surely_driven(drive: Traversal, station: IntArray) -> BoolArray:
+    """Stations reached on a straight or circular way from the one that is listed before."""
+    sure = (drive.origin[station] == station - 1) | drive.via[station - 1]
+    return np.asarray(sure & ~drive.joint[station])
+
+
+def _written_clocks(
+    program: LsProgram,
+    robot: Robot,
+    poses: Poses,
+    drive: Traversal,
+    at: IntArray,
+    length: Array,
+    total: Array,
+    judged: BoolArray,
+    via: BoolArray,
+) -> tuple[Array, Array]:
+    """The clocks ``cruise`` and ``periods`` of stations ``at``; of ways that are not judged the traversal's."""
+    value, unit = (column[drive.motion[at[1:]]] for column in parse_speeds(program.motions.speed))
+    rate = np.array([RATES.get(u, np.nan) for u in unit.tolist()])
+    speed = np.where(np.isfinite(rate) & (value > 0), value * np.nan_to_num(rate), np.nan)
+    turn = np.abs(np.diff(poses.theta[drive.pose[at]], axis=0))
+    fastest = np.nan_to_num((turn / robot.speed).max(axis=1))
+    told = np.isfinite(speed) & judged
+    speed = np.where(told, speed, np.inf)
+    least = np.where(told, fastest, np.where(unit == "", np.fmax(length / ASSUMED["L"], fastest), total))
+    least = np.where(judged, least, total)
+    return speed_clock(length, speed, least, robot.controller.period, via[1:])

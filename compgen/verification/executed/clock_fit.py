@@ -1,0 +1,243 @@
+r"""At which override a program ran, when it began, where it stood, and whether it took the planned time.
+
+With c the course's clock at its written speeds, a run between two stops is, beyond its ramps,
+
+    c(s(t)) = f (t - t_0),       f the override times what the log's clock is off by,
+
+and from stop to stop t_0 changes by what the stop costs: its ramps, its wait, and what the robot stood there beside.
+One log cannot part a clock that is off by a share from a program that is slower by it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.verification.executed.course import Course
+from compgen.verification.executed.rates import Stretch, badness, stretches_of, window_rates
+
+RAMP_TIME = 0.6  # [s] at both ends of a run that are left out, or a quarter of a short run
+STANDING = 0.03  # of the written speed
+LEAST_STAND = 0.12  # s
+STAND_BIN = 0.04  # s
+BEYOND = 0.25  # [s] that a stop costs more than planned, from where the robot is taken to have stood
+NEAR_STOP = 1e-3  # [m] from a stop, where the robot stands at it
+AT_REST = 2e-5  # [m] from the first stop, while the robot still stands there
+PLAIN = 1e-3  # how near a rate is to whole percent where nothing but the override slows a program
+PRICE = 2.0  # that whole periods must explain rates better by, to be believed
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """Where the robot stood for longer than the program says, or where the program waits."""
+
+    time: float  # [s] log's clock
+    arc: float  # [m]
+    duration: float  # [s] beyond what the plan has for the stop
+    planned: float  # [s] that the program waits there
+    at_stop: bool  # where the program stops; else it was held
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClockFit:
+    """The log's clock against the course's."""
+
+    stretches: tuple[Stretch, ...]  # none where the log has no steady motion
+    stands: tuple[Stand, ...]
+    start: float  # [s] log's clock when the program left the first stop, or would have
+    cruising: BoolArray  # (M,) rows away from stops
+    late: Array  # (M,) [s] behind the fit of its run, NaN off the cruise
+    took: float  # [s] from the first steady row to the last, less what it stood beyond the plan
+    expected: float  # [s] for the same by the plan, at overrides in whole percent
+    rounded: bool  # lines take whole interpolation periods: that clock fits better
+
+    def __post_init__(self) -> None:
+        own(self, cruising=("M",), late=("M",))
+
+    @property
+    def main(self) -> Stretch | None:
+        """The longest stretch."""
+        return max(self.stretches, key=lambda s: s.end - s.begin, default=None)
+
+
+def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit:
+    """Fit the clock of a log's rows that are on the course.
+
+    Args:
+        course: Of the program.
+        time: Log's clock, (M,) [s].
+        arc: Where the rows are, (M,) [m].
+        noise: Of the positions [m].
+    """
+    stands = standing_rows(course, time, arc, noise)
+    stops = course.arc[course.stop]
+    nearest = stops[_nearest(stops, np.array([arc[a] for a, _ in stands]))]
+    holds = [stand for stand, stop in zip(stands, nearest) if abs(arc[stand[0]] - stop) > NEAR_STOP]
+    held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
+    edges = np.unique(np.concatenate([stops, held]))
+    run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
+    inside = _cruising(time, run, stands)
+    stretches, spread = stretches_of(window_rates(time, course.at(course.cruise, arc), run, inside))
+    others, other_spread = stretches_of(window_rates(time, course.at(course.periods, arc), run, inside))
+    rounded = _takes_whole_periods(stretches, spread, others, other_spread)
+    clock = course.periods if rounded else course.cruise
+    stretches = others if rounded else stretches
+    if not stretches:
+        nothing = np.full(len(time), np.nan)
+        return ClockFit((), (), float(time[0]), np.zeros(len(time), dtype=bool), nothing, 0.0, 0.0, rounded)
+    return _assessed(course, clock, time, arc, run, inside, stretches, held, rounded)
+
+
+def _takes_whole_periods(
+    written: tuple[Stretch, ...], spread: float, counted: tuple[Stretch, ...], counted_spread: float
+) -> bool:
+    """Whether lines that take whole interpolation periods explain the rates better than written speeds do.
+
+    Where all lines are equally long both are as even: then the one whose rate is a plain percentage is believed.
+    """
+    if not written or not counted:
+        return False
+    if badness(counted, counted_spread) < badness(written, spread) - PRICE:
+        return True
+    off = [max(abs(s.rate - s.override) for s in stretches) for stretches in (written, counted)]
+    return len(counted) == len(written) and off[0] > PLAIN > 3 * off[1] and counted_spread < 2 * spread + PLAIN
+
+
+def standing_rows(course: Course, time: Array, arc: Array, noise: float) -> list[tuple[int, int]]:
+    """First and last row of each time that the robot stands, by bins of a fixed length in time."""
+    width = max(STAND_BIN, 3 * float(np.median(np.diff(time))))
+    edges = np.unique(np.append(np.searchsorted(time, np.arange(time[0], time[-1], width)), len(time) - 1))
+    if len(edges) < 2:
+        return []
+    moved, span = np.abs(np.diff(arc[edges])), np.diff(time[edges])
+    cruise = np.abs(np.diff(course.at(course.cruise, arc[edges])))
+    still = (moved <= 8 * noise + 1e-6) & (cruise <= STANDING * span) | (moved < 1e-6)
+    begins = np.flatnonzero(still & ~np.append(False, still[:-1]))
+    ends = np.flatnonzero(still & ~np.append(still[1:], False)) + 1
+    rows = np.column_stack([edges[begins], edges[ends]])
+    return [(a, b) for a, b in rows.tolist() if time[b] - time[a] >= LEAST_STAND]
+
+
+def _apart(values: Array, least: float) -> Array:
+    """Rising values without those that follow another by less than ``least``."""
+    kept: list[float] = []
+    for value in np.sort(values).tolist():
+        if not kept or value - kept[-1] > least:
+            kept.append(value)
+    return np.array(kept)
+
+
+def _nearest(sorted_values: Array, values: Array) -> IntArray:
+    """Rows of the nearest of rising values."""
+    after = np.clip(np.searchsorted(sorted_values, values), 1, max(len(sorted_values) - 1, 1))
+    after = np.minimum(after, len(sorted_values) - 1)
+    before = np.maximum(after - 1, 0)
+    nearer = np.abs(values - sorted_values[before]) <= np.abs(values - sorted_values[after])
+    return np.asarray(np.where(nearer, before, after))
+
+
+def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]]) -> BoolArray:
+    """Rows away from both ends of their run, and from stands, (M,)."""
+    begins = np.flatnonzero(np.append(True, np.diff(run) != 0))
+    ends = np.append(begins[1:], len(run)) - 1
+    first, last = time[begins].copy(), time[ends].copy()
+    for a, b in stands:  # a run begins when the robot leaves, not when it has arrived
+        before, after = np.searchsorted(begins, [a, b], side="right").tolist()
+        for r in range(before - 1, after):
+            if time[a] <= first[r] + RAMP_TIME and time[b] < last[r]:
+                first[r] = max(first[r], time[b])
+            elif time[b] >= last[r] - RAMP_TIME and time[a] > first[r]:
+                last[r] = min(last[r], time[a])
+    margin = np.minimum(RAMP_TIME, (last - first) / 4)
+    index = np.repeat(np.arange(len(begins)), ends - begins + 1)
+    inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0)
+    for a, b in stands:
+        inside[a : b + 1] = False
+    return np.asarray(inside)
+
+
+def _assessed(
+    course: Course,
+    clock: Array,
+    time: Array,
+    arc: Array,
+    run: IntArray,
+    inside: BoolArray,
+    stretches: tuple[Stretch, ...],
+    held: Array,
+    rounded: bool,
+) -> ClockFit:
+    """Offsets of the runs, what stops cost, and the time that all of it took."""
+    c = course.at(clock, arc)
+    rows = np.flatnonzero(inside)
+    turns, rates = np.array([s.begin for s in stretches[1:]]), np.array([s.rate for s in stretches])
+    turns = _refined(time[rows], c[rows], turns, rates, stretches)
+    stretches = tuple(
+        Stretch(a, b, s.rate, s.sigma)
+        for s, a, b in zip(stretches, [stretches[0].begin, *turns.tolist()], [*turns.tolist(), stretches[-1].end])
+    )
+    knots = np.concatenate([[time[0]], turns, [time[-1]]])
+    fitted = np.interp(time[rows], knots, np.concatenate([[0.0], np.cumsum(rates * np.diff(knots))]))
+    begins = np.flatnonzero(np.append(True, np.diff(run[rows]) != 0))
+    which = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(rows))))
+    ends = np.append(begins[1:], len(rows)) - 1
+    offset = np.bincount(which, c[rows] - fitted) / np.bincount(which)
+    stretch = np.searchsorted(turns, time[rows], side="right")
+    late = np.full(len(time), np.nan)
+    late[rows] = -(c[rows] - fitted - offset[which]) / rates[stretch]
+
+    # between the last steady row of a run and the first of the next
+    a, b = rows[ends[:-1]], rows[begins[1:]]
+    lost = -np.diff(offset) / rates[stretch[ends[:-1]]]
+    cost, wait = np.append(0.0, np.cumsum(stop_costs(course))), np.append(0.0, np.cumsum(course.wait))
+    node_a, node_b = np.searchsorted(course.arc, arc[a]), np.searchsorted(course.arc, arc[b])
+    nominal = np.array([s.override for s in stretches])
+    planned = (cost[node_b] - cost[node_a]) / nominal[stretch[ends[:-1]]]
+    waits = wait[node_b] - wait[node_a]
+    hold = np.searchsorted(held, arc[b]) - np.searchsorted(held, arc[a]) > 0
+    beyond = lost - planned - waits
+    stood = hold | (beyond > BEYOND) | (waits > 0)
+    stands = []
+    for k in np.flatnonzero(stood).tolist():
+        inner = course.arc[node_a[k] : node_b[k]][course.stop[node_a[k] : node_b[k]]]
+        at = float(held[np.searchsorted(held, arc[a[k]])]) if hold[k] or not len(inner) else float(inner[0])
+        since = float(np.interp(at, arc[[a[k], b[k]]], time[[a[k], a[k]]]))
+        stands.append(Stand(since, at, float(beyond[k]), float(waits[k]), not hold[k]))
+
+    first, last = int(rows[0]), int(rows[-1])
+    marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
+    expected = float((np.diff(marks) / nominal).sum() + planned.sum() + waits.sum())
+    took = float(time[last] - time[first] - beyond[stood].sum())
+    begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + 1e-9))[-1])
+    resting = np.flatnonzero(arc[:first] <= course.arc[begin] + AT_REST)
+    half = (cost[begin + 1] - cost[begin]) / (1 if begin == 0 else 2)
+    since = time[first] - (c[first] - clock[begin] + half) / rates[0]  # a log that begins on the way
+    start = float(time[resting[-1]] if len(resting) else since)
+    return ClockFit(stretches, tuple(stands), start, inside, late, took, expected, rounded)
+
+
+def _refined(time: Array, clock: Array, turns: Array, rates: Array, stretches: tuple[Stretch, ...]) -> Array:
+    """Times at which the rate changes: where the lines before and after meet, if that is between their windows."""
+    refined = []
+    for k, turn in enumerate(turns.tolist()):
+        low, high = stretches[k].end, turn
+        before, after = np.searchsorted(time, [low, high])
+        before = max(before - 1, 0)
+        after = min(int(after), len(time) - 1)
+        # c_b + f_b (t - t_b) = c_a + f_a (t - t_a)
+        step = rates[k + 1] - rates[k]
+        meet = (clock[before] - rates[k] * time[before] - clock[after] + rates[k + 1] * time[after]) / step
+        refined.append(float(meet) if time[before] - 1 <= meet <= time[after] + 1 else (low + high) / 2)
+    return np.array(refined)
+
+
+def stop_costs(course: Course) -> Array:
+    """What each stop's ramps cost beyond the clock at written speed, (N,) [s]; half of a run's at each of its ends."""
+    stops = np.flatnonzero(course.stop)
+    clock = course.periods if course.counted else course.cruise
+    cost = np.zeros(len(course.arc))
+    if len(stops) > 1:
+        half = np.maximum(np.diff((course.planned - clock)[stops]) - course.wait[stops[:-1]], 0.0) / 2
+        cost[stops[:-1]] += half
+        cost[stops[1:]] += half
+    return cost

@@ -1,0 +1,148 @@
+"""The course of a program: where its text leads, and when, as a polyline that a log can be laid along.
+
+N nodes with N - 1 ways between them. Three clocks run along it:
+
+    cruise    every way at its written speed, nothing lost at stops
+    periods   the same, each line rounded up to whole interpolation periods
+    planned   with ramps at stops and with the program's own waits
+
+A log's override is the rate of ``cruise`` between stops; what a stop costs beside is planned - cruise.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arcs import Arcs, arcs_through
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, own, step_lengths, unit
+from compgen.core.pose import Pose
+
+CHORD = 2e-7  # [m] of an arc, between the nodes that stand for it
+LONGEST_DIVISION = 4000  # nodes of one arc
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Course:
+    """N nodes in World; ``frame`` and ``tool`` are those that the program runs in."""
+
+    position: Array  # (N, 3) [m]
+    rotation: Array  # (N, 3, 3)
+    arc: Array  # (N,) [m]
+    judged: BoolArray  # (N - 1,) straight or circular, and surely driven: else any way may lead there
+    cruise: Array  # (N,) [s]
+    periods: Array  # (N,) [s]
+    planned: Array  # (N,) [s]
+    stop: BoolArray  # (N,)
+    wait: Array  # (N,) [s] that the program waits there
+    number: IntArray  # (N,) n of P[n], 0 between the ends of an arc
+    theta: Array  # (N, 6) [rad], NaN where they are not known
+    frame: Pose  # the user frame in World
+    tool: Pose  # the TCP in the flange
+    numbers: tuple[int, int]  # of frame and tool on the controller
+    counted: bool = False  # whether ``planned`` counts lines by whole periods
+
+    def __post_init__(self) -> None:
+        own(
+            self, position=("N", 3), rotation=("N", 3, 3), arc=("N",), judged=("S",), cruise=("N",), periods=("N",),
+            planned=("N",), stop=("N",), wait=("N",), number=("N",), theta=("N", 6),
+        )  # fmt: skip
+
+    @property
+    def length(self) -> float:
+        """Of the whole course [m]."""
+        return float(self.arc[-1])
+
+    def way(self, arc: Array) -> IntArray:
+        """The way on which each arc length (M,) [m] lies."""
+        last = len(self.arc) - 2
+        return np.asarray(np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, last))
+
+    def at(self, clock: Array, arc: Array) -> Array:
+        """What a clock of the nodes shows at arc lengths, (M,) [s]."""
+        return np.interp(arc, self.arc, clock)
+
+    def place(self, arc: Array) -> Array:
+        """Positions at arc lengths, (M, 3) [m]."""
+        return np.column_stack([np.interp(arc, self.arc, column) for column in self.position.T])
+
+    def tangents(self) -> Array:
+        """Direction of each way, (N - 1, 3); of a way without length that of the one before."""
+        step = np.diff(self.position, axis=0)
+        size = np.sqrt(dot(step, step))
+        moving = np.flatnonzero(size > 1e-12)
+        if not len(moving):
+            return np.tile([1.0, 0.0, 0.0], (len(step), 1))
+        last = moving[np.maximum(np.searchsorted(moving, np.arange(len(step)), side="right") - 1, 0)]
+        return unit(step[last])
+
+    def point_name(self, arc: float) -> str:
+        """The position that is nearest along the course, as ``P[n]``."""
+        named = np.flatnonzero(self.number > 0)
+        at = int(named[np.argmin(np.abs(self.arc[named] - arc))]) if len(named) else 0
+        return f"P[{self.number[at]}]"
+
+
+def speed_clock(length: Array, speed: Array, least: Array, period: float, joined: BoolArray) -> tuple[Array, Array]:
+    """The clocks ``cruise`` and ``periods`` of ways, (N,) [s] each.
+
+    Args:
+        length: Of the ways, (N - 1,) [m].
+        speed: Written, (N - 1,) [m/s].
+        least: What each way takes at least: turns of the joints, motions told in seconds, (N - 1,) [s].
+        period: Of interpolation [s].
+        joined: Ways that one motion drives together with the next one: the first half of an arc, (N - 1,).
+    """
+    duration = np.fmax(length / speed, least)
+    whole = duration + np.where(np.append(False, joined[:-1]), np.append(0.0, duration[:-1]), 0.0)
+    counted = np.ceil(whole / period - 1e-6) * period
+    ratio = np.where(whole > 0, counted / np.where(whole > 0, whole, 1.0), 1.0)
+    ratio = np.where(joined, np.append(ratio[1:], 1.0), ratio)
+    return _clock(duration), _clock(duration * ratio)
+
+
+def _clock(duration: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(duration)])
+
+
+def divided(position: Array, via: BoolArray) -> tuple[Array, Array]:
+    """Nodes on arcs, close enough for straight ways between them.
+
+    Args:
+        position: Of the motions' ends and vias, (N, 3) [m].
+        via: The middle of a circular motion, (N,).
+
+    Returns:
+        Numbers of nodes (M,), rising: n is position n, n + 1/3 a third of the way from it to the next; their places.
+    """
+    middle = np.flatnonzero(via)
+    whole = np.arange(len(position), dtype=float)
+    if not len(middle):
+        return whole, position
+    arcs = arcs_through(position[middle - 1], position[middle], position[middle + 1])
+    sweep = np.diff(arcs.angle, prepend=0.0, axis=1)
+    in_line = ~np.isfinite(sweep)
+    step = 2 * np.sqrt(2 * CHORD / np.where(in_line, 1.0, arcs.radius[:, None]))
+    count = np.where(in_line, 1, np.clip(np.ceil(np.where(in_line, 0.0, sweep) / step), 1, LONGEST_DIVISION))
+    count = count.astype(np.int64).ravel()
+    half = np.repeat(np.arange(len(count)), count - 1)  # of each new node
+    share = (np.arange(len(half)) - np.repeat(np.cumsum(count - 1) - (count - 1), count - 1) + 1) / count[half]
+    arc, second = half // 2, half % 2
+    angle = np.where(second, arcs.angle[arc, 0], 0.0) + share * sweep.ravel()[half]
+    chosen = Arcs(*(values[arc] for values in arcs))
+    places = chosen.at(angle[:, None])[:, 0]
+    number = np.concatenate([whole, middle[arc] - 1 + second + share])
+    order = np.argsort(number, kind="stable")
+    return number[order], np.concatenate([position, places])[order]
+
+
+def at_numbers(values: Array, number: Array) -> Array:
+    """What nodes (N, ...) have at numbers between them (M,): straight between neighbours."""
+    base = np.minimum(np.floor(number).astype(np.int64), len(values) - 1)
+    after = np.minimum(base + 1, len(values) - 1)
+    share = (number - base).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(values[base] + share * (values[after] - values[base]))
+
+
+def arc_lengths_of(position: Array) -> Array:
+    """Arc length at each node, (N,) [m]."""
+    return np.concatenate([[0.0], np.cumsum(step_lengths(position))])

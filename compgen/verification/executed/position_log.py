@@ -1,0 +1,126 @@
+"""Logs of positions during a run: ``time_s`` and ``x_mm`` to ``r_deg``, or ``j1_deg`` to ``j6_deg``.
+
+One row every 2 to 100 ms, as a KAREL program or a controller's high-speed position output writes them. The clock is the
+log's own: it may begin anywhere and run a little fast. Rows may be missing; a row without a position is a gap.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray, frozen
+from compgen.core.exceptions import InputError
+from compgen.core.long_csv import LongTable, read_long_csv
+from compgen.core.units import DEG, MM
+
+PLACE = ("x_mm", "y_mm", "z_mm")
+TURN = ("w_deg", "p_deg", "r_deg")
+JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
+LEAST_ROWS = 10
+LONGEST_STEP = 0.1  # s
+SHORTEST_STEP = 0.5e-3  # s
+SLACK = 1.05  # of a step: clocks jitter
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PositionLog:
+    """M rows of a log, as they were written: positions in some frame, or joints as the pendant has them."""
+
+    table: LongTable  # for messages
+    row: IntArray  # (M,) of the table: gaps are left out
+    time: Array  # (M,) [s] as the log's clock shows it, never falling
+    columns: tuple[str, ...]  # that hold the positions
+    numbers: Array  # (M, 6) pendant angles [rad], or X Y Z [m] and W P R [rad]
+    gaps: int  # rows without a position
+
+    @property
+    def period(self) -> float:
+        """The usual time between two rows [s]."""
+        return float(np.median(np.diff(self.time)))
+
+    @property
+    def is_joints(self) -> bool:
+        """Whether its numbers are joints."""
+        return self.columns == JOINTS
+
+    @property
+    def place(self) -> Array:
+        """X, Y, Z of a Cartesian log, (M, 3) [m]."""
+        return self.numbers[:, :3]
+
+    def location(self, m: int, column: str = "") -> str:
+        """File, line and column of a row, for a message."""
+        return self.table.location(int(self.row[m]), column)
+
+
+def read_position_log(source: str | Path) -> PositionLog:
+    """Read a log; other columns may stand beside those above.
+
+    Raises:
+        InputError: Not readable, columns missing or without a number, a cell that is no number, fewer than ten rows,
+            time that falls, rows more than 100 ms apart, or positions that never change.
+    """
+    table = read_long_csv(source, ("time_s",))
+    columns = _columns(table)
+    values = table.columns(("time_s", *columns))
+    filled = ~np.isnan(values)
+    for k, name in enumerate(("time_s", *columns)):
+        if not filled[:, k].any():
+            raise InputError(f"{source}: column {name}: has no number at all; log it, or leave the column out")
+    is_gap = ~filled[:, 1:].any(axis=1)
+    partial = ~filled.all(axis=1) & ~(is_gap & filled[:, 0])
+    if partial.any():
+        m = int(np.argmax(partial))
+        name = ("time_s", *columns)[int(np.argmin(filled[m]))]
+        raise InputError(f"{table.location(m, name)}: empty; fill it in, or leave all of the row's positions empty")
+    rows = np.flatnonzero(~is_gap)
+    if len(rows) < LEAST_ROWS:
+        raise InputError(
+            f"{source}: {len(rows)} rows with a position; a run needs {LEAST_ROWS} at least: log one every 2 to 100 ms"
+        )
+    time, numbers = values[rows, 0], values[rows, 1:]
+    _check_clock(table, rows, time)
+    if np.ptp(numbers, axis=0).max() == 0:
+        raise InputError(f"{source}: all {len(rows)} rows have the same position; log while the program runs")
+    units = [DEG] * 6 if columns == JOINTS else [MM] * 3 + [DEG] * 3
+    return PositionLog(table, rows, frozen(time), columns, frozen(numbers * units), int(is_gap.sum()))
+
+
+def _columns(table: LongTable) -> tuple[str, ...]:
+    """The columns of positions that a log has: Cartesian ones where both kinds are whole."""
+    header = table.header
+    for columns in ((*PLACE, *TURN), JOINTS):
+        if all(name in header for name in columns):
+            return columns
+    kinds = ((*PLACE, *TURN), JOINTS)
+    nearest = max(kinds, key=lambda columns: sum(name in header for name in columns))
+    missing = next(name for name in nearest if name not in header)
+    raise InputError(
+        f"{table.source}: column {missing}: missing; a log has time_s and {', '.join(kinds[0])}, or "
+        f"{JOINTS[0]} to {JOINTS[-1]}, in mm and degrees"
+    )
+
+
+def _check_clock(table: LongTable, rows: IntArray, time: Array) -> None:
+    """Raises InputError where a clock falls, or its rows are too far apart."""
+    step = np.diff(time)
+    falling = np.flatnonzero(step < 0)
+    if len(falling):
+        m = int(falling[0]) + 1
+        raise InputError(
+            f"{table.location(int(rows[m]), 'time_s')}: {time[m]:.10g} after {time[m - 1]:.10g}: the clock steps back "
+            f"by {time[m - 1] - time[m]:.3g} s; log with a clock that runs on, or cut the log there"
+        )
+    usual = float(np.median(step))
+    if usual > LONGEST_STEP * SLACK:
+        hint = "; are the times milliseconds? divide them by 1000" if 2 <= usual <= 1000 else ""
+        raise InputError(
+            f"{table.source}: column time_s: rows are {usual:.3g} s apart; at most {LONGEST_STEP:g} s shows what a "
+            f"controller does between points: log every 2 to 100 ms{hint}"
+        )
+    if usual < SHORTEST_STEP:
+        raise InputError(
+            f"{table.source}: column time_s: rows are {usual:.3g} s apart; no controller moves at such steps: give "
+            "time_s in seconds"
+        )

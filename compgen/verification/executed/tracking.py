@@ -1,0 +1,205 @@
+r"""Where along a course a log begins and how it goes on: nearest points by rising arc length, on marks along the log.
+
+Marks are rows that are one step of travelled way apart. From a mark at arc length s the next one is expected at
+
+    s + L_(k+1) - L_k,       L the way that the log itself has travelled,
+
+and its nearest point is looked for about there, the farther from there the dearer, and never back: a course that
+crosses itself, lies beside itself or comes back on its own way is followed in order, whatever the override, and however
+long the robot stands. The log may begin anywhere on the course: every place near its first mark is tried, and the one
+that it can be followed from for longest is taken.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, own, step_lengths
+from compgen.verification.executed.course import Course
+
+GATE = 5e-3  # [m] off the course, and yet on it: corrections are clamped at 3 mm
+MARKS = 3000  # of a log
+FINEST = 2e-4  # [m] between marks
+SLACK = 0.1  # of the step between two marks: chords are shorter than arcs
+STARTS = 24  # places that a log is followed from
+TRIAL = 150  # marks by which starts are compared first
+PROGRESS = 0.05  # of a square metre off the expected place, against one off the course
+BACK = 3e-4  # [m] that a mark may lie behind the one before: the log's noise
+AHEAD = 20e-3  # [m] that a mark may be ahead of where it is expected: a corner is cut short
+LOST = 12  # marks off the course in a row: it is looked for anew further along
+LEAST_SHARE = 0.6  # of the marks that must lie on the course
+LEAST_COVERED = 0.02  # [m] of the course, or a hundredth of it where that is shorter
+SAME_WAY = 0.75, 1.35  # way along the course over way of the log
+THINNED = 200_000  # rows at most that marks are taken from
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Track:
+    """K marks of a log along a course."""
+
+    row: IntArray  # (K,) rows of the log
+    travelled: Array  # (K,) [m] by the log
+    arc: Array  # (K,) [m] along the course
+    distance: Array  # (K,) [m] off it
+    on: BoolArray  # (K,) nearer than the gate
+
+    def __post_init__(self) -> None:
+        own(self, row=("K",), travelled=("K",), arc=("K",), distance=("K",), on=("K",))
+
+    @property
+    def share(self) -> float:
+        """Of the marks from the first to the last that is on the course, those that are."""
+        on = np.flatnonzero(self.on)
+        return float(self.on[on[0] : on[-1] + 1].mean()) if len(on) else 0.0
+
+    @property
+    def covered(self) -> float:
+        """Way along the course from the first to the last mark that is on it [m]."""
+        on = np.flatnonzero(self.on)
+        return float(self.arc[on[-1]] - self.arc[on[0]]) if len(on) else 0.0
+
+
+def fits(course: Course, track: Track) -> bool:
+    """Whether a track says that its log is of this course."""
+    on = np.flatnonzero(track.on)
+    if len(on) < 3 or track.share < LEAST_SHARE or track.covered < min(LEAST_COVERED, 0.01 * course.length):
+        return False
+    way = float(track.travelled[on[-1]] - track.travelled[on[0]])
+    return SAME_WAY[0] <= track.covered / max(way, 1e-9) <= SAME_WAY[1]
+
+
+def travelled_way(position: Array, noise: float) -> Array:
+    """Way travelled at each row of a log, (M, 3) [m] to (M,) [m]; what noise moves a standing robot by is left out."""
+    every = max(1, len(position) // THINNED)
+    rows = np.append(np.arange(0, len(position) - 1, every), len(position) - 1)
+    kept, last = [0], position[rows[0]]
+    steps = step_lengths(position[rows])
+    if (steps > 4 * noise).all():
+        return np.asarray(np.interp(np.arange(len(position)), rows, np.concatenate([[0.0], np.cumsum(steps)])))
+    least = (4 * noise) ** 2
+    places = position[rows].tolist()
+    x, y, z = last.tolist()
+    for k, (a, b, c) in enumerate(places):
+        if (a - x) ** 2 + (b - y) ** 2 + (c - z) ** 2 > least:
+            kept.append(k)
+            x, y, z = a, b, c
+    way = np.concatenate([[0.0], np.cumsum(step_lengths(position[rows[kept]]))])
+    return np.asarray(np.interp(np.arange(len(position)), rows[kept], way))
+
+
+def marks(travelled: Array) -> IntArray:
+    """Rows one step of way apart, the first and the last among them."""
+    step = max(float(travelled[-1] - travelled[0]) / MARKS, FINEST)
+    goal = np.arange(travelled[0], travelled[-1], step)
+    rows = np.searchsorted(travelled, goal)
+    return np.unique(np.concatenate([[0], rows, [len(travelled) - 1]]))
+
+
+def follow(course: Course, position: Array, travelled: Array, gate: float = GATE) -> Track:
+    """A log laid along a course, as far as it can be.
+
+    Args:
+        course: Of the program.
+        position: Of the log in the course's frame, (M, 3) [m].
+        travelled: Way at each row, (M,) [m].
+        gate: How far off the course a mark may be [m].
+    """
+    row = marks(travelled)
+    follower = _Follower(course, position[row], travelled[row], gate)
+    near = np.flatnonzero(follower.near())
+    if not len(near):
+        nothing = np.zeros(len(row))
+        return Track(row, travelled[row], nothing, nothing + np.inf, np.zeros(len(row), dtype=bool))
+    first = int(near[0])
+    starts = follower.places(first)
+    if len(starts) > 1:
+        trials = [follower.run(first, start, min(first + TRIAL, len(row))) for start in starts]
+        scores = [(-int(on.sum()), float(np.minimum(d, gate).sum())) for _, d, on in trials]
+        best = sorted(range(len(starts)), key=lambda i: (scores[i][0] + 2 > min(s[0] for s in scores), scores[i][1]))
+        starts = starts[best[: max(1, STARTS // 6)]]
+    runs = [follower.run(first, start, len(row)) for start in starts]
+    counts = [(int(on.sum()), -float(np.minimum(d, gate).sum())) for _, d, on in runs]
+    arc, distance, on = runs[max(range(len(runs)), key=lambda i: counts[i])]
+    return Track(row, travelled[row], arc, distance, on)
+
+
+class _Follower:
+    """A course prepared for following marks along it."""
+
+    def __init__(self, course: Course, place: Array, travelled: Array, gate: float) -> None:
+        self.course, self.place, self.travelled, self.gate = course, place, travelled, gate
+        self.start, self.step = course.position[:-1], np.diff(course.position, axis=0)
+        self.squared = np.maximum(dot(self.step, self.step), 1e-24)
+        self.lengths = np.diff(course.arc)
+        spacing = max(course.length / 400_000, 1e-4, gate / 4)
+        self.sample = np.unique(np.concatenate([course.arc, np.arange(0.0, course.length, spacing)]))
+        self.tree = cKDTree(course.place(self.sample))
+        self.reach = gate + spacing
+
+    def near(self) -> BoolArray:
+        """Marks that are near the course anywhere."""
+        distance, _ = self.tree.query(self.place, distance_upper_bound=self.reach)
+        return np.asarray(np.isfinite(distance))
+
+    def places(self, mark: int, after: float = -np.inf) -> Array:
+        """Arc lengths at which the course comes near a mark, each once, the nearest first."""
+        rows = np.array(sorted(self.tree.query_ball_point(self.place[mark], self.reach)), dtype=np.int64)
+        rows = rows[self.sample[rows] >= after]
+        if not len(rows):
+            return np.zeros(0)
+        groups = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+        best, far = [], []
+        for group in groups:
+            distance = np.linalg.norm(self.course.place(self.sample[group]) - self.place[mark], axis=1)
+            k = int(np.argmin(distance))
+            best.append(self.sample[group[k]])
+            far.append(distance[k])
+        order = np.argsort(np.array(far), kind="stable")[:STARTS]
+        return np.array(best)[order]
+
+    def run(self, first: int, start: float, last: int) -> tuple[Array, Array, BoolArray]:
+        """Arc length, distance and whether on the course of marks, followed from ``first`` at ``start`` to ``last``."""
+        K = len(self.place)
+        arc, distance, on = np.full(K, np.nan), np.full(K, np.inf), np.zeros(K, dtype=bool)
+        s, missed = start, 0
+        for k in range(first, last):
+            ahead = float(self.travelled[k] - self.travelled[k - 1]) if k > first else 0.0
+            window = SLACK * ahead + 2 * FINEST + self.gate / 4
+            back = min(window, ahead + BACK) if k > first else self.gate
+            near, away = self._nearest(self.place[k], s + ahead, back, max(window, AHEAD))
+            if away <= self.gate:
+                s, missed = near, 0
+                arc[k], distance[k], on[k] = near, away, True
+                continue
+            s, missed = min(s + ahead, self.course.length), missed + 1
+            arc[k], distance[k] = s, away
+            if missed >= LOST:
+                anew = self.places(k, after=self._last_on(arc, on, k) - self.gate)
+                if len(anew):
+                    s, missed = float(anew.min()), 0
+                else:
+                    s = self._last_on(arc, on, k)
+        arc[:first] = arc[first]
+        known = np.isfinite(arc)
+        arc[~known] = arc[known][-1] if known.any() else 0.0
+        return arc, distance, on
+
+    def _last_on(self, arc: Array, on: BoolArray, k: int) -> float:
+        """Arc length at the last mark before k that was on the course."""
+        before = np.flatnonzero(on[:k])
+        return float(arc[before[-1]]) if len(before) else 0.0
+
+    def _nearest(self, point: Array, expected: float, back: float, ahead: float) -> tuple[float, float]:
+        """The nearest place of the course about the arc length that is expected, and how far it is."""
+        arc = self.course.arc
+        a = max(int(np.searchsorted(arc, expected - back, side="right")) - 1, 0)
+        b = max(min(int(np.searchsorted(arc, expected + ahead)), len(self.lengths)), a + 1)
+        a, b = min(a, len(self.lengths) - 1), min(b, len(self.lengths))
+        away = point - self.start[a:b]
+        share = np.clip(np.einsum("ij,ij->i", away, self.step[a:b]) / self.squared[a:b], 0.0, 1.0)
+        off = away - share[:, None] * self.step[a:b]
+        squared = np.einsum("ij,ij->i", off, off)
+        places = arc[a:b] + share * self.lengths[a:b]
+        k = int(np.argmin(squared + PROGRESS * (places - expected) ** 2))
+        return float(arc[a + k] + share[k] * self.lengths[a + k]), float(np.sqrt(squared[k]))

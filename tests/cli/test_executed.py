@@ -1,0 +1,223 @@
+"""``cgen executed`` as a user meets it: a run as planned, and every log that must be named in one line."""
+
+import json
+import re
+
+import executed_logs as logs
+import numpy as np
+import pytest
+from command_line import refused, run
+
+from compgen.fanuc.frames import default_frames, load_frames
+from compgen.pipelines.program_course import course_of_text
+
+RUN = logs.Run(ramp=0.25)
+
+
+@pytest.fixture(scope="module")
+def course(robot):
+    return course_of_text(logs.part(), robot, default_frames())
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "PART.LS").write_bytes(logs.part())
+    return tmp_path
+
+
+def write(folder, course, logger=None, run_of=RUN, change=lambda t, p, w: (t, p, w), name="log.csv"):
+    """A log of a run in a folder; ``change`` spoils it."""
+    time, places, turn, _ = logs.log_rows(course, run_of, logger or logs.Logger(noise=1e-6))
+    (folder / name).write_text(logs.csv(*change(time, places, turn)))
+
+
+def executed(folder, *more):
+    return run("executed", "PART.LS", "--log", "log.csv", "--robot", "m710ic50", *more, cwd=folder)
+
+
+def report(folder, name="PART"):
+    return json.loads((folder / "outputs" / f"{name}_executed" / "executed.json").read_text())
+
+
+def codes(folder):
+    return {f["code"] for f in report(folder)["findings"]}
+
+
+def test_a_run_as_planned_is_inside_and_has_a_page(folder, course):
+    write(folder, course, logs.Logger(noise=2e-6, offset=1234.5, jitter=1e-3, drop=0.05))
+    result = executed(folder, "--max-um", 20)
+    assert result.returncode == 0, result.stderr
+    data = report(folder)
+    assert data["verdict"] == "inside"
+    assert [s["percent"] for s in data["override"]] == [100]
+    assert data["covered"]["share"] == pytest.approx(1, abs=1e-4)
+    assert data["time"]["start_s"] == pytest.approx(1234.5, abs=0.05)
+    assert data["deviation"]["total"]["rms_um"] == pytest.approx(2 * np.sqrt(2), rel=0.1)
+    page = (folder / "outputs" / "PART_executed" / "executed.html").read_text()
+    assert "not where the tool was" in page
+    assert page.count("Plotly.newPlot(") >= 3
+    assert (folder / "outputs" / "PART_executed" / "executed.csv").read_text().startswith("time_s,along_mm,off_um")
+
+
+def test_the_same_log_gives_the_same_bytes_and_json_is_what_is_written(folder, course):
+    write(folder, course)
+    first = executed(folder, "--json")
+    before = {f.name: f.read_bytes() for f in (folder / "outputs" / "PART_executed").iterdir()}
+    assert executed(folder, "--json").stdout == first.stdout == before["executed.json"].decode()
+    assert {f.name: f.read_bytes() for f in (folder / "outputs" / "PART_executed").iterdir()} == before
+
+
+def test_a_deviation_beyond_the_bound_is_outside(folder, course):
+    write(folder, course, run_of=logs.Run(ramp=0.25, means=(0.2, 0.1)))
+    result = executed(folder, "--max-um", 100)
+    refused(result, 1, "outside", "um off the path near P[", "--max-um 100")
+
+
+def test_the_override_is_named_and_a_change_midway_is_outside(folder, course):
+    write(folder, course, run_of=logs.Run(ramp=0.25, override=0.37))
+    assert executed(folder).returncode == 0
+    assert report(folder)["override"][0]["percent"] == 37
+    assert "executed.override" in codes(folder)
+    write(folder, course, run_of=logs.Run(ramp=0.25, later=((9.0, 0.5),)))
+    refused(executed(folder), 1, "override changed midway", "100 % at first, 50 % from")
+    turn = report(folder)["override"][1]["from_s"]
+    assert turn == pytest.approx(9.0 + 1.5 * 0.25, abs=0.1)
+
+
+def test_half_a_run_is_named_with_where_it_ends(folder, course):
+    write(folder, course, logs.Logger(noise=1e-6, end=0.5))
+    refused(executed(folder), 1, "of the path: from P[1] (0.0 %) to P[", "the rest is not judged")
+    assert 0.3 < report(folder)["covered"]["share"] < 0.7
+
+
+def test_a_log_of_another_program_is_refused(folder, course, robot):
+    moved = logs.part(name="OTHER", shift=np.array([0.0, 0.0, 0.0]), speed=0.1)
+    other = course_of_text(moved, robot, default_frames())
+    turned = lambda t, p, w: (t, np.column_stack([p[:, 0] + 0.3 * p[:, 1], p[:, 1], p[:, 2] + 0.2 * p[:, 0]]), w)  # noqa: E731
+    write(folder, other, change=turned)
+    refused(executed(folder), 2, "log.csv", "another program")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t, p, w: (t, p / 1000, w), ["metres, not millimetres"]),
+        (lambda t, p, w: (t, p, np.radians(w)), ["w_deg to r_deg", "radians"]),
+        (lambda t, p, w: (t * 1000, p, w), ["time_s", "milliseconds"]),
+        (lambda t, p, w: (np.where(t > 6, t - 3.0, t), p, w), ["line", "clock steps back by 2.99"]),
+        (lambda t, p, w: (np.where(t > 6, t + 60.0, t), p, w), ["line", "clock steps forwards by 60 s"]),
+        (lambda t, p, w: (t[:8], p[:8], w[:8]), ["8 rows", "10"]),
+        (lambda t, p, w: (t[::20], p[::20], w[::20]), ["0.16 s apart", "0.1 s"]),
+        (lambda t, p, w: (t, np.repeat(p[:1], len(t), axis=0), np.repeat(w[:1], len(t), axis=0)), ["same position"]),
+    ],
+    ids=["metres", "radians", "ms", "back", "forwards", "few", "coarse", "still"],
+)  # fmt: skip
+def test_a_log_that_is_wrong_is_named_in_one_line(folder, course, change, words):
+    write(folder, course, change=change)
+    refused(executed(folder), 2, "log.csv", *words)
+    assert not (folder / "outputs").exists()
+
+
+@pytest.mark.parametrize("offset", [(50.0, 0.0, -12.0), (0.6, 0.0, -0.8), (0.0, 800.0, 0.0)], ids=str)
+def test_a_log_in_another_frame_is_named_by_how_much(folder, course, offset):
+    write(folder, course, change=lambda t, p, w: (t, p + np.array(offset) / 1000, w))
+    result = executed(folder)
+    refused(result, 2, "log.csv", "constant offset of X", "UFRAME 0")
+    told = re.search(r"X (\S+) Y (\S+) Z (\S+) mm", result.stderr).groups()
+    np.testing.assert_allclose([float(v) for v in told], offset, atol=0.004)
+
+
+def spoilt(change):
+    """A change of the 71st row."""
+    return lambda rows: [*rows[:70], change(rows[70]), *rows[71:]]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda rows: [r.rsplit(",", 1)[0] + "," for r in rows], ["column r_deg", "no number at all"]),
+        (spoilt(lambda r: r.replace(",", ",nan,", 1).rsplit(",", 1)[0]), ["line 72", "nan"]),
+        (spoilt(lambda r: r + ",1"), ["line 72", "8 cells"]),
+        (spoilt(lambda r: r.rsplit(",", 1)[0] + ","), ["line 72", "r_deg", "empty"]),
+        (spoilt(lambda r: r.replace(".", "x", 1)), ["line 72", "column time_s", "not a number"]),
+    ],
+    ids=["empty column", "nan", "cells", "empty cell", "letters"],
+)  # fmt: skip
+def test_a_cell_that_is_wrong_is_named_by_line_and_column(folder, course, spoil, words):
+    write(folder, course)
+    head, *rows = (folder / "log.csv").read_text().splitlines()
+    (folder / "log.csv").write_text("\n".join([head, *spoil(rows)]) + "\n")
+    refused(executed(folder), 2, "log.csv", *words)
+
+
+def test_rows_without_a_position_are_gaps(folder, course):
+    write(folder, course)
+    head, *rows = (folder / "log.csv").read_text().splitlines()
+    rows[300:340] = [r.split(",")[0] + ",,,,,," for r in rows[300:340]]
+    (folder / "log.csv").write_text("\n".join([head, *rows]) + "\n")
+    assert executed(folder).returncode == 0
+    assert report(folder)["log"]["rows_without_position"] == 40
+    assert "executed.gaps" in codes(folder)
+
+
+def test_joints_are_read_as_the_pendant_shows_them_and_radians_are_named(folder, course, robot):
+    time, _, _, along = logs.log_rows(course, RUN, logs.Logger())
+    theta = np.column_stack([np.interp(along, course.arc, c) for c in course.theta.T])
+    pendant = np.degrees(robot.to_pendant(theta))
+    for factor, code in ((1.0, 0), (np.pi / 180, 2)):
+        rows = "\n".join(",".join(f"{v:.5f}" for v in r) for r in np.column_stack([time, factor * pendant]).tolist())
+        (folder / "log.csv").write_text(f"time_s,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg\n{rows}\n")
+        result = executed(folder)
+        assert result.returncode == code, result.stderr
+    refused(result, 2, "j1_deg to j6_deg", "radians")
+
+
+def test_a_program_in_a_user_frame_takes_a_log_in_it_and_names_one_in_world(folder, robot):
+    (folder / "frames.toml").write_text(logs.FRAMES)
+    frames = load_frames(str(folder / "frames.toml"))
+    (folder / "PART.LS").write_bytes(logs.part(numbers=(1, 1)))
+    course = course_of_text(logs.part(numbers=(1, 1)), robot, frames)
+    refused(executed(folder), 2, "uframe 1", "--frames")
+    in_frame = lambda t, p, w: (t, course.frame.inverse().act(p), np.tile([np.pi, 0, 0], (len(t), 1)))  # noqa: E731
+    write(folder, course, change=in_frame)
+    result = executed(folder, "--frames", "frames.toml")
+    assert result.returncode == 0, result.stderr
+    write(folder, course)
+    refused(executed(folder, "--frames", "frames.toml"), 2, "World", "--in-world")
+    assert executed(folder, "--frames", "frames.toml", "--in-world").returncode == 0
+
+
+def test_an_older_correction_is_told_from_the_text_that_was_given(folder, course, robot):
+    N = int(course.number.max())
+    shift = 40e-6 * np.column_stack([np.sin(np.arange(N) / 30), np.cos(np.arange(N) / 25), np.ones(N)])
+    (folder / "OLD.LS").write_bytes(logs.part(name="OLD", shift=shift))
+    older = course_of_text(logs.part(name="OLD", shift=shift), robot, default_frames())
+    smoothed = logs.Run(ramp=0.25, means=(0.2, 0.1))
+    write(folder, older, logs.Logger(noise=2e-6), smoothed)
+    refused(executed(folder, "--also", "OLD.LS"), 1, "the log is of OLD.LS, not of this text")
+    assert report(folder)["also"][0]["share"] == pytest.approx(1, abs=0.1)
+    refused(executed(folder), 1, "older correction")
+    write(folder, course, logs.Logger(noise=2e-6), smoothed)
+    assert executed(folder, "--also", "OLD.LS").returncode == 0
+    assert report(folder)["also"][0]["share"] == pytest.approx(0, abs=0.1)
+    assert "executed.this" in codes(folder)
+
+
+def test_waits_and_holds_are_named_with_their_place(folder, course):
+    stop = int(np.flatnonzero(course.stop)[2])
+    write(folder, course, run_of=logs.Run(ramp=0.25, wait={stop: 3.0}, hold=((12.0, 2.0),)))
+    assert executed(folder).returncode == 0
+    held, waited = (next(s for s in report(folder)["stands"] if s["program_stops"] is at) for at in (False, True))
+    assert held["stood_s"] == pytest.approx(2.0, abs=0.05)
+    assert waited["stood_s"] == pytest.approx(3.0, abs=0.15)
+    assert waited["at"] == f"P[{course.number[stop]}]"
+    assert {"executed.held", "executed.waited"} <= codes(folder)
+
+
+def test_a_missing_log_and_a_folder_of_another_program_are_refused(folder, course):
+    refused(run("executed", "PART.LS", cwd=folder), 2, "--log", "missing")
+    write(folder, course)
+    assert executed(folder, "-o", "out").returncode == 0
+    (folder / "PART.LS").write_bytes(logs.part(name="TWO"))
+    refused(executed(folder, "-o", "out"), 2, "PART")
+    refused(executed(folder, "--max-um", "0"), 2, "--max-um")
