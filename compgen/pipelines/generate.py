@@ -29,6 +29,7 @@ from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
+from compgen.pipelines.period_findings import times_apart
 from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
 from compgen.pipelines.start_window import Course, windows
 from compgen.pipelines.twin_of_job import twin_of
@@ -156,6 +157,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),
         *delivery.size_findings(job, delivered, planned.page_stops),
         *job_findings.clocks_apart(trajectory, written),
+        *times_apart(job.robot.controller, written),
         *job_findings.joints_asked(job, text, written),
         *(averaging_findings(averaged) if averaged is not None else ()),
         *form_findings,

@@ -67,6 +67,8 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         "timing": {
             "duration_s": float(written.time[-1]),
             "planned_s": float(trajectory.time[-1]),
+            "as_written_s": written.as_written,
+            "rounded_up_s": written.rounded_up,
             "at_feed": written.at_feed,
             "joint_use": {
                 kind: dict(zip(job.robot.joint_names, row.tolist()))

@@ -16,6 +16,8 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.robot.motion import ControllerMotion
 
+SAME_PERIOD = 1e-6  # of a period: a line that is longer by less lasts whole periods
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Controller:
@@ -24,6 +26,7 @@ class Controller:
     compensation: Literal["none", "signature"]  # does it correct geometry of its own?
     signature: str  # the calibration that is active on it
     period: float  # [s] interpolation
+    rounds_up_to_period: bool  # does a line take a whole number of periods?
     max_lines: int
     max_positions: int
     memory: float  # [bytes] for programs
@@ -32,6 +35,14 @@ class Controller:
     turn_joints: tuple[int, int, int]  # which joints (from 1) the three digits of CONFIG count
     payload: int | None = None  # schedule of programs that name none
     acc: int | None = None  # [%] of programs that name none
+
+    def whole_periods(self, duration: Array) -> Array:
+        """How many periods lines of some durations last when they are rounded up, (S,) [s] to (S,)."""
+        return np.maximum(np.ceil(duration / self.period - SAME_PERIOD), 1.0)
+
+    def line_time(self, duration: Array) -> Array:
+        """How long the controller takes for lines of some durations, (S,) [s]."""
+        return self.whole_periods(duration) * self.period if self.rounds_up_to_period else duration
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)

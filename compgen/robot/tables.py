@@ -92,6 +92,8 @@ class ControllerTable(Table):
     """Name of the calibration that was active when this file's error sources were identified."""
     interpolation_ms: Annotated[FiniteFloat, Field(ge=0.1, le=1000)]
     """Interpolation period."""
+    rounds_up_to_period: bool = False
+    """Whether each line takes a whole number of interpolation periods, its time rounded up."""
     max_lines: Annotated[int, Field(gt=0)]
     """Most program lines in one file."""
     max_positions: Annotated[int, Field(gt=0)]
@@ -208,6 +210,7 @@ def robot_from_tables(
             compensation="signature" if controller.compensation == "signature" else "none",
             signature=controller.signature,
             period=controller.interpolation_ms * MS,
+            rounds_up_to_period=controller.rounds_up_to_period,
             max_lines=controller.max_lines,
             max_positions=controller.max_positions,
             memory=controller.memory_kB * KB,

@@ -1,7 +1,7 @@
 """When a written program passes its positions, how much of it runs at feed, and what it asks of the joints.
 
-It is read from the text by the twin's clock. On the line to position n, driven at v_n (the written speed, or what
-a run too short for it reaches), the joints turn with
+It is read from the text by the twin's clock. On the line to position n, asked for v_n (the written speed, or what
+its run between two stops reaches where that is too short), the joints turn with
 
     qd_n = (theta_n - theta_{n-1}) v_n / |line n|
 
@@ -15,9 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, frozen, own
 from compgen.verification.twin import PreparedProgram
-from compgen.verification.twin.timing import SAME_POSITION, ramps_length
+from compgen.verification.twin.timing import SAME_POSITION
 
 AT_FEED = 1e-9  # relative
 
@@ -29,6 +30,8 @@ class WrittenMotion:
     time: Array  # (N,) [s] when each position is passed
     at_feed: float  # share of the length that is driven at feed
     use: Array  # (2, 6) largest share of each joint's speed and acceleration limit
+    as_written: float  # [s] duration of the lines as they are
+    rounded_up: float  # [s] duration where every line takes whole interpolation periods
     hardest: int  # the position, from 1, where a joint's acceleration is nearest to its limit or farthest over
 
     def __post_init__(self) -> None:
@@ -46,8 +49,11 @@ def read_motion(prepared: PreparedProgram, length: Array, feed: float | Array) -
     program, chords = prepared.program, prepared.chords
     robot = prepared.twin.robot.at_acceleration(program.acc)
     length = np.maximum(length, SAME_POSITION)
+    stops = np.flatnonzero(program.fine)
+    reached = np.repeat(np.maximum.reduceat(prepared.highest, stops[:-1]), np.diff(stops))
+    asked = np.minimum(program.speed, reached)[chords.segment]
     share = chords.length / np.maximum(prepared.sweep.length, SAME_POSITION)[chords.segment]
-    duration = (share * length[chords.segment]) / prepared.highest[chords.segment]
+    duration = (share * length[chords.segment]) / asked
     between = (duration[1:] + duration[:-1]) / 2
     between[chords.program.fine[1:-1]] = np.inf  # a stop is no change from one line to the next
     use, hardest = np.zeros((2, 6)), 1
@@ -60,6 +66,8 @@ def read_motion(prepared: PreparedProgram, length: Array, feed: float | Array) -
             hardest = int(np.searchsorted(chords.rows, np.argmax(qdd) + 1, side="right"))
         use[1, joint] = share
     fast = program.speed >= feed * (1 - AT_FEED)
-    ramps = ramps_length(robot, program, length, prepared.theta, fast)
-    at_feed = max(0.0, float(length[fast].sum()) - ramps) / float(length.sum())
-    return WrittenMotion(frozen(prepared.time), at_feed, frozen(use), hardest)
+    at_feed = float(prepared.at_word[fast].sum()) / float(length.sum())
+    as_written = float(prepared.unrounded[-1])
+    statements = np.add.reduceat(np.diff(prepared.unrounded), np.flatnonzero(statement_starts(program.via)))
+    rounded_up = float(robot.controller.whole_periods(statements).sum() * robot.controller.period)
+    return WrittenMotion(frozen(prepared.time), at_feed, frozen(use), as_written, rounded_up, hardest)

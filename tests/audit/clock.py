@@ -1,20 +1,25 @@
-r"""When a program passes its positions: CNT through the points at the written speeds, ramps from and to its stops.
+r"""When a program passes its positions: CNT through the points at the written speeds, ramps where the speed changes.
 
-A ramp to speed v takes v / a + a / j, or 2 sqrt(v / j) where a is not reached, half of which is lost against driving at
-v; a run too short for both reaches the speed p with p^2 / a + p a / j its length, or 2 p sqrt(p / j), and takes twice
-the ramp to it. a and j are what the joints allow along the path at the stop.
+A change of speed by D takes D / a + a / j, or 2 sqrt(D / j) where a is not reached, at an even acceleration of D over
+that time, on the faster side of where the written speed changes. a and j are what the joints allow along the path where
+it begins (upwards) or ends (downwards). Words that go on rising are one change while the lines are too short for their
+part of it; a change that the next one breaks off is as large as it gets. Line by line, run by run, in plain numbers.
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from tests.audit import study
 
+NO_CHANGE = 1.005  # one word over the one before, up to which it is rounding
+ROUNDS = 80
+
 
 def ramp(speed, a, j):
-    """Time from rest to speeds, (M,) [s]."""
-    return np.where(speed * j > a * a, speed / a + a / j, 2 * np.sqrt(speed / j))
+    """Time of a change of speed [s]."""
+    return speed / a + a / j if speed * j > a * a else 2 * sqrt(speed / j)
 
 
 class Passages(NamedTuple):
@@ -22,7 +27,7 @@ class Passages(NamedTuple):
 
     time: np.ndarray  # (N,) [s]
     driven: np.ndarray  # (N - 1,) [mm/s] mean
-    ramps: np.ndarray  # (R, 2) [mm] length of the ramps from and to the stops of each run
+    steady: np.ndarray  # (N - 1,) [mm] of each line that is driven at its written speed
 
 
 def passages(length, speed, stop, theta):
@@ -38,20 +43,70 @@ def passages(length, speed, stop, theta):
     slope = np.abs(np.diff(theta, axis=0)) / np.maximum(length, 1e-6)[:, None] + 1e-15  # rad/mm
     a_all = study.RAMP_ACCELERATION * (np.radians(study.ACCELERATION_DEG_S2) / slope).min(axis=1)
     j_all = study.RAMP_JERK * (np.radians(study.JERK_DEG_S3) / slope).min(axis=1)
-    time, driven, lost = np.zeros(len(stop)), np.empty(len(speed)), []
+    taken, steady = np.empty(len(speed)), np.empty(len(speed))
     for first, last in zip(stops[:-1], stops[1:]):
-        run, ends = slice(first, last), np.array([first, last - 1])
-        v, a, j = speed[ends], a_all[ends], j_all[ends]
-        total, cruise = length[run].sum(), (length[run] / speed[run]).sum()
-        ramps = ramp(v, a, j)
-        lost.append((v * ramps / 2).tolist())
-        if sum(lost[-1]) < total:
-            taken = cruise + ramps.sum() / 2
+        lines = [x[first:last].tolist() for x in (np.maximum(length, 1e-6), speed, a_all, j_all)]
+        taken[first:last], steady[first:last] = drive(*lines)
+    return Passages(np.concatenate([[0.0], np.cumsum(taken)]), np.maximum(length, 1e-6) / taken, steady)
+
+
+def drive(length, speed, a, j):
+    """Time and steady length of each line of a run from stop to stop, lists."""
+    up, down = changes(length, speed, a, j), changes(*(x[::-1] for x in (length, speed, a, j)))
+    for _ in range(ROUNDS):
+        gain = accelerations(up, a, j)
+        loss = accelerations(down, a[::-1], j[::-1])[::-1]
+        at = [0.0]
+        for n, L in enumerate(length):
+            limit = min(speed[n], speed[n + 1]) if n + 1 < len(speed) else 0.0
+            at.append(min(limit, sqrt(at[n] ** 2 + 2 * gain[n] * L)))
+        for n in reversed(range(len(length))):
+            at[n] = min(at[n], sqrt(at[n + 1] ** 2 + 2 * loss[n] * length[n]))
+        peak = []
+        for n, L in enumerate(length):
+            # where the line of rising speed and that of falling speed meet: at x from the line's start
+            x = (at[n + 1] ** 2 - at[n] ** 2 + 2 * loss[n] * L) / 2 / (gain[n] + loss[n])
+            peak.append(min(speed[n], max(at[n], at[n + 1], sqrt(max(0.0, at[n] ** 2 + 2 * gain[n] * x)))))
+        more, fewer = reach(up, at[:-1], peak), reach(down, at[:0:-1], peak[::-1])
+        settled = all(abs(b[1] - d[1]) <= 1e-10 * d[1] for b, d in zip(more + fewer, up + down))
+        up, down = more, fewer
+        if settled:
+            break
+    time, steady = [], []
+    for n, L in enumerate(length):
+        rise, fall = peak[n] - at[n], peak[n] - at[n + 1]
+        rest = max(0.0, L - rise * (peak[n] + at[n]) / 2 / gain[n] - fall * (peak[n] + at[n + 1]) / 2 / loss[n])
+        time.append(rise / gain[n] + fall / loss[n] + rest / peak[n])
+        steady.append(rest if peak[n] > speed[n] * (1 - 1e-9) else 0.0)
+    return time, steady
+
+
+def changes(length, speed, a, j):
+    """Pairs of the line where the speed begins to rise, and by how much it rises without a pause."""
+    pairs, before, under_way = [], 0.0, False
+    for n, v in enumerate(speed):
+        if v > before * NO_CHANGE:
+            if under_way:
+                pairs[-1][1] += v - before
+            else:
+                pairs.append([n, v - before])
+            under_way = length[n] < (v + before) / 2 * ramp(v - before, a[n], j[n])
         else:
-            a, j = a.min(), j.min()
-            peak = (-a * a / j + np.sqrt((a * a / j) ** 2 + 4 * a * total)) / 2
-            peak = peak if peak * j > a * a else (total**2 * j / 4) ** (1 / 3)
-            taken = 2 * float(ramp(np.array(min(peak, v.min())), a, j))
-        driven[run] = speed[run] * cruise / taken
-        time[first + 1 : last + 1] = time[first] + np.cumsum(length[run] / driven[run])
-    return Passages(time, driven, np.array(lost))
+            under_way = False
+        before = v
+    return pairs
+
+
+def accelerations(pairs, a, j):
+    """The acceleration on each line: that of the last change that began."""
+    starts = [n for n, _ in pairs] + [len(a)]
+    each = []
+    for (n, rise), end in zip(pairs, starts[1:]):
+        each += [rise / ramp(rise, a[n], j[n])] * (end - n)
+    return each
+
+
+def reach(pairs, start, peak):
+    """The changes with what they come to before the next one begins."""
+    ends = [n for n, _ in pairs[1:]] + [len(peak)]
+    return [[n, min(rise, max(max(peak[n:end]) - start[n], 1e-6))] for (n, rise), end in zip(pairs, ends)]

@@ -111,9 +111,7 @@ def clock_checks(path, report, program, table, length, touching, passed):
     feed, allowed = path["process"]["feed_mm_s"], TIME_S + TIME * passed.time[-1]
     exactly = any(abs(feed / step - round(feed / step)) < 1e-6 for step in listing.STEPS_MM_S)
     at_feed = program.speed_mm_s >= feed * (1 - (1e-9 if exactly else FEED))
-    stops = np.flatnonzero(program.stop)
-    ramps = sum(passed.ramps[at_feed[n], k].sum() for k, n in enumerate((stops[:-1], stops[1:] - 1)))
-    share = (length[at_feed].sum() - ramps) / length.sum()
+    share = passed.steady[at_feed].sum() / length.sum()
     return [
         equal("times of waypoints, s", passed.time, table["time"], allowed),
         equal("duration, s", passed.time[-1], report["timing"]["duration_s"], allowed),

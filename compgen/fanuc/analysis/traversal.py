@@ -2,7 +2,8 @@ r"""Traversal of any program in the order listed: where the robot goes, and how 
 
 Times are those of one pass in the order listed; ``origin`` says where the robot surely comes from. A way of length l at
 a speed v takes l / v, and each stop at one of its ends half a ramp more, T(v) = v / a + a / j with what the joints
-allow along the way; no joint outruns its speed, as where the tool turns on the spot. A joint motion at p percent takes
+allow along the way; no joint outruns its speed, as where the tool turns on the spot; a line takes whole interpolation
+periods where the controller rounds up. A joint motion at p percent takes
 the longest of its joints' turns over p percent of their speeds; a motion in seconds takes those. WAIT pauses.
 """
 
@@ -89,6 +90,8 @@ def read_traversal(
         ramp = (joint_speed / (RAMP * acceleration)).max(axis=1) + (acceleration / jerk).max()
     begins = np.concatenate([[True], stop[:-1]]) if len(stop) else stop
     duration = duration + np.nan_to_num(ramp, nan=0.0) * (begins * 0.5 + stop * 0.5)
+    if robot is not None:
+        duration = np.where(letter == "L", robot.controller.line_time(duration), duration)
     duration = np.where(np.isfinite(seconds), value * seconds / np.where(letter == "C", 2, 1), duration)
     untimed = ~(np.isfinite(rate) | percent | np.isfinite(seconds) | (unit == TURN_RATE))
     untimed[1:] |= ~np.isfinite(duration[1:])  # where a program starts from is never known

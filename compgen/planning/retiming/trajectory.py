@@ -64,7 +64,8 @@ def retime(
         progress: Called with the share done.
 
     Returns:
-        The motion. Segments shorter than feed x period run at length / period.
+        The motion. Segments shorter than feed x period run at length / period. Where the controller rounds up, the
+        times at the waypoints are its; phases and the use of limits are those of the motion that is not rounded.
 
     Raises:
         ImpossibleError: No motion exists within the limits (a limit of zero, or a path of coincident waypoints).
@@ -89,6 +90,8 @@ def retime(
     time = phases.time(passed)
     time[0], time[-1] = 0.0, phases.end
     speed = _programmed_speeds(arc, time, blocks, partition)
+    if robot.controller.rounds_up_to_period:
+        time = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(np.diff(time)))])
     cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= wanted[phases.block] * (1 - 1e-9))
     at_feed = float((phases.v0 * phases.duration)[cruise].sum() / (arc[-1] - arc[0]))
     progress(1.0)

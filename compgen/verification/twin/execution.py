@@ -29,7 +29,7 @@ from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.heat import mode_states
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
 from compgen.verification.twin.real_arm import Twin, refuse_wrong_inverse
-from compgen.verification.twin.timing import time_program
+from compgen.verification.twin.timing import statement_times, time_program
 
 SPACING = 1e-3  # m between samples at most
 CHUNK = 16384  # segments at a time
@@ -69,6 +69,8 @@ class PreparedProgram:
     rise: Array  # (N, K) [K] without what the air does from the first duty on
     driven: Array  # (S,) [m/s] mean
     highest: Array  # (S,) [m/s] that is reached on it
+    unrounded: Array  # (N,) [s] ``time`` where the controller does not round up
+    at_word: Array  # (S,) [m] how much of it is driven at the written speed
     theta: Array  # (N, 6) [rad]
     turn: Array  # (S, 3) [rad] rotation vector over each segment, in the axes of its start
     samples_per_segment: IntArray  # (S,)
@@ -189,8 +191,13 @@ class PreparedProgram:
 
     def at_override(self, share: float) -> "PreparedProgram":
         """The program driven at a share of its speeds; its warmth is left to ``reheated``."""
+        unrounded, controller = self.unrounded / share, self.twin.robot.controller
+        time, factor = unrounded, np.full(len(self.driven), share)
+        if controller.rounds_up_to_period:
+            taken = statement_times(controller, np.diff(unrounded), self.program.via)
+            time, factor = np.concatenate([[0.0], np.cumsum(taken)]), np.diff(self.time) / taken
         slower = replace(
-            self, time=self.time / share, driven=self.driven * share, highest=self.highest * share,
+            self, time=time, unrounded=unrounded, driven=self.driven * factor, highest=self.highest * factor,
             override=self.override * share,
         )  # fmt: skip
         return replace(slower, led=slower.motion_deviation())
@@ -205,7 +212,7 @@ class PreparedProgram:
         robot = self.twin.robot
         slower = replace(robot, acceleration=share * robot.acceleration, jerk=share * robot.jerk)
         timing = time_program(slower, self.program, self.sweep.length, self.theta)
-        return replace(self, time=timing.time, driven=timing.driven, highest=timing.highest)
+        return replace(self, **timing._asdict())
 
     def with_rise(self, rise: Array) -> "PreparedProgram":
         """The program with given rises at its positions, (N, K) [K], what the air does among them."""
@@ -247,15 +254,13 @@ def prepare(twin: Twin, program: Program, duties: Sequence[Duty], air: Ambient |
     prepared = PreparedProgram(
         twin,
         program,
-        timing.time,
-        driven=timing.driven,
-        highest=timing.highest,
         theta=theta,
         turn=turn,
         samples_per_segment=samples_per_segment,
         sweep=sweep,
         chords=chords,
         chord_theta=chord_theta,
+        **timing._asdict(),
         **thermal,
     )
     return replace(prepared, led=prepared.motion_deviation())

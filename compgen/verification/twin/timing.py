@@ -1,20 +1,36 @@
-"""The twin's own timing of a program as read from its text: when it passes each position, and how fast it really goes.
+r"""The twin's own timing of a program as read from its text: when it passes each position, and how fast it really goes.
 
-A run between two stops takes its length over the written speeds and half of each ramp. A ramp to speed v takes
-T(v) = v / a + a / j, or 2 sqrt(v / j) below a^2 / j, with a and j what the joints allow along the path at its stop. A
-run too short for both ramps reaches the speed p with p T(p) = length, and takes 2 T(p).
+A change of speed by dv, from or to a stop or from one line's written speed to the next one's, takes
+
+    T(dv) = dv / a + a / j,    or 2 sqrt(dv / j) below dv = a^2 / j
+
+with a and j what the joints allow along the path where it begins (faster) or ends (slower). It lies on the faster side,
+as no line is driven above its word, and is counted as of the constant acceleration dv / T(dv), which takes as long over
+as much way. So over a line of length L the square of the speed rises, and falls, by no more than 2 (dv / T) L:
+
+    v_n^2 = min(limit_n^2, v_{n-1}^2 + 2 (dv / T) L_n)    forwards, and the same backwards
+
+with limit_n the lower of two words, and zero at a stop. Words that go on rising (falling) on lines too short for their
+own share of it are one change. A change that is broken off, as in a run too short for its ramps, is of the dv that it
+reaches.
+
+A controller that rounds up takes a whole number of interpolation periods for every line.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from compgen.core.arcs import statement_starts
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.fanuc.program import Program
-from compgen.robot.robot import Robot
+from compgen.robot.robot import Controller, Robot
 
 SAME_POSITION = 1e-9  # m; two positions whose texts are the same
 RAMP_ACCELERATION, RAMP_JERK = 0.9, 0.45  # share of the joints' limits that a ramp uses
+SAME_WORD = 0.005  # by less, one word after another is rounding and no change of speed
+ROUNDS = 60  # of finding what broken changes reach
+REACHED = 1e-9  # relative
 
 
 class ProgramTiming(NamedTuple):
@@ -23,59 +39,175 @@ class ProgramTiming(NamedTuple):
     time: Array  # (N,) [s] when each position is passed
     driven: Array  # (N - 1,) [m/s] mean speed on each segment
     highest: Array  # (N - 1,) [m/s] highest speed on each segment
+    unrounded: Array  # (N,) [s] ``time`` on a controller that does not round up
+    at_word: Array  # (N - 1,) [m] how much of each segment is driven at its written speed
+
+
+class _Lines(NamedTuple):
+    """S lines between stops, none of which is left out."""
+
+    word: Array  # (S,) [m/s]
+    length: Array  # (S,) [m]
+    from_stop: BoolArray  # (S,)
+    to_stop: BoolArray  # (S,)
+    a: Array  # (S,) [m/s2] of a ramp there
+    j: Array  # (S,) [m/s3]
+
+    def backwards(self) -> "_Lines":
+        """The same way from its end."""
+        same = self.of(slice(None, None, -1))
+        return same._replace(from_stop=same.to_stop, to_stop=same.from_stop)
+
+    def of(self, rows: slice | BoolArray) -> "_Lines":
+        """Some of them."""
+        return _Lines(
+            self.word[rows], self.length[rows], self.from_stop[rows], self.to_stop[rows], self.a[rows], self.j[rows]
+        )
+
+
+class _Changes(NamedTuple):
+    """C changes to a higher speed."""
+
+    first: IntArray  # (C,) the line that each begins with; it counts until the next one begins
+    rise: Array  # (C,) [m/s]
+
+    def acceleration(self, lines: _Lines) -> Array:
+        """On each line, (S,) [m/s2]."""
+        mean = self.rise / ramp_duration(self.rise, lines.a[self.first], lines.j[self.first])
+        return np.repeat(mean, np.diff(self.first, append=len(lines.word)))
+
+    def reached(self, speed: Array, peak: Array) -> "_Changes":
+        """What they come to, of speeds at the start of each line (S,) and highest on it (S,) [m/s]."""
+        risen = np.maximum.reduceat(peak, self.first) - speed[self.first]
+        return _Changes(self.first, np.minimum(self.rise, np.maximum(risen, SAME_POSITION)))
+
+
+class _Driven(NamedTuple):
+    """How S lines are driven."""
+
+    duration: Array  # (S,) [s]
+    highest: Array  # (S,) [m/s]
+    at_word: Array  # (S,) [m]
 
 
 def time_program(robot: Robot, program: Program, length: Array, theta: Array) -> ProgramTiming:
     """When each position is passed, and the mean and the highest speed on each segment.
 
     Args:
-        robot: Its joint limits.
-        program: With N positions.
+        robot: Its joint limits, and whether its controller rounds up.
+        program: With N positions, a stop at both ends.
         length: Of its segments, (N - 1,) [m].
         theta: Joints at its positions, (N, 6) [rad].
     """
-    robot, stops = robot.at_acceleration(program.acc), np.flatnonzero(program.fine)
-    first, last = stops[:-1], stops[1:] - 1  # segments of each run
-    a_first, j_first = _ramp_limits(robot, theta, length, first)
-    a_last, j_last = _ramp_limits(robot, theta, length, last)
-    written_time = length / program.speed
-    run_length, cruise_time = np.add.reduceat(length, first), np.add.reduceat(written_time, first)
-    T_first = ramp_duration(program.speed[first], a_first, j_first)
-    T_last = ramp_duration(program.speed[last], a_last, j_last)
-    ramp_length = program.speed[first] * T_first / 2 + program.speed[last] * T_last / 2
-    low, high = np.zeros(len(first)), np.minimum(program.speed[first], program.speed[last])
-    a, j = np.minimum(a_first, a_last), np.minimum(j_first, j_last)
-    for _ in range(60):  # bisection for p
-        p = (low + high) / 2
-        below = p * ramp_duration(p, a, j) < run_length
-        low, high = np.where(below, p, low), np.where(below, high, p)
-    run_time = np.where(ramp_length < run_length, cruise_time + (T_first + T_last) / 2, 2 * ramp_duration(low, a, j))
-    segments = np.diff(stops)
-    slowdown = np.repeat(cruise_time / run_time, segments)
-    highest = np.minimum(program.speed, np.repeat(np.where(ramp_length < run_length, np.inf, low), segments))
-    time = np.concatenate([[0.0], np.cumsum(written_time / slowdown)])
-    return ProgramTiming(time, program.speed * slowdown, highest)
+    robot, way = robot.at_acceleration(program.acc), np.maximum(length, SAME_POSITION)
+    lines = _Lines(program.speed, way, program.fine[:-1], program.fine[1:], *_ramp_limits(robot, program, theta, way))
+    driven = _drive(lines)
+    taken = statement_times(robot.controller, driven.duration, program.via)
+    unrounded = np.concatenate([[0.0], np.cumsum(driven.duration)])
+    time = np.concatenate([[0.0], np.cumsum(taken)]) if robot.controller.rounds_up_to_period else unrounded
+    return ProgramTiming(time, way / taken, driven.highest * (driven.duration / taken), unrounded, driven.at_word)
 
 
-def ramps_length(robot: Robot, program: Program, length: Array, theta: Array, counted: BoolArray) -> float:
-    """How much of the counted segments (N - 1,) is spent on ramps from and to stops [m]."""
-    robot, stops = robot.at_acceleration(program.acc), np.flatnonzero(program.fine)
-    total = 0.0
-    for segment in (stops[:-1], stops[1:] - 1):
-        segment = segment[counted[segment]]
-        ramp_time = ramp_duration(program.speed[segment], *_ramp_limits(robot, theta, length, segment))
-        total += float((program.speed[segment] * ramp_time / 2).sum())
-    return total
+def statement_times(controller: Controller, duration: Array, via: BoolArray) -> Array:
+    """How long the controller takes for segments (S,) [s]; the two of an arc share its statement's time.
+
+    Args:
+        controller: Which may round up.
+        duration: Of the segments as they are, (S,) [s].
+        via: Positions in the middle of an arc, (S + 1,).
+    """
+    if not controller.rounds_up_to_period:
+        return duration
+    starts = np.flatnonzero(statement_starts(via))
+    together = np.add.reduceat(duration, starts)
+    return duration * np.repeat(controller.line_time(together) / together, np.diff(starts, append=len(duration)))
 
 
-def _ramp_limits(robot: Robot, theta: Array, length: Array, segment: IntArray) -> tuple[Array, Array]:
-    """Acceleration and jerk along the path that the joints allow a ramp on some segments [m/s2], [m/s3]."""
-    turn = np.abs(theta[segment + 1] - theta[segment])
-    slope = turn / np.maximum(length[segment, None], SAME_POSITION) + 1e-12  # rad/m
-    a = RAMP_ACCELERATION * (robot.acceleration / slope).min(axis=1)
-    return a, RAMP_JERK * (robot.jerk / slope).min(axis=1)
+def _drive(lines: _Lines) -> _Driven:
+    """How lines are driven; both ends are stops."""
+    reverse = lines.backwards()
+    up, down = _changes(lines), _changes(reverse)
+    todo = np.arange(len(lines.word))
+    driven = _Driven(*(np.empty(len(todo)) for _ in range(3)))
+    for _ in range(ROUNDS):
+        a_up, a_down = up.acceleration(lines), down.acceleration(reverse)[::-1]
+        v0, v1, peak = _speeds(lines, a_up, a_down)
+        changing = (peak**2 - v0**2) / (2 * a_up) + (peak**2 - v1**2) / (2 * a_down)
+        cruise = np.maximum(lines.length - changing, 0.0)
+        driven.duration[todo] = (peak - v0) / a_up + (peak - v1) / a_down + cruise / peak
+        driven.highest[todo] = peak
+        driven.at_word[todo] = np.where(peak >= lines.word * (1 - REACHED), cruise, 0.0)
+        # runs in which a change is broken off are driven again, with what it reaches
+        up_new, down_new = up.reached(v0, peak), down.reached(v1[::-1], peak[::-1])
+        broken = np.zeros(len(todo), dtype=bool)
+        broken[up.first] = up_new.rise < up.rise * (1 - REACHED)
+        broken[len(todo) - 1 - down.first[down_new.rise < down.rise * (1 - REACHED)]] = True
+        run = np.cumsum(lines.from_stop) - 1
+        again = np.isin(run, run[broken])
+        if not again.any():
+            break
+        todo = todo[again]
+        up, down = _of_some(up_new, again), _of_some(down_new, again[::-1])
+        lines = lines.of(again)
+        reverse = lines.backwards()
+    return driven
 
 
-def ramp_duration(speed: Array, a: Array, j: Array) -> Array:
-    """T: from rest to a speed with limited acceleration and jerk, (K,) [s]."""
-    return np.where(speed > a * a / j, speed / a + a / j, 2 * np.sqrt(speed / j))
+def _of_some(changes: _Changes, kept: BoolArray) -> _Changes:
+    """The changes on the lines that are kept, whole runs of them."""
+    number = np.cumsum(kept) - 1
+    stays = kept[changes.first]
+    return _Changes(number[changes.first[stays]], changes.rise[stays])
+
+
+def _changes(lines: _Lines) -> _Changes:
+    """Where the speed rises, in driving order, and by how much."""
+    word = lines.word
+    low = np.where(lines.from_stop, 0.0, np.minimum(word, np.append(0.0, word[:-1])))
+    rises = word > low * (1 + SAME_WORD)
+    rows = np.flatnonzero(rises)
+    own = (low + word)[rows] / 2 * ramp_duration((word - low)[rows], lines.a[rows], lines.j[rows])
+    short = np.zeros(len(word), dtype=bool)
+    short[rows] = lines.length[rows] < own
+    goes_on = rises & np.append(False, short[:-1]) & ~lines.from_stop
+    first = np.flatnonzero(rises & ~goes_on)
+    top = np.maximum.reduceat(np.where(rises, word, 0.0), first)
+    return _Changes(first, top - low[first])
+
+
+def _speeds(lines: _Lines, a_up: Array, a_down: Array) -> tuple[Array, Array, Array]:
+    """Speeds at the start and the end of each line, and the highest on it, (S,) each [m/s]."""
+    word, length = lines.word, lines.length
+    limit = np.concatenate([[0.0], np.where(lines.to_stop, 0.0, np.minimum(word, np.append(word[1:], 0.0)))])
+    square = _rising(limit**2, 2 * a_up * length)
+    square = _rising(square[::-1], (2 * a_down * length)[::-1])[::-1]
+    before, after = square[:-1], square[1:]
+    top = (2 * a_up * a_down * length + a_down * before + a_up * after) / (a_up + a_down)
+    peak = np.sqrt(np.maximum(np.minimum(word**2, top), np.maximum(before, after)))
+    return np.sqrt(before), np.sqrt(after), peak
+
+
+def _rising(limit: Array, step: Array) -> Array:
+    """The largest values within limits (N,) that rise from one to the next by no more than steps (N - 1,)."""
+    sum_of_steps = np.concatenate([[0.0], np.cumsum(step)])
+    values = np.minimum.accumulate(limit - sum_of_steps) + sum_of_steps
+    return np.asarray(np.clip(values, 0.0, limit))
+
+
+def _ramp_limits(robot: Robot, program: Program, theta: Array, length: Array) -> tuple[Array, Array]:
+    """Acceleration and jerk along the path that the joints allow a ramp on each segment [m/s2], [m/s3].
+
+    Where the speed does not change they are not asked for, and endless.
+    """
+    a, j = np.full(len(length), np.inf), np.full(len(length), np.inf)
+    changes = program.fine | np.concatenate([[True], program.speed[1:] != program.speed[:-1], [True]])
+    rows = np.flatnonzero(changes[:-1] | changes[1:])
+    slope = np.abs(theta[rows + 1] - theta[rows]) / length[rows, None] + 1e-12  # rad/m
+    a[rows] = RAMP_ACCELERATION * (robot.acceleration / slope).min(axis=1)
+    j[rows] = RAMP_JERK * (robot.jerk / slope).min(axis=1)
+    return a, j
+
+
+def ramp_duration(change: Array, a: Array, j: Array) -> Array:
+    """T: of a change of speed with limited acceleration and jerk, (K,) [s]."""
+    return np.where(change > a * a / j, change / a + a / j, 2 * np.sqrt(change / j))

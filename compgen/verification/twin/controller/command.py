@@ -23,11 +23,10 @@ from compgen.core.rotations import interpolate_rotation
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
-from compgen.robot.robot import Robot
+from compgen.robot.robot import SAME_PERIOD, Robot
 from compgen.verification.twin.circular_motion import Sweeps
 from compgen.verification.twin.controller.smoothing import settling_time
 
-SAME = 1e-9  # of a period: rounding up begins above
 
 
 class Prepared(Protocol):
@@ -38,7 +37,7 @@ class Prepared(Protocol):
     @property
     def sweep(self) -> Sweeps: ...  # noqa: D102
     @property
-    def time(self) -> Array: ...  # noqa: D102
+    def unrounded(self) -> Array: ...  # noqa: D102
     @property
     def theta(self) -> Array: ...  # noqa: D102
     @property
@@ -51,7 +50,7 @@ class WrittenPath:
 
     program: Program
     sweep: Sweeps  # of its N - 1 segments
-    time: Array  # (N,) [s] at full override
+    time: Array  # (N,) [s] at full override, lines not rounded up
     theta: Array  # (N, 6) [rad]
 
     def __post_init__(self) -> None:
@@ -60,7 +59,7 @@ class WrittenPath:
     @classmethod
     def of(cls, prepared: "Prepared") -> "WrittenPath":
         """Of a ``PreparedProgram``."""
-        return cls(prepared.program, prepared.sweep, prepared.time * prepared.override, prepared.theta)
+        return cls(prepared.program, prepared.sweep, prepared.unrounded * prepared.override, prepared.theta)
 
     def arcs(self) -> Array:
         """Length of the path at each position, (N,) [m]."""
@@ -224,7 +223,7 @@ def statement_times(length: Array, speed: Array, period: float, rounds_up: bool,
     if via is not None and via.any():
         half = np.flatnonzero(via)
         whole[half - 1] = whole[half] = time[half - 1] + time[half]
-    return np.asarray(time / np.maximum(whole, 1e-300) * (period * np.ceil(whole / period - SAME)))
+    return np.asarray(time / np.maximum(whole, 1e-300) * (period * np.ceil(whole / period - SAME_PERIOD)))
 
 
 def _rounds_up(robot: Robot) -> bool:
