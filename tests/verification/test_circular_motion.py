@@ -104,7 +104,8 @@ def test_joints_on_an_arc_are_those_of_many_short_lines(twin):
     many = on_circle(0.25, np.linspace(0, 1.4, 401), (0, 0, 1), (0, 0, 0))
     many = replace(many, via=np.zeros(401, dtype=bool))
     arcs, lines = prepare(twin, program, []), prepare(twin, many, [])
-    assert_allclose(arcs.rise[-1], lines.rise[-1], rtol=5e-3)
+    # a line of 1 mm has its own speed on the ramp, an arc of 90 mm the mean; the warmth is not in proportion to speed
+    assert_allclose(arcs.rise[-1], lines.rise[-1], rtol=0.02)
     use = [read_motion(p, p.sweep.length, 0.1).use for p in (arcs, lines)]
     assert_allclose(use[0][0], use[1][0], rtol=0.02)
     assert_allclose(use[0][1], use[1][1], rtol=0.1)

@@ -28,7 +28,6 @@ from compgen.verification.twin.circular_motion import Sweeps
 from compgen.verification.twin.controller.smoothing import settling_time
 
 
-
 class Prepared(Protocol):
     """What is needed of a ``PreparedProgram``, which knows this module."""
 
