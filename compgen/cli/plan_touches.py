@@ -70,8 +70,8 @@ def plan_touches(
     from compgen.identification.touch_candidates import Search
     from compgen.identification.touches import read_artefact
     from compgen.pipelines.path_file import load_job
-    from compgen.pipelines.touch_frame import frame_of_artefact
     from compgen.pipelines.touch_plan import plan_path_touches
+    from compgen.pipelines.touch_targets import frame_of_artefact
     from compgen.pipelines.touch_text import positions_of, write_touches
     from compgen.report.touch_plan import touch_record, touches_csv
 
@@ -124,7 +124,7 @@ def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
     from rich.table import Table
 
     console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
-    table = Table("touch", "sphere", "probe moves along (World)", "leaves rms, um", "gain")
+    table = Table("touch", "target", "probe moves along (World)", "leaves rms, um", "gain")
     for n, touch in enumerate(record["touches"], 1):
         normal = touch["normal"]
         along = "to its centre" if normal is None else "  ".join(f"{round(v, 2) + 0.0:5.2f}" for v in normal)

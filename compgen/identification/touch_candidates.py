@@ -1,11 +1,12 @@
-r"""Ways to touch spheres: directions and probe orientations that the arm reaches in a program's posture.
+r"""Ways to touch spheres and planes: directions and probe orientations that the arm reaches in a program's posture.
 
 A ball of radius r touches a sphere of radius R about s, moving along n, when its centre is at
 
     c = s - (R + r) n
 
-The probe's stem runs from the ball back along -t, t the flange's z. It stays clear of the sphere while -t . n' >= 0,
-n' = -n the outward normal at the touch; spheres stand on stems below them, so nothing touches from underneath. The
+A plane is a sphere of no radius that is touched at its point, against its normal. The probe's stem runs from the ball
+back along -t, t the flange's z. It stays clear of the target while -t . n' >= 0, n' = -n the outward normal at the
+touch; spheres stand on stems below them, so nothing touches from underneath. The
 probe comes from above along t to a distance of ``clearance`` before c, searches along n, and may go ``beyond`` c. A
 way is kept where all of it is in reach, within the joints' limits, away from singularities, and on one branch.
 """
@@ -24,7 +25,7 @@ from compgen.robot.joint_path import legal_turns, nearest_turns
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
 
-MOST = 20_000  # ways that are looked at; of more, as many of each sphere, at random
+MOST = 20_000  # ways that are looked at; of more, as many of each target, at random
 TILTS = (0.0, 30 * DEG, 55 * DEG)  # of the stem from the vertical
 AZIMUTHS = 6  # to which it is tilted
 SPINS = 6  # of the flange about the stem
@@ -32,21 +33,22 @@ RINGS = ((0.0, 8), (45 * DEG, 8), (90 * DEG, 1))  # elevation of touched points,
 LIFT = 150 * MM  # along the stem, from the approach to where the arm may turn
 STEP = 20 * DEG  # a joint that turns farther between two points of a way has passed something singular
 PIECES = 5  # of each straight piece of a way, at whose ends the joints are looked at
-STEM_GAP = 5 * MM  # between the probe's stem and other spheres
+STEM_GAP = 5 * MM  # between the probe's stem and other targets
 POINTS = 17  # of a stem, from the ball to the flange
 STAGES = ("lifted", "approach", "touch", "beyond")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Spheres:
-    """S spheres that may be touched."""
+class Targets:
+    """S spheres and planes that may be touched."""
 
     name: tuple[str, ...]
     place: Array  # (S, 3) [m] in World
-    radius: Array  # (S,) [m]
+    radius: Array  # (S,) [m] 0 of a plane
+    normal: Array  # (S, 3) out of a plane's material; NaN: a sphere
 
     def __post_init__(self) -> None:
-        own(self, place=("S", 3), radius=("S",))
+        own(self, place=("S", 3), radius=("S",), normal=("S", 3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,22 +71,22 @@ class Search:
 class Ways:
     """K ways to touch; each has the four STAGES."""
 
-    sphere: IntArray  # (K,)
+    target: IntArray  # (K,)
     normal: Array  # (K, 3) in which the probe moves; NaN: it locates the centre
     position: Array  # (K, 4, 3) [m] of the ball's centre in World
     rotation: Array  # (K, 3, 3) of the flange
     theta: Array  # (K, 4, 6) [rad]
 
     def __post_init__(self) -> None:
-        own(self, sphere=("K",), normal=("K", 3), position=("K", 4, 3), rotation=("K", 3, 3), theta=("K", 4, 6))
+        own(self, target=("K",), normal=("K", 3), position=("K", 4, 3), rotation=("K", 3, 3), theta=("K", 4, 6))
 
     def subset(self, rows: IntArray | BoolArray) -> "Ways":
         """Some of them."""
-        return Ways(*(getattr(self, name)[rows] for name in ("sphere", "normal", "position", "rotation", "theta")))
+        return Ways(*(getattr(self, name)[rows] for name in ("target", "normal", "position", "rotation", "theta")))
 
 
 def reachable_ways(
-    robot: Robot, posture: Posture, near: Array, spheres: Spheres, probe: Probe, search: Search, centres: bool
+    robot: Robot, posture: Posture, near: Array, targets: Targets, probe: Probe, search: Search, centres: bool
 ) -> Ways:
     """All ways that the arm can drive.
 
@@ -92,35 +94,37 @@ def reachable_ways(
         robot: Arm of the class that the closed form covers.
         posture: Kept throughout.
         near: Joints (6,) [rad] whose turns are to be kept.
-        spheres: What may be touched.
+        targets: What may be touched.
         probe: With what.
         search: How a touch is driven.
         centres: Whether a touch locates the centre of a sphere (a nest, a centring probe), not one side of it.
     """
-    ways = [_ways_of(s, spheres, probe, search, centres) for s in range(len(spheres.name))]
+    ways = [_ways_of(s, targets, probe, search, centres) for s in range(len(targets.name))]
     rng, each = np.random.default_rng(1), MOST // len(ways)  # the same ways at every run
     rows = [np.sort(rng.permutation(len(part[0]))[:each]) for part in ways]
-    sphere, normal, position, rotation = (
+    target, normal, position, rotation = (
         np.concatenate([part[k][some] for part, some in zip(ways, rows)]) for k in range(4)
     )
     theta, reached = _drive(robot, posture, near, probe, position, rotation)
-    reached &= _clear(spheres, probe, sphere, position, rotation)
-    return Ways(sphere, normal, position, rotation, theta).subset(reached)
+    reached &= _clear(targets, probe, target, position, rotation)
+    return Ways(target, normal, position, rotation, theta).subset(reached)
 
 
-def _ways_of(s: int, spheres: Spheres, probe: Probe, search: Search, centres: bool) -> tuple[Array, ...]:
-    """Sphere, normal, stages and rotation of all ways to touch one sphere, whatever the arm reaches."""
+def _ways_of(s: int, targets: Targets, probe: Probe, search: Search, centres: bool) -> tuple[Array, ...]:
+    """Target, normal, stages and rotation of all ways to touch one target, whatever the arm reaches."""
     rotations = _orientations()
     stem = rotations[:, :, 2]
-    outward = _outward() if not centres else np.empty((0, 3))
+    is_plane = bool(np.isfinite(targets.normal[s, 0]))
+    outward = np.empty((0, 3)) if centres else targets.normal[s : s + 1] if is_plane else _outward()
     i, j = np.indices((max(len(outward), 1), len(rotations))).reshape(2, -1)
-    if centres:  # the probe comes down along its stem
-        normal, way, touch = np.full((len(j), 3), np.nan), stem[j], np.tile(spheres.place[s], (len(j), 1))
+    if centres:  # the probe comes down along its stem; a plane has no centre
+        i, j = (i[:0], j[:0]) if is_plane else (i, j)
+        normal, way, touch = np.full((len(j), 3), np.nan), stem[j], np.tile(targets.place[s], (len(j), 1))
     else:
         clear = np.einsum("ki,ki->k", -stem[j], outward[i]) >= -1e-9
         i, j = i[clear], j[clear]
         normal = way = -outward[i]
-        touch = spheres.place[s] - (spheres.radius[s] + probe.radius) * way
+        touch = targets.place[s] - (targets.radius[s] + probe.radius) * way
     before = touch - search.clearance * way
     stages = np.stack([before - LIFT * stem[j], before, touch, touch + search.beyond * way * (not centres)], axis=1)
     return np.full(len(j), s), normal, stages, rotations[j]
@@ -171,35 +175,35 @@ def _drive(
     return theta[:, ::PIECES], good.reshape(K, count).all(axis=1) & smooth
 
 
-def _clear(spheres: Spheres, probe: Probe, sphere: IntArray, position: Array, rotation: Array) -> BoolArray:
-    """Which ways keep the probe's stem clear of the other spheres and the stems below them, (K,)."""
+def _clear(targets: Targets, probe: Probe, target: IntArray, position: Array, rotation: Array) -> BoolArray:
+    """Which ways keep the probe's stem clear of the other targets and the stems below them, (K,)."""
     to_flange = np.einsum("kij,j->ki", rotation, probe.centre.position)
-    other = np.arange(len(spheres.name)) != sphere[:, None]
+    other = np.arange(len(targets.name)) != target[:, None]
     clear = np.ones(len(position), dtype=bool)
     for stage in (1, 2):
-        gap = _gaps(spheres, probe, position[:, stage], position[:, stage] - to_flange)
+        gap = _gaps(targets, probe, position[:, stage], position[:, stage] - to_flange)
         clear &= ~((gap < STEM_GAP) & other).any(axis=1)
     return clear
 
 
-def stem_gap(robot: Robot, spheres: Spheres, probe: Probe, theta: Array) -> Array:
-    """The smallest distance of the probe from each sphere and the stem below it while it takes poses, (S,) [m].
+def stem_gap(robot: Robot, targets: Targets, probe: Probe, theta: Array) -> Array:
+    """The smallest distance of the probe from each target and the stem below it while it takes poses, (S,) [m].
 
     Args:
         robot: The arm.
-        spheres: S of them.
+        targets: S of them.
         probe: Its stem runs from the ball to the flange.
         theta: Joints (M, 6) [rad].
     """
     flange = flange_pose(robot, theta)
-    return np.asarray(_gaps(spheres, probe, flange.act(probe.centre.position), flange.position).min(axis=0))
+    return np.asarray(_gaps(targets, probe, flange.act(probe.centre.position), flange.position).min(axis=0))
 
 
-def _gaps(spheres: Spheres, probe: Probe, ball: Array, flange: Array) -> Array:
-    """Distances of stems from balls to flanges, (K, 3) each [m], from spheres and stems below them, (K, S) [m]."""
+def _gaps(targets: Targets, probe: Probe, ball: Array, flange: Array) -> Array:
+    """Distances of stems from balls to flanges, (K, 3) each [m], from targets and stems below them, (K, S) [m]."""
     stem = ball[:, None] + (flange - ball)[:, None] * np.linspace(0.0, 1.0, POINTS)[:, None]  # (K, POINTS, 3)
-    gaps = np.empty((len(ball), len(spheres.name)))
-    for s, (place, radius) in enumerate(zip(spheres.place, spheres.radius)):
+    gaps = np.empty((len(ball), len(targets.name)))
+    for s, (place, radius) in enumerate(zip(targets.place, targets.radius)):
         off = stem - place
         off[:, :, 2] = np.maximum(off[:, :, 2], 0.0)
         gaps[:, s] = np.linalg.norm(off, axis=2).min(axis=1) - radius - probe.radius

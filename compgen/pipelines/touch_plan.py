@@ -5,26 +5,26 @@ from itertools import pairwise
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
-from compgen.identification.touch_candidates import Probe, Search, Spheres, Ways, reachable_ways, stem_gap
+from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
 from compgen.identification.touch_planning import PathDrift, TouchPlan, path_weight, plan_touches
 from compgen.identification.touches import Artefact
 from compgen.pipelines.averaging import planned_rises
 from compgen.pipelines.drift_model import DriftPrior, drift_columns, forecast_prior
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import plan_motion
+from compgen.pipelines.touch_targets import targets_of, unreached
 from compgen.planning.toolpath import ToolPath
 
 MOST_TOUCHES = 100
-MOST_SPHERES = 60
 POINTS = 1000  # of the path, evenly along the part
 USEFUL = 0.01  # of the path's rms: a touch that gains less is named
 TURNING = 40  # poses that are looked at between two touches
-NEAR = 5 * MM  # from a sphere, that a way between touches is named
+NEAR = 5 * MM  # from a target: a way between touches that comes so near is named
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,7 +33,7 @@ class PlannedTouches:
 
     job: Job
     artefact: Artefact
-    spheres: Spheres
+    targets: Targets
     ways: Ways  # (n,)
     plan: TouchPlan
     rms: Array  # (n + 1,) [m] of the path's drift before the first and after each
@@ -76,22 +76,22 @@ def plan_path_touches(
         prior: What is known of the state; None: what the forecast leaves open.
 
     Raises:
-        InputError: Spheres that cannot anchor anything.
+        InputError: Targets that cannot anchor anything.
         ImpossibleError: The arm reaches none, or fewer ways than touches.
     """
     if not 1 <= count <= MOST_TOUCHES:
         raise InputError(f"-n {count}: must be 1 to {MOST_TOUCHES}; 8 to 16 do for most paths")
-    spheres, place_sigma, notes = _spheres(artefact, frame[1], centres)
+    targets, place_sigma, notes = targets_of(artefact, frame[1], centres)
     probe = Probe(Pose(artefact.probe, np.eye(3)), artefact.probe_diameter / 2)
     motion = plan_motion(job.plan, job.cell, job.feed, progress, pages=False)
     rise = planned_rises(job, motion.joint_motion)
     progress("touches in reach", 0.0)
     near = motion.theta[len(motion.theta) // 2]
-    ways = reachable_ways(job.robot, job.posture, near, spheres, probe, search, centres)
-    notes += _unreached(artefact, spheres, ways)
-    if len(ways.sphere) < count:
+    ways = reachable_ways(job.robot, job.posture, near, targets, probe, search, centres)
+    notes += unreached(artefact, targets, ways)
+    if len(ways.target) < count:
         raise ImpossibleError(
-            f"{artefact.source}: {len(ways.sphere)} ways to touch {', '.join(spheres.name)} are in the arm's reach in "
+            f"{artefact.source}: {len(ways.target)} ways to touch {', '.join(targets.name)} are in the arm's reach in "
             f"the program's posture, -n {count} asks for more; move the artefact, or give fewer"
         )
     progress("touches that tell most", 0.3)
@@ -99,9 +99,9 @@ def plan_path_touches(
     later = motion.trajectory.time[rows]
     column = drift_columns(job.cell, motion.theta[rows], rise[rows], later, job.tool.pose)
     prior = forecast_prior(job) if prior is None else prior
-    start = np.broadcast_to(job.start_rise(), (len(ways.sphere), rise.shape[1]))
+    start = np.broadcast_to(job.start_rise(), (len(ways.target), rise.shape[1]))
     touch = drift_columns(job.cell, ways.theta[:, 2], start, np.zeros(len(start)), probe.centre)
-    H = _with_places(touch, ways, len(spheres.name))
+    H = _with_places(touch, ways, len(targets.name))
     Q = len(prior.covariance)
     P = np.zeros((H.shape[2], H.shape[2]))
     P[:Q, :Q] = prior.covariance
@@ -114,61 +114,12 @@ def plan_path_touches(
     plan = plan_touches(PathDrift(P, W), H, noise, count)
     chosen = ways.subset(plan.chosen)
     rms = np.sqrt(np.maximum(plan.variance, 0.0))
-    notes += [*_little_gain(rms, count), *_tight_ways(job, probe, spheres, chosen), *job.unlikely]
+    notes += [*_little_gain(rms, count), *_tight_ways(job, probe, targets, chosen), *job.unlikely]
     sizes = [_p99(column, S[:Q, :Q], weight) for S in (P, plan.covariance)]
     return PlannedTouches(
-        job, artefact, spheres, chosen, plan, rms, (sizes[0], sizes[1]), column, weight, sigma, frame[1], frame[0],
+        job, artefact, targets, chosen, plan, rms, (sizes[0], sizes[1]), column, weight, sigma, frame[1], frame[0],
         tuple(notes),
     )  # fmt: skip
-
-
-def _spheres(artefact: Artefact, frame: Pose, centres: bool) -> tuple[Spheres, Array, list[Finding]]:
-    """The spheres that can anchor, in World, with the sigma of their places (S,) [m]."""
-    source = artefact.source
-    if artefact.certified is not True:
-        raise InputError(
-            f"{source}: artefact.certified: not true: spheres whose places nobody certified anchor nothing; give "
-            "certified = true with what is certified, and sigma_um"
-        )
-    placed: BoolArray = np.isfinite(artefact.place[:, 0])
-    unplaced = [n for n, known in zip(artefact.names, placed.tolist()) if not known]
-    if not placed.any():
-        raise InputError(f"{source}: sphere: none has a place; give x_mm, y_mm, z_mm of those to be touched")
-    notes = []
-    if unplaced:
-        message = f"{source}: sphere {', '.join(unplaced)}: no place, so a touch anchors nothing: left out"
-        notes.append(Finding(Level.NOTE, "touches.unknown_place", message))
-    if placed.sum() > MOST_SPHERES:
-        raise InputError(f"{source}: {placed.sum()} spheres; at most {MOST_SPHERES} are planned for: leave some out")
-    if not artefact.probe.any():
-        raise InputError(f"{source}: probe: no place in the flange; give [probe] x_mm, y_mm, z_mm of its ball's centre")
-    undefined = placed & np.isnan(artefact.diameter)
-    if undefined.any() and not centres:
-        name = artefact.names[int(np.argmax(undefined))]
-        raise InputError(
-            f"{source}: sphere '{name}': diameter_mm: missing; touches from one side need it: give it, or plan with "
-            "--centres"
-        )
-    rows = np.flatnonzero(placed)
-    names = tuple(artefact.names[i] for i in rows.tolist())
-    place = frame.act(artefact.place[rows])
-    radius = np.nan_to_num(artefact.diameter[rows]) / 2
-    return Spheres(names, place, radius), artefact.sigma[rows], notes
-
-
-def _unreached(artefact: Artefact, spheres: Spheres, ways: Ways) -> list[Finding]:
-    """Names the spheres that the arm does not reach; raises ImpossibleError where it reaches none."""
-    missed = [n for s, n in enumerate(spheres.name) if not (ways.sphere == s).any()]
-    if len(missed) == len(spheres.name):
-        x, y, z = (spheres.place[0] / MM).tolist()
-        raise ImpossibleError(
-            f"{artefact.source}: sphere {', '.join(missed)[:60]}: out of the arm's reach in the program's posture "
-            f"('{missed[0]}' at World {x:.0f} {y:.0f} {z:.0f} mm); check [artefact] frame and places"
-        )
-    if not missed:
-        return []
-    message = f"sphere {', '.join(missed)}: no way to touch it in the program's posture: left out"
-    return [Finding(Level.WARNING, "touches.reach", message)]
 
 
 def _path_rows(path: ToolPath) -> tuple[Array, Array]:
@@ -181,10 +132,10 @@ def _path_rows(path: ToolPath) -> tuple[Array, Array]:
     return rows[at], np.diff(length[at], prepend=0.0)
 
 
-def _with_places(touch: Array, ways: Ways, spheres: int) -> Array:
-    """Columns of touches (K, 3, Q) beside those of the spheres' places, (K, 3, Q + 3 S)."""
-    places = np.zeros((len(touch), 3, spheres, 3))
-    places[np.arange(len(touch)), :, ways.sphere] = -np.eye(3)
+def _with_places(touch: Array, ways: Ways, count: int) -> Array:
+    """Columns of touches (K, 3, Q) beside those of the targets' places, (K, 3, Q + 3 S)."""
+    places = np.zeros((len(touch), 3, count, 3))
+    places[np.arange(len(touch)), :, ways.target] = -np.eye(3)
     return np.concatenate([touch, places.reshape(len(touch), 3, -1)], axis=2)
 
 
@@ -208,17 +159,17 @@ def _little_gain(rms: Array, count: int) -> list[Finding]:
     return [Finding(Level.NOTE, "touches.more_than_useful", message)]
 
 
-def _tight_ways(job: Job, probe: Probe, spheres: Spheres, ways: Ways) -> list[Finding]:
-    """Names the joint motions between touches on which the probe passes near a sphere."""
+def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Finding]:
+    """Names the joint motions between touches on which the probe passes near a target."""
     findings = []
     share = np.linspace(0.0, 1.0, TURNING)[:, None]
     for n, (a, b) in enumerate(pairwise(ways.theta[:, 0]), 1):
-        gap = stem_gap(job.robot, spheres, probe, a + (b - a) * share)
+        gap = stem_gap(job.robot, targets, probe, a + (b - a) * share)
         s = int(np.argmin(gap))
         if gap[s] < NEAR:
             message = (
-                f"between touches {n} and {n + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from sphere "
-                f"{spheres.name[s]}: teach a position between"
+                f"between touches {n} and {n + 1} the probe passes {max(gap[s], 0.0) / MM:.0f} mm from "
+                f"{targets.name[s]}: teach a position between"
             )
             findings.append(Finding(Level.WARNING, "touches.way", message))
     return findings

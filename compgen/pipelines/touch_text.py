@@ -27,7 +27,7 @@ def positions_of(planned: PlannedTouches, utool: int, stops: bool) -> TouchPosit
     in_world = Pose(ways.position[:, stages].reshape(-1, 3), rotation)
     theta = ways.theta[:, stages].reshape(-1, 6)
     return TouchPositions(
-        tuple(planned.spheres.name[s] for s in ways.sphere.tolist()),
+        tuple(planned.targets.name[s] for s in ways.target.tolist()),
         planned.frame.inverse() @ in_world,
         job.posture,
         turn_digits(job.robot, theta),

@@ -111,3 +111,23 @@ def test_touches_beyond_what_is_useful_are_named(tmp_path):
     result = plan(artefact(tmp_path), tmp_path / "o", "-n", "60")
     assert result.returncode == 0, result.stderr
     assert "gains less than 1%" in " ".join(result.stdout.split())
+
+
+def test_planes_are_planned_for_as_well_and_places_that_the_robot_taught(tmp_path):
+    file = artefact(tmp_path, head="[artefact.taught]\n", places=PLACES[:2])
+    file.write_text(
+        file.read_text() + '[[plane]]\nname = "top"\nx_mm = 1400\ny_mm = 0\nz_mm = 180\nnormal = [0, 0, 1]\n'
+    )
+    result = plan(file, tmp_path / "o", "-n", "10", "-q")
+    assert result.returncode == 0, result.stderr
+    touches = json.loads((tmp_path / "o" / "plan.json").read_text())["touches"]
+    of_plane = [t for t in touches if t["target"] == "top"]
+    assert {t["target"] for t in touches} == {"a", "b", "top"}
+    assert all(t["normal"] == [0, 0, -1] and t["position"]["z_mm"] == 183 for t in of_plane)
+    assert (
+        run(
+            "plan-touches", "paths/circle_1300.toml", "--artefact", file, "-o", tmp_path / "c", "--centres", "-q"
+        ).returncode
+        == 0
+    )
+    assert "top" not in (tmp_path / "c" / "touches.csv").read_text()

@@ -67,3 +67,11 @@ def test_the_touch_along_the_drift_is_the_first():
     plan = planned(np.eye(1), column, np.ones(4), np.array([[[0.0]], [[1.0]], [[0.6]]]), 1)
     assert plan.chosen.tolist() == [1]
     assert_allclose(plan.variance, [1.0, NOISE**2 / (1 + NOISE**2)])
+
+
+def test_one_more_touch_is_another_one():
+    """The first tells all but everything; once more it would tell something, the other tells next to nothing."""
+    column = np.zeros((4, 3, 1))
+    column[:, 0] = 1.0
+    plan = planned(np.eye(1), column, np.ones(4), np.array([[[1.0]], [[1e-6]]]), 1)
+    assert_allclose(plan.next_variance, plan.variance[-1], rtol=1e-9)

@@ -124,22 +124,32 @@ def test_each_way_leaves_less_than_the_one_before(offsets):
     assert rms[0] > 3 * rms[1] > 9 * rms[3]
 
 
-@pytest.mark.parametrize("kind", [SHIFT, REGISTER, FRAME])
-def test_a_planned_path_s_offset_is_judged_on_the_text_with_its_numbers_moved(kind, day, tmp_path):
+@pytest.mark.parametrize("uf", [(0.0,) * 6, (1330.0, -30.0, 200.0, 0.4, -0.3, 75.0)], ids=["world", "frame"])
+def test_a_planned_path_s_offset_is_judged_on_the_text_with_its_numbers_moved(uf, day, tmp_path):
     """The text of the planned circle, its numbers moved by hand, on the moved arm: to the chord and the digits."""
-    job = load_job(path_file("circle_1300"), overrides=[f"state.file='{written(state_of_moved(day), tmp_path)}'"])
-    typed = way(offsets_of_job(job, quiet), kind)
-    planned = generate_planned(job)
-    positions, _ = naive_ls.read(fanuc.compose(planned))
-    row = [positions[n].groups[1].axes for n in sorted(positions)]
-    size = []
-    for axes in row[2:-2:50]:
-        values = np.array([axes[a] for a in "XYZWPR"])
-        target = frame(*values)
-        commanded = frame(*typed.numbers) @ target if kind == FRAME else frame(*(values + typed.numbers))
-        size.append(np.linalg.norm((driven(commanded) - target)[:3, 3]) * 1e3)
-    assert_allclose(np.sqrt(np.mean(np.square(size))) / 1e6, typed.left.rms, rtol=0.01, atol=1.2e-6)
-    assert max(size) < typed.left.largest * 1e6 + 0.5
+    overrides = [f"state.file='{written(state_of_moved(day), tmp_path)}'"]
+    if any(uf):
+        keys = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
+        overrides += ["frame.number=1", *(f"frame.{k}={v}" for k, v in zip(keys, uf))]
+        overrides += ["path.x_mm=20", "path.y_mm=0", "path.z_mm=3"]
+    job = load_job(path_file("circle_1300"), overrides=overrides)
+    result = offsets_of_job(job, quiet)
+    positions, _ = naive_ls.read(fanuc.compose(generate_planned(job)))
+    rows = [positions[n].groups[1].axes for n in sorted(positions)]
+    for kind in (SHIFT, REGISTER, FRAME):
+        typed = way(result, kind)
+        size, turn = [], []
+        for axes in rows[2:-2:100]:
+            values = np.array([axes[a] for a in "XYZWPR"])
+            target = frame(*uf) @ frame(*values)
+            moved_there = frame(*uf) @ frame(*(values + typed.numbers))
+            there = driven(frame(*typed.numbers) @ frame(*values) if kind == FRAME else moved_there)
+            size.append(np.linalg.norm((there - target)[:3, 3]) * 1e3)
+            turn.append(np.arccos(min(there[:3, 2] @ target[:3, 2], 1.0)))
+        assert_allclose(np.sqrt(np.mean(np.square(size))) / 1e6, typed.left.rms, rtol=0.01, atol=1.2e-6)
+        assert max(size) < typed.left.largest * 1e6 + 0.5
+        assert_allclose(max(turn), typed.left.turn, atol=2e-6)
+    assert way(result, REGISTER).left.turn < way(result, SHIFT).left.turn / 20
 
 
 def generate_planned(job):

@@ -92,7 +92,7 @@ def test_arms_that_drift_are_known_as_well_as_the_plan_says(day, artefact, centr
     n = planned.ways.normal[:, None] if not centres else np.tile(np.eye(3), (len(theta), 1, 1))
     H = np.einsum("kri,kiq->krq", n, H).reshape(-1, prior.shape[0])
     R = np.zeros((len(H), len(H)))  # a sphere's place is off by the same in all its touches
-    sphere = np.repeat(planned.ways.sphere, n.shape[1])
+    sphere = np.repeat(planned.ways.target, n.shape[1])
     flat = n.reshape(-1, 3)
     R[:] = (sphere[:, None] == sphere) * (flat @ flat.T) * 2e-6**2 + SIGMA**2 * np.eye(len(H))
     gain = prior @ H.T @ np.linalg.inv(H @ prior @ H.T + R)
@@ -126,7 +126,7 @@ def test_the_program_reads_back_as_the_planned_poses_and_the_table_as_touches(da
         )
         way = planned.ways.normal[n]
         assert_allclose(x1 - x0, 23 * way, atol=2e-3)
-        sphere = np.array([*PLACES[planned.spheres.name[planned.ways.sphere[n]]], 203])
+        sphere = np.array([*PLACES[planned.targets.name[planned.ways.target[n]]], 203])
         assert_allclose(x0 + 20 * way + 18 * way, sphere, atol=2e-3)
     for stops in (True, False):
         table = touches_csv(planned, positions_of(planned, 9, stops), stops).decode().splitlines()
