@@ -1,6 +1,7 @@
 r"""Kinds of constraints g(x) <= 0 on a band's unknowns x (N, 6), with their derivatives about a point.
 
     Box       lower <= f(x_n) <= upper            f linear about where it was last taken
+    Rows      g_n + A_n (x_n - x0_n) <= 0         so many linear ones of a waypoint's own unknowns
     Balls     (|p|^2 - r^2) / 2r <= 0             p the first three of a waypoint's unknowns, and the last three
     Changes   (|p_n+1 - p_n|^2 - r^2) / 2r <= 0   p the first three
 
@@ -81,6 +82,39 @@ class _BoxDerivative:
     def add_hessian(self, ratio: Array, lam: Array, block: Array, coupling: Array) -> None:
         A = self.jacobian
         block[self.rows] += np.matmul(np.swapaxes(A, 1, 2), ratio.sum(axis=0)[self.rows, :, None] * A)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rows:
+    """Linear constraints on a waypoint's own unknowns, E of them at each, (N, E)."""
+
+    included: BoolArray  # (N, E)
+    x: Array  # (N, 6) where they were taken
+    g: Array  # (N, E) there
+    jacobian: Array  # (N, E, 6)
+
+    def value(self, x: Array) -> Array:
+        """G at a point."""
+        return np.asarray(self.g + np.einsum("nei,ni->ne", self.jacobian, x - self.x))
+
+    def about(self, x: Array) -> Derivative:
+        """The same everywhere."""
+        return _RowsDerivative(self.jacobian)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _RowsDerivative:
+    jacobian: Array  # (N, E, 6)
+
+    def times(self, dx: Array) -> Array:
+        return np.asarray(np.einsum("nei,ni->ne", self.jacobian, dx))
+
+    def add_transposed(self, y: Array, gradient: Array) -> None:
+        gradient += np.einsum("nei,ne->ni", self.jacobian, y)
+
+    def add_hessian(self, ratio: Array, lam: Array, block: Array, coupling: Array) -> None:
+        A = self.jacobian
+        block += np.matmul(np.swapaxes(A, 1, 2), ratio[:, :, None] * A)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

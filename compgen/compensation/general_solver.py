@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.problem import NEAR_EDGE, Problem, Settings
 from compgen.compensation.smoothness import MIN_SEGMENT, component_weights, waypoint_lengths
 from compgen.compensation.solution import Optimum, Status
 from compgen.core import interrupts
@@ -92,15 +92,17 @@ def solve(
         ca.sum1(c[:3, :] ** 2) / settings.clamp_position**2, ca.sum1(c[3:, :] ** 2) / settings.clamp_rotation**2
     )
     rate = ca.sum1((c[:3, 1:] - c[:3, :-1]) ** 2) * _repeated(1 / (settings.rate * gap) ** 2, 1)
-    constraints = ca.vertcat(ca.vec(clamp), ca.vec(rate))
+    edges = _edge_values(problem, theta0, x, free)
+    constraints = ca.vertcat(ca.vec(clamp), ca.vec(rate), edges)
     lower = np.where(free[:, None], (robot.lower - theta0) / JOINT_SCALE, 0.0)
     upper = np.where(free[:, None], (robot.upper - theta0) / JOINT_SCALE, 0.0)
     program = {"x": ca.vec(x), "f": ca.sumsqr(r), "g": constraints}
-    hessian = _gauss_newton_hessian(program["x"], r, c, gap, settings)
+    hessian = _gauss_newton_hessian(program["x"], r, c, gap, settings, edges.numel())
     # constraints between two waypoints that both stay as they are cannot be changed
     bounds = np.ones(constraints.numel())
     bounds[: 2 * N] = np.where(np.repeat(free, 2), 1.0, np.inf)
-    bounds[2 * N :] = np.where(free[:-1] | free[1:], 1.0, np.inf)
+    bounds[2 * N : 3 * N - 1] = np.where(free[:-1] | free[1:], 1.0, np.inf)
+    bounds[3 * N - 1 :] = 0.0
     iterations = _Iterations(6 * N, constraints.numel(), progress)
     ipopt = {**OPTIONS["ipopt"], "max_iter": max_iterations}
     options = {**OPTIONS, "ipopt": ipopt, "hess_lag": hessian, "iteration_callback": iterations}
@@ -195,16 +197,32 @@ def _rotation_vector_expr(rotation: Any) -> Any:
     return axial * (1 + s2 / 6 + 3 * s2 * s2 / 40)
 
 
-def _gauss_newton_hessian(x: Any, r: Any, c: Any, h: Array, settings: Settings) -> Any:
-    """Hessian of the Lagrangian without the curvature of theta -> c, e, which is parts in 10^4 of it."""
+def _edge_values(problem: Problem, theta0: Array, x: Any, free: BoolArray) -> Any:
+    """How far free waypoints are past the edges of the J2/J3 polygon near them, linear in x; not above zero, (R, 1)."""
+    area = problem.robot.interference
+    if area is None:
+        return ca.MX(0, 1)
+    edges = area.half_planes(problem.theta, NEAR_EDGE)
+    waypoint, edge = np.nonzero(edges.near & free[:, None])
+    normal, bound = edges.normal[waypoint, edge], edges.bound[waypoint, edge]
+    at_start = (bound - (normal * area.plane(theta0)[waypoint]).sum(axis=1)) / JOINT_SCALE
+    slope = ca.DM((normal @ area.to_plane).T)
+    return ca.DM(at_start) - ca.sum1(slope * x[:, waypoint.tolist()]).T
+
+
+def _gauss_newton_hessian(x: Any, r: Any, c: Any, h: Array, settings: Settings, edges: int) -> Any:
+    """Hessian of the Lagrangian without the curvature of theta -> c, e, which is parts in 10^4 of it.
+
+    The edges, last of the constraints, are linear and have none.
+    """
     N = c.shape[1]
-    weight, multiplier, none = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", 3 * N - 1), ca.MX.sym("p", 0)
+    weight, multiplier, none = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", 3 * N - 1 + edges), ca.MX.sym("p", 0)
     J = ca.jacobian(r, x)
     change = c[:3, 1:] - c[:3, :-1]
     parts = [
         (c[:3, :], multiplier[0 : 2 * N : 2].T / settings.clamp_position**2),
         (c[3:, :], multiplier[1 : 2 * N : 2].T / settings.clamp_rotation**2),
-        (change, multiplier[2 * N :].T * _repeated(1 / (settings.rate * h) ** 2, 1)),
+        (change, multiplier[2 * N : 3 * N - 1].T * _repeated(1 / (settings.rate * h) ** 2, 1)),
     ]
     H = 2 * weight * J.T @ J
     for constrained, multipliers in parts:

@@ -1,7 +1,7 @@
 r"""The best legal correction of one stretch: the problem of ``optimise`` in the interior point's unknowns.
 
     minimise   1/2 sum ds [ |W e|^2 + l1 |W c'|^2 + l2 |W c''|^2 ]
-    subject to theta inside its limits,   |c| <= clamp,   |c_{n+1} - c_n| <= rate ds
+    subject to theta inside its limits,   |c| <= clamp,   |c_{n+1} - c_n| <= rate ds,   (J2, J3) behind its edges
 
 e, theta and their derivatives in c are CasADi's; the Hessian is Gauss-Newton's. The unknowns x are c in micrometres
 and, for rotations, micrometres at the lever; joints are in microradians.
@@ -13,9 +13,9 @@ import numpy as np
 
 from compgen.compensation import interior_point
 from compgen.compensation.band import transposed_times
-from compgen.compensation.constraints import Balls, Box, Changes
+from compgen.compensation.constraints import Balls, Box, Changes, Constraint, Rows
 from compgen.compensation.interior_point import LocalProgram
-from compgen.compensation.problem import Problem, Settings
+from compgen.compensation.problem import NEAR_EDGE, Problem, Settings
 from compgen.compensation.smoothness import component_weights, smoothing_matrix, waypoint_lengths
 from compgen.compensation.solution import Optimum, Status
 from compgen.core.arrays import Array, BoolArray
@@ -55,13 +55,22 @@ def solve(
     planned = problem.joints(start)[0] / UM
     near = free[:, None] & np.stack([planned > upper - NEAR_LIMIT / UM, planned < lower + NEAR_LIMIT / UM])
     joint_rows = np.flatnonzero(near.any(axis=(0, 2)))
+    edges, edge_counts = None, np.zeros((len(free), 0), dtype=bool)
+    if robot.interference is not None:  # the planned pose decides on which side of which edges a waypoint stays
+        edges = robot.interference.half_planes(problem.theta, NEAR_EDGE)
+        edge_counts = edges.near & free[:, None]
 
     def linearise(x: Array) -> LocalProgram:
         e, E, theta, G = problem.linearise(x * unit)
         E, G = E * unit, G * unit / UM
         hessian = np.matmul(np.swapaxes(E, 1, 2), weight[:, :, None] * E)
         limits = Box(near, joint_rows, x, theta / UM, G, lower, upper)
-        return LocalProgram(x, transposed_times(E, weight * e), hessian, (limits, clamps, rate))
+        constraints: tuple[Constraint, ...] = (limits, clamps, rate)
+        if robot.interference is not None and edges is not None:
+            plane = robot.interference.plane(theta)[:, None, :]
+            beyond = (edges.bound - (edges.normal * plane).sum(axis=2)) / UM
+            constraints += (Rows(edge_counts, x, beyond, -edges.normal @ robot.interference.to_plane @ G),)
+        return LocalProgram(x, transposed_times(E, weight * e), hessian, constraints)
 
     end = interior_point.solve(linearise, smoothness, start / unit, free, progress)
     if end.status is Status.FAILED:

@@ -1,6 +1,6 @@
 r"""Where the limits of a correction bind: which waypoints, and the best legal correction of them and those around.
 
-    lower <= theta_n <= upper,      |c_n| <= clamp,      |c_{n+1} - c_n| <= rate ds
+    lower <= theta_n <= upper,      |c_n| <= clamp,      |c_{n+1} - c_n| <= rate ds,      (J2, J3) inside its polygon
 
 What a limit changes dies away within ``influence_length`` along the path. So only the waypoints around a violation are
 solved again, by ``limited_correction``, window by window; all others keep the unlimited solution and tie the ends.
@@ -72,13 +72,19 @@ def _drawn_in(problem: Problem, rows: IntArray, margin: Callable[[IntArray, Arra
     """
     robot, theta = problem.robot, problem.theta[rows]
     margins = zip(theta.min(axis=0) - robot.lower, robot.upper - theta.max(axis=0))
-    if all(min(pair) > NEAR_LIMIT for pair in margins):
+    area = robot.interference
+    at_edge = np.zeros(len(theta), dtype=bool) if area is None else area.clearance(theta) < NEAR_LIMIT
+    if all(min(pair) > NEAR_LIMIT for pair in margins) and not at_edge.any():
         return problem
     near = np.stack([theta < robot.lower + NEAR_LIMIT, theta > robot.upper - NEAR_LIMIT])  # (2, M, 6)
-    which = np.flatnonzero(near.any(axis=(0, 2)))
+    which = np.flatnonzero(near.any(axis=(0, 2)) | at_edge)
     G = problem.window(rows[which]).linearise(np.zeros((len(which), 6))).theta_jacobian
-    lower, upper = np.where(near[:, which], margin(which, G), 0.0).max(axis=1)
-    return replace(problem, robot=replace(robot, lower=robot.lower + lower, upper=robot.upper - upper))
+    moved = margin(which, G)
+    lower, upper = np.where(near[:, which], moved, 0.0).max(axis=1)
+    if area is not None and at_edge.any():
+        area = replace(area, margin=area.margin + float(norm(moved[at_edge[which]] @ np.abs(area.to_plane).T).max()))
+    drawn_in = replace(robot, lower=robot.lower + lower, upper=robot.upper - upper, interference=area)
+    return replace(problem, robot=drawn_in)
 
 
 def find_violations(problem: Problem, settings: Settings, correction: Array, joints: Joints | None = None) -> BoolArray:
@@ -88,6 +94,8 @@ def find_violations(problem: Problem, settings: Settings, correction: Array, joi
     for q, lower, upper in zip(theta.T, problem.robot.lower - 1e-12, problem.robot.upper + 1e-12):
         if q.min() < lower or q.max() > upper:
             violating |= (q < lower) | (q > upper)
+    if problem.robot.interference is not None:
+        violating |= problem.robot.interference.clearance(theta) < -1e-12
     violating |= dot(correction[:, :3], correction[:, :3]) > (settings.clamp_position * VIOLATED) ** 2
     violating |= dot(correction[:, 3:], correction[:, 3:]) > (settings.clamp_rotation * VIOLATED) ** 2
     change = correction[1:] - correction[:-1]
@@ -220,6 +228,9 @@ def active_limits(problem: Problem, settings: Settings, correction: Array) -> tu
         f"joint {name} limit": (q < lower + ACTIVE_JOINT) | (q > upper - ACTIVE_JOINT)
         for q, lower, upper, name in zip(theta.T, robot.lower, robot.upper, robot.joint_names)
     } | {
+        "J2/J3 interference": np.zeros(len(theta), dtype=bool)
+        if robot.interference is None
+        else robot.interference.clearance(theta) < ACTIVE_JOINT,
         "position clamp": norm(correction[:, :3]) > settings.clamp_position * ACTIVE,
         "rotation clamp": norm(correction[:, 3:]) > settings.clamp_rotation * ACTIVE,
         "rate limit": norm(change[:, :3]) > settings.rate * np.diff(problem.arc) * ACTIVE,

@@ -21,6 +21,8 @@ from compgen.error_model.model import ErrorModel
 from compgen.robot.inverse_kinematics import Posture
 from compgen.robot.robot import Robot
 
+NEAR_EDGE = 0.02  # [rad] from an edge of the J2/J3 polygon, at the planned joints, within which it is held
+
 
 class Solver(Enum):
     """Who finds the optimum."""

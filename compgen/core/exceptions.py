@@ -53,6 +53,18 @@ class JointLimitError(ImpossibleError):
         )
 
 
+class InterferenceError(ImpossibleError):
+    """A waypoint, or the way to it, has J2 and J3 where the arm hits itself; angles [rad]."""
+
+    def __init__(self, waypoint: int, j2: float, j3: float, depth: float) -> None:
+        self.waypoint, self.j2, self.j3, self.depth = waypoint, j2, j3, depth
+        far = f"{degrees(depth):.3g} deg outside" if depth > 0 else "on a way that passes outside"
+        super().__init__(
+            f"waypoint {waypoint}: J2 = {_deg(j2)} with J3 = {_deg(j3)} is {far} the polygon "
+            "limits.interference.j2_j3_deg, where the arm hits itself; move the path, or choose another posture"
+        )
+
+
 class SingularityError(ImpossibleError):
     """A waypoint, or the way to it, passes a singularity of the arm."""
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import ImpossibleError, InputError
 from compgen.core.units import DEG, MM
 from compgen.identification.fit import FRAME_PRECISION
@@ -101,7 +101,7 @@ def plan_reversals(robot: Robot, model: ArmModel, nodes: int, site: Site, plan: 
         lever = np.linalg.norm(moved, axis=2)  # (n, R)
         for m in np.argsort(-lever.max(axis=1), kind="stable"):
             poses = plan.theta[m] + steps
-            inside = (poses >= robot.lower).all() and (poses <= robot.upper).all()
+            inside = (poses >= robot.lower).all() and (poses <= robot.upper).all() and robot.is_clear(poses).all()
             if inside and visible_poses(model, nodes, site, poses).all():
                 runs.append((poses, int(np.argmax(lever[m]))))
                 break
@@ -124,7 +124,8 @@ def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, coun
     while count_visible < CANDIDATES and drawn < DRAWS:
         theta = middle + half * rng.uniform(-1, 1, (20_000, 6))
         drawn += len(theta)
-        visible = theta[visible_poses(model, nodes, site, theta)]
+        seen: BoolArray = visible_poses(model, nodes, site, theta)
+        visible = theta[seen & robot.is_clear(theta)]
         batches.append(visible)
         count_visible += len(visible)
     if count_visible < 2 * count:
@@ -136,7 +137,7 @@ def _candidate_poses(robot: Robot, model: ArmModel, nodes: int, site: Site, coun
     return np.concatenate(batches)[:CANDIDATES]
 
 
-def visible_poses(model: ArmModel, nodes: int, site: Site, theta: Array) -> Array:
+def visible_poses(model: ArmModel, nodes: int, site: Site, theta: Array) -> BoolArray:
     """Which poses have all reflectors in the box and facing the instrument, (M,)."""
     position_of_reflector = _reflectors(model, nodes, site, theta)
     _, rotation = model.pose(_measurements(theta, nodes, site), np.zeros(len(model.parameters)))

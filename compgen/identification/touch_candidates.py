@@ -168,7 +168,11 @@ def _drive(
     flange = flange_from_tool(pose, probe.centre)
     wrist = flange.position - np.cos(robot.alpha[5]) * robot.d[5] * flange.rotation[:, :, 2]
     good = (theta >= robot.lower).all(axis=1) & (theta <= robot.upper).all(axis=1)
-    good &= (margin > robot.elbow_margin) & (np.hypot(wrist[:, 0], wrist[:, 1]) > robot.shoulder_margin)
+    good &= (
+        robot.is_clear(theta)
+        & (margin > robot.elbow_margin)
+        & (np.hypot(wrist[:, 0], wrist[:, 1]) > robot.shoulder_margin)
+    )
     good &= np.abs(theta[:, 4] - robot.pendant_zero[4]) > robot.wrist_margin
     theta = theta.reshape(K, count, 6)
     smooth = (np.abs(np.diff(theta, axis=1)) < STEP).all(axis=(1, 2))

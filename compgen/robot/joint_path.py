@@ -4,7 +4,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, column_extremes
 from compgen.core.evaluation import map_rows
-from compgen.core.exceptions import JointLimitError, SingularityError, UnreachableError
+from compgen.core.exceptions import InterferenceError, JointLimitError, SingularityError, UnreachableError
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, MM
 from compgen.robot.inverse_kinematics import Posture, solve_flange
@@ -28,6 +28,7 @@ def follow_branch(robot: Robot, flange: Pose, posture: Posture) -> Array:
         UnreachableError: A waypoint is out of reach.
         SingularityError: A waypoint, or the straight way to it, comes too near a singularity.
         JointLimitError: A waypoint needs an angle beyond a limit.
+        InterferenceError: J2 and J3 together are where the arm hits itself, at a waypoint or on the way to it.
     """
     theta, margin = solve_flange(robot, flange, posture)
     _check_reach(flange.position, margin)
@@ -35,6 +36,7 @@ def follow_branch(robot: Robot, flange: Pose, posture: Posture) -> Array:
     _check_elbow(robot, margin)
     theta = _unwrap(theta, legal_turns(robot, nearest_turns(theta[0], robot.pendant_zero)))
     check_joint_limits(robot, theta)
+    check_interference(robot, theta)
     _check_wrist(robot, theta)
     return theta
 
@@ -93,6 +95,21 @@ def check_joint_limits(robot: Robot, theta: Array) -> None:
             float(robot.lower[i] - zero),
             float(robot.upper[i] - zero),
         )
+
+
+def check_interference(robot: Robot, theta: Array) -> None:
+    """Raises InterferenceError at the first of the joints (N, 6) [rad] outside the polygon, or past it on the way."""
+    area = robot.interference
+    if area is None:
+        return
+    clearance = area.clearance(theta)
+    outside = clearance < -LIMIT_TOLERANCE
+    outside[1:] |= area.crossed(theta)
+    waypoints = np.flatnonzero(outside)
+    if len(waypoints):
+        n = int(waypoints[0])
+        j2, j3 = area.plane(theta[n : n + 1])[0]
+        raise InterferenceError(n + 1, float(j2), float(j3), float(-clearance[n]))
 
 
 def _check_reach(position: Array, margin: Array) -> None:

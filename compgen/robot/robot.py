@@ -13,10 +13,12 @@ from typing import Literal
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, BoolArray, own
+from compgen.robot.interference import Interference
 from compgen.robot.motion import ControllerMotion
 
 SAME_PERIOD = 1e-6  # of a period: a line that is longer by less lasts whole periods
+CLEAR = 1e-9  # [rad] past an edge of the polygon of J2 and J3 that is none
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,6 +68,7 @@ class Robot:
     wrist_margin: float  # [rad] J5 keeps this distance from zero
     controller: Controller
     motion: ControllerMotion | None = None  # what it makes of a commanded motion; None: not known
+    interference: Interference | None = None  # where J2 and J3 may stand together; None: anywhere
 
     def __post_init__(self) -> None:
         six = ("d", "a", "alpha", "pendant_zero", "lower", "upper", "speed", "acceleration", "jerk")
@@ -77,6 +80,12 @@ class Robot:
             return self
         share = percent / 100
         return replace(self, acceleration=share * self.acceleration, jerk=share * self.jerk)
+
+    def is_clear(self, theta: Array) -> BoolArray:
+        """Which joints (N, 6) [rad] have J2 and J3 where the arm does not hit itself, (N,)."""
+        if self.interference is None:
+            return np.ones(len(theta), dtype=bool)
+        return ~(self.interference.clearance(theta) < -CLEAR)  # joints that are not known are not found out
 
     def to_pendant(self, theta: Array) -> Array:
         """Pendant angles of DH angles, (N, 6) [rad]."""

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
+from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.quantities import (
     Angle,
@@ -19,6 +20,7 @@ from compgen.core.quantities import (
 )
 from compgen.core.toml import Table
 from compgen.core.units import DEG, KB, MM, MS
+from compgen.robot.interference import Interference, polygon_fault, signed_area
 from compgen.robot.robot import Controller, Robot
 
 PayloadNumber = Annotated[int, Field(ge=1, le=10)]
@@ -45,6 +47,13 @@ class PendantTable(Table):
     """DH angles at pendant zero."""
 
 
+class InterferenceTable(Table):
+    """Where the arm hits itself: what J2 and J3 may be together."""
+
+    j2_j3_deg: list[Annotated[list[Angle], Field(min_length=2, max_length=2)]] = []
+    """Corners, in their order, of the area of the pendant's J2 and J3 that is allowed; none: anywhere."""
+
+
 class LimitsTable(Table):
     """Joint limits as the data sheet prints them, lower limit first, and the largest rates of the joints."""
 
@@ -68,6 +77,7 @@ class LimitsTable(Table):
     """Largest acceleration of each joint."""
     jerk_deg_s3: SixRates
     """Largest jerk of each joint."""
+    interference: InterferenceTable = InterferenceTable()
 
 
 class SingularityTable(Table):
@@ -220,4 +230,22 @@ def robot_from_tables(
             payload=controller.payload,
             acc=controller.acc_percent,
         ),
+        interference=_interference(limits.interference, matrix, zero, file),
     )
+
+
+def _interference(table: InterferenceTable, matrix: Array, zero: Array, file: str) -> Interference | None:
+    """The polygon of J2 and J3; None where none is given.
+
+    Raises:
+        InputError: It encloses nothing, or crosses itself.
+    """
+    if not table.j2_j3_deg:
+        return None
+    corner = np.array(table.j2_j3_deg) * DEG
+    if len(corner) > 1 and (corner[0] == corner[-1]).all():
+        corner = corner[:-1]  # data sheets close it
+    if fault := polygon_fault(corner):
+        raise InputError(f"{file}: limits.interference.j2_j3_deg: {fault}")
+    corner = corner if signed_area(corner) > 0 else corner[::-1]
+    return Interference(corner, np.asarray(np.linalg.inv(matrix)[1:3], dtype=float), zero)

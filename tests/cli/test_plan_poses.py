@@ -1,10 +1,12 @@
 """``cgen plan-poses`` as a user meets it."""
 
+import csv
 import os
 from pathlib import Path
 
 import pytest
 from command_line import refused, run
+from shipped import ROOT
 
 
 def test_poses_with_measurements_in_them_are_not_planned_anew(tmp_path):
@@ -45,3 +47,21 @@ def test_the_measuring_program_is_there_at_every_moment_and_never_beside_the_pos
     assert len(moments) == 5
     assert all({"M710IC50_POSES.LS", "M710IC50_REVERSALS.LS"} <= set(files) for files in moments)
     assert not any(files.get("poses.csv") == older for files in moments)
+
+
+def test_no_pose_stands_where_the_arm_hits_itself(tmp_path):
+    """J2 and J3 of all poses and reversal runs lie in the robot file's polygon; without it some would not."""
+    text = (ROOT / "robots" / "m710ic50.toml").read_text()
+    assert "j2_j3_deg = []" in text
+    for name, corners, allowed in (
+        ("free", "[]", False),
+        ("held", "[[-30, -60], [60, -60], [60, 10], [-30, 10]]", True),
+    ):
+        robot = tmp_path / f"{name}.toml"
+        robot.write_text(text.replace("j2_j3_deg = []", f"j2_j3_deg = {corners}"))
+        assert run("plan-poses", robot, "-n", "12", "-q", "-o", tmp_path / name).returncode == 0
+        files = [(tmp_path / name / file).read_text() for file in ("poses.csv", "reversals.csv")]
+        rows = [row for content in files for row in csv.DictReader(content.splitlines())]
+        joints = [(float(row["j2_deg"]), float(row["j3_deg"])) for row in rows]
+        assert len(joints) > 12
+        assert all(-30 <= j2 <= 60 and -60 <= j3 <= 10 for j2, j3 in joints) is allowed

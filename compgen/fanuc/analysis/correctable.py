@@ -106,6 +106,9 @@ def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
         over = np.maximum(robot.lower - poses.theta, poses.theta - robot.upper)
         wrist = np.abs(poses.theta[:, 4] - robot.pendant_zero[4])
         far, flat = poses.margin < 0, poses.margin < robot.elbow_margin
+    clear = np.full(len(poses.theta), np.inf)
+    if robot.interference is not None:
+        clear[known] = robot.interference.clearance(poses.theta[known])
     worst, beyond = np.argmax(over, axis=1), np.asarray(known & (over > 1e-9).any(axis=1))
     turned, stretched = np.asarray(known & (wrist < robot.wrist_margin)), np.asarray(known & flat)
     return [
@@ -115,6 +118,10 @@ def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
             lambda k: (
                 f"joint {robot.joint_names[worst[k]]} is {over[k].max() / DEG:.3f} deg beyond its limit on {robot.name}"
             ),
+        ),
+        (
+            clear < -1e-9,
+            lambda k: f"J2 and J3 are {-clear[k] / DEG:.3f} deg where {robot.name} hits itself (interference)",
         ),
         (
             turned,

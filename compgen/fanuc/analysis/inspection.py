@@ -181,6 +181,10 @@ def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
         for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist()))
     }
     closest_to["wrist_singularity"] = {"room_deg": float(wrist.min()), "position": int(names[wrist.argmin()])}
+    if robot.interference is not None:
+        clearance = robot.interference.clearance(theta) / DEG
+        i = int(clearance.argmin())
+        closest_to["J2/J3 interference"] = {"room_deg": float(clearance[i]), "position": int(names[i])}
     margin: Array = poses.margin[known]
     if np.isfinite(margin).any():
         i = int(np.nanargmin(margin))

@@ -54,6 +54,7 @@ def unattainable(program: LsProgram, poses: Poses, traversal: Traversal, robot: 
     theta, far = poses.theta[rows], poses.margin[rows] < 0
     with np.errstate(invalid="ignore"):
         beyond = (np.maximum(robot.lower - theta, theta - robot.upper) > TOLERANCE).any(axis=1)
+        beyond |= ~robot.is_clear(theta)
     known = np.isfinite(theta).all(axis=1) | far
     return Unattainable(tuple(poses.number[rows[far | beyond]].tolist()), int(known.sum()))
 

@@ -202,6 +202,7 @@ def _illegal_corrections(
         clamped = ~(np.abs(c[:, :3]).max(axis=1) <= settings.clamp_position)
         clamped |= ~(np.abs(c[:, 3:]).max(axis=1) <= settings.clamp_rotation)
         over = np.maximum(robot.lower - q, q - robot.upper)
+        hits_itself = ~robot.is_clear(q)
         swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
     letters = postures_of(robot, np.nan_to_num(q))
     several = np.bincount(poses.first, minlength=len(poses.row))[poses.first[pose[rows]]] > 1
@@ -217,6 +218,8 @@ def _illegal_corrections(
         elif (over[k] > 1e-9).any():
             i = int(np.argmax(over[k]))
             illegal.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
+        elif hits_itself[k]:
+            illegal.append((station, "its correction would drive J2 and J3 where the arm hits itself (interference)"))
         elif swing[k] or letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
             illegal.append((station, "its correction would change the posture letters of CONFIG"))
         elif turned[k]:

@@ -28,7 +28,7 @@ from compgen.verification.twin.direction_history import DirectionHistory
 from compgen.verification.twin.faulty_arm import TwinError
 from compgen.verification.twin.heat import mode_states
 from compgen.verification.twin.nominal_arm import build_rise_and_growth, build_segment_sample
-from compgen.verification.twin.real_arm import Twin, refuse_wrong_inverse
+from compgen.verification.twin.real_arm import Twin, refuse_interference, refuse_wrong_inverse
 from compgen.verification.twin.timing import statement_times, time_program
 
 SPACING = 1e-3  # m between samples at most
@@ -149,6 +149,7 @@ class PreparedProgram:
         if reach_margin.min() < 0:
             raise TwinError(f"P[{segment[int(np.argmin(reach_margin))] + 1}]: out of the controller's reach")
         refuse_wrong_inverse(segment, distance, turned)
+        refuse_interference(twin.robot, theta, segment)
         every = max(1, (len(segment) * len(self.samples_per_segment)) // (twin.confirmed * (last - first)))
         actual = Pose.from_rows(position, rotation)
         twin.confirm_by_pinocchio(theta, growth, actual, every)
@@ -326,6 +327,7 @@ def _joints_of_chords(twin: Twin, chords: Chords) -> Array:
         raise TwinError(
             f"P[{number(int(row))}]: joint {robot.joint_names[int(i)]} is beyond its limit in the posture of its CONFIG"
         )
+    refuse_interference(robot, theta, np.arange(len(theta)))
     step = np.abs(np.diff(theta, axis=0))
     if step.max(initial=0.0) > np.pi / 2:
         n = number(int(np.argmax(step.max(axis=1))))

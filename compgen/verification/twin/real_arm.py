@@ -12,6 +12,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, norm
 from compgen.core.evaluation import evaluate
 from compgen.core.pose import Pose
+from compgen.core.units import DEG
 from compgen.robot.robot import Robot
 from compgen.thermal import Profile, ThermalModel
 from compgen.verification.twin.direction_history import DirectionHistory
@@ -20,6 +21,7 @@ from compgen.verification.twin.faulty_arm import TwinError, build_faulty_arm
 from compgen.verification.twin.growth import growth_per_kelvin
 from compgen.verification.twin.nominal_arm import AGREEMENT, LENGTHS, build_grown_pose, pinocchio_difference
 
+BEYOND = 1e-6  # [rad] past a limit that rounding of the text may lead
 INVERSE_TOLERANCE = 1e-9  # m; ten times that in a rotation: how far the nominal arm may be from a commanded pose
 CONFIRMED = 1000  # samples of a motion that pinocchio repeats
 
@@ -106,6 +108,20 @@ class Twin:
     def only_grows(self) -> bool:
         """Whether the arm is perfect but for its growth: then what it did before leaves it as it is."""
         return self.faults is None or self.faults.only_growth
+
+
+def refuse_interference(robot: Robot, theta: Array, row: IntArray) -> None:
+    """Raises TwinError where joints (M, 6) [rad], at or behind positions (M,) from 0, are where the arm hits itself."""
+    if robot.interference is None or not len(theta):
+        return
+    clearance = robot.interference.clearance(theta)
+    m = int(np.argmin(clearance))
+    if clearance[m] < -BEYOND:
+        j2, j3 = robot.interference.plane(theta[m : m + 1])[0] / DEG
+        raise TwinError(
+            f"P[{row[m] + 1}]: J2 = {j2:.3f} deg with J3 = {j3:.3f} deg, there or on the way from there, is outside "
+            "the polygon limits.interference.j2_j3_deg, where the arm hits itself"
+        )
 
 
 def refuse_wrong_inverse(segment: IntArray, distance: Array, turned: Array) -> None:
