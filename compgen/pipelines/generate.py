@@ -19,7 +19,7 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
-from compgen.pipelines import averaging, delivery, job_findings, model_form
+from compgen.pipelines import arc_moves, averaging, delivery, job_findings, model_form
 from compgen.pipelines.averaging import WrittenFile
 from compgen.pipelines.averaging_findings import averaging_findings
 from compgen.pipelines.band import assumed_findings, band_along
@@ -27,13 +27,14 @@ from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.draws import fly_draws
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
+from compgen.pipelines.kept_waypoints import at_waypoints
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
 from compgen.pipelines.period_findings import times_apart
 from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
 from compgen.pipelines.start_window import Course, windows
+from compgen.pipelines.statement_fit import flown_at_waypoints
 from compgen.pipelines.twin_of_job import twin_of
-from compgen.planning import retiming
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.thermal import JointMotion as Driven
 from compgen.thermal import states_at
@@ -121,10 +122,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     path = planned.path
     commanded = problem.commanded(solution.correction)
     feed = planned.feed * path.pace
-    trajectory = retiming.retime(
-        job.robot.at_acceleration(job.plan.process.acc), path.arc, solution.theta, path.stop, feed,
-        lambda share: progress("final timing", share),
-    )  # fmt: skip
+    trajectory = arc_moves.time_corrected(planned, solution, progress)
     progress("text", 0.0)
     window = start_window(planned, solution)
     driven = planned.driven(solution.theta, problem.direction_state)
@@ -164,6 +162,8 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *planned.findings,
     ]
     ripple = mid_spatial(path, solution.correction)
+    if planned.dense is not None:
+        ripple = mid_spatial(planned.dense.path, planned.dense.correction)
     if ripple > MAX_RIPPLE:
         message = f"the correction puts {ripple / UM:.2f} um rms at periods of 1 to 20 mm onto the surface"
         verdict.append(
@@ -196,18 +196,23 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     if not solution.status.is_legal:
         raise ImpossibleError(job_findings.failed(solution))
     limited = job_findings.limited(solution)
-    if job.plan.process.thin is not None:
+    arcs = job.plan.process.arcs
+    if job.plan.process.thin is not None and not arcs:
         progress("thinning", 0.0)
         planned, solution = _thinned(planned, solution, job.plan.process.thin)
         problem = problem.window(planned.rows)
     if reversal_widths(job.sources) is not None:
         progress("correction of the text's directions", 0.0)
-        problem = replace(problem, direction_state=_written_directions(problem, solution, job))
+        problem = replace(problem, direction_state=_written_directions(problem, solution, planned))
         stage = _stage(progress, "correction of the text's directions", job.settings)
         solution = optimise.optimise(problem, job.settings, stage)
         if not solution.status.is_legal:
             raise ImpossibleError(job_findings.failed(solution))
         limited = job_findings.limited(solution)
+    if arcs:
+        progress("arcs", 0.0)
+        moves = arc_moves.fit_job_moves(planned, problem.commanded(solution.correction), solution.theta)
+        planned, problem, solution = arc_moves.with_arcs(planned, problem, solution, moves)
     return planned, problem, solution, limited
 
 
@@ -216,13 +221,17 @@ def _late(job: Job, window: float) -> float:
     return window if job.ensemble is None or job.ensemble.delay[1] == 0 else 0.0
 
 
-def _written_directions(problem: Problem, solution: Solution, job: Job) -> DirectionState:
+def _written_directions(problem: Problem, solution: Solution, planned: Planned) -> DirectionState:
     """Where joints and TCP come from on the way that the text's rounded poses name.
 
     A joint that the planned path leaves at rest steps to and fro by what the digits round, and forgets the side it came
     from: that is known only once there is a correction to round.
     """
-    printed = printed_in_world(job, problem.commanded(solution.correction))
+    job, commanded = planned.job, problem.commanded(solution.correction)
+    printed = printed_in_world(job, commanded)
+    if job.plan.process.arcs:
+        moves = arc_moves.fit_job_moves(planned, commanded, solution.theta)
+        printed = flown_at_waypoints(problem.arc, printed, moves)
     joints, _ = inverse_kinematics.solve_tool(job.robot, printed, job.tool.pose, job.posture)
     theta = joint_path.nearest_turns(joints, solution.theta)
     start = problem.direction_state.at(slice(0, 1))
@@ -242,29 +251,7 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     rows = simplify.simplify(path, solution.correction[:, :3], tolerance, planned.feed * period)
     N = len(path.arc)
     message = f"{N - len(rows)} of {N} waypoints are left out: lines stay within {tolerance / UM:g} um of the path"
-    trajectory, stops = planned.trajectory, planned.page_stops
-    thinned = replace(
-        planned,
-        path=path.subset(rows),
-        page_stops=stops and replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
-        theta=planned.theta[rows],
-        motion=planned.motion.at(rows),
-        trajectory=replace(
-            trajectory,
-            time=trajectory.time[rows],
-            speed=trajectory.speed[rows[1:] - 1],
-            driven_speed=trajectory.driven_speed[rows[1:] - 1],
-        ),
-        rise=planned.rise[rows],
-        findings=(*planned.findings, Finding(Level.NOTE, "path.thinned", message)),
-        rows=rows,
-    )
-    return thinned, replace(
-        solution,
-        correction=solution.correction[rows],
-        theta=solution.theta[rows],
-        residual=solution.residual[rows],
-    )
+    return at_waypoints(planned, solution, rows, path.subset(rows), Finding(Level.NOTE, "path.thinned", message))
 
 
 def start_window(planned: Planned, solution: Solution) -> float:

@@ -87,6 +87,7 @@ class Process:
     feed: float  # [m/s]
     chord: float  # [m] largest distance of the path from the line between two waypoints
     spacing: float  # [m] largest distance of two waypoints
+    arcs: bool  # circular motions where the path curves
     thin: float | None  # [m] tolerance for leaving waypoints out of the program; None keeps all
     lift: float  # [m] approach and retract
     lead_in: bool | None  # whether the approach turns every joint through its play; None: where the robot has play

@@ -27,6 +27,15 @@ from compgen.verification.written_motion import WrittenMotion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class DenseCorrection:
+    """The N waypoints that a correction was found on, where the program names fewer positions."""
+
+    path: ToolPath
+    theta: Array  # (N, 6) [rad] corrected
+    correction: Array  # (N, 6) [m] and [rad]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Planned:
     """The job before any correction."""
 
@@ -42,6 +51,7 @@ class Planned:
     twin_result: Background[tuple[Deviation, WrittenMotion]]  # of the twin that drives the uncorrected text
     findings: tuple[Finding, ...]
     rows: IntArray  # which of the waypoints that were planned these are
+    dense: DenseCorrection | None = None  # where the program has arcs, what they were fitted to
     band: Band | None = None  # what the files leave open; of a corrected program it stands there
 
     def deviation(self) -> Deviation:

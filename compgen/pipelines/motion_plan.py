@@ -21,6 +21,7 @@ from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.error_model.validity import joint_halves, settling
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.pipelines.job import Cell, Process, ProgramPlan
+from compgen.pipelines.statement_fit import page_stops_of_arcs, without_period
 from compgen.planning import retiming, toolpath
 from compgen.planning.exact_path import MAX_SPACING
 from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
@@ -82,13 +83,16 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, process.chord)
     progress(f"path: {len(theta)} waypoints", 1.0)
     page_stops, payload = None, tool.payload is not None
-    if pages:
+    if pages and process.arcs:
+        page_stops = page_stops_of_arcs(robot, process, path, theta, feed, nodes, payload)
+    elif pages:
         page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part, payload)
     if page_stops is not None:
         path = replace(path, stop=page_stops.stop)
     progress("timing", 0.0)
+    followed = without_period(robot) if process.arcs else robot
     trajectory = retiming.retime(
-        robot.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
+        followed.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
         lambda share: progress("timing", share),
     )  # fmt: skip
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
@@ -184,7 +188,7 @@ def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> Motion
         ImpossibleError: The robot cannot drive it.
     """
     plan = plan_motion(program, cell, feed, lambda stage, share: None)
-    if program.process.thin is None:
+    if program.process.thin is None or program.process.arcs:
         return plan
     unmoved, period = np.zeros_like(plan.path.target.position), cell.robot.controller.period
     rows = simplify.simplify(plan.path, unmoved, program.process.thin, plan.feed * period)

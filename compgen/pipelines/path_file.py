@@ -228,6 +228,7 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
             feed=feed,
             chord=process.chord_um * UM,
             spacing=process.spacing_mm * MM,
+            arcs=process.moves == "arcs",
             thin=None if process.thin_um is None else process.thin_um * UM,
             lift=process.lift_mm * MM,
             lead_in=process.lead_in,

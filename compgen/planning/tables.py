@@ -152,8 +152,10 @@ class ProcessTable(Table):
     """Largest distance between the path and the line from one waypoint to the next."""
     spacing_mm: Annotated[FiniteFloat, Field(ge=1e-3, le=10)] = 10.0
     """Largest distance between two waypoints."""
+    moves: Literal["lines", "arcs"] = "lines"
+    """Whether the program says the path in lines alone, or in circular motions (C) where it curves."""
     thin_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] | None = None
-    """Leaves waypoints out of the program while lines stay this near the path; default off."""
+    """Leaves waypoints out of the program while lines stay this near the path; with arcs in place of chord_um."""
     lift_mm: Annotated[FiniteFloat, Field(ge=0, le=1e4)] = 20.0
     """Length of approach and retract along the tool axis."""
     lead_in: bool | None = None

@@ -150,6 +150,7 @@ def _program(corrected: Corrected) -> dict[str, Any]:
     record = {
         "file": delivered.files[-1][0],
         "positions": len(program.position),
+        "arcs": int(program.via.sum()),
         "bytes": sum(len(content) for name, content in delivered.files if name.endswith(".LS")),
         "memory_kB": fanuc.estimated_memory(program) / KB,
         "largest_feed_error": feed_error,

@@ -63,7 +63,13 @@ def positions_per_page(capacity: Capacity, count: int, remarks: int) -> int:
 
 
 def place_page_stops(
-    robot: Robot, path: ToolPath, theta: Array, nodes: int, on_the_part: bool, payload: bool = False
+    robot: Robot,
+    path: ToolPath,
+    theta: Array,
+    nodes: int,
+    on_the_part: bool,
+    payload: bool = False,
+    growth: float = 1.0,
 ) -> PageStops | None:
     """The stops of a path whose program is more than one file holds; None for any other.
 
@@ -74,15 +80,18 @@ def place_page_stops(
         nodes: How many temperature rises the remarks at the head name.
         on_the_part: Whether the robot may be stopped on the workpiece.
         payload: Whether the program says its payload.
+        growth: How many times as many positions the program may have as the path.
     """
-    capacity, N, remarks = controller_capacity(robot), len(path.arc), head_line_count(nodes, payload)
+    capacity, remarks = controller_capacity(robot), head_line_count(nodes, payload)
+    N = int(np.ceil(growth * len(path.arc)))
     if canonical_size(N, remarks).within(capacity):
         return None
     per_page = positions_per_page(capacity, N, remarks)
     if per_page <= MIN_POSITIONS:
         obstacle = "its limits leave no room for a page; raise them in the robot file"
-        return PageStops(path.stop, np.zeros(N, dtype=bool), 0, obstacle)
-    return add_stops(robot, path.arc, theta, path.stop, path.contact, per_page, on_the_part)
+        return PageStops(path.stop, np.zeros(len(path.arc), dtype=bool), 0, obstacle)
+    per_page = max(MIN_POSITIONS, int(per_page / growth))
+    return add_stops(robot, path.arc, theta, path.stop, path.contact, per_page, on_the_part, path.via)
 
 
 def head_line_count(nodes: int, payload: bool = False) -> int:
@@ -100,7 +109,14 @@ def canonical_size(positions: int, remarks: int) -> ProgramSize:
 
 
 def add_stops(
-    robot: Robot, arc: Array, theta: Array, stop: BoolArray, contact: BoolArray, per_page: int, on_the_part: bool
+    robot: Robot,
+    arc: Array,
+    theta: Array,
+    stop: BoolArray,
+    contact: BoolArray,
+    per_page: int,
+    on_the_part: bool,
+    via: BoolArray | None = None,
 ) -> PageStops:
     """The stops of a path with those that its pages need.
 
@@ -112,6 +128,7 @@ def add_stops(
         contact: Where the tool is on the workpiece, (N,).
         per_page: Positions that a page holds, see ``positions_per_page``.
         on_the_part: Whether the robot may be stopped on the workpiece.
+        via: Middles of arcs, (N,), where it cannot stop; default nowhere.
     """
     rate = np.abs(np.diff(theta, axis=0) / np.diff(arc)[:, None] / robot.speed).max(axis=1)
     joint_rate = np.maximum(np.append(rate, rate[-1:]), np.concatenate([rate[:1], rate]))
@@ -119,12 +136,15 @@ def add_stops(
     first, N = 0, len(stop)
     while N - first > per_page:
         half, last = first + max(1, per_page // 2), first + per_page - 1
+        may_stop = np.ones(N, dtype=bool) if via is None else ~via
         later = -(-(N - 1 - first) // (per_page - 1)) - 1  # pages that must follow at least
         late = np.arange(half, last + 1)
+        late = late[may_stop[late]]
         path_stops = np.flatnonzero(stops[first + 1 : last + 1]) + first + 1
         candidates = late[~contact[late]]
         if not len(candidates) and on_the_part:  # as few as can be: so late that no further page is needed
             candidates = np.arange(max(first + 1, N - 1 - later * (per_page - 1)), last + 1)
+            candidates = candidates[may_stop[candidates]]
         if len(path_stops) and (path_stops[-1] >= half or not len(candidates)):
             first = int(path_stops[-1])
         elif len(candidates):
