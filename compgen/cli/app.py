@@ -15,6 +15,7 @@ from compgen.cli.heat import heat
 from compgen.cli.identify import identify, validate
 from compgen.cli.init import init
 from compgen.cli.inspect import inspect
+from compgen.cli.inspect_robot import inspect_robot
 from compgen.cli.jobs import check, generate, predict
 from compgen.cli.offsets import offsets
 from compgen.cli.pages import pages
@@ -59,6 +60,7 @@ for command in (
     plan_poses,
     plan_touches,
     offsets,
+    inspect_robot,
     init,
     schema,
 ):

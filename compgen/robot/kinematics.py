@@ -122,6 +122,19 @@ def frames_at_zero(robot: Robot) -> Pose:
     return Pose.stack([Pose(position.ravel(), rotation) for position, rotation in numbers])
 
 
+def joint_places(robot: Robot, theta: Array) -> Array:
+    """Origins in World of the frames behind the DH rows, (N, 7, 3) [m], of joint angles (N, 6) [rad]."""
+    return np.asarray(evaluate(_build_joint_places(robot), theta)[0].reshape(-1, 7, 3))
+
+
+@kept_with("robot")
+def _build_joint_places(robot: Robot) -> Any:
+    """theta (6) -> origins of the seven frames, one after the other (21)."""
+    theta = ca.SX.sym("theta", 6)
+    places = [ca.densify(frame.position) for frame in nominal_chain(robot, theta).joint_frames()]
+    return ca.Function("joint_places", [theta], [ca.vertcat(*places)])
+
+
 def _compose(pose: Frame, frame: Frame | None) -> Frame:
     """The pose of a frame that is given in another pose; without a frame the pose itself."""
     if frame is None:

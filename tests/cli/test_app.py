@@ -17,7 +17,7 @@ COMMANDS = (
     "whatif",
     "identify", "validate",
     "teach-frame",
-    "plan-poses", "plan-touches", "offsets", "init", "schema",
+    "plan-poses", "plan-touches", "offsets", "inspect-robot", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """
