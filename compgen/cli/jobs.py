@@ -18,6 +18,7 @@ from compgen.cli.options import (
     Quiet,
     StateAge,
     StateFile,
+    Strict,
     Workers,
     output_folder,
     with_state,
@@ -40,6 +41,7 @@ def generate(
     pages: Annotated[
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
     ] = True,
+    strict: Strict = False,
     quiet: Quiet = False,
     workers: Workers = None,
 ) -> None:
@@ -49,6 +51,7 @@ def generate(
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import GENERATE, show_progress
     from compgen.pipelines import generate as pipeline
+    from compgen.pipelines.assumed_ramps import judge_ramps
     from compgen.pipelines.path_file import load_job
     from compgen.report.files import job_reports
 
@@ -58,6 +61,7 @@ def generate(
         job = load_job(path, robot, with_state(path, overrides, state, state_age))
         check_folder(folder, "generate", job)
         planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
+        corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
         reports = job_reports(planned, corrected)
         programs = dict(corrected.delivery.files) if corrected.inside or force else {}
@@ -113,6 +117,7 @@ def check(
     state_age: StateAge = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file.")] = None,
+    strict: Strict = False,
     quiet: Quiet = False,
     workers: Workers = None,
 ) -> None:
@@ -122,6 +127,7 @@ def check(
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import CHECK, show_progress
     from compgen.pipelines import generate as pipeline
+    from compgen.pipelines.assumed_ramps import judge_ramps
     from compgen.pipelines.path_file import load_job
     from compgen.report import job_summary
 
@@ -131,6 +137,7 @@ def check(
         if junit is not None:
             check_file("--junit", junit)
         planned, corrected = pipeline.generate(job, progress)
+        corrected = judge_ramps(planned, corrected) if strict else corrected
     summary = job_summary(planned, corrected)
     if junit is not None:
         write_file(Path(junit), junit_xml(summary))

@@ -26,6 +26,9 @@ Workers = Annotated[
     int | None, typer.Option("--workers", min=1, max=64, help="Threads; the results are the same for any number.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Refuse where assumed accelerations decide whether the bounds are kept.")
+]
 Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
 DEFAULT_DATE = "26-01-01"  # fixed, so that the same inputs give the same bytes
 

@@ -68,6 +68,7 @@ class Robot:
     wrist_margin: float  # [rad] J5 keeps this distance from zero
     controller: Controller
     motion: ControllerMotion | None = None  # what it makes of a commanded motion; None: not known
+    acceleration_known: bool = False  # accelerations and jerks are the controller's own; otherwise assumed
     interference: Interference | None = None  # where J2 and J3 may stand together; None: anywhere
 
     def __post_init__(self) -> None:

@@ -77,6 +77,9 @@ class LimitsTable(Table):
     """Largest acceleration of each joint."""
     jerk_deg_s3: SixRates
     """Largest jerk of each joint."""
+    acceleration_known: bool = False
+    """Whether accelerations and jerks are measured or the maker's; if not they are assumed, and check --strict asks
+    whether it matters."""
     interference: InterferenceTable = InterferenceTable()
 
 
@@ -230,6 +233,7 @@ def robot_from_tables(
             payload=controller.payload,
             acc=controller.acc_percent,
         ),
+        acceleration_known=limits.acceleration_known,
         interference=_interference(limits.interference, matrix, zero, file),
     )
 
