@@ -11,6 +11,7 @@ import typer
 from compgen import __version__
 from compgen.cli.correct import correct
 from compgen.cli.executed import executed
+from compgen.cli.export_robot import export_robot
 from compgen.cli.heat import heat
 from compgen.cli.identify import identify, validate
 from compgen.cli.init import init
@@ -61,6 +62,7 @@ for command in (
     plan_touches,
     offsets,
     inspect_robot,
+    export_robot,
     init,
     schema,
 ):

@@ -3,7 +3,7 @@
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -13,10 +13,22 @@ from compgen.core.exceptions import InputError
 KINDS = ("robots", "paths")
 
 
-def init(folder: Annotated[str, typer.Argument(help="Where to; default here.")] = ".") -> None:
-    """Lay down the robots, paths and schemas that come with compgen."""
+def init(
+    folder: Annotated[str, typer.Argument(help="Where to; default here.")] = ".",
+    urdf: Annotated[
+        str | None, typer.Option("--urdf", help="Write robots/<its name>.toml from this URDF file instead.")
+    ] = None,
+    j3: Annotated[
+        Literal["coupled", "alone"],
+        typer.Option("--j3", help="Whether the URDF's joint 3 is the pendant's J2 + J3, as in ROS-Industrial's."),
+    ] = "coupled",
+) -> None:
+    """Lay down the robots, paths and schemas that come with compgen, or a robot file from a URDF file."""
     from compgen.core.toml import shipped
 
+    if urdf is not None:
+        _from_urdf(Path(folder), urdf, j3 == "coupled")
+        return
     for kind in KINDS:
         check_writable((Path(folder) / kind).absolute())
     count = 0
@@ -33,3 +45,20 @@ def init(folder: Annotated[str, typer.Argument(help="Where to; default here.")] 
             raise InputError(f"{target}: cannot be written: {failure.strerror}; give another folder") from failure
     robots, paths = (Path(folder) / kind for kind in KINDS)
     sys.stdout.write(f"{count} files laid down in {robots} and {paths}; files already there are kept\n")
+
+
+def _from_urdf(folder: Path, urdf: str, coupled: bool) -> None:
+    """Write the robot file of a URDF file into ``robots/``; what is there is kept."""
+    from compgen.pipelines.robot_from_urdf import robot_from_urdf
+
+    check_writable((folder / "robots").absolute())
+    name, text = robot_from_urdf(urdf, coupled)
+    target = folder / "robots" / f"{name}.toml"
+    if os.path.lexists(target):
+        raise InputError(f"{target}: it is there; move it away, or rename {urdf}")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        raise InputError(f"{target.parent}: cannot be written: {failure.strerror}; give another folder") from failure
+    write_file(target, text.encode())
+    sys.stdout.write(f"wrote {target}; what is [assumed] in it you know better\n")

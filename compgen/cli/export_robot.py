@@ -1,0 +1,45 @@
+"""Command export-robot: an arm for other software, as URDF or JSON."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from compgen.cli.ownership import check_own_file
+from compgen.cli.publish import check_writable, write_file
+from compgen.core.exceptions import InputError
+
+
+def export_robot(
+    robot: Annotated[str, typer.Argument(help="Robot name or file, e.g. m710ic50", show_default=False)],
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="File to write, .urdf or .json; default: print a URDF.")
+    ] = None,
+    rises: Annotated[
+        str | None, typer.Option("--rise-K", help="Rises of its nodes, j2=11,j3=13; default: a cold arm.")
+    ] = None,
+) -> None:
+    """Write an arm, identified or not, cold or hot, as URDF or JSON for other software."""
+    from compgen.pipelines.robot_export import export_arm
+    from compgen.report.robot_export import export_json, export_record, urdf_text
+
+    kind = Path(output).suffix if output is not None else ".urdf"
+    if kind not in (".urdf", ".json"):
+        raise InputError(f"-o {output}: ends in neither .urdf nor .json; name the file so")
+    if output is not None:
+        check_writable(Path(output).absolute().parent)
+        check_own_file("-o", output, b'"rise_K"' if kind == ".json" else b"as its robot file knows it", "export-robot")
+    exported = export_arm(robot, rises)
+    facts = exported.arm.robot
+    if kind == ".json":
+        text = export_json(export_record(facts, exported.chain, exported.rise_K, Path(exported.arm.source).name))
+    else:
+        text = urdf_text(facts, exported.chain, exported.words())
+    if output is None:
+        sys.stdout.write(text)
+        return
+    write_file(Path(output), text.encode())
+    for word in exported.words():
+        sys.stdout.write(f"{word}\n")
+    sys.stdout.write(f"wrote {output}\n")

@@ -1,0 +1,106 @@
+r"""An arm as six turns about fixed lines: what other software can take of an identified robot, hot or cold.
+
+Of joints q counted from pendant zero, with line i along w_i through p_i in World at zero (Brockett 1984),
+
+    flange(q) = E_1(q_1) ... E_6(q_6) flange(0),        E_i(q): the turn by q about line i
+
+Lengths, zeros, frames and heat at given rises leave an arm such a chain, and the lines are exact: a quarter turn of
+joint i alone is E_i. What depends on loads, on directions or on other joints' angles does not, and is left out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.core.pose import Pose
+from compgen.core.rotations import rotation_matrix
+from compgen.error_model.model import build_error_model
+from compgen.error_model.source import Source
+from compgen.robot.robot import Robot
+
+QUARTER = np.pi / 2
+POSES = 1000  # at which the chain is compared with the model
+SAME = 1e-9  # m and rad
+#: steps of an even spread over the joints' ranges: roots of x^7 = x + 1 (Roberts 2018)
+STEPS = 1.1127756842787055 ** -np.arange(1.0, 7.0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RigidChain:
+    """Six lines at pendant zero in World, and the flange there."""
+
+    line: Array  # (6, 3) unit vectors w
+    point: Array  # (6, 3) [m] p
+    flange: Pose
+    left_out: tuple[str, ...]  # sources that are no fixed lines
+    off: float  # [m] by which the arm's model leaves the chain at most, over its joints' ranges: what is left out
+
+    def __post_init__(self) -> None:
+        own(self, line=(6, 3), point=(6, 3))
+
+    def flange_pose(self, q: Array) -> Pose:
+        """Flange poses in World of joints counted from pendant zero as theta counts, (N, 6) [rad]."""
+        N = len(q)
+        position = np.tile(self.flange.position, (N, 1))
+        rotation = np.tile(self.flange.rotation, (N, 1, 1))
+        for w, p, angle in zip(self.line[::-1], self.point[::-1], q.T[::-1]):
+            turn = rotation_matrix(angle[:, None] * w)
+            position = np.einsum("nij,nj->ni", turn, position - p) + p
+            rotation = turn @ rotation
+        return Pose(position, rotation)
+
+
+def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidChain:
+    """The chain of an arm whose parts are so warm.
+
+    Args:
+        robot: The nominal arm.
+        sources: Of its error.
+        rise: Of its nodes, (K,) [K]; none: cold.
+    """
+    zero = robot.to_theta(np.zeros(6))
+    low, high = robot.lower - zero, robot.upper - zero
+    q = low + (high - low) * np.mod(0.5 + np.arange(1, POSES + 1)[:, None] * STEPS, 1.0)
+
+    def model_of(parts: Sequence[Source]) -> tuple[RigidChain, float]:
+        model = build_error_model(robot, parts, len(rise), Pose(np.zeros(3), np.eye(3)))
+
+        def pose(q: Array) -> Pose:
+            warmth = np.tile(rise if len(rise) else np.zeros(1), (len(q), 1))
+            return model.actual_pose(zero + q, warmth)
+
+        chain = _chain_of(pose(np.vstack([np.zeros(6), QUARTER * np.eye(6)])))
+        ours, its = chain.flange_pose(q), pose(q)
+        off = float(np.abs(ours.position - its.position).max())
+        return chain, max(off, float(np.abs(ours.rotation - its.rotation).max()))
+
+    kept = [source for source in sources if model_of([source])[1] < SAME]
+    chain, off = model_of(kept)
+    if off > SAME:
+        raise ValueError("sources that are fixed lines alone are none together")
+    left = tuple(source.NAME for source in sources if source not in kept)
+    if not left:
+        return chain
+    whole = build_error_model(robot, sources, len(rise), Pose(np.zeros(3), np.eye(3)))
+    warmth = np.tile(rise if len(rise) else np.zeros(1), (POSES, 1))
+    gap = whole.actual_pose(zero + q, warmth).position - chain.flange_pose(q).position
+    return RigidChain(chain.line, chain.point, chain.flange, left, float(np.linalg.norm(gap, axis=1).max()))
+
+
+def _chain_of(poses: Pose) -> RigidChain:
+    """The lines from the pose at zero and those after a quarter turn of each joint."""
+    flange = poses[0]
+    lines: list[Array] = []
+    points: list[Array] = []
+    for i in range(1, 7):
+        turn = poses[i].rotation @ flange.rotation.T
+        shift = poses[i].position - turn @ flange.position
+        w = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+        w /= np.linalg.norm(w)
+        # of all p with p = turn p + shift the one nearest to the line before; along w any p will do
+        before = points[-1] if points else np.zeros(3)
+        points.append(np.asarray(np.linalg.solve(np.eye(3) - turn + np.outer(w, w), shift + w * (w @ before))))
+        lines.append(w)
+    return RigidChain(np.array(lines), np.array(points), flange, (), 0.0)

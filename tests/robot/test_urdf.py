@@ -1,0 +1,149 @@
+"""URDF files to robot files: drawn arms of the class, with any zero and any signs, and one line for what is refused."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from command_line import refused, run
+from numpy.testing import assert_allclose
+
+from compgen.core.rotations import rotation_matrix, to_wpr
+from compgen.pipelines.robot_file import load_robot
+from compgen.robot.kinematics import flange_pose
+from compgen.robot.urdf import read_urdf
+
+LINKS = ["base", *(f"l{i}" for i in range(1, 7))]
+
+
+def numbers(values):
+    return " ".join(f"{v:.16g}" for v in values)
+
+
+def class_lines(a1, a2, a3, d4, d6, theta):
+    """Points and directions of the six axes of the class at angles theta, and the tip: by hand, in World."""
+
+    def turned(points, lines, about, through, angle):
+        R = rotation_matrix(angle * about)
+        return [through + R @ (p - through) for p in points], [R @ w for w in lines]
+
+    z, y, x = np.eye(3)[2], np.eye(3)[1], np.eye(3)[0]
+    # with theta = (0, -90, 0, 0, 0, 0) the upper arm stands up, the forearm points forward
+    points = [np.zeros(3), a1 * x, a1 * x + a2 * z]
+    wrist = points[2] + a3 * z + d4 * x
+    points += [wrist, wrist, wrist, wrist + d6 * x]
+    lines = [z, y, -y, -x, -y, -x]
+    for i, angle in reversed(list(enumerate(theta - np.deg2rad([0, -90, 0, 0, 0, 0])))):
+        behind, lines_behind = turned(points[i + 1 :], lines[i + 1 :], lines[i], points[i], angle)
+        points[i + 1 :], lines[i + 1 :] = behind, lines_behind
+    return points, lines
+
+
+def drawn_urdf(seed, sizes=None, zero=None, sign=None, tip=None, beside=0.0, wrist=0.0):
+    """A URDF whose link frames are turned anyhow, and what it was made of."""
+    rng = np.random.default_rng(seed)
+    sizes = rng.uniform([0.05, 0.3, 0.02, 0.3, 0.05], [0.4, 1.2, 0.3, 1.5, 0.3]) if sizes is None else sizes
+    zero = rng.uniform([-1, -2, -1, -2, 0.3, -2], [1, -1, 1, 2, 1.5, 2]) if zero is None else zero
+    sign = rng.choice([-1.0, 1.0], 6) if sign is None else sign
+    points, lines = class_lines(*sizes, zero)
+    points[1:] = [p + beside * lines[1] for p in points[1:]]
+    points[5] = points[5] + wrist * np.cross(lines[5], lines[4])
+    base = np.array([*rng.uniform(-0.5, 0.5, 2), rng.uniform(0.2, 0.9)])
+    before, place, rows = np.eye(3), -base, [f'<link name="{name}"/>' for name in [*LINKS, "tool0"]]
+    for i in range(6):
+        frame = rotation_matrix(rng.uniform(-2, 2, 3))
+        point = points[i] + rng.uniform(-0.2, 0.2) * lines[i]
+        rpy = [v[0] for v in to_wpr((before.T @ frame)[None])]
+        rows.append(
+            f'<joint name="joint_{i + 1}" type="revolute"><origin xyz="{numbers(before.T @ (point - place))}" '
+            f'rpy="{numbers(rpy)}"/><parent link="{LINKS[i]}"/><child link="{LINKS[i + 1]}"/>'
+            f'<axis xyz="{numbers(2 * sign[i] * frame.T @ lines[i])}"/>'
+            f'<limit lower="-2" upper="2.5" effort="0" velocity="{3 + i}"/></joint>'
+        )
+        before, place = frame, point
+    tip = points[6] if tip is None else tip
+    rows.append(
+        f'<joint name="end" type="fixed"><origin xyz="{numbers(before.T @ (tip - place))}" rpy="1 2 3"/>'
+        '<parent link="l6"/><child link="tool0"/></joint>'
+    )
+    return "<robot name='drawn'>\n" + "\n".join(rows) + "\n</robot>\n", base, sizes, sign
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_drawn_arm_is_found_with_its_signs_and_its_zero(tmp_path, seed):
+    text, base, sizes, _ = drawn_urdf(seed)
+    (tmp_path / "drawn.urdf").write_text(text)
+    arm = read_urdf(str(tmp_path / "drawn.urdf"))
+    assert_allclose([*np.abs(arm.a[:3]), -arm.d[3], -arm.d[5]], sizes, atol=1e-9)
+    assert arm.base_height == pytest.approx(base[2])
+    result = run("init", "--urdf", tmp_path / "drawn.urdf", "--j3", "alone", tmp_path)
+    assert result.returncode == 0, result.stderr
+    robot = load_robot(str(tmp_path / "robots" / "drawn.toml"))
+    model = pin.buildModelFromXML(text)
+    data, frame = model.createData(), model.getFrameId("tool0")
+    q = np.random.default_rng(seed).uniform(-3, 3, (200, 6))
+    ours = flange_pose(robot, robot.to_theta(q))
+    for n in range(200):
+        pin.framesForwardKinematics(model, data, q[n])
+        assert np.abs(ours.position[n] - (data.oMf[frame].translation - base)).max() < 1e-8
+        if n == 0:
+            fixed = ours.rotation[0].T @ data.oMf[frame].rotation
+        assert np.abs(ours.rotation[n] @ fixed - data.oMf[frame].rotation).max() < 1e-8
+
+
+@pytest.mark.parametrize("name", ["m710ic50", "lrmate200id7l", "m900ib700", "m10ia"])
+def test_a_shipped_arm_goes_out_and_comes_back(tmp_path, name):
+    assert run("export-robot", name, "-o", tmp_path / f"{name}.urdf").returncode == 0
+    assert run("init", "--urdf", tmp_path / f"{name}.urdf", tmp_path).returncode == 0
+    back, robot = load_robot(str(tmp_path / "robots" / f"{name}.toml")), load_robot(name)
+    for field in ("a", "d", "alpha", "pendant_map", "pendant_zero", "lower", "upper", "speed"):
+        assert_allclose(getattr(back, field), getattr(robot, field), atol=1e-9)
+    assert back.joint_names == robot.joint_names
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"wrist": 0.03}, "axes 4, 5 and 6 do not meet"),
+        ({"beside": 0.1}, "the wrist stands 100.0 mm beside the plane of axis 1"),
+        ({"tip": np.array([0.3, 0.2, 1.0])}, "mm off axis 6: a tool, not the flange"),
+    ],
+)
+def test_an_arm_of_another_class_is_refused(tmp_path, changes, words):
+    text, *_ = drawn_urdf(3, **changes)
+    (tmp_path / "drawn.urdf").write_text(text)
+    refused(run("init", "--urdf", tmp_path / "drawn.urdf", tmp_path), 2, words, "spherical wrist")
+    assert not (tmp_path / "robots" / "drawn.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: t.replace("</robot>", "<xacro:arm/></robot>"), "run xacro on it first"),
+        (lambda t: t.replace("</robot>", ""), "not XML"),
+        (lambda t: t.replace("robot", "model"), "no <robot>"),
+        (lambda t: "<!DOCTYPE a>" + t, "document type"),
+        (
+            lambda t: t.replace('name="joint_4" type="revolute"', 'name="joint_4" type="prismatic"'),
+            "'joint_4' is prismatic",
+        ),
+        (
+            lambda t: t.replace('name="joint_4" type="revolute"', 'name="joint_4" type="fixed"'),
+            "5 moving joints in a row",
+        ),
+        (lambda t: t.replace('lower="-2" ', "", 1), "joint 'joint_1': limit lower: missing"),
+        (lambda t: t.replace('rpy="1 2 3"', 'rpy="1 2"'), "joint 'end': origin rpy: '1 2' is not 3 numbers"),
+        (lambda t: t.replace('xyz="', 'xyz="nan ', 1), "is not 3 numbers"),
+        (lambda t: "", "not XML"),
+    ],
+)
+def test_a_bad_file_is_refused_in_one_line(tmp_path, change, words):
+    text, *_ = drawn_urdf(1)
+    (tmp_path / "drawn.urdf").write_text(change(text))
+    refused(run("init", "--urdf", tmp_path / "drawn.urdf", tmp_path), 2, words)
+
+
+def test_signs_that_are_not_fanucs_ask_for_j3_alone_and_a_file_is_not_replaced(tmp_path):
+    text, *_ = drawn_urdf(1, sign=np.array([1, 1, -1, 1, 1, 1.0]))
+    (tmp_path / "drawn.urdf").write_text(text)
+    refused(run("init", "--urdf", tmp_path / "drawn.urdf", tmp_path), 2, "say --j3 alone")
+    assert run("init", "--urdf", tmp_path / "drawn.urdf", "--j3", "alone", tmp_path).returncode == 0
+    refused(run("init", "--urdf", tmp_path / "drawn.urdf", "--j3", "alone", tmp_path), 2, "it is there")
