@@ -281,11 +281,15 @@ def _standing(z: Array, rotation: Array) -> Array:
 
 def _trial(a: Array, d4: float, d6: float) -> Robot:
     """A nominal arm of these lengths, without limits."""
-    controller = Controller("none", "", 0.008, 1, 1, 1.0, 8, 3, (1, 4, 6))
+    controller = Controller(
+        compensation="none", signature="", period=0.008, rounds_up_to_period=False, max_lines=1, max_positions=1,
+        memory=1.0, name_length=8, decimals=3, turn_joints=(1, 4, 6),
+    )  # fmt: skip
     big = np.full(6, 1e3)
     return Robot(
-        "trial", np.array([0, 0, 0, -d4, 0, -d6]), a, ALPHA, np.eye(6), np.zeros(6), -big, big,
-        ("J1", "J2", "J3", "J4", "J5", "J6"), big, big, big, 0.0, 0.0, 0.0, controller,
+        name="trial", d=np.array([0, 0, 0, -d4, 0, -d6]), a=a, alpha=ALPHA, pendant_map=np.eye(6),
+        pendant_zero=np.zeros(6), lower=-big, upper=big, joint_names=("J1", "J2", "J3", "J4", "J5", "J6"), speed=big,
+        acceleration=big, jerk=big, shoulder_margin=0.0, elbow_margin=0.0, wrist_margin=0.0, controller=controller,
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ COMMANDS = (
     "identify", "validate",
     "teach-frame",
     "plan-poses", "plan-touches", "offsets", "inspect-robot", "init", "schema",
+    "plan-poses", "plan-touches", "offsets", "export-robot", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """
