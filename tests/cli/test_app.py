@@ -17,8 +17,7 @@ COMMANDS = (
     "whatif",
     "identify", "validate",
     "teach-frame",
-    "plan-poses", "plan-touches", "offsets", "inspect-robot", "init", "schema",
-    "plan-poses", "plan-touches", "offsets", "export-robot", "init", "schema",
+    "plan-poses", "plan-touches", "offsets", "inspect-robot", "export-robot", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """
