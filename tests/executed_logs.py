@@ -196,3 +196,20 @@ def part(name="PART", shift=None, speed=0.1, numbers=(0, 0)):
             np.full(N - 1, speed), np.array(fine),
         )
     )  # fmt: skip
+
+
+def circle(name="PART", radius=0.15, speed=0.1):
+    """A program that is one circle, from stop to stop."""
+    from compgen import fanuc
+    from compgen.robot.inverse_kinematics import Posture
+
+    angle = np.radians(np.arange(0, 361, 2))
+    local = np.column_stack([1.1 + radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), 0.1)])
+    N = len(local)
+    return fanuc.compose(
+        fanuc.Program(
+            name, "test", "26-01-01", ("compgen 0.1.0 m710ic50",), 0, 0, local,
+            np.tile(np.diag([1.0, -1.0, -1.0]), (N, 1, 1)), Posture(), np.zeros((N, 3), dtype=np.int64),
+            np.full(N - 1, speed), np.isin(np.arange(N), [0, N - 1]),
+        )
+    )  # fmt: skip

@@ -14,6 +14,7 @@ from compgen.cli.executed import executed
 from compgen.cli.export_robot import export_robot
 from compgen.cli.heat import heat
 from compgen.cli.identify import identify, validate
+from compgen.cli.identify_motion import identify_motion
 from compgen.cli.init import init
 from compgen.cli.inspect import inspect
 from compgen.cli.inspect_robot import inspect_robot
@@ -57,6 +58,7 @@ for command in (
     whatif,
     identify,
     validate,
+    identify_motion,
     teach_frame,
     plan_poses,
     plan_touches,

@@ -63,7 +63,7 @@ def executed(
     others = [(name, read_program(name)) for name in also or []]
     situation = Situation(arm, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world)
     with naming_program(program):
-        situation.course(content)  # what is wrong with the program is said before the log is read
+        situation.course(content)  # what is wrong with the program is named before the log is read
     positions = read_position_log(log)
     bound = None if max_um is None else max_um * UM
     run = judge(text, positions, situation, others, bound)

@@ -162,6 +162,20 @@ def check_identified(target: Path) -> None:
         )
 
 
+def check_identified_motion(target: Path) -> None:
+    """Raises InputError when a robot file, or a report beside it, is there that ``identify-motion`` has not written."""
+    robot_file = os.path.lexists(target) and not _contains(target, b"[motion.identified]", MOST_TABLE_BYTES)
+    foreign = target if robot_file else None
+    for stem in (target.stem, f"{target.stem}_refused"):
+        report, page = target.with_name(f"{stem}.json"), target.with_name(f"{stem}.html")
+        if not {"motion", "tried"} <= set(read_record(report)):
+            foreign = foreign or next((file for file in (report, page) if os.path.lexists(file)), None)
+    if foreign:
+        raise InputError(
+            f"{foreign}: it is there and not what cgen identify-motion wrote; move it away, or give another with -o"
+        )
+
+
 def check_file(option: str, name: str) -> None:
     """Raises InputError when a single file, as an option names it, cannot be written; one that is there is replaced."""
     if not name or "\0" in name or os.path.isdir(name):

@@ -69,6 +69,24 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def text_with_table(text: str, name: str, values: Mapping[str, Any]) -> str:
+    """A robot file's text with one table's values in it; comments, order and all else stay.
+
+    Raises:
+        InputError: The file's tables are laid out in a way that cannot be updated.
+    """
+    expected, plain = tomllib.loads(text), _plain(values)
+    try:
+        document, added = tomlkit.parse(text), tomlkit.document()
+        _merge(document, expected, added, name, plain)
+        updated = tomlkit.dumps(document)
+        updated = updated.rstrip("\n") + "\n\n" + tomlkit.dumps(added) if len(added) else updated
+    except TOMLKitError as exception:
+        raise InputError(f"robot file: cannot be updated: {exception}; give [{name}] a table of its own") from None
+    check_written(updated, expected)
+    return updated
+
+
 def _update(text: str, expected: dict[str, Any], record: dict[str, Any], sources: dict[str, Any]) -> str:
     """The text with new values; ``expected``, what it says, gets them too."""
     document, added = tomlkit.parse(text), tomlkit.document()

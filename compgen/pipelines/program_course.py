@@ -103,11 +103,18 @@ def _canonical_course(program: Program, robot: Robot, frames: Frames) -> Course:
         "number": np.arange(1, N + 1),
         "theta": theta,
     }
-    return _course(nodes, pose.rotation, via, frame, tool, (program.uframe, program.utool))
+    numbers = program.uframe, program.utool
+    return _course(nodes, pose.rotation, via, frame, tool, numbers, robot.controller.rounds_up_to_period)
 
 
 def _course(
-    nodes: dict[str, Any], rotation: Array, via: BoolArray, frame: Pose, tool: Pose, numbers: tuple[int, int]
+    nodes: dict[str, Any],
+    rotation: Array,
+    via: BoolArray,
+    frame: Pose,
+    tool: Pose,
+    numbers: tuple[int, int],
+    counted: bool = False,
 ) -> Course:
     """A course of positions, with nodes on its arcs; an orientation there is that of the nearest position."""
     number, position = divided(nodes["position"], via)
@@ -126,6 +133,7 @@ def _course(
         frame=frame,
         tool=tool,
         numbers=numbers,
+        counted=counted,
     )
 
 
@@ -202,8 +210,8 @@ def _written_clocks(
     speed = np.where(np.isfinite(rate) & (value > 0), value * np.nan_to_num(rate), np.nan)
     turn = np.abs(np.diff(poses.theta[drive.pose[at]], axis=0))
     fastest = np.nan_to_num((turn / robot.speed).max(axis=1))
-    told = np.isfinite(speed) & judged
-    speed = np.where(told, speed, np.inf)
-    least = np.where(told, fastest, np.where(unit == "", np.fmax(length / ASSUMED["L"], fastest), total))
+    stated = np.isfinite(speed) & judged
+    speed = np.where(stated, speed, np.inf)
+    least = np.where(stated, fastest, np.where(unit == "", np.fmax(length / ASSUMED["L"], fastest), total))
     least = np.where(judged, least, total)
     return speed_clock(length, speed, least, robot.controller.period, via[1:])

@@ -16,7 +16,7 @@ COMMANDS = (
     "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed", "resume", "heat",
     "whatif",
     "identify", "validate",
-    "teach-frame",
+    "identify-motion", "teach-frame",
     "plan-poses", "plan-touches", "offsets", "inspect-robot", "export-robot", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}

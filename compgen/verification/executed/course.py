@@ -67,13 +67,7 @@ class Course:
 
     def tangents(self) -> Array:
         """Direction of each way, (N - 1, 3); of a way without length that of the one before."""
-        step = np.diff(self.position, axis=0)
-        size = np.sqrt(dot(step, step))
-        moving = np.flatnonzero(size > 1e-12)
-        if not len(moving):
-            return np.tile([1.0, 0.0, 0.0], (len(step), 1))
-        last = moving[np.maximum(np.searchsorted(moving, np.arange(len(step)), side="right") - 1, 0)]
-        return unit(step[last])
+        return tangents_of(self.position)
 
     def point_name(self, arc: float) -> str:
         """The position that is nearest along the course, as ``P[n]``."""
@@ -88,7 +82,7 @@ def speed_clock(length: Array, speed: Array, least: Array, period: float, joined
     Args:
         length: Of the ways, (N - 1,) [m].
         speed: Written, (N - 1,) [m/s].
-        least: What each way takes at least: turns of the joints, motions told in seconds, (N - 1,) [s].
+        least: What each way takes at least: turns of the joints, motions in seconds, (N - 1,) [s].
         period: Of interpolation [s].
         joined: Ways that one motion drives together with the next one: the first half of an arc, (N - 1,).
     """
@@ -141,6 +135,16 @@ def at_numbers(values: Array, number: Array) -> Array:
     after = np.minimum(base + 1, len(values) - 1)
     share = (number - base).reshape(-1, *[1] * (values.ndim - 1))
     return np.asarray(values[base] + share * (values[after] - values[base]))
+
+
+def tangents_of(position: Array) -> Array:
+    """Direction of each way of a polyline (N, 3), (N - 1, 3); of a way without length that of the one before."""
+    step = np.diff(position, axis=0)
+    moving = np.flatnonzero(dot(step, step) > 0)
+    if not len(moving):
+        return np.tile([1.0, 0.0, 0.0], (len(step), 1))
+    last = moving[np.maximum(np.searchsorted(moving, np.arange(len(step)), side="right") - 1, 0)]
+    return unit(step[last])
 
 
 def arc_lengths_of(position: Array) -> Array:

@@ -197,7 +197,7 @@ def _of_override(course: Course, clock: ClockFit) -> list[Finding]:
     findings = []
     if clock.rounded:
         message = (
-            "lines take whole interpolation periods here: that explains its speeds, written speeds do not; set "
+            "lines take whole interpolation periods: that explains its speeds, written speeds do not; set "
             "controller.rounds_up_to_period = true in the robot file"
         )
         findings.append(Finding(Level.WARNING, "executed.periods", message))

@@ -39,7 +39,7 @@ def project(course: Course, position: Array, travelled: Array, track: Track) -> 
     arc, way, off = np.empty(M), np.empty(M, dtype=np.int64), np.empty((M, 3))
     tangent = course.tangents()
     for rows in _blocks(M):
-        arc[rows], way[rows], off[rows] = _project(course, tangent, position[rows], expected[rows])
+        arc[rows], way[rows], off[rows] = nearest(course.position, course.arc, tangent, position[rows], expected[rows])
     return Projection(arc, way, off, np.sqrt(dot(off, off)))
 
 
@@ -54,27 +54,40 @@ def _rising(x: Array, y: Array) -> tuple[Array, Array]:
     return x[keep], y[keep]
 
 
-def _project(course: Course, tangent: Array, position: Array, arc: Array) -> tuple[Array, IntArray, Array]:
-    last = len(course.arc) - 2
+def nearest(nodes: Array, arc_at: Array, tangent: Array, points: Array, arc: Array) -> tuple[Array, IntArray, Array]:
+    """Nearest points of a polyline to others, each looked for about an expected arc length.
+
+    Args:
+        nodes: Of the polyline, (N, 3) [m].
+        arc_at: Arc length at them, (N,) [m].
+        tangent: Of its ways, (N - 1, 3).
+        points: (M, 3) [m].
+        arc: Expected, (M,) [m].
+
+    Returns:
+        Arc length (M,), way (M,), and the vector from the nearest point (M, 3).
+    """
+    last, end, length = len(arc_at) - 2, float(arc_at[-1]), np.diff(arc_at)
+
+    def way_of(arc: Array) -> IntArray:
+        return np.asarray(np.clip(np.searchsorted(arc_at, arc, side="right") - 1, 0, last))
+
     for _ in range(STEPS):
-        k = course.way(arc)
-        t = tangent[k]
-        q = course.position[k] + (arc - course.arc[k])[:, None] * t
-        step = np.clip(dot(position - q, t), -FARTHEST, FARTHEST)
-        arc = np.clip(arc + step, 0.0, course.length)
-    k = course.way(arc)
+        k = way_of(arc)
+        q = nodes[k] + (arc - arc_at[k])[:, None] * tangent[k]
+        arc = np.clip(arc + np.clip(dot(points - q, tangent[k]), -FARTHEST, FARTHEST), 0.0, end)
+    k = way_of(arc)
     best = np.full(len(arc), np.inf)
     best_arc, best_way, best_off = arc.copy(), k.copy(), np.zeros((len(arc), 3))
-    length = np.diff(course.arc)
     for neighbour in NEIGHBOURS:
         way = np.clip(k + neighbour, 0, last)
-        start, t = course.position[way], tangent[way]
-        share = np.clip(dot(position - start, t), 0.0, length[way])
-        off = position - (start + share[:, None] * t)
+        start, t = nodes[way], tangent[way]
+        share = np.clip(dot(points - start, t), 0.0, length[way])
+        off = points - (start + share[:, None] * t)
         squared = dot(off, off)
         nearer = squared < best
         best[nearer] = squared[nearer]
-        best_arc[nearer] = course.arc[way[nearer]] + share[nearer]
+        best_arc[nearer] = arc_at[way[nearer]] + share[nearer]
         best_way[nearer], best_off[nearer] = way[nearer], off[nearer]
     return best_arc, best_way, best_off
 

@@ -1,0 +1,87 @@
+"""The command that identifies a controller's motion from a log of positions."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from compgen.cli.messages import print_error
+from compgen.cli.options import FramesFile, ProgramFile, Quiet, RegistersFile
+from compgen.cli.ownership import check_identified_motion
+from compgen.cli.publish import check_names, check_writable, publish
+from compgen.core.exceptions import InputError
+from compgen.core.findings import Level, first_of
+
+
+def identify_motion(
+    program: ProgramFile,
+    log: Annotated[
+        str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
+    ] = None,
+    robot: Annotated[str | None, typer.Option("--robot", help="Robot name or file; [motion] goes into a copy.")] = None,
+    frames: FramesFile = None,
+    registers: RegistersFile = None,
+    in_world: Annotated[
+        bool, typer.Option("--in-world", help="The log's X to R are in World, not in the program's user frame.")
+    ] = False,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fit how the controller smooths its commands to a log of a run, with a verdict on stretches held out."""
+    from compgen.cli.progress_bar import show_progress
+    from compgen.pipelines.executed import Situation, read_text
+    from compgen.pipelines.identify_motion import identify_motion as identification
+    from compgen.pipelines.identify_motion import motion_text
+    from compgen.pipelines.program_file import naming_program, read_frames, read_program, read_registers
+    from compgen.pipelines.programs_beside import programs_beside
+    from compgen.pipelines.robot_choice import robot_of_program
+    from compgen.pipelines.robot_file import load_arm, load_robot
+    from compgen.report.motion_report import motion_html, motion_json, motion_sentences, motion_summary
+    from compgen.verification.executed.position_log import read_position_log
+
+    if log is None:
+        raise InputError("--log: missing; give the CSV of positions that was logged while the program ran")
+    content = read_program(program)
+    with naming_program(program):
+        name = robot if robot is not None else robot_of_program(content)
+    nominal, arm = load_robot(name), load_arm(name)
+    target = Path(output) if output is not None else Path("outputs") / "motion" / f"{nominal.name}.toml"
+    if target.suffix != ".toml" or target.is_dir():
+        raise InputError(f"-o {target}: not the name of a robot file; give one that ends in .toml")
+    check_writable(target.absolute().parent)
+    check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json")])
+    check_identified_motion(target)
+    with naming_program(program):
+        text = read_text(program, content)
+    situation = Situation(
+        nominal, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world
+    )
+    positions = read_position_log(log)
+    with show_progress(quiet or as_json) as progress:
+        run, identified = identification(text, positions, situation, lambda share: progress("motion", share))
+    summary = motion_summary(run, text, identified, nominal)
+    # a robot file that stands stays with its own reports
+    stem = target.stem if identified.accepted or not target.exists() else f"{target.stem}_refused"
+    page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
+    reports = {report.name: motion_json(summary), page.name: motion_html(summary)}
+    robot_files = {}
+    if identified.accepted:
+        robot_files = {target.name: motion_text(arm.text, nominal, run, text, identified).encode()}
+    publish(target.parent, robot_files, reports, {*robot_files, *reports})
+    if as_json:
+        sys.stdout.write(reports[report.name].decode())
+    elif not quiet:
+        lines = [
+            *motion_sentences(summary),
+            *(f"{f.level}: {f.message}" for f in (*identified.findings, *run.findings)),
+        ]
+        sys.stdout.write("".join(f"{line}\n" for line in lines))
+        written = f", {target}" if identified.accepted else ""
+        sys.stdout.write(f"wrote {page}, {report}{written}\n")
+    refused = first_of(Level.REFUSED, identified.findings)
+    if refused is not None:
+        raise typer.Exit(print_error(f"refused: {refused.message}; {target.name} not written", 1))

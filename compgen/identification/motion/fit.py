@@ -1,0 +1,169 @@
+r"""Times of a controller's smoothing from a log, of each kind of controller that is tried, on some of the log's blocks.
+
+Least squares on the distance of rows from the smoothed curve. Two times T_1, T_2 of one kind are fitted as
+
+    s = T_1^2 + T_2^2,      d = (T_1^2 - T_2^2) / s
+
+s is what a steady circle shows, v^2 sigma^2 / (2 R) with sigma^2 = s / 12 of means and s of lags; d only shows where
+curvature changes. Their uncertainty is that of blocks of rows that scatter together.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.units import UM
+from compgen.robot.motion import ControllerMotion
+
+Residuals = Callable[[ControllerMotion], Array]
+
+LONGEST = {"means": 0.8, "lags": 0.25}  # [s] root of s
+STARTS = (0.03, 0.1, 0.25)  # of that, as shares, from which a fit begins
+STEP = 1e-3  # of the two numbers, for slopes
+EVEN = 0.6  # d from which the fit of two times begins
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of controller: how many moving means or first-order lags, and in which space."""
+
+    space: Literal["cartesian", "joint"]
+    filters: Literal["means", "lags"]
+    count: int
+
+    @property
+    def words(self) -> str:
+        """The kind for a reader."""
+        if not self.count:
+            return "no smoothing"
+        number = "one" if self.count == 1 else "two"
+        filters = "moving mean" if self.filters == "means" else "first-order lag"
+        space = "joints" if self.space == "joint" else "Cartesian"
+        return f"{number} {filters}{'s' if self.count > 1 else ''} in {space}"
+
+    def includes(self, other: "Kind") -> bool:
+        """Whether every controller of another kind is one of this."""
+        if not other.count:
+            return True
+        return (other.space, other.filters) == (self.space, self.filters) and other.count <= self.count
+
+
+NOTHING = Kind("cartesian", "means", 0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class KindFit:
+    """The best controller of a kind, on some blocks."""
+
+    kind: Kind
+    numbers: Array  # (p,) s [s2] and, of two times, d
+    held_out: Array  # (B,) mean square of the residual in each block that was held out [m2]
+
+    @property
+    def motion(self) -> ControllerMotion:
+        """The controller."""
+        return motion_of(self.kind, self.numbers)
+
+    @property
+    def rms(self) -> float:
+        """On the blocks held out, of one coordinate square to the path [m]."""
+        return float(np.sqrt(np.mean(self.held_out) / 2))
+
+
+def motion_of(kind: Kind, numbers: Array) -> ControllerMotion:
+    """The controller of a kind that numbers name."""
+    times = times_of(kind, numbers)
+    if kind.filters == "means":
+        return ControllerMotion(space=kind.space, moving_averages=times)
+    return ControllerMotion(space=kind.space, first_orders=times)
+
+
+def times_of(kind: Kind, numbers: Array) -> tuple[float, ...]:
+    """The times, the longer first [s]."""
+    if not kind.count:
+        return ()
+    s = max(float(numbers[0]), 0.0)
+    if kind.count == 1:
+        return (float(np.sqrt(s)),)
+    d = min(abs(float(numbers[1])), 1.0)
+    return float(np.sqrt(s * (1 + d) / 2)), float(np.sqrt(s * (1 - d) / 2))
+
+
+def variance_of(kind: Kind, numbers: Array) -> float:
+    """Sigma^2 of the smoothing [s2]: s / 12 of moving means, s of first-order lags."""
+    return float(numbers[0]) / (12 if kind.filters == "means" else 1) if kind.count else 0.0
+
+
+def fit_kind(
+    kind: Kind, residuals: Residuals, fitted: BoolArray, block: IntArray, start: Array | None = None
+) -> KindFit:
+    """The best controller of a kind on fitted rows, and what it leaves in the others' blocks.
+
+    Args:
+        kind: To fit.
+        residuals: Of a controller, (R, 3) [m].
+        fitted: Rows to fit, (R,).
+        block: Of each row, (R,).
+        start: Numbers to begin with; default several.
+    """
+    numbers = np.zeros(0)
+    if kind.count:
+        starts = [start] if start is not None else [_start(kind, share) for share in STARTS]
+        at = [_cost(kind, residuals, fitted, x) for x in starts]
+        numbers = _solve(kind, residuals, fitted, starts[int(np.argmin(at))])
+    left = residuals(motion_of(kind, numbers))
+    squares = (left**2).sum(axis=1)[~fitted]
+    _, which = np.unique(block[~fitted], return_inverse=True)
+    return KindFit(kind, numbers, np.bincount(which, squares) / np.maximum(np.bincount(which), 1))
+
+
+def _start(kind: Kind, share: float) -> Array:
+    s = (share * LONGEST[kind.filters]) ** 2
+    return np.array([s, EVEN][: kind.count])
+
+
+def _cost(kind: Kind, residuals: Residuals, fitted: BoolArray, numbers: Array) -> float:
+    return float((residuals(motion_of(kind, numbers))[fitted] ** 2).sum())
+
+
+def _solve(kind: Kind, residuals: Residuals, fitted: BoolArray, start: Array) -> Array:
+    """Least squares in the root of s and in d."""
+    longest = LONGEST[kind.filters]
+
+    def function(x: Array) -> Array:
+        return residuals(motion_of(kind, _scaled(x, longest)))[fitted].ravel() / UM
+
+    x = np.array([np.sqrt(start[0]) / longest, *start[1:]])
+    upper = np.ones(len(x))
+    solved = least_squares(function, x, bounds=(np.zeros(len(x)), upper + 1e-9), diff_step=STEP, xtol=1e-6, ftol=1e-9)
+    return _scaled(solved.x, longest)
+
+
+def _scaled(x: Array, longest: float) -> Array:
+    return np.array([(x[0] * longest) ** 2, *np.clip(x[1:], 0.0, 1.0)])
+
+
+def covariance(fit: KindFit, residuals: Residuals, block: IntArray) -> Array:
+    """Covariance of a fit's numbers, (p, p): blocks of rows scatter together, rows inside of them as they like."""
+    base = residuals(fit.motion)
+    slopes = []
+    for k in range(len(fit.numbers)):
+        step = np.zeros(len(fit.numbers))
+        step[k] = STEP * max(float(fit.numbers[k]), 0.05 if k else 1e-5)
+        if k and fit.numbers[k] + step[k] > 1:
+            step[k] = -step[k]
+        slopes.append((residuals(motion_of(fit.kind, fit.numbers + step)) - base).ravel() / step[k])
+    A = np.column_stack(slopes)
+    scale = np.sqrt((A**2).sum(axis=0))
+    scale = np.where(scale > 0, scale, 1.0)
+    inverse = np.linalg.pinv((A / scale).T @ (A / scale), rcond=1e-12)
+    score = (A / scale) * base.ravel()[:, None]
+    _, which = np.unique(np.repeat(block, 3), return_inverse=True)
+    sums = np.column_stack([np.bincount(which, column) for column in score.T])
+    # blocks that are few scatter less than they would
+    factor = len(sums) / max(len(sums) - len(fit.numbers), 1)
+    return np.asarray(factor * inverse @ (sums.T @ sums) @ inverse / np.outer(scale, scale))

@@ -1,0 +1,110 @@
+"""An identified controller's motion as data and as one page."""
+
+import json
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__
+from compgen.core.findings import Finding, Level
+from compgen.core.units import MS, PERCENT, UM
+from compgen.identification.motion.fit import times_of, variance_of
+from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
+from compgen.pipelines.executed import ProgramText
+from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace
+from compgen.report.page import figure_section, findings_list, page, section, verdict
+from compgen.robot.robot import Robot
+from compgen.verification.executed.judgement import ExecutedRun
+
+
+def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMotion, robot: Robot) -> dict[str, Any]:
+    """What a log tells of the controller's motion, in plain types; docs/executed.md has the keys."""
+    motion, main = identified.motion, run.clock.main
+    return {
+        "schema": 1,
+        "name": robot.name,
+        "verdict": "accepted" if identified.accepted else "rejected",
+        "findings": [f.record() for f in identified.findings],
+        "motion": {
+            "kind": identified.chosen.kind.words,
+            "space": motion.space,
+            "moving_average_ms": [t / MS for t in motion.moving_averages],
+            "first_order_ms": [t / MS for t in motion.first_orders],
+            "interval_ms": (identified.intervals / MS).tolist(),
+            "sigma_ms": (identified.sigma / MS).tolist(),
+            "whole_periods": run.clock.rounded,
+        },
+        "held_out": {
+            "rms_um": identified.held_out / UM,
+            "limit_um": identified.limit / UM,
+            "noise_um": identified.noise / UM,
+            "noise_multiple": NOISE_MULTIPLE,
+            "max_um": identified.largest / UM,
+            "blocks": identified.blocks,
+        },
+        "tried": [
+            {
+                "kind": fit.kind.words,
+                "times_ms": [t / MS for t in times_of(fit.kind, fit.numbers)],
+                "sigma_ms": float(np.sqrt(variance_of(fit.kind, fit.numbers)) / MS),
+                "held_out_um": fit.rms / UM,
+                "as_well": fit.kind in identified.alike,
+            }
+            for fit in identified.tried
+        ],
+        "program": {"file": text.file, "name": text.name, "sha256": text.sha256},
+        "log": {"file": run.laid.log.table.source, "rows": len(run.laid.time)},
+        "override_percent": None if main is None else main.override / PERCENT,
+        "provenance": {"compgen": __version__},
+    }
+
+
+def motion_json(summary: dict[str, Any]) -> bytes:
+    """The summary as a file."""
+    return (json.dumps(summary, indent=2, allow_nan=False) + "\n").encode()
+
+
+def motion_sentences(summary: dict[str, Any]) -> list[str]:
+    """The result in a few sentences."""
+    motion, held = summary["motion"], summary["held_out"]
+    times = [*motion["moving_average_ms"], *motion["first_order_ms"]]
+    words = ", ".join(
+        f"{time:.1f} ms ({low:.1f} to {high:.1f})" for time, (low, high) in zip(times, motion["interval_ms"])
+    )
+    low, high = motion["sigma_ms"]
+    return [
+        f"{motion['kind']}{f': {words}' if words else ''}; sigma {low:.2f} to {high:.2f} ms (95 %)",
+        f"stretches held out: {held['rms_um']:.2f} um rms, at most {held['max_um']:.1f}, where the log's noise is "
+        f"{held['noise_um']:.2f} and up to {held['limit_um']:.2f} is accepted",
+        f"verdict: {summary['verdict']}",
+    ]
+
+
+def motion_html(summary: dict[str, Any]) -> bytes:
+    """One self-contained page, the same bytes for the same inputs."""
+    is_accepted = summary["verdict"] == "accepted"
+    body = f'<p class="lead">{escape(summary["program"]["name"])} by {escape(summary["log"]["file"])}</p>'
+    body += "".join(verdict("inside" if is_accepted else "outside", escape(s)) for s in motion_sentences(summary))
+    rows = "".join(
+        f"<tr><td>{fit['kind']}</td><td>{', '.join(f'{t:.1f}' for t in fit['times_ms'])}</td>"
+        f"<td>{fit['sigma_ms']:.2f}</td><td>{fit['held_out_um']:.2f}</td>"
+        f"<td>{'yes' if fit['as_well'] else 'no'}</td></tr>"
+        for fit in summary["tried"]
+    )
+    head = (
+        "<thead><tr><th>kind</th><th>times [ms]</th><th>sigma [ms]</th><th>held out, rms [&micro;m]</th>"
+        "<th>foretells as well</th></tr></thead>"
+    )
+    findings = (Finding(Level(f["level"]), f["code"], f["message"]) for f in summary["findings"])
+    body += findings_list(findings) + section("What was tried", f"<table>{head}<tbody>{rows}</tbody></table>")
+    body += figure_section("What each kind leaves on stretches that it was not fitted to", _bars(summary), "kinds")
+    return page(f"{summary['name']}: the controller's motion", body)
+
+
+def _bars(summary: dict[str, Any]) -> Figure:
+    names = [fit["kind"] for fit in summary["tried"]]
+    colours = [COOL if fit["as_well"] else GREY for fit in summary["tried"]]
+    heights = [round(fit["held_out_um"], 3) for fit in summary["tried"]]
+    bars = trace("bar", names, heights, marker={"color": colours}, showlegend=False)
+    return figure([bars], 320, yaxis=axis("held out, rms [µm]", type="log"))

@@ -1,0 +1,102 @@
+"""``cgen identify-motion`` as a user meets it: a controller written into a robot file, and logs that tell none."""
+
+import json
+import tomllib
+
+import executed_logs as logs
+import numpy as np
+import pytest
+from command_line import refused, run
+from shipped import ROOT
+
+from compgen.fanuc.frames import default_frames
+from compgen.pipelines.program_course import course_of_text
+from compgen.pipelines.robot_file import load_robot
+
+ROBOT = (ROOT / "robots" / "m710ic50.toml").read_text()
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "PART.LS").write_bytes(logs.part())
+    (tmp_path / "mine.toml").write_text(ROBOT)
+    return tmp_path
+
+
+def write(folder, robot, means=(), lags=(), text=None, **logger):
+    course = course_of_text(text or logs.part(), robot, default_frames())
+    run_of = logs.Run(ramp=0.25, means=means, lags=lags)
+    time, places, turn, _ = logs.log_rows(course, run_of, logs.Logger(**{"noise": 2e-6, **logger}))
+    (folder / "log.csv").write_text(logs.csv(time, places, turn))
+
+
+def identify(folder, *more):
+    return run("identify-motion", "PART.LS", "--log", "log.csv", "--robot", "mine.toml", *more, cwd=folder)
+
+
+def test_two_moving_means_are_written_into_a_copy_that_keeps_all_else(folder, robot):
+    write(folder, robot, means=(0.2, 0.1), offset=50.0, rate=2e-4, jitter=1e-3)
+    result = identify(folder, "-o", "new.toml")
+    assert result.returncode == 0, result.stderr
+    written = (folder / "new.toml").read_text()
+    data = tomllib.loads(written)
+    np.testing.assert_allclose(data["motion"]["moving_average_ms"], [200, 100], atol=1.5)
+    assert data["motion"]["space"] == "cartesian"
+    assert data["motion"]["enabled"] is False
+    assert data["motion"]["identified"]["verdict"] == "accepted"
+    assert data["motion"]["identified"]["program"] == "PART"
+    assert written.startswith(ROBOT.rstrip("\n"))
+    assert load_robot(str(folder / "new.toml")).motion.evidence.accepted
+    report = json.loads((folder / "new.json").read_text())
+    for (low, high), true in zip(report["motion"]["interval_ms"], (200, 100)):
+        assert low - 1 < true < high + 1
+    assert "Plotly.newPlot(" in (folder / "new.html").read_text()
+
+
+def test_first_order_lags_are_told_from_means(folder, robot):
+    write(folder, robot, lags=(0.05, 0.02))
+    assert identify(folder, "-o", "new.toml").returncode == 0
+    motion = tomllib.loads((folder / "new.toml").read_text())["motion"]
+    assert motion["moving_average_ms"] == []
+    np.testing.assert_allclose(motion["first_order_ms"], [50, 20], atol=1)
+
+
+def test_a_log_of_the_path_itself_shows_no_smoothing_and_nothing_is_written(folder, robot):
+    write(folder, robot)
+    refused(identify(folder, "-o", "new.toml"), 1, "no smoothing seen", "new.toml not written")
+    assert not (folder / "new.toml").exists()
+    assert json.loads((folder / "new.json").read_text())["verdict"] == "rejected"
+
+
+def test_one_constant_curvature_tells_only_the_sum_of_squares(folder, robot):
+    circle = logs.circle()
+    (folder / "PART.LS").write_bytes(circle)
+    write(folder, robot, means=(0.2, 0.1), text=circle)
+    refused(identify(folder, "-o", "new.toml"), 1, "cannot tell", "sigma is 64", "ms")
+    assert not (folder / "new.toml").exists()
+    low, high = json.loads((folder / "new.json").read_text())["motion"]["sigma_ms"]
+    assert low - 0.5 < np.sqrt((200**2 + 100**2) / 12) < high + 0.5
+
+
+def test_a_controller_of_another_kind_is_rejected(folder, robot):
+    write(folder, robot, means=(0.1,), lags=(0.03,))
+    refused(identify(folder, "-o", "new.toml"), 1, "none of those tried")
+
+
+def test_a_robot_file_that_is_there_is_not_replaced(folder, robot):
+    write(folder, robot, means=(0.2, 0.1))
+    refused(identify(folder, "-o", "mine.toml"), 2, "mine.toml", "identify-motion")
+    assert (folder / "mine.toml").read_text() == ROBOT
+    refused(run("identify-motion", "PART.LS", cwd=folder), 2, "--log")
+
+
+def test_the_table_that_a_file_has_is_updated_in_place(folder, robot):
+    old = '\n[motion] # ours\nenabled = false\nspace = "joint" # guessed\nmoving_average_ms = [300]\nlag_ms = 12\n'
+    (folder / "mine.toml").write_text(ROBOT + old)
+    write(folder, robot, means=(0.15,))
+    assert identify(folder, "-o", "new.toml").returncode == 0
+    text = (folder / "new.toml").read_text()
+    motion = tomllib.loads(text)["motion"]
+    assert "[motion] # ours" in text
+    assert motion["lag_ms"] == 12
+    np.testing.assert_allclose(motion["moving_average_ms"], [150], atol=1)
