@@ -27,6 +27,7 @@ from compgen.cli.ownership import check_file
 from compgen.cli.publish import write_file
 from compgen.core.dates import checked_date
 from compgen.core.findings import Level
+from compgen.core.units import MM
 
 
 def generate(
@@ -42,6 +43,10 @@ def generate(
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
     ] = True,
     strict: Strict = False,
+    lift_all: Annotated[
+        float | None,
+        typer.Option("--lift-all", help="Write a dry run instead: the whole program lifted by so much [mm]."),
+    ] = None,
     quiet: Quiet = False,
     workers: Workers = None,
 ) -> None:
@@ -52,13 +57,16 @@ def generate(
     from compgen.cli.progress_bar import GENERATE, show_progress
     from compgen.pipelines import generate as pipeline
     from compgen.pipelines.assumed_ramps import judge_ramps
+    from compgen.pipelines.dry_run import lifted, naming_lift
     from compgen.pipelines.path_file import load_job
     from compgen.report.files import job_reports
 
     use_machine(workers)
-    folder = output_folder(path, output)
-    with show_progress(quiet, GENERATE) as progress:
+    folder = output_folder(path, output, "" if lift_all is None else "_dry")
+    lift = None if lift_all is None else lift_all * MM
+    with show_progress(quiet, GENERATE) as progress, naming_lift(lift):
         job = load_job(path, robot, with_state(path, overrides, state, state_age))
+        job = job if lift is None else lifted(job, lift)
         check_folder(folder, "generate", job)
         planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected

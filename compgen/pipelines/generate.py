@@ -25,6 +25,7 @@ from compgen.pipelines.averaging_findings import averaging_findings
 from compgen.pipelines.band import assumed_findings, band_along
 from compgen.pipelines.delivery import Delivery, PageStart
 from compgen.pipelines.draws import fly_draws
+from compgen.pipelines.dry_run import dry_run_findings
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.kept_waypoints import at_waypoints
@@ -93,6 +94,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
     notes += joint_box_findings(job.robot, job.cell.joint_box, theta[on_part])
     notes += unknown_start_findings(job.robot, job.sources, model, theta, places, rise, motion, path.contact)
     notes += [*frame_findings(job.frame, job.cell.robot_file_hash), *assumed_findings(job.cell), *job.unlikely]
+    notes += dry_run_findings(job, path)
     if not job.history.before and job.heat.start is None:
         notes.append(Finding(Level.NOTE, "thermal.cold", "no [[before]]: the cell starts cold"))
     if job.robot.controller.compensation == "signature":

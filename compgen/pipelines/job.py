@@ -8,7 +8,7 @@ import numpy as np
 from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array
 from compgen.core.findings import Finding
-from compgen.core.pose import Pose
+from compgen.core.pose import IDENTITY, Pose
 from compgen.core.sealed import seal
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.error_model.posterior import ParameterPosterior
@@ -73,11 +73,17 @@ class PathPlan:
     surface: Quadric
     boundary: Boundary
     frame: PartFrame | None = None  # that the path is given in; None: World
+    raised: float = 0.0  # [m] along z of that frame: a dry run
 
     @property
     def place(self) -> Pose | None:
-        """Where the part stands; None: its frame is World."""
-        return None if self.frame is None else self.frame.place
+        """Where the path is laid: the part's place, raised for a dry run; None: World."""
+        place = None if self.frame is None else self.frame.place
+        if self.raised == 0:
+            return place
+        if place is None:
+            place = IDENTITY
+        return Pose(place.position + self.raised * place.rotation[:, 2], place.rotation)
 
 
 @dataclass(frozen=True, slots=True)

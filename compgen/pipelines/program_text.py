@@ -10,6 +10,7 @@ from compgen.core.arrays import Array, BoolArray, frozen
 from compgen.core.pose import Pose
 from compgen.fanuc import Program
 from compgen.fanuc.configuration import turn_digits
+from compgen.pipelines.dry_run import dry_run_words
 from compgen.pipelines.job import Job
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
@@ -17,6 +18,7 @@ from compgen.robot import inverse_kinematics, joint_path
 
 DATE = "26-01-01"
 REMARK_WIDTH = 32
+DRY = "_DRY"  # behind the name of a dry run
 COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
 
 
@@ -65,7 +67,7 @@ def compose_program(
             remarks.append(f"state {state.digest[:8]} holds {state.window:.0f} s"[:REMARK_WIDTH])
     program = Program(
         name=program_name_of(job),
-        comment=f"compgen {job.inputs_hash[:8]}",
+        comment=f"compgen {'DRY RUN' if job.plan.path.raised else job.inputs_hash[:8]}",
         date=date,
         remarks=tuple(remarks),
         uframe=0 if job.frame is None else job.frame.number,
@@ -85,7 +87,12 @@ def compose_program(
 
 
 def override_remark(job: Job) -> str:
-    """The override at which an operator must run the program, as its times and its warmth were computed for."""
+    """The override at which an operator must run the program, as its times and its warmth were computed for.
+
+    A dry run has none; that it is one stands there instead.
+    """
+    if job.plan.path.raised:
+        return dry_run_words(job.plan.path.raised)
     return running_override((1.0,) if job.ensemble is None else job.ensemble.overrides)
 
 
@@ -126,4 +133,7 @@ def printed_in_world(job: Job, pose: Pose) -> Pose:
 
 def program_name_of(job: Job) -> str:
     """The name of the job's program on the controller."""
-    return fanuc.program_name(job.name, job.robot.controller.name_length)
+    length = job.robot.controller.name_length
+    if not job.plan.path.raised:
+        return fanuc.program_name(job.name, length)
+    return f"{fanuc.program_name(job.name.removesuffix('_dry'), length - len(DRY))}{DRY}"
