@@ -64,7 +64,8 @@ def test_a_circle_counts_its_arc(hot):
 
     points = [place(1, 0), place(2, np.pi / 2), place(3, np.pi)]
     result = corrected(program(["J P[1] 10% FINE", "C P[2]\n    :  P[3] 100mm/sec FINE"], points), hot)
-    assert_allclose(result.length, np.pi * 0.1 * np.array([0.25, 0.5, 0.25]), rtol=1e-6)
+    assert result.execution.fraction.tolist() == [1, *2 * [0.25, 0.5, 0.75, 1]]
+    assert_allclose(result.length, np.pi * 0.1 / 8 * np.array([0.5, *7 * [1], 0.5]), rtol=1e-6)
 
 
 def test_what_may_be_driven_elsewhere_counts_for_nothing(hot):

@@ -1,9 +1,10 @@
-"""Stations of a program, points on the straight lines between them, and the joints there."""
+"""Stations of a program, points on the lines and arcs between them, and the joints there."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from compgen.core.arcs import arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, norm
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, rotation_vector
@@ -18,10 +19,10 @@ REACH_BLOCK = 1000  # ways sampled at a time
 
 
 def path_samples(poses: Poses, traversal: Traversal, inside: Array) -> tuple[IntArray, Array]:
-    """Stations and fractions of the straight ways to them, in order of time."""
-    known, lines = _known(poses, traversal), straight_lines(poses, traversal)
-    station = np.concatenate([np.flatnonzero(known), *(np.flatnonzero(lines) for _ in inside)])
-    fraction = np.concatenate([np.ones(int(known.sum())), *(np.full(int(lines.sum()), f) for f in inside)])
+    """Stations and fractions of the straight and circular ways to them, in order of time."""
+    known, ways = _known(poses, traversal), straight_lines(poses, traversal) | circular_ways(traversal)
+    station = np.concatenate([np.flatnonzero(known), *(np.flatnonzero(ways) for _ in inside)])
+    fraction = np.concatenate([np.ones(int(known.sum())), *(np.full(int(ways.sum()), f) for f in inside)])
     order = np.lexsort((fraction, station))
     return station[order], fraction[order]
 
@@ -32,6 +33,37 @@ def straight_lines(poses: Poses, traversal: Traversal) -> BoolArray:
     The robot surely comes from its origin, with one tool and one posture at both ends.
     """
     return _between_known_ends(poses, traversal) & (traversal.beyond <= 0)
+
+
+def circular_ways(traversal: Traversal) -> BoolArray:
+    """Stations reached on an arc within the reach, by its via or from there, whose three places are known, (S,)."""
+    ways = traversal.circular.copy()
+    via = np.flatnonzero(ways & traversal.via)
+    within = (traversal.beyond[via] <= 0) & (traversal.beyond[via + 1] <= 0)
+    ways[via], ways[via + 1] = within, within
+    return ways
+
+
+def swept_angles(poses: Poses, traversal: Traversal, via: IntArray) -> Array:
+    """How far arcs sweep by the vias at some stations, (n,) [rad]; NaN where three places make no circle."""
+    stations = traversal.origin[via], via, via + 1
+    return arcs_through(*(poses.tcp.position[traversal.pose[s]] for s in stations)).angle[:, 1]
+
+
+def _known_arcs(poses: Poses, traversal: Traversal) -> BoolArray:
+    """Stations on arcs of known places, with one tool and one posture, (S,)."""
+    known, origin, ways = _known(poses, traversal), traversal.origin, np.zeros(len(traversal.pose), dtype=bool)
+    via = np.flatnonzero(traversal.via & ~traversal.line & ~traversal.joint)
+    via = via[via + 1 < len(known)]
+    via = via[known[via] & known[via + 1] & (origin[via] != NONE) & (origin[via + 1] == via)]
+    via = via[known[origin[via]]]
+    start, middle, end = (traversal.pose[s] for s in (origin[via], via, via + 1))
+    for column in (poses.tool, poses.posture):
+        same = (column[start] == column[middle]) & (column[start] == column[end])
+        via, start, middle, end = via[same], start[same], middle[same], end[same]
+    via = via[np.isfinite(swept_angles(poses, traversal, via))]
+    ways[via] = ways[via + 1] = True
+    return ways
 
 
 def _between_known_ends(poses: Poses, traversal: Traversal) -> BoolArray:
@@ -45,13 +77,14 @@ def _between_known_ends(poses: Poses, traversal: Traversal) -> BoolArray:
 
 
 def measure_reach(robot: Robot, poses: Poses, traversal: Traversal) -> Traversal:
-    """The traversal with ``beyond`` measured on every straight way.
+    """The traversal with ``circular`` told, and ``beyond`` measured on every straight way and every arc.
 
     The margin of a place within the reach changes at most as fast as its wrist centre moves, which between two ends is
     at most half the way, and half the turn times its lever, from the nearer of them: only ways that this leaves open
     are sampled.
     """
-    ways = np.flatnonzero(_between_known_ends(poses, traversal))
+    traversal = replace(traversal, circular=_known_arcs(poses, traversal))
+    ways = np.flatnonzero(_between_known_ends(poses, traversal) | traversal.circular)
     beyond = np.zeros(len(traversal.pose))
     if not len(ways):
         return replace(traversal, beyond=beyond)
@@ -59,6 +92,7 @@ def measure_reach(robot: Robot, poses: Poses, traversal: Traversal) -> Traversal
     # from the wrist centre to the TCP, at most
     lever = norm(poses.tools.position)[poses.tool[end]] + abs(float(robot.d[5]))
     step = np.linalg.norm(poses.tcp.position[end] - poses.tcp.position[start], axis=1)
+    step = np.where(traversal.line[ways], step, traversal.length[ways])
     turn = np.linalg.norm(rotation_vector((poses.tcp[start].inverse() @ poses.tcp[end]).rotation), axis=1)
     with np.errstate(invalid="ignore"):
         clear = np.minimum(poses.margin[start], poses.margin[end]) > (step + turn * lever) / 2
@@ -94,15 +128,28 @@ def chains(traversal: Traversal, station: IntArray) -> list[slice]:
 
 
 def interpolate_poses(poses: Poses, traversal: Traversal, station: IntArray, fraction: Array) -> Pose:
-    """The TCP's poses that a program means at fractions (M,) of the straight ways to stations (M,)."""
+    """The TCP's poses that a program means at fractions (M,) of the straight and circular ways to stations (M,)."""
     end = traversal.pose[station]
     start = np.where(fraction < 1, traversal.pose[traversal.origin[station]], end)
     places, axes = poses.tcp.position, poses.tcp.rotation
     position = places[end] - (1 - fraction)[:, None] * (places[end] - places[start])
+    on_arc = np.flatnonzero((fraction < 1) & ~traversal.line[station] & ~traversal.joint[station])
+    if len(on_arc):
+        position[on_arc] = _on_arcs(places, traversal, station[on_arc], fraction[on_arc])
     rotation = axes[end]
     way = np.flatnonzero(fraction < 1)
     rotation[way] = interpolate_rotation(axes[start[way]], axes[end[way]], fraction[way])
     return Pose(frozen(position), frozen(rotation))
+
+
+def _on_arcs(places: Array, traversal: Traversal, station: IntArray, fraction: Array) -> Array:
+    """Places (M, 3) [m] on arcs, at fractions (M,) of the way to the via or from there to the end, stations (M,)."""
+    second = ~traversal.via[station]
+    via = station - second
+    arcs = arcs_through(*(places[traversal.pose[s]] for s in (traversal.origin[via], via, via + 1)))
+    begin = np.where(second, arcs.angle[:, 0], 0.0)
+    end = np.where(second, arcs.angle[:, 1], arcs.angle[:, 0])
+    return np.asarray(arcs.at((begin + fraction * (end - begin))[:, None])[:, 0])
 
 
 def commanded_joints(

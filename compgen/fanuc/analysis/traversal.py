@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot
+from compgen.core.arcs import arcs_through
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG
 from compgen.fanuc.analysis.execution_order import station_origins
@@ -44,6 +45,7 @@ class Traversal:
     flow: tuple[int, ...]  # lines of statements that may change the order
     origin: IntArray  # (S,) station from which the robot surely comes, NONE when it or its place is not known
     carried: BoolArray  # (S,) an extended axis may move on the way there
+    circular: BoolArray  # (S,) on an arc of three places that are surely known, to its via or from there
     beyond: Array  # (S,) [m] by which the straight way there leaves the reach between its ends; 0 where it does not
 
 
@@ -113,6 +115,7 @@ def read_traversal(
         flow=flow,
         origin=np.where(carried, NONE, origin),
         carried=carried,
+        circular=np.zeros(len(motion), dtype=bool),
         beyond=np.zeros(len(motion)),
     )
 
@@ -157,27 +160,22 @@ def position_rows(number: IntArray, defined: IntArray) -> IntArray:
 
 
 def _lengths(position: Array, circular: BoolArray, last: BoolArray) -> Array:
-    """Length of the way to each station, (S,) [m]; the two ways of a C share its arc."""
+    """Length of the way to each station, (S,) [m]; of a C to its via, and from there to its end."""
     before = np.vstack([np.full((1, 3), np.nan), position[:-1]])
     length = np.linalg.norm(position - before, axis=1)
     via = np.flatnonzero(circular & ~last)
     via = via[via + 1 < len(position)]
-    length[via] = length[via + 1] = arc_lengths(before[via], position[via], position[via + 1]) / 2
+    halves = arcs_through(before[via], position[via], position[via + 1]).lengths
+    curved = np.isfinite(halves).all(axis=1)
+    length[via[curved]], length[via[curved] + 1] = halves[curved].T
     return np.asarray(length)
 
 
 def arc_lengths(a: Array, b: Array, c: Array) -> Array:
     """Length of the circle arcs from a through b to c, (N,) [m]; the straight way where they are in line."""
-    u, v = b - a, c - a
-    normal = np.cross(u, v)
-    size = dot(normal, normal)
-    in_line = ~(size > 1e-18)
-    safe = np.where(in_line, 1.0, size)[:, None]
-    centre = a + (dot(v, v)[:, None] * np.cross(normal, u) + dot(u, u)[:, None] * np.cross(v, normal)) / (2 * safe)
-    start, end = a - centre, c - centre
-    angle = np.arctan2(dot(normal, np.cross(start, end)) / np.sqrt(safe[:, 0]), dot(start, end)) % (2 * np.pi)
-    straight = np.linalg.norm(u, axis=1) + np.linalg.norm(c - b, axis=1)
-    return np.asarray(np.where(in_line, straight, np.linalg.norm(start, axis=1) * angle))
+    lengths = arcs_through(a, b, c).lengths.sum(axis=1)
+    straight = np.linalg.norm(b - a, axis=1) + np.linalg.norm(c - b, axis=1)
+    return np.asarray(np.where(np.isfinite(lengths), lengths, straight))
 
 
 def _angles(poses: Poses, pose: IntArray) -> Array:

@@ -25,6 +25,7 @@ from compgen.fanuc.editing.remark import insert_remark
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
+from compgen.pipelines.correct.arc_findings import wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.proof import execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
@@ -215,7 +216,8 @@ def _write_and_verify(
     still = around.called.motionless
     new_drive = measure_reach(cell.robot, new_poses, read_traversal(written, new_poses, cell.robot, still))
     beyond = np.maximum(drive.beyond, new_drive.beyond)  # such a way is executed in neither text
-    drives = replace(drive, beyond=beyond), replace(new_drive, beyond=beyond)
+    arcs = drive.circular & new_drive.circular
+    drives = replace(drive, beyond=beyond, circular=arcs), replace(new_drive, beyond=beyond, circular=arcs)
     before_stage, after_stage = (partial(progress, f"twin {side}") for side in ("before", "after"))
     planned_execution = execute_program(cell, poses, drives[0], before, before_stage)
     station, fraction = planned_execution.station, planned_execution.fraction
@@ -254,7 +256,8 @@ def _write_and_verify(
         findings=(),
         band=station_band(cell, plan, before),
     )
-    return replace(result, findings=correction_findings(result, _midway_deviations(plan, cell)))
+    findings = correction_findings(result, _midway_deviations(plan, cell))
+    return replace(result, findings=(*findings, *wide_arcs(drives[1], poses, new_poses)))
 
 
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:
