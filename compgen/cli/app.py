@@ -12,6 +12,7 @@ from compgen import __version__
 from compgen.cli.correct import correct
 from compgen.cli.executed import executed
 from compgen.cli.export_robot import export_robot
+from compgen.cli.follow import follow
 from compgen.cli.heat import heat
 from compgen.cli.identify import identify, validate
 from compgen.cli.identify_motion import identify_motion
@@ -54,6 +55,7 @@ for command in (
     verify_backup,
     executed,
     resume,
+    follow,
     heat,
     whatif,
     identify,

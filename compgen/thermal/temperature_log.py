@@ -79,8 +79,15 @@ def read_temperature_log(
         InputError: Not readable, a column that is missing, unknown or of a rise that another one shows too, a cell that
             is no number, time that does not rise, a temperature that no cell has.
     """
+    return temperatures_of(read_csv(source, ("time_s", "ambient_degC") if air else ("time_s",)), nodes, sensors, air)
+
+
+def temperatures_of(
+    table: CsvTable, nodes: Sequence[str], sensors: Mapping[str, str], air: bool = False
+) -> Temperatures:
+    """``read_temperature_log`` for a table that is at hand."""
+    source = table.source
     rise_of = {f"{n}_degC": n for n in nodes} | {f"{part}_degC": n for part, n in sensors.items()}
-    table = read_csv(source, ("time_s", "ambient_degC") if air else ("time_s",))
     unknown = next((c for c in table.header if c not in rise_of and c not in ("time_s", "ambient_degC")), None)
     if unknown is not None and not air:
         names = [*rise_of, "ambient_degC", "time_s"]

@@ -1,0 +1,166 @@
+"""One look at a running job: how warm the robot is by now, what that makes of its pages, and whether one is due anew.
+
+Nothing is remembered from look to look: the log, the times of the pages and the manifest say all. The heat model is
+driven by what the pages have really done; ``thermal.rise_filter`` tells from the readings what it misses. A page is
+forecast with the state that the model reaches when it starts, and what is missed then.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.core.units import MINUTE
+from compgen.error_model.anchored_state import AnchoredState
+from compgen.pipelines.resume.beginning import Beginning
+from compgen.pipelines.resume.driven_course import model_course
+from compgen.pipelines.resume.from_log import path_tables
+from compgen.pipelines.resume.page_forecast import Forecast, Forecaster
+from compgen.pipelines.resume.page_times import PageTimes
+from compgen.pipelines.resume.pages_anew import read_written
+from compgen.pipelines.resume.whole import Whole
+from compgen.pipelines.resume.written_job import WrittenJob
+from compgen.thermal import Ambient
+from compgen.thermal.growing_log import GrowingLog, readings_in_steps
+from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, filter_of, misses, steadied
+from compgen.thermal.temperature_log import Reference
+
+FROM_START = 0.05  # [K] that sensors are off together where their rises count from the log's beginning
+START = 1.0  # [K] that the rises at the planned start may be off, beside the law [assumed]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """A running job at the last reading."""
+
+    time: float  # [s] on the log's clock
+    running: int  # page; 0: the robot stands
+    share: float  # of its motion that is done
+    rise: Array  # (K,) [K]
+    sigma: Array  # (K,) [K]
+    missed: Array  # (K,) [K] of that, beside the model's forecast
+    forecasts: tuple[Forecast, ...]  # of the running page and the next, or of the next
+    due: int  # the page that leaves the bound and may be written anew; 0: none
+    beginning: Beginning | None  # of that page
+    over: bool  # the last page has ended
+    loaded: int  # the last page that the controller has
+    notes: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        own(self, rise=("K",), sigma=("K",), missed=("K",))
+
+
+def look_at(
+    written: WrittenJob,
+    whole: Whole,
+    log: GrowingLog,
+    source: str,
+    times: PageTimes,
+    within: float,
+    loaded: int = 0,
+    lead: float = 0.0,
+    anchored: AnchoredState | None = None,
+) -> Look | None:
+    """A running job at its log's last reading; None before the first one.
+
+    Args:
+        written: The job in its folder.
+        whole: Its plan.
+        log: So far.
+        source: The log's file.
+        times: Which page ran when.
+        within: Largest error on the part that a page may have [m].
+        loaded: The last page that the controller has, as far as it is known beside ``times``.
+        lead: How long before its start a page is taken as loaded [s].
+        anchored: What touches have said of the robot, at a time on the log's clock; it counts from then on.
+    """
+    if log.readings is None:
+        return None
+    job = whole.job
+    tables = path_tables(job)
+    reference: Reference = tables.ambient.reference_degC
+    window = STEP
+    if tables.log is not None:
+        reference = reference if tables.log.reference is None else tables.log.reference
+        window = tables.log.window_min * MINUTE
+    rises = log.readings.rises(reference, window)
+    now = float(rises.time[-1])
+    if now < times.planned:
+        return None
+    air = Ambient(rises.time, rises.air) if log.readings.ambient is not None else job.history.air
+    if anchored is not None and not times.planned <= anchored.time <= now:
+        anchored = None
+    course = model_course(whole, times, air, now)
+    sensors = FROM_START if reference == "start" else job.cell.warmth.sensors
+    rise_filter = filter_of(job.cell.warmth, START, sensors)
+    names = job.heat.names
+    readings = steps_of_readings(names, rises.readings, rises.time, course.first)
+    forecast = course.states @ job.heat.outputs.T
+    anchors = [] if anchored is None else [_anchor(names, anchored)]
+    miss = misses(rise_filter, steadied(readings), forecast, course.first, anchors)[-1]
+    forecaster = Forecaster(written, whole, times, course, miss, now, read_written(written, whole), anchored)
+    page, elapsed = times.running(now)
+    begun = times.last(now)
+    count = len(written.pages)
+    over = begun == count and page == 0
+    forecasts = [forecaster.of_running(page, elapsed)] if page else []
+    have = max(loaded, times.loaded(now), written.loaded, written.done)
+    soon = page and times.duration[page - 1] - elapsed <= lead
+    if soon and page < count:
+        have = max(have, page + 1)
+    due, beginning = 0, None
+    upcoming = [n for n in (begun + 1, have + 1) if n <= count]
+    for n in dict.fromkeys(upcoming):
+        one = forecaster.of_page(n)
+        forecasts.append(one)
+        if one.max > within and n > have and not due:
+            due, beginning = n, forecaster.beginning(n, source, one)
+    return Look(
+        now, page, elapsed / times.duration[page - 1] if page else 0.0,
+        forecast[-1] + miss.rise, miss.sigma, miss.rise, tuple(forecasts), due, beginning, over, have,
+        _notes(log),
+    )  # fmt: skip
+
+
+def _anchor(names: Sequence[str], anchored: AnchoredState) -> Anchor:
+    """An anchored state as the filter takes it."""
+    of_state = [k for k, name in enumerate(anchored.nodes) if name in names]
+    which = np.array([names.index(anchored.nodes[k]) for k in of_state])
+    return Anchor(
+        int(np.ceil(anchored.time / STEP)), which, anchored.rise[of_state],
+        anchored.covariance[np.ix_(of_state, of_state)],
+    )  # fmt: skip
+
+
+def _notes(log: GrowingLog) -> tuple[str, ...]:
+    notes = []
+    if log.left_out:
+        notes.append(f"{log.left_out} rows of the log cannot be read and are left out")
+    if log.gaps:
+        notes.append(f"{log.gaps} readings are no temperatures of a cell and are left out")
+    if log.set_back:
+        notes.append(f"the log's clock was set back: its later rows are moved on by {log.set_back:.0f} s")
+    return tuple(notes)
+
+
+def steps_of_readings(names: Sequence[str], readings: Mapping[str, Array], time: Array, first: int) -> list[Readings]:
+    """Readings of all sensors by steps of time, none before a step."""
+    by_step: dict[int, list[tuple[int, float, float]]] = {}
+    for name, values in readings.items():
+        steps, medians, count = readings_in_steps(values, time, STEP)
+        sigma = np.hypot(NOISE / np.sqrt(count), FLOOR)
+        for step, value, s in zip(steps.tolist(), medians.tolist(), sigma.tolist()):
+            if step >= first:
+                by_step.setdefault(step, []).append((names.index(name), value, s))
+    return [
+        Readings(
+            step, np.array([k for k, *_ in rows]), np.array([v for _, v, _ in rows]), np.array([s for *_, s in rows])
+        )
+        for step, rows in sorted(by_step.items())
+    ]
+
+
+def durations(written: WrittenJob, whole: Whole) -> tuple[float, ...]:
+    """How long each page runs [s]."""
+    return tuple(float(whole.time[p.last] - whole.time[p.first]) for p in written.pages)

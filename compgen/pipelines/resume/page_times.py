@@ -1,0 +1,136 @@
+"""Which page runs when, on the log's clock: as somebody wrote it down, or one after the other from the first start on.
+
+A file of starts has a row whenever a page begins: ``time_s``, ``page`` (0: the robot stands) and, where it is known,
+``loaded``, the last page that the controller has. A page that is not followed by a row ends when its motion does; then
+the robot stands, servo on.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.csv_table import CsvTable, check_header
+from compgen.core.exceptions import InputError
+from compgen.core.files import MOST_TABLE_BYTES, read_regular
+
+KNOWN = ("time_s", "page", "loaded")
+
+
+@dataclass(frozen=True, slots=True)
+class PageStart:
+    """A page begins, or the robot stands (page 0)."""
+
+    time: float  # [s] on the log's clock
+    page: int
+    loaded: int = 0  # the last page that the controller has; 0: nobody says
+
+
+@dataclass(frozen=True, slots=True)
+class PageTimes:
+    """What the robot does, from the planned start on."""
+
+    starts: tuple[PageStart, ...]  # by rising times
+    duration: tuple[float, ...]  # [s] of each page
+    planned: float  # [s] when the job was planned to start
+
+    def running(self, time: float) -> tuple[int, float]:
+        """The page that runs and for how long [s]; page 0 where the robot stands."""
+        now = [s for s in self.starts if s.time <= time]
+        if not now or now[-1].page == 0:
+            return 0, 0.0
+        elapsed = time - now[-1].time
+        return (now[-1].page, elapsed) if elapsed < self.duration[now[-1].page - 1] else (0, 0.0)
+
+    def last(self, time: float) -> int:
+        """The last page that has begun; 0: none."""
+        return max((s.page for s in self.starts if s.time <= time), default=0)
+
+    def loaded(self, time: float) -> int:
+        """The last page that the controller has, as far as the file says, and those that have begun."""
+        return max((max(s.page, s.loaded) for s in self.starts if s.time <= time), default=0)
+
+    def stretches(self, until: float) -> list[tuple[float, float, int, float]]:
+        """Begin, end, page (0: standing) and how far into its motion it begins [s], from the planned start on."""
+        moments = [s for s in self.starts if s.time < until]
+        pieces = []
+        time = self.planned
+        if not moments or moments[0].time > time:
+            end = min(until, moments[0].time if moments else until)
+            pieces.append((time, end, 0, 0.0))
+            time = end
+        for k, start in enumerate(moments):
+            end = min(until, moments[k + 1].time if k + 1 < len(moments) else until)
+            into = max(0.0, time - start.time)
+            moving = 0.0 if start.page == 0 else max(0.0, self.duration[start.page - 1] - into)
+            stop = min(end, time + moving)
+            if stop > time:
+                pieces.append((time, stop, start.page, into))
+            if end > stop:
+                pieces.append((stop, end, 0, 0.0))
+            time = max(time, end)
+        return [p for p in pieces if p[1] > p[0]]
+
+
+def planned_times(duration: Sequence[float], planned: float, started: float) -> PageTimes:
+    """Pages that run one after the other without a wait.
+
+    Args:
+        duration: Of each page [s].
+        planned: When the job was planned to start [s].
+        started: When the first page started [s].
+    """
+    begins = started + np.concatenate([[0.0], np.cumsum(duration)[:-1]])
+    starts = tuple(PageStart(float(t), k) for k, t in enumerate(begins.tolist(), 1))
+    return PageTimes(starts, tuple(duration), planned)
+
+
+def _whole_rows(source: str) -> CsvTable | None:
+    """The rows that have an end; None while there are none: the file is still being written."""
+    try:
+        data = read_regular(source, MOST_TABLE_BYTES)
+    except OSError as failure:
+        raise InputError(f"{source}: cannot be read: {failure.strerror}; give the CSV file of page starts") from None
+    text = data[: data.rfind(b"\n") + 1].decode("utf-8-sig", "replace")
+    lines = [(n, line.split(",")) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
+    if not lines:
+        return None
+    header = tuple(cell.strip() for cell in lines[0][1])
+    check_header(source, lines[0][0], header, ("time_s", "page"), KNOWN)
+    body = lines[1:]
+    for n, cells in body:
+        if len(cells) != len(header):
+            raise InputError(f"{source}: line {n}: {len(cells)} cells where the header has {len(header)}; mend the row")
+    return CsvTable(source, header, tuple(zip(*(c for _, c in body))), tuple(n for n, _ in body)) if body else None
+
+
+def read_page_times(source: str | Path, duration: Sequence[float], planned: float) -> PageTimes:
+    """Pages as somebody wrote them down while they ran; an empty or absent file says that none has begun.
+
+    Args:
+        source: The CSV file.
+        duration: Of each page [s].
+        planned: When the job was planned to start [s].
+
+    Raises:
+        InputError: A bad file, times that fall, a page that is not there.
+    """
+    if not Path(source).exists():
+        return PageTimes((), tuple(duration), planned)
+    table = _whole_rows(str(source))
+    if table is None:
+        return PageTimes((), tuple(duration), planned)
+    time, page = table.numbers("time_s"), table.numbers("page")
+    loaded = table.numbers("loaded", gaps=True) if table.has("loaded") else np.zeros(len(time))
+    starts: list[PageStart] = []
+    for row, (t, p, have) in enumerate(zip(time.tolist(), page.tolist(), np.nan_to_num(loaded).tolist())):
+        for column, value in (("page", p), ("loaded", have)):
+            if value != int(value) or not 0 <= value <= len(duration):
+                raise InputError(f"{table.location(row, column)}: {value:g}: the job has pages 1 to {len(duration)}")
+        if starts and t < starts[-1].time:
+            raise InputError(f"{table.location(row, 'time_s')}: {t:g} after {starts[-1].time:g}: time must rise")
+        if p and p < max((s.page for s in starts), default=0):
+            raise InputError(f"{table.location(row, 'page')}: {p:g}: a later page has begun already; mend the row")
+        starts.append(PageStart(t, int(p), int(have)))
+    return PageTimes(tuple(starts), tuple(duration), planned)

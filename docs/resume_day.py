@@ -1,0 +1,199 @@
+"""Simulates a day of a 9 h job in pages, and writes its table and picture for docs/resume.md.
+
+    python docs/resume_day.py
+
+The arm of the day is not the one of the robot file: its law of warmth is off by about as much as the file says. It
+starts 40 minutes late, stands in two breaks, and a door is opened. The job is driven three times: with the pages as
+they were written before the day, with `cgen resume --log` before each page, and with `cgen follow --within-um 5`.
+"""
+
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.units import HOUR, MINUTE, UM
+from compgen.fanuc.paging.join_check import join_programs
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.resume.beginning import begin_at
+from compgen.pipelines.resume.driven_course import page_motion
+from compgen.pipelines.resume.follow import durations, look_at
+from compgen.pipelines.resume.from_log import read_log, state_at_end
+from compgen.pipelines.resume.page_times import PageStart, PageTimes
+from compgen.pipelines.resume.pages_anew import read_written, steps_of
+from compgen.pipelines.resume.resume import resume, segments_on_part
+from compgen.pipelines.resume.whole import plan_whole
+from compgen.pipelines.resume.written_job import job_of, read_written_job
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.thermal import Ambient, state_after, states_at
+from compgen.thermal.growing_log import growing_log
+from compgen.verification.deviation import deviation_from_path
+from compgen.verification.twin import prepare
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+NINE_HOURS = ("path.stepover_mm=2.25", "robot.controller.max_positions=2700")
+LATE = 40 * MINUTE
+BREAKS = ((5, 15 * MINUTE), (12, 45 * MINUTE))  # before these pages
+DOOR = 4.5 * HOUR  # when it is opened: 2 K colder within 10 min, as warm as before an hour later
+# of the day's arm against the file's: rises after the reference duty [K], time constants, an offset of all sensors
+LAW_K = (0.5, 0.3, -0.6, 0.3, 0.2)
+LAG = (1.1, 0.9, 0.9, 1.1, 1.0)
+OFFSET_K, NOISE_K = 0.2, 0.1
+WITHIN = 5 * UM
+POLL = 2 * MINUTE
+LEAD = 1 * MINUTE
+TINTS = {"as written": "#c2410c", "resumed at each page": "#ca8a04", "followed": "#0f766e"}
+
+
+def quiet(stage: str, share: float) -> None:
+    """Progress of which nothing is said."""
+
+
+@dataclass(frozen=True)
+class Day:
+    """What the cell does, whatever the pages say: the same for all three."""
+
+    whole: object
+    times: PageTimes
+    air: Ambient  # on the log's clock
+    rise: np.ndarray  # (N, K) [K] true, at each waypoint
+    log: str  # CSV
+
+
+def day_of(whole, written, breaks=BREAKS, door=DOOR) -> Day:
+    """The true day of a job in pages."""
+    spans = durations(written, whole)
+    time, starts = LATE, []
+    for page, span in enumerate(spans, 1):
+        time += dict(breaks).get(page, 0.0)
+        starts.append(PageStart(time, page))
+        time += span
+    times = PageTimes(tuple(starts), spans, 0.0)
+    air = Ambient(
+        np.array([0.0, door, door + 10 * MINUTE, door + HOUR, door + 1.5 * HOUR]), np.array([0, 0, -2.0, -2.0, 0])
+    )
+    job, heat = whole.job, whole.job.heat
+    true = replace(heat, reference_rise=heat.reference_rise + np.array(LAW_K), tau=heat.tau * np.array(LAG))
+    z = state_after(true, job.history.before)
+    rise, course = np.empty((len(whole.theta), len(true.names))), [(0.0, z)]
+    for begin, end, page, _ in times.stretches(time):
+        if page:
+            motion, first = page_motion(whole, page, times)
+            rows = np.arange(len(motion.time))
+            states = states_at(true, z, motion, rows, air, begin)
+            rise[first : first + len(rows)] = states
+            course += [(begin + t, s) for t, s in zip(motion.time.tolist(), states)]
+            z = states[-1]
+        else:
+            for t in np.linspace(begin, end, 20)[1:]:
+                standing = [replace(job.history.standing, duration=float(t - begin))]
+                course.append((float(t), state_after(true, standing, z, air, begin)))
+            z = course[-1][1]
+    return Day(whole, times, air, rise, _log(course, air, time, true.names, job.cell.sensors))
+
+
+def _log(course, air, end, names, sensors) -> str:
+    """Thermocouples every 30 s, with noise of a fixed seed and an offset."""
+    time = np.arange(0.0, end + 30, 30.0)
+    t, z = np.array([c[0] for c in course]), np.array([c[1] for c in course])
+    noise = np.random.default_rng(9).normal(scale=NOISE_K, size=(len(time), len(sensors) + 1))
+    columns = {"ambient_degC": 20 + air.at(time) + 0.3 * noise[:, -1]}
+    for k, (part, node) in enumerate(sensors.items()):
+        columns[f"{part}_degC"] = 20 + np.interp(time, t, z[:, names.index(node)]) + OFFSET_K + noise[:, k]
+    rows = zip(time.tolist(), *(column.tolist() for column in columns.values()))
+    lines = [f"{row[0]:g}," + ",".join(f"{value:.2f}" for value in row[1:]) for row in rows]
+    return "\n".join([f"time_s,{','.join(columns)}", *lines]) + "\n"
+
+
+def until(log: str, time: float) -> bytes:
+    """A log so far."""
+    head, *rows = log.splitlines()
+    return "\n".join([head, *(row for row in rows if float(row.partition(",")[0]) <= time)]).encode() + b"\n"
+
+
+def left_on_the_part(day: Day, written):
+    """Error of the pages in a folder by the twin, as warm as the day's arm, (M,) [m]; its path (M,) [m], its page."""
+    whole = day.whole
+    text, _ = join_programs(read_written(written, whole), steps_of(written))
+    prepared = prepare(twin_of(whole.job), text, ()).with_rise(day.rise)
+    deviation = deviation_from_path(whole.path, prepared.chunks(), prepared.sample_count)
+    samples = prepared.first_samples()
+    touching = np.append(np.repeat(segments_on_part(whole.path), np.diff(samples)), False)
+    page = np.searchsorted([samples[p.last] for p in written.pages], np.arange(len(touching)), side="left") + 1
+    length = np.gradient(deviation.arc)
+    return deviation.total()[touching], length[touching], page[touching]
+
+
+def put(folder: Path, resumed) -> None:
+    """New pages into their folder."""
+    for name, data in resumed.files.items():
+        (folder / name).write_bytes(data)
+
+
+def resumed_at_each_page(day: Day, folder: Path) -> int:
+    """`cgen resume --log` before each page; how often."""
+    for start in day.times.starts:
+        written = read_written_job(folder)
+        file = folder / "so_far.csv"
+        file.write_bytes(until(day.log, start.time))
+        log, _ = read_log(day.whole.job, str(file))
+        state, air = state_at_end(day.whole, log), float(np.median(log.air[-20:]))
+
+        def begin(known, state=state, air=air):
+            return begin_at(day.whole, known, state, air, "log", {})
+
+        put(folder, resume(written, day.whole, start.page, begin, "2026-01-31", quiet))
+    return len(day.times.starts)
+
+
+def followed(day: Day, folder: Path, poll=POLL):
+    """`cgen follow --within-um 5`: how often pages were written, and the forecast of each page when it began [m]."""
+    end = day.times.starts[-1].time + day.times.duration[-1]
+    written, count, forecasts = read_written_job(folder), 0, {}
+    for now in np.arange(poll, end, poll).tolist():
+        known = tuple(start for start in day.times.starts if start.time <= now)
+        times = replace(day.times, starts=known)
+        job = day.whole.job
+        log = growing_log(until(day.log, now), "log.csv", job.heat.names, job.cell.sensors)
+        look = look_at(written, day.whole, log, "log.csv", times, WITHIN, 0, LEAD)
+        if look.due:
+            done = times.last(now) - bool(look.running)
+            begin = lambda known, b=look.beginning: b  # noqa: E731
+            made = resume(written, day.whole, look.due, begin, "2026-01-31", quiet, look.loaded, done)
+            put(folder, made)
+            written, count = read_written_job(folder), count + 1
+            forecasts |= {page.number: page.after.max for page in made.pages}
+        forecasts |= {f.page: f.max for f in look.forecasts if f.page > look.running and f.page != look.due}
+    return count, forecasts
+
+
+def simulate(overrides=NINE_HOURS, breaks=BREAKS, door=DOOR):
+    """The day, and its three runs: name to error (M,) [m], length (M,) [m], page (M,), times written anew."""
+    job = load_job(str(ROOT / "paths" / "optic_raster.toml"), None, overrides)
+    _, corrected = generate.generate(job, quiet)
+    runs = {}
+    with tempfile.TemporaryDirectory() as scratch:
+        for name in TINTS:
+            folder = Path(scratch) / name.replace(" ", "_")
+            folder.mkdir()
+            for file, data in corrected.delivery.files:
+                (folder / file).write_bytes(data)
+            written = read_written_job(folder)
+            if name == "as written":
+                whole = plan_whole(job_of(written), quiet)
+                day = day_of(whole, written, breaks, door)
+            count = 0
+            if name == "resumed at each page":
+                count = resumed_at_each_page(day, folder)
+            elif name == "followed":
+                count, _ = followed(day, folder)
+            runs[name] = (*left_on_the_part(day, read_written_job(folder)), count)
+    return day, runs
+
+
+def share_within(error, length, bound=WITHIN) -> float:
+    """Of the path on the part that keeps a bound."""
+    return float(length[error <= bound].sum() / length.sum())

@@ -1,0 +1,185 @@
+"""``follow`` at the command line: one look, and a job that is followed to its end; the clock and the cell are files."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from command_line import refused, run
+
+from compgen.cli import follow as command
+
+SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
+NODES = {"part_3": 9.7271, "part_4": 3.4739, "part_6": 11.5768, "part_11": 2.6751}  # rises when it is planned to start
+ONCE = ("--once", "--date", "2026-01-31")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    out = tmp_path_factory.mktemp("made") / "out"
+    assert run("generate", "paths/optic_raster.toml", *SMALL, "-q", "-o", out).returncode == 0
+    return out
+
+
+@pytest.fixture
+def job(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "out")
+
+
+def log(folder, until, colder=0.0, tau=7 * 3600.0, partial=""):
+    """Thermocouples of an arm that cools from its planned start on, ``colder`` [K] than the file has it."""
+    time = np.arange(0, until + 1, 10.0)
+    rows = [
+        f"{t:g},20," + ",".join(f"{20 + (r - colder) * np.exp(-t / tau):.3f}" for r in NODES.values()) for t in time
+    ]
+    file = folder / "log.csv"
+    file.write_text("\n".join([f"time_s,ambient_degC,{','.join(f'{n}_degC' for n in NODES)}", *rows]) + "\n" + partial)
+    return file
+
+
+def pages_file(folder, *rows):
+    file = folder / "pages.csv"
+    file.write_text("\n".join(["time_s,page,loaded", *(",".join(map(str, row)) for row in rows)]) + "\n")
+    return file
+
+
+def contents(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+def look(*arguments):
+    result = run("follow", *arguments, *ONCE, "--json")
+    return result, json.loads(result.stdout.splitlines()[-1]) if result.stdout else None
+
+
+def test_a_job_on_course_is_left_alone(job, tmp_path):
+    before = contents(job)
+    result, record = look(job, "--log", log(tmp_path, 30), "--started", "0s")
+    assert result.returncode == 0, result.stderr
+    assert record["page"] == 1
+    assert record["due"] == 0
+    assert [f["page"] for f in record["forecast"]] == [1, 2]
+    assert max(f["max_um"] for f in record["forecast"]) < 3
+    assert contents(job) == before
+
+
+def test_the_next_page_is_written_when_its_forecast_leaves_the_bound(job, tmp_path):
+    """An arm that stands 40 min before it starts: page 1 is due; once it is written nothing is."""
+    before = contents(job)
+    file = log(tmp_path, 2400)
+    result, record = look(job, "--log", file, "--pages", tmp_path / "none.csv")
+    assert result.returncode == 0, result.stderr
+    assert (record["page"], record["due"]) == (0, 1)
+    assert record["forecast"][0]["max_um"] > 5
+    assert record["written"][0] == "OPTIC_RASTER_01.LS"
+    assert record["after_um"] < 1.2
+    after = contents(job)
+    assert after["OPTIC_RASTER.LS"] == before["OPTIC_RASTER.LS"]
+    assert after["OPTIC_RASTER_01.LS"] != before["OPTIC_RASTER_01.LS"]
+    entry = json.loads(after["OPTIC_RASTER.pages.json"])["resumed"][0]
+    assert (entry["from_page"], entry["log"], entry["log_end_s"]) == (1, "log.csv", 2400)
+    again, record = look(job, "--log", file, "--pages", tmp_path / "none.csv")
+    assert again.returncode == 0
+    assert record["due"] == 0
+    assert record["forecast"][0]["max_um"] < 2
+    assert contents(job) == after
+
+
+def test_a_page_that_the_controller_has_is_never_written(job, tmp_path):
+    """Page 1 runs on an arm that is 1.5 K colder than planned; page 2 is loaded: page 3 is the first to be written."""
+    before = contents(job)
+    pages = pages_file(tmp_path, (0, 1, 2))
+    result, record = look(job, "--log", log(tmp_path, 30, 1.5), "--pages", pages)
+    refused(result, 1, "page 1", "it runs")
+    assert (record["due"], record["loaded"]) == (3, 2)
+    assert [f["page"] for f in record["forecast"]] == [1, 2, 3]
+    changed = {n for n, c in contents(job).items() if before.get(n) != c}
+    assert {"OPTIC_RASTER_01.LS", "OPTIC_RASTER_02.LS"} & changed == set()
+    assert "OPTIC_RASTER_03.LS" in changed
+    entry = json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"][0]
+    assert (entry["loaded"], entry["from_page"]) == (2, 3)
+    for option in (("--loaded", "2"), ("--lead", "9h")):  # the same by hand, and where page 2 begins too soon
+        shutil.rmtree(job)
+        job.mkdir()
+        for name, data in before.items():
+            (job / name).write_bytes(data)
+        _, record = look(job, "--log", log(tmp_path, 30, 1.5), "--started", "0s", *option)
+        assert record["due"] == 3
+
+
+def test_it_says_what_it_sees_in_a_line(job, tmp_path):
+    result = run("follow", job, "--log", log(tmp_path, 30), "--started", "0s", *ONCE)
+    (line,) = result.stdout.splitlines()
+    for words in ("30 s: page 1 runs", "page 1 forecast", "page 2 forecast", "known to"):
+        assert words in line
+    empty = tmp_path / "empty.csv"
+    empty.write_text("")
+    assert "no reading yet" in run("follow", job, "--log", empty, *ONCE).stdout
+
+
+def test_a_wild_log_is_read_as_far_as_it_goes(job, tmp_path):
+    """A partial last line, a row of noise, a loose contact, a clock set back: the same forecast, and it is told."""
+    _, clean = look(job, "--log", log(tmp_path, 600), "--started", "0s")
+    file = log(tmp_path, 600, partial="615,20,29.")
+    text = file.read_text().splitlines()
+    text[5] = "garbage"
+    text[9] = text[9].replace(text[9].split(",")[2], "119.0")
+    file.write_text("\n".join(text))
+    _, wild = look(job, "--log", file, "--started", "0s")
+    for a, b in zip(clean["forecast"], wild["forecast"]):
+        assert a["max_um"] == pytest.approx(b["max_um"], abs=0.3)
+    assert any("left out" in note for note in wild["notes"])
+
+
+def test_killed_and_started_again_it_goes_on_as_if_it_had_run_through(job, tmp_path, monkeypatch):
+    """Followed to the end in one go, and by single looks of processes that know nothing of each other."""
+    other = shutil.copytree(job, tmp_path / "other")
+    spans = [p["start_s"] for p in json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["pages"]]
+    end = 2400 + spans[-1] + 400
+    whole = log(tmp_path, end).read_text().splitlines(keepends=True)
+    file = tmp_path / "growing.csv"
+    pages = pages_file(tmp_path, *((2400 + s, k, "") for k, s in enumerate(spans, 1)))
+    moments = [0.3, 0.6, 0.8, 1.0]
+
+    def grow(share):
+        file.write_text("".join(whole[: max(2, int(len(whole) * share))]))
+
+    ahead = iter(moments[1:])
+    monkeypatch.setattr(command.time, "sleep", lambda pause: grow(next(ahead)))
+    grow(moments[0])
+    arguments = ("--log", file, "--pages", pages, "--date", "2026-01-31", "-q")
+    result = run("follow", job, *arguments)
+    assert result.returncode == 0, result.stderr
+    for share in moments:
+        grow(share)
+        assert run("follow", other, *arguments, "--once").returncode in (0, 1)
+    assert contents(job) == contents(other)
+    assert json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--within-um", "0"), ("--within-um",)),
+        (("--poll", "10"), ("--poll",)),
+        (("--poll", "0s"), ("--poll",)),
+        (("--pages", "x.csv", "--started", "0s"), ("--pages, --started",)),
+        (("--started", "soon"), ("--started",)),
+        (("--loaded", "99"), ("pages 1 to",)),
+        (("--lead", "x"), ("--lead",)),
+        (("--date", "soon"), ("not a date",)),
+        (("--state", "nowhere.toml"), ("nowhere.toml",)),
+    ],
+)
+def test_bad_calls_are_refused(job, tmp_path, arguments, words):
+    before = contents(job)
+    refused(run("follow", job, "--log", log(tmp_path, 30), *ONCE, *arguments), 2, *words)
+    assert contents(job) == before
+
+
+def test_a_log_that_is_none_is_refused(job, tmp_path):
+    refused(run("follow", job, "--log", tmp_path / "no.csv", *ONCE), 2, "no.csv")
+    other = tmp_path / "other.csv"
+    other.write_text("a,b\n1,2\n")
+    refused(run("follow", job, "--log", other, *ONCE), 2, "time_s")
+    refused(run("follow", tmp_path / "no", "--log", other, *ONCE), 2, "no such folder")

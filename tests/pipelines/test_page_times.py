@@ -1,0 +1,60 @@
+"""Which page runs when: written down by the cell, or one after the other."""
+
+import pytest
+
+from compgen.core.exceptions import InputError
+from compgen.pipelines.resume.page_times import PageStart, PageTimes, planned_times, read_page_times
+
+SPANS = (100.0, 50.0, 80.0)
+
+
+def test_pages_run_one_after_the_other_from_the_start_on():
+    times = planned_times(SPANS, 0.0, 40.0)
+    assert [times.running(t)[0] for t in (0, 39, 40, 139, 141, 191, 269, 271)] == [0, 0, 1, 1, 2, 3, 3, 0]
+    assert times.running(150)[1] == pytest.approx(10)
+    assert times.stretches(300) == [
+        (0, 40, 0, 0),
+        (40, 140, 1, 0),
+        (140, 190, 2, 0),
+        (190, 270, 3, 0),
+        (270, 300, 0, 0),
+    ]
+    assert times.stretches(100) == [(0, 40, 0, 0), (40, 100, 1, 0)]
+    assert [times.last(t) for t in (0, 50, 145, 999)] == [0, 1, 2, 3]
+
+
+def test_a_page_that_ends_before_the_next_leaves_the_robot_standing():
+    times = PageTimes((PageStart(10, 1), PageStart(60, 0), PageStart(200, 2, 3)), SPANS, 0.0)
+    assert times.stretches(400) == [(0, 10, 0, 0), (10, 60, 1, 0), (60, 200, 0, 0), (200, 250, 2, 0), (250, 400, 0, 0)]
+    assert times.running(100) == (0, 0.0)
+    assert (times.loaded(100), times.loaded(220)) == (1, 3)
+
+
+def test_a_page_that_began_before_the_planned_start_is_taken_from_there():
+    assert planned_times(SPANS, 30.0, 0.0).stretches(120) == [(30, 100, 1, 30), (100, 120, 2, 0)]
+
+
+def test_the_cells_file_is_read_row_by_row(tmp_path):
+    file = tmp_path / "pages.csv"
+    assert read_page_times(file, SPANS, 0.0).starts == ()
+    file.write_text("time_s,page,loaded\n")
+    assert read_page_times(file, SPANS, 0.0).starts == ()
+    file.write_text("time_s,page,loaded\n5,1,\n120,0,2\n")
+    assert read_page_times(file, SPANS, 0.0).starts == (PageStart(5, 1), PageStart(120, 0, 2))
+
+
+@pytest.mark.parametrize(
+    ("rows", "word"),
+    [
+        ("0,4", "pages 1 to 3"),
+        ("0,1.5", "pages 1 to 3"),
+        ("9,1\n3,2", "must rise"),
+        ("0,2\n9,1", "later page"),
+        ("0,x", "number"),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path, rows, word):
+    file = tmp_path / "pages.csv"
+    file.write_text(f"time_s,page\n{rows}\n")
+    with pytest.raises(InputError, match=word):
+        read_page_times(file, SPANS, 0.0)
