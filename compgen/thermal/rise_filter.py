@@ -72,7 +72,7 @@ class RiseFilter:
 
     def ahead(self, miss: Miss, time: float) -> Miss:
         """So much later [s], without a reading."""
-        F, Q = _transition(tuple(self.lag.tolist()), tuple(self.law.tolist()), float(time))
+        F, Q = transition(tuple(self.lag.tolist()), tuple(self.law.tolist()), float(time))
         return Miss(F @ miss.mean, F @ miss.covariance @ F.T + Q)
 
     def taken(self, miss: Miss, which: IntArray, readings: Array, sigma: Array) -> Miss:
@@ -182,10 +182,10 @@ def steadied(readings: Sequence[Readings]) -> list[Readings]:
 
 
 @lru_cache(maxsize=64)
-def _transition(lag: tuple[float, ...], law: tuple[float, ...], time: float) -> tuple[Array, Array]:
+def transition(lag: tuple[float, ...], law: tuple[float, ...], time: float) -> tuple[Array, Array]:
     """F and Q of (m, b, s) over a time [s]."""
     if time > min(lag):  # two halves: the exponential of what grows stays a number
-        F, Q = _transition(lag, law, time / 2)
+        F, Q = transition(lag, law, time / 2)
         return F @ F, F @ Q @ F.T + Q
     K = len(lag)
     F, Q = np.eye(2 * K + 1), np.zeros((2 * K + 1, 2 * K + 1))

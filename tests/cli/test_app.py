@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 from compgen.cli.app import app
 
 COMMANDS = (
-    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed", "resume", "heat",
+    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed", "resume", "follow",
+    "heat",
     "whatif",
     "identify", "validate",
     "identify-motion", "teach-frame",

@@ -54,7 +54,7 @@ def look(*arguments):
 
 def test_a_job_on_course_is_left_alone(job, tmp_path):
     before = contents(job)
-    result, record = look(job, "--log", log(tmp_path, 30), "--started", "0s")
+    result, record = look(job, "--log", log(tmp_path, 30), "--started", "0s", "--lead", "0s")
     assert result.returncode == 0, result.stderr
     assert record["page"] == 1
     assert record["due"] == 0

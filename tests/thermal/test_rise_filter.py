@@ -11,9 +11,9 @@ from compgen.thermal.rise_filter import (
     Anchor,
     Readings,
     RiseFilter,
-    _transition,
     misses,
     steadied,
+    transition,
 )
 
 LAG = np.array([7.0, 0.5]) * HOUR
@@ -40,7 +40,7 @@ def test_the_filter_is_batch_least_squares(rises):
     rows = readings(T)
     forecast = np.random.default_rng(1).normal(size=(T, 2))
     course = misses(rises, rows, forecast, 0)
-    F, Q = _transition(tuple(rises.lag.tolist()), tuple(rises.law.tolist()), STEP)
+    F, Q = transition(tuple(rises.lag.tolist()), tuple(rises.law.tolist()), STEP)
     Q = Q + 1e-14 * np.eye(X)  # the offset of the sensors has no noise at all
     blocks, values = [], []
 
