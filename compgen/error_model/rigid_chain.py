@@ -18,6 +18,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.error_model.model import build_error_model
 from compgen.error_model.source import Source
+from compgen.robot.arm_geometry import axes_of_poses
 from compgen.robot.robot import Robot
 
 QUARTER = np.pi / 2
@@ -71,7 +72,8 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
             warmth = np.tile(rise if len(rise) else np.zeros(1), (len(q), 1))
             return model.actual_pose(zero + q, warmth)
 
-        chain = _chain_of(pose(np.vstack([np.zeros(6), QUARTER * np.eye(6)])))
+        axes = axes_of_poses(pose(np.vstack([np.zeros(6), QUARTER * np.eye(6)])))
+        chain = RigidChain(axes.line, axes.point, axes.flange, (), 0.0)
         ours, its = chain.flange_pose(q), pose(q)
         off = float(np.abs(ours.position - its.position).max())
         return chain, max(off, float(np.abs(ours.rotation - its.rotation).max()))
@@ -87,20 +89,3 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
     warmth = np.tile(rise if len(rise) else np.zeros(1), (POSES, 1))
     gap = whole.actual_pose(zero + q, warmth).position - chain.flange_pose(q).position
     return RigidChain(chain.line, chain.point, chain.flange, left, float(np.linalg.norm(gap, axis=1).max()))
-
-
-def _chain_of(poses: Pose) -> RigidChain:
-    """The lines from the pose at zero and those after a quarter turn of each joint."""
-    flange = poses[0]
-    lines: list[Array] = []
-    points: list[Array] = []
-    for i in range(1, 7):
-        turn = poses[i].rotation @ flange.rotation.T
-        shift = poses[i].position - turn @ flange.position
-        w = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-        w /= np.linalg.norm(w)
-        # of all p with p = turn p + shift the one nearest to the line before; along w any p will do
-        before = points[-1] if points else np.zeros(3)
-        points.append(np.asarray(np.linalg.solve(np.eye(3) - turn + np.outer(w, w), shift + w * (w @ before))))
-        lines.append(w)
-    return RigidChain(np.array(lines), np.array(points), flange, (), 0.0)

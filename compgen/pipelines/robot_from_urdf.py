@@ -35,11 +35,12 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
     Raises:
         InputError: What ``read_urdf`` refuses; a joint without limits or speed; a name that no robot can have.
     """
-    arm = read_urdf(source)
+    read = read_urdf(source)
+    arm = read.arm
     name = re.sub(r"[^a-z0-9_-]", "_", Path(source).stem.lower())
     if not NAME.fullmatch(name):
         raise InputError(f"{source}: its name gives the robot's, which has letters, digits, - and _; rename the file")
-    for joint, limits in zip(arm.joints, arm.limits):
+    for joint, limits in zip(read.joints, read.limits):
         for key, value in zip(("lower", "upper", "velocity"), limits.tolist()):
             if np.isnan(value) or (key == "velocity" and value <= 0):
                 raise InputError(f"{source}: joint '{joint[:40]}': limit {key}: missing; add it from the data sheet")
@@ -47,30 +48,31 @@ def robot_from_urdf(source: str, coupled: bool) -> tuple[str, str]:
         raise InputError(
             f"{source}: joints 2 and 3 do not count as FANUC's do, whose joint 3 is J2 + J3; say --j3 alone"
         )
-    return name, _text(arm, name, Path(source).name, coupled)
+    return name, _text(read, name, Path(source).name, coupled)
 
 
-def _text(arm: UrdfArm, name: str, source: str, coupled: bool) -> str:
+def _text(read: UrdfArm, name: str, source: str, coupled: bool) -> str:
+    arm = read.arm
     matrix = np.diag(arm.sign)
     if coupled:
         matrix[2, 1] = 1.0
     rows = "\n".join(f"    [{', '.join(f'{v + 0.0:g}' for v in row)}]," for row in matrix)
     keys = ["j1_deg", "j2_deg", "j2_plus_j3_deg" if coupled else "j3_deg", "j4_deg", "j5_deg", "j6_deg"]
-    limits = "\n".join(f"{key} = {_list(row[:2] / DEG)}" for key, row in zip(keys, arm.limits))
-    speed = arm.limits[:, 2] / DEG
+    limits = "\n".join(f"{key} = {_list(row[:2] / DEG)}" for key, row in zip(keys, read.limits))
+    speed = read.limits[:, 2] / DEG
     acceleration = np.maximum(np.floor(speed / TIME_TO_SPEED / 10) * 10, 10.0)
     joint_3 = "the file's joint 3 being J2 + J3" if coupled else "J3 counting alone"
     return f"""#:schema ./robot.schema.json
-# {name}: nominal arm without heat, from {source}; the same flange at 1,000 poses to {arm.off / MM:.1g} mm.
+# {name}: nominal arm without heat, from {source}; the same flange at 1,000 poses to {read.off / MM:.1g} mm.
 # [urdf] from that file; [assumed] chosen conservatively. Compare with the pendant before you trust it.
 
 name = "{name}"
 
-# World: on the axis of joint 1 at the height of joint 2, {arm.base_height / MM:g} mm above the file's base. [urdf]
+# World: on the axis of joint 1 at the height of joint 2, {arm.origin[2] / MM:g} mm above the file's base. [urdf]
 [dh]
 d_mm = {_list(arm.d / MM)}
 a_mm = {_list(arm.a / MM)}
-alpha_deg = [-90, 180, -90, 90, -90, 180]
+alpha_deg = {_list(arm.alpha / DEG)}
 
 # theta = matrix pendant + offset, {joint_3}. [assumed] compare the position screen
 [pendant]

@@ -1,5 +1,6 @@
 """Tables of the nominal arm, its controller, its tool and its posture, and the robot made from them."""
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -20,6 +21,7 @@ from compgen.core.quantities import (
 )
 from compgen.core.toml import Table
 from compgen.core.units import DEG, KB, MM, MS
+from compgen.robot.arm_geometry import in_class_rows
 from compgen.robot.interference import Interference, polygon_fault, signed_area
 from compgen.robot.robot import Controller, Robot
 
@@ -28,7 +30,7 @@ AccPercent = Annotated[int, Field(ge=1, le=100)]
 
 
 class DhTable(Table):
-    """Standard Denavit-Hartenberg rows, joint 1 to 6; World's origin is on the axis of joint 1."""
+    """Standard Denavit-Hartenberg rows, joint 1 to 6, of any signs; World's origin is on the axis of joint 1."""
 
     d_mm: SixCoordinates
     """Offsets along the joint axes, signed."""
@@ -203,15 +205,16 @@ def robot_from_tables(
         raise InputError(f"{file}: pendant.matrix: it cannot be inverted; each joint needs its row")
     if len(set(controller.turn_joints)) != 3:
         raise InputError(f"{file}: controller.turn_joints: {controller.turn_joints} names a joint twice; name three")
-    return Robot(
+    ends = np.diag(matrix)[:, None] * bounds  # a pendant may count the other way
+    robot = Robot(
         name=name,
         d=np.array(dh.d_mm) * MM,
         a=np.array(dh.a_mm) * MM,
         alpha=np.array(dh.alpha_deg) * DEG,
         pendant_map=matrix,
         pendant_zero=zero,
-        lower=bounds[:, 0] + zero,
-        upper=bounds[:, 1] + zero,
+        lower=ends.min(axis=1) + zero,
+        upper=ends.max(axis=1) + zero,
         joint_names=("J1", "J2", "J2+J3" if coupled else "J3", "J4", "J5", "J6"),
         speed=np.array(limits.speed_deg_s) * DEG,
         acceleration=np.array(limits.acceleration_deg_s2) * DEG,
@@ -234,8 +237,10 @@ def robot_from_tables(
             acc=controller.acc_percent,
         ),
         acceleration_known=limits.acceleration_known,
-        interference=_interference(limits.interference, matrix, zero, file),
     )
+    robot = in_class_rows(robot)
+    interference = _interference(limits.interference, robot.pendant_map, robot.pendant_zero, file)
+    return replace(robot, interference=interference)
 
 
 def _interference(table: InterferenceTable, matrix: Array, zero: Array, file: str) -> Interference | None:

@@ -1,0 +1,110 @@
+"""DH rows as a data sheet has them: other signs of axes and lengths are the same arm, pendant and limits included."""
+
+import re
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen.fanuc.configuration import has_posture
+from compgen.pipelines.robot_file import load_any_robot, load_robot
+from compgen.robot.inverse_kinematics import ALL_POSTURES, is_class, solve_flange
+from compgen.robot.kinematics import flange_pose
+from tests.shipped import ROOT
+
+RNG = np.random.default_rng(4)
+
+
+def rewritten(folder, flips, turns):
+    """The study's arm with the x axes of some rows (1 to 5) turned about, and the z axes behind some, in its file.
+
+    x_i the other way: a_i changes its sign, theta_i and theta_{i + 1} move by 180 deg, and alpha_i changes its sign.
+    z_i the other way: alpha_i and alpha_{i + 1} move by 180 deg, d_{i + 1} and theta_{i + 1} change their sign.
+    """
+    d, a = np.array([0, 0, 0, -1016, 0, -175.0]), np.array([150, 870, 170, 0, 0, 0.0])
+    alpha, offset, sign = np.array([-90, 180, -90, 90, -90, 180.0]), np.array([0, -90, 0, 0, 0, 0.0]), np.ones(6)
+    for i in turns:
+        alpha[[i - 1, i]] += 180
+        d[i], sign[i], offset[i] = -d[i], -sign[i], -offset[i]
+    for i in flips:
+        a[i - 1], alpha[i - 1] = -a[i - 1], -alpha[i - 1]
+        offset[i - 1], offset[i] = offset[i - 1] + 180, offset[i] + 180
+    matrix = np.diag(sign)
+    matrix[2, 1] = sign[2]
+    text = (ROOT / "robots" / "m710ic50.toml").read_text()
+    alpha, offset = (180 - (180 - angle) % 360 for angle in (alpha, offset))
+    lists = {"d_mm": d, "a_mm": a, "alpha_deg": alpha, "offset_deg": offset}
+    for key, values in lists.items():
+        text = re.sub(rf"^{key} = .*$", f"{key} = {values.tolist()}", text, count=1, flags=re.MULTILINE)
+    rows = "matrix = " + str(matrix.tolist())
+    text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", rows, text, count=1, flags=re.MULTILINE)
+    text = text[: text.index("# First thermal model")]
+    (folder / "other.toml").write_text(text)
+    return load_any_robot(str(folder / "other.toml"))
+
+
+@pytest.mark.parametrize(
+    ("flips", "turns"),
+    [
+        *(((i,), ()) for i in range(1, 6)),
+        *(((), (i,)) for i in range(1, 6)),
+        ((1, 3), (2, 5)),
+        ((2, 4), (1, 3)),
+        ((1, 2, 3, 4, 5), (1, 2, 3, 4, 5)),
+    ],
+)
+def test_other_signs_are_the_same_arm_at_the_pendant(tmp_path, flips, turns):
+    other, robot = rewritten(tmp_path, flips, turns), load_robot("m710ic50")
+    pendant = RNG.uniform(-1.5, 1.5, (500, 6))
+    ours, its = flange_pose(robot, robot.to_theta(pendant)), flange_pose(other, other.to_theta(pendant))
+    assert_allclose(its.position, ours.position, atol=1e-12)
+    assert_allclose(its.rotation, ours.rotation, atol=1e-12)
+    assert is_class(other)
+    ends = [other.to_pendant(v) for v in (other.lower, other.upper)]
+    expected = [robot.to_pendant(v) for v in (robot.lower, robot.upper)]
+    assert_allclose(np.sort(ends, axis=0), np.sort(expected, axis=0), atol=1e-9)
+    theta = other.to_theta(pendant)
+    for posture in ALL_POSTURES:
+        assert (has_posture(other, theta, posture) == has_posture(robot, robot.to_theta(pendant), posture)).all()
+
+
+def test_the_closed_form_solves_it(tmp_path):
+    other = rewritten(tmp_path, (1, 3), (2, 5))
+    theta = other.to_theta(RNG.uniform(-0.5, 0.5, (50, 6)))
+    flange, reached = flange_pose(other, theta), np.zeros(50, dtype=bool)
+    for posture in ALL_POSTURES:
+        solved = solve_flange(other, flange, posture)
+        reached |= (np.abs(np.sin((solved.theta - theta) / 2)) < 1e-7).all(axis=1)
+    assert reached.all()
+
+
+@pytest.mark.parametrize("name", ["ur5", "irb120"])
+def test_arms_that_are_not_of_the_class_keep_their_rows(name):
+    robot = load_any_robot(name)
+    text = (ROOT / "robots" / f"{name}.toml").read_text()
+    for key, values in (("d_mm", robot.d), ("a_mm", robot.a)):
+        given = [float(v) for v in re.search(rf"^{key} = \[(.*)\]", text, re.MULTILINE)[1].split(",")]
+        assert_allclose(values * 1000, given, atol=1e-9)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_limits_of_a_joint_that_counts_the_other_way_change_places(tmp_path, joint):
+    text = (ROOT / "robots" / "m20ia.toml").read_text()
+    rows = [[float(i == k or (i == 2 and k == 1)) for k in range(6)] for i in range(6)]
+    rows[joint] = [-v for v in rows[joint]]
+    text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", f"matrix = {rows}", text, count=1, flags=re.MULTILINE)
+    (tmp_path / "other.toml").write_text(text)
+    other, robot = load_any_robot(str(tmp_path / "other.toml")), load_robot("m20ia")
+    zero = robot.pendant_zero[joint]
+    assert_allclose(other.lower[joint] - zero, -(robot.upper[joint] - zero))
+    assert_allclose(other.upper[joint] - zero, -(robot.lower[joint] - zero))
+
+
+def test_every_pair_of_flips_is_one_arm(tmp_path):
+    robot = load_robot("m710ic50")
+    pendant = RNG.uniform(-1, 1, (20, 6))
+    ours = flange_pose(robot, robot.to_theta(pendant)).position
+    for flip, turn in product(range(1, 6), range(1, 6)):
+        other = rewritten(tmp_path, (flip,), (turn,))
+        assert_allclose(flange_pose(other, other.to_theta(pendant)).position, ours, atol=1e-12)
