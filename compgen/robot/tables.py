@@ -80,8 +80,7 @@ class LimitsTable(Table):
     jerk_deg_s3: SixRates
     """Largest jerk of each joint."""
     acceleration_known: bool = False
-    """Whether accelerations and jerks are measured or the maker's; if not they are assumed, and check --strict asks
-    whether it matters."""
+    """Whether accelerations and jerks are the maker's or measured; else assumed, and check --strict looks at them."""
     interference: InterferenceTable = InterferenceTable()
 
 

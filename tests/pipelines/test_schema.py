@@ -31,7 +31,8 @@ EXAMPLES = {
 PLAIN_NUMBERS = {
     "confidence", "conic_constant", "coulomb", "cycles", "decimals", "draws", "drives", "duty", "excess_a",
     "excess_d", "exponent", "forecast_blocks", "forecast_scale", "holding", "idle_fraction", "margin_sigma", "matrix",
-    "max_lines", "max_positions", "name_length", "number", "order", "repeat", "runs", "seed", "share", "turn_joints",
+    "max_lines", "max_positions", "name_length", "number", "order", "payload", "repeat", "runs", "seed", "share",
+    "turn_joints",
     "turns", "viscous", "volumes",
 }  # fmt: skip
 
