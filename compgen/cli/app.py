@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from compgen import __version__
+from compgen.cli.anchor import anchor
 from compgen.cli.correct import correct
 from compgen.cli.executed import executed
 from compgen.cli.export_robot import export_robot
@@ -62,6 +63,7 @@ for command in (
     validate,
     identify_motion,
     teach_frame,
+    anchor,
     plan_poses,
     plan_touches,
     offsets,

@@ -16,6 +16,7 @@ from compgen.error_model.source import Source
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import Unknown
 from compgen.identification.tables import FitLimits
+from compgen.pipelines.anchor_schema import Drifting
 from compgen.pipelines.part_frame import PartFrame
 from compgen.planning.boundaries import Boundary
 from compgen.planning.curves import PiecewiseCurve
@@ -25,6 +26,7 @@ from compgen.robot.robot import Robot
 from compgen.thermal import Duty, NodeModel, Profile, state_after
 from compgen.thermal.ensemble import Ensemble, Start, duties_before
 from compgen.thermal.history import History
+from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
 from compgen.verification.verdict import Bounds
@@ -51,6 +53,7 @@ class Cell:
     unlikely: tuple[Finding, ...] = ()  # values of the robot file that look like another unit's; what is missing
     posterior: ParameterPosterior | None = None  # how well identification knows its parameters together
     fit: FitLimits = field(default_factory=FitLimits)  # what its identification says that it cannot do
+    drifting: Drifting = field(default_factory=Drifting)  # what touches shall tell of beside warmth and base
     state: AnchoredState | None = None  # that its heat begins with, and that its base and sources are moved by
 
 
@@ -129,6 +132,7 @@ class Job:
     unlikely: tuple[Finding, ...] = ()  # values of both files that look like another unit's
     heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
     on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
+    log: TemperatureLog | None = None  # that its heat begins with, as it was read
     ensemble: Ensemble | None = None  # the starts that the file shall serve; None: the planned one alone
 
     @property

@@ -159,6 +159,7 @@ def _job_of(files: _JobFiles) -> Job:
         inputs_hash=sha256(inputs.encode()).hexdigest(),
         unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer, *notes),
         on_other_heat_model=None if other is None else replace(files, robot_text=other),
+        log=read,
         ensemble=ensemble,
     )
     refuse_without_uncertainty(job)

@@ -22,6 +22,7 @@ from compgen.error_model.source import ArmFacts
 from compgen.error_model.uncertainty import UncertainSource
 from compgen.error_model.unknown import OF_WARMTH, unknown_of
 from compgen.identification.tables import IdentifiedTable, fit_limits_of
+from compgen.pipelines.anchor_schema import drifting_of
 from compgen.pipelines.job import Cell
 from compgen.pipelines.posterior_file import posterior_beside
 from compgen.pipelines.schema import RobotFile
@@ -167,6 +168,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         unlikely=(*unlikely_values(data, where), *of_posterior, *(() if facts.thermal else (COLD,))),
         posterior=posterior,
         fit=fit_limits_of(facts.identified),
+        drifting=drifting_of(facts.anchor),
     )
 
 

@@ -10,6 +10,7 @@ from compgen.core.toml import Table
 from compgen.error_model.schema import SourcesTable
 from compgen.error_model.unknown import UnknownTable
 from compgen.identification.tables import IdentifiedTable
+from compgen.pipelines.anchor_schema import AnchorTable
 from compgen.planning.frame_schema import FrameTable
 from compgen.planning.tables import AnyPattern, BoundaryTable, ProcessTable, SurfaceTable
 from compgen.robot.motion_schema import MotionTable
@@ -80,5 +81,6 @@ class RobotFile(Table):
     thermal: ThermalTable | None = None
     sources: SourcesTable = SourcesTable()
     identified: IdentifiedTable | None = None
+    anchor: AnchorTable | None = None
     unknown: list[UnknownTable] = []
     """What the file does not know and a part will see: named beside every band."""

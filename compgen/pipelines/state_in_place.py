@@ -128,6 +128,16 @@ def drifting_row(cell: Cell, parameters: SourceParameters, name: str, where: str
     return parameters.at(places[0], parameter.field, parameter.index), parameter.unit
 
 
+def drifting_rows(cell: Cell, parameters: SourceParameters) -> list[int]:
+    """Which of a cell's parameters its state knows: the robot file's own sigma of them no longer counts."""
+    return [row for row, _ in _drifting(cell, parameters)]
+
+
+def _drifting(cell: Cell, parameters: SourceParameters) -> list[tuple[int, float]]:
+    names = () if cell.state is None else cell.state.drifting
+    return [drifting_row(cell, parameters, name, "state: drifting.parameter") for name in names]
+
+
 def state_columns(cell: Cell, parameters: SourceParameters) -> tuple[Array, Array]:
     """What a cell's state leaves open: columns of parameters (R, P) [SI] and of rises (R, K) [K]."""
     state = cell.state
@@ -140,8 +150,7 @@ def state_columns(cell: Cell, parameters: SourceParameters) -> tuple[Array, Arra
         rises = rises[:, of_state] @ (cell.heat.outputs @ state_gain(cell.heat, which)).T
     columns = np.zeros((len(factor), len(parameters.entries)))
     columns[:, base_rows(parameters)] = factor[:, K : K + BASE]
-    for d, name in enumerate(state.drifting):
-        row, unit = drifting_row(cell, parameters, name, "state: drifting.parameter")
+    for d, (row, unit) in enumerate(_drifting(cell, parameters)):
         columns[:, row] += factor[:, K + BASE + d] * unit
     return columns, rises
 

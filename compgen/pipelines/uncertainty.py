@@ -12,7 +12,7 @@ from compgen.error_model.knowledge import SourceParameters, parameters_of
 from compgen.error_model.quantities import Cause, Quantity
 from compgen.error_model.source import DirectionDependent, Expanding, Source, Visibility
 from compgen.pipelines.job import Cell, Job
-from compgen.pipelines.state_in_place import state_columns
+from compgen.pipelines.state_in_place import drifting_rows, state_columns
 from compgen.thermal.uncertainty import HeatChange
 
 WIDTH_SPREAD = 0.7  # standard deviation of the logarithm of a width that nobody measured
@@ -51,17 +51,17 @@ def quantities_of_cell(cell: Cell) -> JobUncertainty:
     """What a cell does not know of its warmth and its sources, whatever it runs."""
     parameters = parameters_of(cell.sources)
     nothing = _no_cause(cell, parameters)
-    return JobUncertainty(
-        parameters,
-        (
-            *_of_warmth(cell, nothing),
-            *_of_state(cell, parameters, nothing),
-            *_of_expansion(cell, parameters, nothing),
-            *_of_posterior(cell, parameters, nothing),
-            *_of_sources(cell, parameters, nothing),
-            *_of_widths(cell, nothing),
-        ),
+    of_state = _of_state(cell, parameters, nothing)
+    of_file = (
+        *_of_warmth(cell, nothing),
+        *_of_expansion(cell, parameters, nothing),
+        *_of_posterior(cell, parameters, nothing),
+        *_of_sources(cell, parameters, nothing),
+        *_of_widths(cell, nothing),
     )
+    told = set(drifting_rows(cell, parameters))
+    kept = [q for q in of_file if not (q.cause.parameters.any() and set(np.flatnonzero(q.cause.parameters)) <= told)]
+    return JobUncertainty(parameters, (*kept, *of_state))
 
 
 def _no_cause(cell: Cell, parameters: SourceParameters) -> Cause:

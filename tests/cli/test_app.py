@@ -17,7 +17,7 @@ COMMANDS = (
     "heat",
     "whatif",
     "identify", "validate",
-    "identify-motion", "teach-frame",
+    "identify-motion", "teach-frame", "anchor",
     "plan-poses", "plan-touches", "offsets", "inspect-robot", "export-robot", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}

@@ -29,10 +29,14 @@ EXAMPLES = {
 }
 #: keys of numbers that have no unit
 PLAIN_NUMBERS = {
-    "confidence", "conic_constant", "coulomb", "cycles", "decimals", "draws", "drives", "duty", "excess_a",
+    "confidence", "conic_constant", "coulomb", "cycles", "decimals", "draws", "drives", "drifting", "duty", "excess_a",
     "excess_d", "exponent", "forecast_blocks", "forecast_scale", "holding", "idle_fraction", "margin_sigma", "matrix",
+<<<<<<< HEAD
     "max_lines", "max_positions", "name_length", "number", "order", "payload", "repeat", "runs", "seed", "share",
     "turn_joints",
+=======
+    "max_lines", "max_positions", "name_length", "number", "order", "payload", "repeat", "runs", "seed", "share", "turn_joints",
+>>>>>>> 2050cc5 (Lay the picture of rooms anew)
     "turns", "viscous", "volumes",
 }  # fmt: skip
 

@@ -1,0 +1,102 @@
+"""The command that says what a robot is now, from touches and a log against its forecast."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from compgen.cli.messages import print_error
+from compgen.cli.options import FramesFile, JobRobot, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.ownership import check_own_file, read_record
+from compgen.cli.publish import publish
+from compgen.core.exceptions import InputError
+
+if TYPE_CHECKING:
+    from compgen.pipelines.anchor import Anchored
+
+STATE = "state.toml"
+PAGE, RECORD = "anchor.html", "anchor.json"
+
+
+def anchor(
+    path: PathFile,
+    touches: Annotated[str | None, typer.Option("--touches", help="CSV of touches.")] = None,
+    artefact: Annotated[
+        str | None, typer.Option("--artefact", help="TOML of what was touched; default artefact.toml beside the CSV.")
+    ] = None,
+    log: Annotated[
+        str | None, typer.Option("--log", help="Temperature log on the touches' clock, in place of [[before]].")
+    ] = None,
+    reference: Annotated[
+        str | None, typer.Option("--reference", help="What rises in --log count from: start, ambient, or degC.")
+    ] = None,
+    output: Annotated[
+        str | None,
+        typer.Option("-o", "--output", help="The state's file; default outputs/<path name>_anchor/state.toml."),
+    ] = None,
+    html: Annotated[str | None, typer.Option("--html", help="Folder for a page and its record.")] = None,
+    frames: FramesFile = None,
+    robot: JobRobot = None,
+    overrides: Overrides = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say what the robot is now, from a few touches: a state for --state, with a verdict."""
+    from compgen.error_model.anchored_state import ACCEPTED, state_text
+    from compgen.pipelines.anchor.files import anchor_files
+    from compgen.report.anchor_page import anchor_html
+    from compgen.report.anchor_record import anchor_json
+
+    if touches is None:
+        raise InputError("--touches: missing; give the CSV of touches")
+    if artefact is None:
+        artefact = str(Path(touches).with_name("artefact.toml"))
+    target = Path(output) if output is not None else output_folder(path, None, "_anchor") / STATE
+    if target.suffix != ".toml" or target.is_dir():
+        raise InputError(f"-o {target}: not the name of a state's file; give one that ends in .toml")
+    check_own_file("-o", str(target), b"as cgen anchor wrote it", "anchor")
+    folder = None if html is None else Path(html)
+    if folder is not None:
+        output_folder(path, html)
+        for name in (PAGE, RECORD):
+            if (folder / name).exists() and "anchored_state" not in read_record(folder / RECORD):
+                raise InputError(f"--html {folder}: {name} in it is not what cgen anchor wrote; give another folder")
+    result = anchor_files(path, robot, overrides or (), touches, artefact, log, reference, frames)
+    is_written = result.verdict in ACCEPTED
+    if is_written:
+        publish(target.parent, {target.name: state_text(result.state).encode()}, {}, {target.name})
+    record = anchor_json(result)
+    if folder is not None:
+        publish(folder, {}, {RECORD: record, PAGE: anchor_html(result)}, {RECORD, PAGE})
+    if as_json:
+        sys.stdout.write(record.decode())
+    elif not quiet:
+        _show(result, [str(target)] * is_written + ([] if folder is None else [str(folder / PAGE)]))
+    if result.verdict in ("cannot tell", "something moved"):
+        ending = f"{target} written" if is_written else f"{target.name} not written"
+        raise typer.Exit(print_error(f"{result.findings[0].message}; {ending}", 1))
+
+
+def _show(result: "Anchored", files: list[str]) -> None:
+    """Print the verdict, the state, and what a user must know."""
+    from compgen.core.units import MINUTE, UM
+
+    state, (before, after) = result.state, result.rms
+    K, sigma = len(state.nodes), state.sigma
+    rises = ", ".join(
+        f"{name} {rise:.1f} +- {2 * s:.1f} (forecast {was:.1f})"
+        for name, rise, s, was in zip(
+            state.nodes, state.rise.tolist(), sigma[:K].tolist(), result.forecast.rise.tolist()
+        )
+    )
+    base = ", ".join(f"{a} {v / UM:.0f}" for a, v in zip("xyz", state.base[:3].tolist()))
+    lines = [
+        f"{state.verdict}: {result.reason}",
+        f"the path's place is open by {before / UM:.1f} um rms before the touches, {after / UM:.1f} um after",
+        f"rise [K], k = 2: {rises}",
+        f"base moved in World by {base} um; the state holds {state.window / MINUTE:.0f} min, standing",
+        *(f"{f.level.value}: {f.message}" for f in result.findings[1:]),
+        *([f"wrote {', '.join(files)}"] if files else []),
+    ]
+    sys.stdout.write("\n".join(lines) + "\n")

@@ -1,0 +1,176 @@
+"""The story of one anchoring, on one page: forecast, touches, hypotheses, state, what it leaves, verdict."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.core.pose import Pose
+from compgen.core.units import HOUR, MINUTE
+from compgen.error_model.anchored_state import AnchoredState, Verdict
+from compgen.error_model.direction_memory import NO_DIRECTION
+from compgen.error_model.model import build_error_model
+from compgen.identification.touches import Artefact, Touches
+from compgen.pipelines.anchor import refusals
+from compgen.pipelines.anchor.estimate import Estimate, PathColumns, estimate, path_columns
+from compgen.pipelines.anchor.findings import anchor_findings
+from compgen.pipelines.anchor.forecast import Forecast, forecast_now
+from compgen.pipelines.anchor.hypotheses import (
+    AS_FORECAST,
+    KNOCKED,
+    Hypothesis,
+    Innovation,
+    Judged,
+    Prior,
+    judge,
+    left_out,
+)
+from compgen.pipelines.anchor.next_touches import moved_target, next_touches
+from compgen.pipelines.anchor.path_places import PathPlaces, path_places
+from compgen.pipelines.anchor.result import Anchored, rms
+from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
+from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
+from compgen.pipelines.anchor.verdict import APART, RIVAL, Moved, verdict_of
+from compgen.pipelines.job import Job
+from compgen.pipelines.start_window import Course, windows
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.rises_to_state import state_with_rises
+
+TRUSTED = 2.0  # times the drift that a start may add: so much standing is modelled well enough
+SHORTEST, LONGEST = 1 * MINUTE, 4 * HOUR  # of a state's window
+
+
+def anchor(
+    job: Job, artefact: Artefact, touches: Touches, frame: Pose, made_from: Mapping[str, str] | None = None
+) -> Anchored:
+    """The state of a job's robot, by touches against its forecast.
+
+    Args:
+        job: Its history or its log, its path, and its robot.
+        artefact: What was touched.
+        touches: On the clock of the log, else from the first duty of [[before]] on.
+        frame: Place in World of the frame that the artefact's places are in.
+        made_from: sha256 of each file that went in.
+
+    Raises:
+        InputError: Touches of another hour, of other targets, in other units, too few; or of a robot whose geometry
+            nobody has identified.
+        ImpossibleError: The robot cannot drive the path.
+    """
+    forecast, path = forecast_now(job, touches), path_places(job)
+    seen = touched(artefact, touches, frame, forecast)
+    cell, K = forecast.cell, len(forecast.rise)
+    missed = missing_of(forecast) * rms(seen.thermal)
+    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missed)
+    prior, innovation = unknowns.prior, innovation_of(seen, forecast, unknowns)
+    judged = judge(innovation, prior)
+    best, as_forecast = judged[0], next(j for j in judged if j.hypothesis == AS_FORECAST)
+    refusals.refuse_taught(artefact, touches, frame, forecast, unknowns, best)
+    refusals.refuse_other_hour(forecast, touches, innovation, prior, best)
+    columns = path_columns(job, forecast, unknowns, seen, innovation, path)
+    chosen = estimate(innovation, prior, best.hypothesis, columns, K)
+    used = innovation
+    if best.hypothesis.target >= 0:
+        used = innovation.rows(np.flatnonzero(innovation.target != best.hypothesis.target))
+    left = left_out(used, chosen.V)
+    error = np.array([rms(used.y[used.touch == n]) for n in left.touch.tolist()])
+    moved = _moved(artefact, best.hypothesis, chosen, innovation, prior, path, K)
+    rival = _rival(judged, innovation, prior, columns, chosen, K)
+    sizes = rms(chosen.before), rms(chosen.after)
+    verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival)
+    refusals.refuse_unidentified(cell, artefact, touches, best, innovation)
+    touch_next = next_touches(job, artefact, frame, forecast, unknowns, seen, chosen, columns)
+    state = _state(job, forecast, unknowns, chosen, prior, path, verdict, made_from or {})
+    anchored = Anchored(
+        job, artefact, state, reason, forecast, unknowns, seen, path, innovation, tuple(judged), as_forecast, chosen,
+        left, error, moved, tuple(touch_next), (),
+    )  # fmt: skip
+    return replace(anchored, findings=anchor_findings(anchored))
+
+
+def _moved(
+    artefact: Artefact, h: Hypothesis, chosen: Estimate, innovation: Innovation, prior: Prior, path: PathPlaces, K: int
+) -> tuple[Moved, ...]:
+    """What the best hypothesis says has moved."""
+    moved = []
+    if h.base:
+        x, y, z = path.middle.tolist()
+        J = np.hstack([np.eye(3), [[0, z, -y], [-z, 0, x], [y, -x, 0]]])  # d + w x c
+        base = slice(K, K + 6)
+        sigma = np.sqrt(np.diag(J @ chosen.covariance[base, base] @ J.T))
+        moved.append(Moved("the base", J @ chosen.x[base], sigma))
+    if h.target >= 0:
+        mine = innovation.target == h.target
+        V = innovation.covariance(prior, replace(h, target=-1))
+        a, b = np.flatnonzero(mine), np.flatnonzero(~mine)
+        gain = V[np.ix_(a, b)] @ np.linalg.inv(V[np.ix_(b, b)])
+        left = innovation.y[a] - gain @ innovation.y[b]
+        weight = np.asarray(np.linalg.inv(V[np.ix_(a, a)] - gain @ V[np.ix_(b, a)]))
+        shift, sigma = moved_target(left, weight, innovation.along[a], KNOCKED)
+        kind = "sphere" if h.target < len(artefact.names) else "plane"
+        moved.append(Moved(f"{kind} {artefact.targets[h.target]}", shift, sigma))
+    return tuple(moved)
+
+
+def _rival(
+    judged: list[Judged], innovation: Innovation, prior: Prior, columns: PathColumns, chosen: Estimate, K: int
+) -> tuple[Hypothesis, float] | None:
+    """Another cause that may hold as well, and by how much its path differs [m]; None where that does not matter."""
+    best = judged[0]
+    for other in judged[1:]:
+        if other.evidence < best.evidence - RIVAL:
+            return None
+        h = other.hypothesis
+        if (h.base, h.target) == (best.hypothesis.base, best.hypothesis.target):
+            continue
+        apart = rms(np.linalg.norm(estimate(innovation, prior, h, columns, K).correction - chosen.correction, axis=1))
+        if apart > max(APART, rms(chosen.after)):
+            return h, apart
+    return None
+
+
+def _state(
+    job: Job, forecast: Forecast, unknowns: Unknowns, chosen: Estimate, prior: Prior, path: PathPlaces,
+    verdict: Verdict, made_from: Mapping[str, str],
+) -> AnchoredState:  # fmt: skip
+    """The state to be written: with *leave it* the forecast's own."""
+    cell, K = forecast.cell, len(forecast.rise)
+    x, covariance = (chosen.x, chosen.covariance)
+    if verdict == "leave it":
+        x, covariance = np.zeros_like(x), prior.forecast
+    base, drift, earlier = x[K : K + 6], x[K + 6 :] / unknowns.unit, cell.state
+    if earlier is not None:
+        base = base + earlier.base
+        before = dict(zip(earlier.drifting, earlier.drift.tolist()))
+        drift = drift + np.array([before.get(name, 0.0) for name in unknowns.named])
+    unit = np.concatenate([np.ones(K + 6), 1 / unknowns.unit])
+    rise, heat = forecast.rise + x[:K], cell.heat
+    modal = None
+    if isinstance(heat, NetworkModel):
+        modal = state_with_rises(heat, np.arange(K), rise, forecast.state)
+    return AnchoredState(
+        model="network" if modal is not None else "nodes",
+        nodes=heat.names,
+        rise=rise,
+        modal=modal,
+        base=base,
+        drifting=unknowns.named,
+        drift=drift,
+        covariance=covariance * np.outer(unit, unit),
+        air=forecast.air,
+        time=forecast.time,
+        window=_window(job, forecast, path),
+        verdict=verdict,
+        made_from={"robot_file": cell.robot_file_hash, **made_from},
+    )
+
+
+def _window(job: Job, forecast: Forecast, path: PathPlaces) -> float:
+    """How long the robot may stand before the path has moved by more than is modelled well enough [s]."""
+    cell = forecast.cell
+    begun = replace(job, cell=cell, history=forecast.history, start_drift=TRUSTED * job.start_drift, ensemble=None)
+    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), job.tool.pose)
+    rise = np.broadcast_to(forecast.rise, (len(path.theta), len(forecast.rise)))
+    course = Course(path.time, path.theta, rise, NO_DIRECTION)
+    window = float(windows(begun, model, course, np.zeros(1, dtype=np.int64), forecast.state[None])[0])
+    return round(min(max(window, SHORTEST), LONGEST))

@@ -1,0 +1,66 @@
+"""From files to an anchoring: the path with its history or a log, the touches, and what was touched."""
+
+import os
+from collections.abc import Sequence
+from hashlib import sha256
+from pathlib import Path
+
+from compgen.core.exceptions import InputError
+from compgen.core.toml import toml_value
+from compgen.identification.touches import read_artefact, read_touches
+from compgen.pipelines.anchor.anchor import anchor
+from compgen.pipelines.anchor.result import Anchored
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.touch_targets import frame_of_artefact
+
+
+def anchor_files(
+    path: str,
+    robot: str | None,
+    overrides: Sequence[str],
+    touches: str,
+    artefact: str,
+    log: str | None = None,
+    reference: str | None = None,
+    frames: str | None = None,
+) -> Anchored:
+    """The state of a path's robot.
+
+    Args:
+        path: A path file.
+        robot: Name or file; None: what the path file says.
+        overrides: ``key=value`` of both files.
+        touches: CSV.
+        artefact: TOML.
+        log: Temperature log on the touches' clock, in place of [[before]].
+        reference: What its rises count from: "start", "ambient" or degC; None: as the path file has it.
+        frames: Where user frames are.
+
+    Raises:
+        InputError: Anything wrong, naming file and line or key.
+        ImpossibleError: The robot cannot drive the path.
+    """
+    given = [*overrides]
+    if log is not None:
+        file = os.path.relpath(log, Path(path).parent)
+        given += ["before=[]", f"log.file={toml_value(file)}"]
+        if reference is not None:
+            given.append(f"log.reference={_reference(reference)}")
+    elif reference is not None:
+        raise InputError(f"--reference {reference}: is of a log; give it with --log")
+    job = load_job(path, robot, given)
+    known = read_artefact(artefact)
+    number, frame = frame_of_artefact(known, job.frame, frames)
+    seen = read_touches(touches, job.robot, known, {number: frame}, planes=True)
+    files = {"path": path, "touches": touches, "artefact": artefact, "log": log}
+    made_from = {name: sha256(Path(file).read_bytes()).hexdigest() for name, file in files.items() if file is not None}
+    return anchor(job, known, seen, frame, made_from)
+
+
+def _reference(text: str) -> str:
+    if text in ("start", "ambient"):
+        return toml_value(text)
+    try:
+        return repr(float(text))
+    except ValueError:
+        raise InputError(f"--reference {text!r:.40}: must be start, ambient or a temperature in degC") from None

@@ -1,0 +1,59 @@
+"""What a user must know of a state beside its verdict."""
+
+import numpy as np
+
+from compgen.core.findings import Finding, Level
+from compgen.core.units import MM, UM
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST
+from compgen.pipelines.anchor.result import Anchored
+from compgen.pipelines.anchor.verdict import probability
+
+LIKELY = 0.01  # of a chi^2, below which physics is missing from the forecast
+E_N = 1.0
+
+
+def anchor_findings(anchored: Anchored) -> tuple[Finding, ...]:
+    """Physics that is missing, what moved, touches that the others do not predict, and what was assumed."""
+    seen, best = anchored.seen, anchored.judged[0]
+    touches, R = seen.touches, len(anchored.innovation.y)
+    findings = []
+    level = Level.OUTSIDE if anchored.verdict in ("cannot tell", "something moved") else Level.NOTE
+    findings.append(Finding(level, "anchor.verdict", f"{anchored.verdict}: {anchored.reason}{_next(anchored)}"))
+    for moved in anchored.moved:
+        by = ", ".join(f"{a} {v / MM:+.3f}" for a, v in zip("xyz", moved.shift.tolist()))
+        k2 = ", ".join(f"{2 * s / UM:.0f}" for s in moved.sigma.tolist())
+        where = " where the part is" if moved.what == "the base" else "; its touches are left out"
+        message = f"{moved.what} moved by {moved.distance / MM:.2f} mm ({by} mm, k = 2: {k2} um){where}"
+        findings.append(Finding(Level.WARNING, "anchor.moved", message))
+    chi2 = anchored.as_forecast.chi2
+    if probability(chi2, R) < LIKELY and best.hypothesis != AS_FORECAST:
+        day = best.hypothesis.day
+        why = f"; the day went {day:g} times as far from the forecast as it may" if day > 1 else ""
+        message = f"physics is missing: the forecast does not explain the touches (chi^2 {chi2:.0f} of {R}){why}"
+        findings.append(Finding(Level.WARNING, "anchor.physics", message))
+    if best.hypothesis.noise > 1:
+        message = f"touches scatter {best.hypothesis.noise:g} times as much as their sigma says"
+        findings.append(Finding(Level.WARNING, "anchor.noise", message))
+    for n in np.flatnonzero(anchored.left.E_n > E_N).tolist():
+        touch = int(anchored.left.touch[n])
+        message = (
+            f"{touches.label[touch]}: '{anchored.artefact.targets[touches.target[touch]]}': the other touches "
+            f"predict it "
+            f"{anchored.left.error[n] / UM:.0f} um away (E_n {anchored.left.E_n[n]:.1f})"
+        )
+        findings.append(Finding(Level.WARNING, "anchor.left_out", message))
+    if not np.isfinite(touches.sigma).any():
+        message = f"no sigma_um: {np.median(seen.sigma) / UM:.0f} um are taken for each coordinate"
+        findings.append(Finding(Level.NOTE, "anchor.sigma", message))
+    if anchored.forecast.course is None and not anchored.job.history.before and anchored.job.cell.state is None:
+        message = "neither [[before]] nor a log: the forecast is a cold robot"
+        findings.append(Finding(Level.NOTE, "anchor.cold", message))
+    return (*findings, *anchored.job.unlikely)
+
+
+def _next(anchored: Anchored) -> str:
+    """Which targets to touch as well, where the touches do not tell."""
+    if anchored.verdict != "cannot tell" or not anchored.touch_next:
+        return ""
+    words = [f"{n.target} (along {n.axis})" for n in anchored.touch_next]
+    return f"; touch these as well: {', '.join(words)}"

@@ -1,0 +1,161 @@
+r"""What the thermal model says of the robot while it was touched, and how well it is known.
+
+By a log: the rises are those that explain its readings up to the last touch. By history: those after [[before]], whose
+first duty is where the touches' clock begins. What is not known of the K rises is
+
+    P = sum_q s_q^2 r_q r_q^T + diag(o^2)
+
+with r_q what one unit of a quantity q of the robot file's [thermal.uncertainty] adds to them (law, thermocouples,
+air, feed), and o what each node has by itself: half of the thermocouples' error where it has a sensor, and where it
+has none what its modelled course may be off.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.units import HOUR, MINUTE
+from compgen.error_model.quantities import Quantity
+from compgen.identification.touches import Touches
+from compgen.pipelines.job import Cell, Job
+from compgen.pipelines.motion_plan import plan_written_motion
+from compgen.thermal import Ambient, Duty, rise_history, state_after
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.history import History
+from compgen.thermal.log_fit import TemperatureLog, fit_log
+from compgen.thermal.logged_rises import HEIGHT
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.uncertainty import missed_rise, rise_by_air, rise_by_model
+
+AFTER = 10 * MINUTE  # that touches may end after a log's last reading
+AROUND = 1 * HOUR  # of the end of [[before]] that touches may be away
+LONGEST = 2 * HOUR  # that the touches of one state may take
+EACH = 0.5  # of the thermocouples' error that each has by itself
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Forecast:
+    """The robot at the last of N touches."""
+
+    cell: Cell  # whose heat begins then
+    history: History  # which begins then
+    time: float  # [s] on the touches' clock
+    state: Array  # (S,)
+    rise: Array  # (K,) [K]
+    touch_rise: Array  # (N, K) [K] at each touch
+    course: tuple[Array, Array] | None  # time (T,) [s] and rises (T, K) [K] of the log; None: without one
+    own: Array  # (K,) [K] standard deviation of what each node has by itself
+    past: History  # that led there, for what quantities add
+
+    @property
+    def air(self) -> float:
+        """Rise of the air then [K]."""
+        return float(self.history.air.at(np.zeros(1))[0])
+
+    def added_rise(self, quantity: Quantity, feed: float) -> Array:
+        """What one unit of a quantity adds to the rises, (K,) [K]."""
+        heat, change, now = self.cell.heat, quantity.cause.heat, np.zeros(1)
+        heat = heat if self.course is not None or self.cell.state is not None else replace(heat, start=None)
+        rise = missed_rise(self.cell.warmth, heat, self.past, change, now)[0]
+        rise = rise + change.air * rise_by_air(heat, self.past, now)[0]
+        if change.changes_model and self.course is None:
+            rise = rise + rise_by_model(self.cell.warmth, heat, self.past, feed, change, now)[0]
+        return np.asarray(rise)
+
+
+def forecast_now(job: Job, touches: Touches) -> Forecast:
+    """The robot of a job while it was touched.
+
+    Args:
+        job: Its log, or its history.
+        touches: On the clock of the log, else from the first duty of [[before]] on.
+
+    Raises:
+        InputError: Touches of another hour than the log or the history.
+    """
+    if touches.timed and np.ptp(touches.time) > LONGEST:
+        raise InputError(
+            f"{touches.file}: column time_s: touches over {np.ptp(touches.time) / MINUTE:.0f} min; a state is one "
+            f"moment: give those of {LONGEST / MINUTE:.0f} min at most"
+        )
+    if job.log is not None and not job.history.before:
+        return _by_log(job, touches, job.log)
+    return _by_history(job, touches)
+
+
+def _by_log(job: Job, touches: Touches, log: TemperatureLog) -> Forecast:
+    when = touches.time if touches.timed else np.full(len(touches.time), log.time[-1])
+    if when.min() < log.time[0] or when.max() > log.time[-1] + AFTER:
+        raise InputError(
+            f"{touches.file}: column time_s: {when.min() / MINUTE:.0f} to {when.max() / MINUTE:.0f} min, the log has "
+            f"{log.time[0] / MINUTE:.0f} to {log.time[-1] / MINUTE:.0f} min: of another hour; give the log of the same "
+            "clock"
+        )
+    last, heat = float(when.max()), replace(job.cell.heat, start=None)
+    some = log.time <= last
+    if some.sum() < 2:
+        raise InputError(f"{touches.file}: column time_s: the log has one reading before the touches; begin it earlier")
+    cut = TemperatureLog(log.time[some], log.air[some], {n: v[some] for n, v in log.readings.items()})
+    loss: tuple[float, ...] = ()
+    if isinstance(heat, NetworkModel):
+        written = plan_written_motion(job.plan, job.cell, job.plan.process.feed)
+        loss, _ = mean_losses(job.robot, heat.drives, written.joint_motion)
+    fitted = fit_log(cut, heat, loss)
+    air = Ambient(np.zeros(1), cut.air[-1:])
+    state, end = fitted.heat.start, float(cut.time[-1])
+    if state is None:
+        raise ValueError("a log gives the state at its end")
+    if last > end:
+        state = state_after(heat, (replace(job.history.standing, duration=last - end),), state, air)
+    sensed = np.array([name in log.readings for name in heat.names])
+    own = np.where(sensed, EACH * job.cell.warmth.sensors, HEIGHT * np.abs(fitted.rise[-1]))
+    rise = np.column_stack([np.interp(when, fitted.time, column) for column in fitted.rise.T])
+    return _begun(job, state, last, rise, air, own, (fitted.time, fitted.rise), History(air=air))
+
+
+def _by_history(job: Job, touches: Touches) -> Forecast:
+    heat, history = job.cell.heat, job.history
+    origin = 0.0 if job.log is None else float(job.log.time[-1])
+    end = origin + history.clock
+    when = touches.time if touches.timed else np.full(len(touches.time), end)
+    if when.min() < max(end - AROUND, origin) or when.max() > end + AROUND:
+        raise InputError(
+            f"{touches.file}: column time_s: {when.min() / MINUTE:.0f} to {when.max() / MINUTE:.0f} min, "
+            f"[[before]] ends "
+            f"at {end / MINUTE:.0f} min: of another hour; time_s counts from its first step; leave it out for touches "
+            "when it ends"
+        )
+    last = float(when.max())
+    until = _cut((*history.before, replace(history.standing, duration=10 * AROUND)), last - origin)
+    state = state_after(heat, until, air=history.air)
+    order = np.argsort(when, kind="stable")
+    rise = np.empty((len(when), len(heat.names)))
+    duties = [*history.before, replace(history.standing, duration=10 * AROUND)]
+    rise[order] = rise_history(heat, duties, when[order] - origin, air=history.air)
+    air = replace(history.air, time=history.air.time - (last - origin), peak=history.air.peak - (last - origin))
+    past = replace(history, before=until)
+    return _begun(job, state, last, rise, air, np.zeros(len(heat.names)), None, past)
+
+
+def _begun(
+    job: Job, state: Array, last: float, rise: Array, air: Ambient, own: Array,
+    course: tuple[Array, Array] | None, past: History,
+) -> Forecast:  # fmt: skip
+    cell = replace(job.cell, heat=replace(job.cell.heat, start=state))
+    history = replace(job.history, before=(), air=air)
+    now = np.asarray(cell.heat.outputs @ state)
+    return Forecast(cell, history, last, state, now, rise, course, own, past)
+
+
+def _cut(duties: Sequence[Duty], duration: float) -> tuple[Duty, ...]:
+    """Duties until a time after their beginning [s]."""
+    kept = []
+    for duty in duties:
+        if duration <= 0:
+            break
+        kept.append(replace(duty, duration=min(duty.duration, duration)))
+        duration -= duty.duration
+    return tuple(kept)

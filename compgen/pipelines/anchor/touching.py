@@ -1,0 +1,172 @@
+r"""Touches against the forecast: by how much, along which directions, and what each unknown would do to them.
+
+The probe's centre is really at a(theta, x), its target at s. By coordinate:
+
+    located sphere      y = s - a                                      three
+    sphere, one side    y = e^T (s - a) - (D + d) / 2                  e from the probe to the sphere
+    plane               y = n^T (p - a) + d / 2                        n out of the material
+
+A target that an instrument has placed is where the artefact's file says. One that the robot itself taught is where
+the robot really was when it commanded that place: s = c + a(theta, taught) - nominal(theta), so that what was and is
+wrong of the cold arm cancels. Valid while both touches have the same posture and about the same orientation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
+from compgen.core.toml import suggest
+from compgen.core.units import UM
+from compgen.error_model.direction_memory import DirectionState, reversal_widths
+from compgen.error_model.model import build_error_model
+from compgen.identification.touches import Artefact, Touches, probing_directions
+from compgen.pipelines.anchor.forecast import Forecast
+from compgen.pipelines.anchor.hypotheses import Innovation
+from compgen.pipelines.anchor.mistakes import check_touches
+from compgen.pipelines.anchor.unknowns import Unknowns
+
+SIGMA = 15 * UM  # of a coordinate whose touch says none [assumed]
+SMOOTH = 0.5  # [m] over which what the thermal physics leaves out is alike
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Touched:
+    """N touches as poses of the probe, and their targets in World."""
+
+    touches: Touches
+    probe: Pose  # its centre in the flange
+    motion: DirectionState
+    rise: Array  # (N, K) [K]
+    taught: Array | None  # (K,) [K] rises of the robot that taught the targets; None: an instrument placed them
+    actual: Array  # (N, 3) [m] where the probe's centre is by the forecast
+    thermal: Array  # (N,) [m] by how much the rises move it
+    target: Array  # (N, 3) [m] where its target is
+    along: Array  # (R, 3) unit vector of each coordinate
+    touch: IntArray  # (R,)
+    y: Array  # (R,) [m]
+    place_sigma: Array  # (T,) [m]
+    sigma: Array  # (R,) [m]
+
+
+def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecast) -> Touched:
+    """Compare touches with a forecast.
+
+    Args:
+        artefact: What was touched.
+        touches: N of them.
+        frame: Place in World of the frame that the artefact's places are in.
+        forecast: Of the robot then.
+
+    Raises:
+        InputError: Touches that are not of their targets.
+    """
+    cell, probe = forecast.cell, Pose(artefact.probe, np.eye(3))
+    N, S, theta = len(touches.target), len(artefact.names), touches.theta
+    sided = np.isfinite(touches.normal[:, 0])
+    on_plane = touches.target >= S
+    direction = np.zeros((N, 6))
+    if reversal_widths(cell.sources) is not None and sided.any():
+        direction[sided] = probing_directions(cell.robot, theta[sided], touches.normal[sided])
+    motion = DirectionState(direction, np.zeros((N, 3)))
+    model = build_error_model(cell.robot, cell.sources, len(cell.heat.names), probe)
+    rise = forecast.touch_rise
+    pushed = touches.deflection[:, None] * np.nan_to_num(touches.normal)
+    nominal = model.nominal_pose(theta).position - pushed
+    actual = model.actual_pose(theta, rise, motion).position - pushed
+    cold = model.actual_pose(theta, 0 * rise, motion).position - pushed
+    place = frame.act(np.vstack([artefact.place, artefact.point]))
+    reach = np.where(sided & ~on_plane, _radius(artefact, touches), 0.0)
+    coordinates = int(np.where(sided | on_plane, 1, 3).sum())
+    check_touches(artefact, touches, nominal, place, reach, coordinates)
+    target, taught = place[touches.target], None
+    if artefact.taught is not None:
+        taught = _taught_rises(artefact, cell.heat.names)
+        then = model.actual_pose(theta, np.broadcast_to(taught, rise.shape), motion).position - pushed
+        target = target + then - nominal
+    rows, along, y = [], [], []
+    normal = frame.rotation @ artefact.normal.T if len(artefact.normal) else np.zeros((3, 0))
+    for n in range(N):
+        gap = target[n] - actual[n]
+        if on_plane[n]:
+            e = normal[:, touches.target[n] - S]
+            along.append(e)
+            y.append(e @ gap + artefact.probe_diameter / 2)
+        elif sided[n]:
+            e = gap / np.linalg.norm(gap)
+            along.append(e)
+            y.append(e @ gap - reach[n])
+        else:
+            along += list(np.eye(3))
+            y += gap.tolist()
+        rows += [n] * (1 if on_plane[n] or sided[n] else 3)
+    touch, given = np.array(rows), touches.sigma
+    usual = np.nanmedian(given) if np.isfinite(given).any() else (cell.fit.repeatability or SIGMA)
+    sigma = np.where(np.isfinite(given), given, usual)
+    # a place that nobody certified is known no better than one touch tells it
+    of_place = np.concatenate([artefact.sigma, artefact.plane_sigma])
+    open_places = np.where(of_place > 0, of_place, 0.0 if artefact.certified else float(np.median(sigma)))
+    return Touched(
+        touches, probe, motion, rise, taught, actual, np.linalg.norm(actual - cold, axis=1), target, np.array(along),
+        touch, np.array(y), open_places, sigma[touch],
+    )  # fmt: skip
+
+
+def innovation_of(seen: Touched, forecast: Forecast, unknowns: Unknowns) -> Innovation:
+    """The touches with what each unknown would do to them."""
+    theta, cell = seen.touches.theta, forecast.cell
+    H, N = unknowns.columns(forecast, theta, seen.rise, seen.motion, seen.probe)
+    noise = cell.fit.noise
+    if seen.taught is not None:
+        then = np.broadcast_to(seen.taught, seen.rise.shape)
+        H_then, N_then = unknowns.columns(forecast, theta, then, seen.motion, seen.probe, then=True)
+        K = len(cell.heat.names)
+        H = H.copy()
+        D = len(unknowns.named) - len(cell.drifting.numbers)  # what grows: what drifts has drifted since
+        H[:, :, K + 6 : K + 6 + D] -= H_then[:, :, K + 6 : K + 6 + D]
+        N, noise = N - N_then, 0.0
+    e, n = seen.along, seen.touch
+    size = missing_of(forecast) * seen.thermal
+    field = smooth(seen.actual, seen.actual) * (np.outer(size, size) + noise**2)
+    return Innovation(
+        y=seen.y,
+        H=np.einsum("ri,rix->rx", e, H[n]),
+        N=np.einsum("ri,riq->rq", e, N[n]),
+        along=e,
+        target=seen.touches.target[n],
+        touch=n,
+        place=seen.place_sigma,
+        field=field[np.ix_(n, n)] * (e @ e.T),
+        sigma=seen.sigma,
+    )
+
+
+def missing_of(forecast: Forecast) -> float:
+    """kappa: the share of the thermal error that the physics leaves out."""
+    cell = forecast.cell
+    return cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, 0.05)
+
+
+def smooth(one: Array, other: Array) -> Array:
+    """How alike what is left out is at places (M, 3) and (P, 3) [m], (M, P)."""
+    square = ((one[:, None] - other[None]) ** 2).sum(axis=2)
+    return np.asarray(np.exp(-square / (2 * SMOOTH**2)))
+
+
+def _radius(artefact: Artefact, touches: Touches) -> Array:
+    """From the centre of each touched sphere to the probe's, (N,) [m]."""
+    diameter = np.append(np.nan_to_num(artefact.diameter), 0.0)
+    return np.asarray((diameter[np.minimum(touches.target, len(diameter) - 1)] + artefact.probe_diameter) / 2)
+
+
+def _taught_rises(artefact: Artefact, nodes: tuple[str, ...]) -> Array:
+    given = dict(artefact.taught or {})
+    unknown = next((n for n in given if n not in nodes), None)
+    if unknown is not None:
+        raise InputError(
+            f"{artefact.source}: artefact.taught.rise_K: no node '{unknown}'"
+            f"{suggest(unknown, nodes)}; the robot file has {', '.join(nodes)}"
+        )
+    return np.array([given.get(n, 0.0) for n in nodes])

@@ -1,0 +1,98 @@
+r"""What to do with a state: *anchored*, *leave it*, *cannot tell*, *something moved*.
+
+The best hypothesis is believed where the touches speak for it, and the state is taken where it makes the path better:
+
+    cannot tell       no hypothesis explains the touches (chi^2), two do whose paths differ, or too much stays open
+    something moved   the best one has a base that moved, or a target that was knocked, by more than touches are off
+    leave it          little is expected to be gained, or the touches speak for a forecast that is as good as exact
+    anchored          otherwise
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2 as chi2_distribution
+
+from compgen.core.arrays import Array
+from compgen.core.units import MM, UM
+from compgen.error_model.anchored_state import Verdict
+from compgen.pipelines.anchor.hypotheses import Hypothesis, Judged
+
+UNLIKELY = 1e-4  # of a chi^2, below which nothing explains the touches
+GAIN = 0.9  # of the path's rms: with more left, nothing is gained
+OPEN = 40 * UM  # rms of the path that may stay open after a day that went otherwise
+RIVAL = 2.0  # difference of two evidences' logarithms, below which both may hold
+APART = 25 * UM  # rms by which two rivals' paths may differ
+SURE = 3.0  # standard deviations of what moved
+LEAST_MOVED = 50 * UM
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Moved:
+    """What has moved, and by how much."""
+
+    what: str  # "base", or a target's name
+    shift: Array  # (3,) [m] World; of the base at the middle of the part
+    sigma: Array  # (3,) [m]
+
+    @property
+    def distance(self) -> float:
+        """[m]."""
+        return float(np.linalg.norm(self.shift))
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether it is more than touches can be off."""
+        ratio = np.abs(self.shift) / np.maximum(self.sigma, 1e-9)
+        return self.distance > LEAST_MOVED and bool(ratio.max() > SURE)
+
+
+def probability(chi2: float, freedom: int) -> float:
+    """Of a chi^2 as large or larger."""
+    return float(chi2_distribution.sf(chi2, freedom))
+
+
+def verdict_of(
+    best: Judged, coordinates: int, rms: tuple[float, float], forecast_error: Array, moved: Sequence[Moved],
+    rival: tuple[Hypothesis, float] | None,
+) -> tuple[Verdict, str]:  # fmt: skip
+    """The verdict, and why.
+
+    Args:
+        best: The hypothesis that is believed.
+        coordinates: How many touches gave.
+        rms: Of the path, before and after [m].
+        forecast_error: Of the forecast at each touch [m].
+        moved: What has moved.
+        rival: Another hypothesis that may hold as well, and by how much its path differs [m].
+    """
+    before, after = rms
+    if probability(best.chi2, coordinates) < UNLIKELY:
+        return "cannot tell", f"no state explains the touches (chi^2 {best.chi2:.0f} of {coordinates})"
+    if rival is not None:
+        return (
+            "cannot tell",
+            f"{_words(best.hypothesis)} or {_words(rival[0])}: the paths are {rival[1] / UM:.0f} um apart",
+        )
+    if best.hypothesis.day > 1 and after > OPEN and after > 0.5 * before:
+        return "cannot tell", f"{after / UM:.0f} um rms of the path stay open"
+    if any(m.is_sure for m in moved):
+        return "something moved", " and ".join(f"{m.distance / MM:.2g} mm at {m.what}" for m in moved if m.is_sure)
+    if after > GAIN * before:
+        return (
+            "leave it",
+            f"the forecast leaves {before / UM:.0f} um rms of the path open, the touches {after / UM:.0f}",
+        )
+    if best.hypothesis.day == 0:
+        without = float(np.sqrt(np.mean(forecast_error**2)))
+        return "leave it", f"the forecast predicts the touches to {without / UM:.0f} um, as well as they can tell"
+    return "anchored", f"the path's rms falls from {before / UM:.0f} to {after / UM:.0f} um"
+
+
+def _words(h: Hypothesis) -> str:
+    parts = [f"the day went otherwise ({h.day:g} times)"] if h.day > 1 else []
+    parts += ["the base moved"] if h.base else []
+    parts += ["a target was knocked"] if h.target >= 0 else []
+    parts += [f"touches are {h.noise:g} times as noisy"] if h.noise > 1 else []
+    return ", ".join(parts) or "the forecast holds"
