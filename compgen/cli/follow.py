@@ -60,7 +60,8 @@ def follow(
     from compgen.cli.replace_together import finish_replacing
     from compgen.pipelines.resume.follow import durations, look_at
     from compgen.pipelines.resume.page_times import planned_times, read_page_times
-    from compgen.pipelines.resume.resume import resume
+    from compgen.pipelines.resume.pages_anew import read_written
+    from compgen.pipelines.resume.resume import require_unedited, resume
     from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import job_of, read_written_job
     from compgen.pipelines.state_in_place import load_state
@@ -80,9 +81,10 @@ def follow(
     written = read_written_job(place)
     if not 0 <= loaded <= len(written.pages):
         raise InputError(f"--loaded {loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
+    require_unedited(written)
     use_machine(workers)
     whole = plan_whole(job_of(written, path, robot), lambda stage, share: interrupts.raise_if_interrupted())
-    job, spans = whole.job, durations(written, whole)
+    job, spans, programs = whole.job, durations(written, whole), read_written(written, whole)
     anchored = load_state(state, job.cell) if state is not None else None
     interrupts.raise_on_signal()
     interrupts.set_outcome("the pages are as last written")
@@ -100,7 +102,9 @@ def follow(
                     raise
                 print_error(str(failure), 2)
             if readings is not None:
-                looked = look_at(written, whole, readings, log, times, within_um * UM, loaded, ahead, anchored)
+                looked = look_at(
+                    written, whole, programs, readings, log, times, within_um * UM, loaded, ahead, anchored
+                )
             resumed = None
             if looked is not None and looked.due and looked.beginning is not None:
                 beginning = looked.beginning
@@ -111,6 +115,7 @@ def follow(
                 if resumed.replaced and (resumed.inside or force):
                     put_pages(place, resumed)
                     written = read_written_job(place)
+                    programs = read_written(written, whole)
             if not quiet or as_json:
                 _say(looked, resumed, within_um, as_json, force)
         if once or (looked is not None and looked.over):

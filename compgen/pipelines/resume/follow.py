@@ -13,12 +13,12 @@ import numpy as np
 from compgen.core.arrays import Array, own
 from compgen.core.units import MINUTE
 from compgen.error_model.anchored_state import AnchoredState
+from compgen.fanuc import Program
 from compgen.pipelines.resume.beginning import Beginning
 from compgen.pipelines.resume.driven_course import model_course
 from compgen.pipelines.resume.from_log import path_tables
 from compgen.pipelines.resume.page_forecast import Forecast, Forecaster
 from compgen.pipelines.resume.page_times import PageTimes
-from compgen.pipelines.resume.pages_anew import read_written
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.thermal import Ambient
@@ -54,6 +54,7 @@ class Look:
 def look_at(
     written: WrittenJob,
     whole: Whole,
+    programs: Sequence[Program],
     log: GrowingLog,
     source: str,
     times: PageTimes,
@@ -67,6 +68,7 @@ def look_at(
     Args:
         written: The job in its folder.
         whole: Its plan.
+        programs: Its pages as the controller reads them, ``read_written``.
         log: So far.
         source: The log's file.
         times: Which page ran when.
@@ -99,7 +101,7 @@ def look_at(
     forecast = course.states @ job.heat.outputs.T
     anchors = [] if anchored is None else [_anchor(names, anchored)]
     miss = misses(rise_filter, steadied(readings), forecast, course.first, anchors)[-1]
-    forecaster = Forecaster(written, whole, times, course, miss, now, read_written(written, whole), anchored)
+    forecaster = Forecaster(written, whole, times, course, miss, now, programs, anchored)
     page, elapsed = times.running(now)
     begun = times.last(now)
     count = len(written.pages)
