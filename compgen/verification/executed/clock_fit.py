@@ -14,9 +14,13 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.verification.executed.course import Course
-from compgen.verification.executed.rates import Stretch, badness, stretches_of, window_rates
+from compgen.verification.executed.rates import SAME_RATE, Stretch, badness, stretches_of, window_rates
 
-RAMP_TIME = 0.6  # [s] at both ends of a run that are left out, or a quarter of a short run
+RAMP_TIME = 0.6  # [s] at both ends of a run that are left out, if its ramps take no more
+SETTLING = 0.3  # [s] beside a ramp, until a smoothed motion is steady
+FEW = 0.3  # of the rows
+NODE = 1e-9  # m; s: less than any two nodes are apart
+RAMPS = 0.25  # of a run's time at its written speeds, that ramps may add where its rate is sure
 STANDING = 0.03  # of the written speed
 LEAST_STAND = 0.12  # s
 STAND_BIN = 0.04  # s
@@ -44,7 +48,7 @@ class ClockFit:
 
     stretches: tuple[Stretch, ...]  # none where the log has no steady motion
     stands: tuple[Stand, ...]
-    start: float  # [s] log's clock when the program left the first stop, or would have
+    start: float  # [s] log's clock when the program left its first position, or the last stop before it is steady
     cruising: BoolArray  # (M,) rows away from stops
     late: Array  # (M,) [s] behind the fit of its run, NaN off the cruise
     took: float  # [s] from the first steady row to the last, less what it stood beyond the plan
@@ -76,7 +80,7 @@ def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit
     held = _apart(np.array([arc[a] for a, _ in holds]), 1e-5 + 20 * noise)
     edges = np.unique(np.concatenate([stops, held]))
     run = np.searchsorted(edges, np.maximum.accumulate(arc), side="left")
-    inside = _cruising(time, run, stands)
+    inside = _cruising(time, run, stands, *_planned_runs(course, edges))
     stretches, spread = stretches_of(window_rates(time, course.at(course.cruise, arc), run, inside))
     others, other_spread = stretches_of(window_rates(time, course.at(course.periods, arc), run, inside))
     rounded = _takes_whole_periods(stretches, spread, others, other_spread)
@@ -85,7 +89,15 @@ def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit
     if not stretches:
         nothing = np.full(len(time), np.nan)
         return ClockFit((), (), float(time[0]), np.zeros(len(time), dtype=bool), nothing, 0.0, 0.0, rounded)
-    return _assessed(course, clock, time, arc, run, inside, stretches, held, rounded)
+    stretches = _pooled(time, course.at(clock, arc), run, inside, stretches)
+    return _assessed(course, clock, time, arc, run, inside, stretches, held, rounded, stands)
+
+
+def _planned_runs(course: Course, edges: Array) -> tuple[Array, Array]:
+    """Of runs between edges (R + 1,) [m]: time at written speeds, and with ramps, without waits, (R,) [s]."""
+    clock = course.periods if course.counted else course.cruise
+    waited = np.append(0.0, np.cumsum(course.wait))[np.searchsorted(course.arc, edges - NODE)]
+    return np.diff(course.at(clock, edges)), np.diff(course.at(course.planned, edges)) - np.diff(waited)
 
 
 def _takes_whole_periods(
@@ -136,8 +148,18 @@ def _nearest(sorted_values: Array, values: Array) -> IntArray:
     return np.asarray(np.where(nearer, before, after))
 
 
-def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]]) -> BoolArray:
-    """Rows away from both ends of their run, and from stands, (M,)."""
+def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]], alone: Array, planned: Array) -> BoolArray:
+    """Rows at steady speed, (M,): away from both ends of their run, and from stands.
+
+    Rows of runs that ramps slow down a lot count only where there are few others.
+
+    Args:
+        time: Log's clock, (M,) [s].
+        run: From 1, 0 before the first, (M,).
+        stands: First and last row of each.
+        alone: Time of each run at its written speeds, (R,) [s].
+        planned: The same with ramps, (R,) [s].
+    """
     begins = np.flatnonzero(np.append(True, np.diff(run) != 0))
     ends = np.append(begins[1:], len(run)) - 1
     first, last = time[begins].copy(), time[ends].copy()
@@ -148,12 +170,16 @@ def _cruising(time: Array, run: IntArray, stands: list[tuple[int, int]]) -> Bool
                 first[r] = max(first[r], time[b])
             elif time[b] >= last[r] - RAMP_TIME and time[a] > first[r]:
                 last[r] = min(last[r], time[a])
-    margin = np.minimum(RAMP_TIME, (last - first) / 4)
+    of = np.clip(run[begins] - 1, 0, max(len(alone) - 1, 0))
+    ramps = np.maximum(planned - alone, 0.0)[of] if len(alone) else np.zeros(len(begins))
+    slower = (last - first) / np.maximum(planned[of], NODE) if len(alone) else np.ones(len(begins))
+    margin = np.minimum(np.maximum(RAMP_TIME, ramps * np.clip(slower, 1.0, 100.0) + SETTLING), (last - first) / 4)
     index = np.repeat(np.arange(len(begins)), ends - begins + 1)
     inside = (time >= (first + margin)[index]) & (time <= (last - margin)[index]) & (run > 0)
     for a, b in stands:
         inside[a : b + 1] = False
-    return np.asarray(inside)
+    sure = inside & (ramps <= RAMPS * alone[of] if len(alone) else inside[begins])[index]
+    return np.asarray(sure if sure.sum() > FEW * inside.sum() else inside)
 
 
 def _assessed(
@@ -166,6 +192,7 @@ def _assessed(
     stretches: tuple[Stretch, ...],
     held: Array,
     rounded: bool,
+    still: list[tuple[int, int]],
 ) -> ClockFit:
     """Offsets of the runs, what stops cost, and the time that all of it took."""
     c = course.at(clock, arc)
@@ -204,16 +231,52 @@ def _assessed(
         since = float(np.interp(at, arc[[a[k], b[k]]], time[[a[k], a[k]]]))
         stands.append(Stand(since, at, float(beyond[k]), float(waits[k]), not hold[k]))
 
+    stands = _other_stands(course, time, arc, still, stands, np.column_stack([time[a], time[b]]))
     first, last = int(rows[0]), int(rows[-1])
     marks = np.interp(np.concatenate([[time[first]], turns, [time[last]]]), time, c)
     expected = float((np.diff(marks) / nominal).sum() + planned.sum() + waits.sum())
     took = float(time[last] - time[first] - beyond[stood].sum())
-    begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + 1e-9))[-1])
-    resting = np.flatnonzero(arc[:first] <= course.arc[begin] + AT_REST)
-    half = (cost[begin + 1] - cost[begin]) / (1 if begin == 0 else 2)
-    since = time[first] - (c[first] - clock[begin] + half) / rates[0]  # a log that begins on the way
+    resting = np.flatnonzero(arc[:first] <= course.arc[0] + AT_REST)
+    begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
+    since = time[first] - (c[first] - clock[begin] + (cost[begin + 1] - cost[begin]) / 2) / rates[0]
     start = float(time[resting[-1]] if len(resting) else since)
     return ClockFit(stretches, tuple(stands), start, inside, late, took, expected, rounded)
+
+
+def _pooled(
+    time: Array, clock: Array, run: IntArray, inside: BoolArray, stretches: tuple[Stretch, ...]
+) -> tuple[Stretch, ...]:
+    """Stretches with their rates fitted to all of their rows together, each run with its own offset."""
+    refined = []
+    for stretch in stretches:
+        rows = np.flatnonzero(inside & (time >= stretch.begin) & (time <= stretch.end))
+        _, of = np.unique(run[rows], return_inverse=True)
+        t, c = time[rows], clock[rows]
+        count = np.maximum(np.bincount(of), 1)
+        t, c = t - (np.bincount(of, t) / count)[of], c - (np.bincount(of, c) / count)[of]
+        rate = float((t * c).sum() / max(float((t * t).sum()), 1e-12))
+        near = abs(rate - stretch.rate) <= max(SAME_RATE * stretch.rate, 5 * stretch.sigma)
+        refined.append(Stretch(stretch.begin, stretch.end, rate if near else stretch.rate, stretch.sigma))
+    return tuple(refined)
+
+
+def _other_stands(
+    course: Course, time: Array, arc: Array, still: list[tuple[int, int]], stands: list[Stand], spans: Array
+) -> list[Stand]:
+    """Where the robot stood between the first and the last row that is on its way, and no steady runs tell of it."""
+    on_way = np.flatnonzero((arc > course.arc[0] + AT_REST) & (arc < course.arc[-1] - AT_REST))
+    others = []
+    stops = np.flatnonzero(course.stop)
+    for a, b in still:
+        if not len(on_way) or time[b] <= time[on_way[0]] or time[a] >= time[on_way[-1]]:
+            continue
+        covered = ((spans[:, 0] <= time[a]) & (spans[:, 1] >= time[b])).any()
+        stop = stops[_nearest(course.arc[stops], arc[[a]])[0]]
+        wait = float(course.wait[stop])
+        if not covered and (time[b] - time[a] - wait > BEYOND or wait):
+            at_stop = abs(float(course.arc[stop] - arc[a])) <= NEAR_STOP
+            others.append(Stand(float(time[a]), float(arc[a]), float(time[b] - time[a]) - wait, wait, at_stop))
+    return sorted([*stands, *others], key=lambda stand: stand.time)
 
 
 def _refined(time: Array, clock: Array, turns: Array, rates: Array, stretches: tuple[Stretch, ...]) -> Array:

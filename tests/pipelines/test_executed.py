@@ -1,0 +1,158 @@
+"""Runs of every kind of program, driven by the twin's controller and by time steps, judged by their logs."""
+
+from dataclasses import replace
+
+import executed_logs as logs
+import ls_text
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from compgen import fanuc
+from compgen.core.exceptions import InputError
+from compgen.fanuc.frames import default_frames
+from compgen.pipelines.executed import Situation, judge, read_text
+from compgen.pipelines.program_course import course_of_text
+from compgen.pipelines.simulated_log import Logger, simulated_log
+from compgen.robot.motion import ControllerMotion
+from compgen.verification.executed.position_log import read_position_log
+
+MEANS = ControllerMotion(moving_averages=(0.2, 0.1))
+
+
+def situation(robot, programs=None):
+    return Situation(robot, default_frames(), {}, lambda name: (programs or {}).get(name))
+
+
+def judged(tmp_path, robot, content, log, programs=None, **more):
+    (tmp_path / "log.csv").write_bytes(log if isinstance(log, bytes) else log.encode())
+    text = read_text(str(tmp_path / "PART.LS"), content)
+    return judge(text, read_position_log(tmp_path / "log.csv"), situation(robot, programs), **more)
+
+
+def by_steps(course, run=None, logger=None):
+    """A log by the second generator."""
+    return logs.csv(*logs.log_rows(course, run or logs.Run(ramp=0.25), logger or logs.Logger(noise=1e-6))[:3])
+
+
+@pytest.mark.parametrize("override", [1.0, 0.73, 0.05])
+@pytest.mark.parametrize("motion", [None, MEANS, replace(MEANS, space="joint")], ids=["bare", "means", "joint"])
+def test_override_and_time_of_the_twin_s_controller_come_back(tmp_path, robot, motion, override):
+    logger = Logger(offset=-77.0, joints=motion is not None and motion.space == "joint", digits=4)
+    run = judged(tmp_path, robot, logs.part(), simulated_log(logs.part(), situation(robot), motion, override, logger))
+    assert [s.override for s in run.clock.stretches] == [override]
+    assert run.clock.stretches[0].rate == pytest.approx(override, rel=1e-3)
+    assert run.clock.took == pytest.approx(run.clock.expected, rel=5e-4)
+    assert run.clock.start == pytest.approx(-77.0, abs=max(0.25, 0.04 / override))
+    assert run.inside
+
+
+def test_a_clock_that_is_fast_is_a_rate_near_whole_percent(tmp_path, robot):
+    log = simulated_log(logs.part(), situation(robot), None, 0.5, Logger(rate=3e-4, jitter=1e-3, dropped=0.1))
+    (stretch,) = judged(tmp_path, robot, logs.part(), log).clock.stretches
+    assert stretch.override == 0.5
+    assert stretch.rate == pytest.approx(0.5 / (1 + 3e-4), abs=5e-5)
+
+
+def test_lines_in_whole_periods_are_told_from_an_override(tmp_path, robot):
+    counting = replace(robot, controller=replace(robot.controller, rounds_up_to_period=True))
+    log = simulated_log(logs.circle(), Situation(counting, default_frames(), {}, lambda name: None))
+    run = judged(tmp_path, robot, logs.circle(), log)
+    assert run.clock.rounded
+    assert [s.override for s in run.clock.stretches] == [1.0]
+    assert not judged(tmp_path, counting, logs.circle(), log).clock.stretches[0].rate < 0.999
+
+
+def test_a_circle_s_pull_comes_back_as_the_deviation(tmp_path, robot):
+    """v^2 sigma^2 / (2 R), sigma^2 = (0.2^2 + 0.1^2) / 12."""
+    log = simulated_log(logs.circle(), situation(robot), MEANS, 1.0, Logger(digits=5, noise=0.0))
+    run = judged(tmp_path, robot, logs.circle(), log)
+    steady = run.deviation.judged & (np.abs(run.deviation.arc / run.course.length - 0.5) < 0.3)
+    pull = 0.1**2 * (0.2**2 + 0.1**2) / 12 / 2 / 0.15
+    chords = 0.15 * (1 - np.cos(np.radians(1)))  # the text's lines lie inside of the circle by up to that
+    assert_allclose(run.deviation.distance[steady], pull, atol=chords)
+    assert run.deviation.distance[steady].mean() == pytest.approx(pull, rel=0.02)
+    assert_allclose(np.abs(run.deviation.across[steady]), run.deviation.distance[steady], rtol=1e-3)
+    assert np.abs(run.deviation.normal[steady]).max() < 1e-7
+
+
+def pages():
+    """A program in two pages with its main program, and the undivided one."""
+    whole = fanuc.interpret(logs.part())
+    k = int(np.flatnonzero(whole.fine)[2])
+
+    def page(name, rows, speeds):
+        arrays = {n: getattr(whole, n)[rows] for n in ("position", "rotation", "turns", "fine", "via")}
+        arrays["fine"] = arrays["fine"].copy()
+        arrays["fine"][[0, -1]] = True
+        return fanuc.compose(replace(whole, name=name, speed=whole.speed[speeds], **arrays))
+
+    programs = {
+        "PARTA": page("PARTA", slice(0, k + 1), slice(0, k)),
+        "PARTB": page("PARTB", slice(k, None), slice(k, None)),
+    }
+    main = ls_text.program(["CALL PARTA", "CALL PARTB"], [], name="PART")
+    return main, programs
+
+
+def test_a_main_program_with_its_pages_is_one_run_and_a_page_alone_is_another(tmp_path, robot):
+    main, programs = pages()
+    log = simulated_log(logs.part(), situation(robot), MEANS)
+    run = judged(tmp_path, robot, main, log, programs)
+    assert run.inside
+    assert run.covered[1] == pytest.approx(run.course.length, abs=1e-4)
+    alone = judged(tmp_path, robot, programs["PARTB"], simulated_log(programs["PARTB"], situation(robot), MEANS))
+    assert alone.inside
+    assert alone.course.length < run.course.length
+    with_rest = judged(tmp_path, robot, programs["PARTB"], log)
+    assert with_rest.covered[1] == pytest.approx(alone.course.length, abs=1e-3)
+
+
+def shop():
+    """A program as shops have it: joint moves, a wait between lines, an output, an arc, a position twice."""
+    down = (180.0, 0.0, 0.0)
+    places = [(1000, -100, 200), (1000, -100, 100), (1200, -100, 100), (1250, -50, 100), (1200, 0, 100), (1000, 0, 100)]
+    points = [ls_text.cartesian(n, (*place, *down)) for n, place in enumerate(places, 1)]
+    moves = [
+        "UFRAME_NUM=0", "UTOOL_NUM=0", "J P[1] 20% FINE", "L P[2] 100mm/sec FINE", "L P[3] 120mm/sec CNT100",
+        "C P[4]\n    :  P[5] 80mm/sec CNT100", "DO[1]=ON", "L P[6] 100mm/sec FINE", "WAIT   1.50(sec)",
+        "L P[2] 200mm/sec FINE", "L P[1] 250mm/sec FINE",
+    ]  # fmt: skip
+    return ls_text.program(moves, points, name="SHOP")
+
+
+def test_a_program_of_others_is_judged_on_its_lines_and_arcs(tmp_path, robot):
+    course = course_of_text(shop(), robot, default_frames())
+    assert course.length == pytest.approx(0.1 + 0.2 + np.pi * 0.05 + 0.2 + 0.1 + 0.1, rel=1e-6)
+    assert course.wait.sum() == pytest.approx(1.5)
+    at = int(np.flatnonzero(course.wait)[0])
+    run = judged(tmp_path, robot, shop(), by_steps(course, logs.Run(ramp=0.25, override=0.8, wait={at: 1.5})))
+    assert [s.override for s in run.clock.stretches] == [0.8]
+    assert run.deviation.extents["total"].max < 8e-6
+    (stand,) = [s for s in run.clock.stands if s.planned]
+    assert stand.planned == pytest.approx(1.5)
+    assert stand.duration == pytest.approx(0.0, abs=0.15)
+
+
+def test_a_log_that_begins_late_ends_early_and_has_strange_motion_before(tmp_path, robot):
+    course = course_of_text(logs.part(), robot, default_frames())
+    t, p, w, _ = logs.log_rows(course, logs.Run(ramp=0.25), logs.Logger(noise=1e-6, start=0.3, end=0.8))
+    jog = p[0] + np.linspace([0.2, 0.1, 0.3], [0.0, 0.0, 0.0], 300)
+    t, p, w = (
+        np.append(t[0] - 2.4 + 0.008 * np.arange(300), t),
+        np.vstack([jog, p]),
+        np.vstack([np.tile(w[:1], (300, 1)), w]),
+    )
+    run = judged(tmp_path, robot, logs.part(), logs.csv(t, p, w))
+    first, last = run.covered
+    assert 0.2 < first / course.length < 0.45
+    assert 0.6 < last / course.length < 0.9
+    assert "executed.part" in {f.code for f in run.findings}
+
+
+def test_another_path_beside_is_named_and_a_broken_one_is_refused(tmp_path, robot):
+    log = simulated_log(logs.part(), situation(robot))
+    run = judged(tmp_path, robot, logs.part(), log, also=[("CIRCLE.LS", logs.circle())])
+    assert "executed.unlike" in {f.code for f in run.findings}
+    with pytest.raises(InputError, match=r"BAD\.LS"):
+        judged(tmp_path, robot, logs.part(), log, also=[("BAD.LS", b"/PROG X\n")])
