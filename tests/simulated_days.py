@@ -22,6 +22,7 @@ from compgen.pipelines.anchor.path_places import path_places
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.state_in_place import cell_with_state
 from compgen.robot.inverse_kinematics import Posture, solve_tool
+from compgen.robot.kinematics import flange_pose
 from compgen.thermal import Ambient, Duty, rise_history
 from compgen.verification.sources_to_faults import faults_of
 from compgen.verification.twin import Twin
@@ -68,8 +69,9 @@ def artefact_text(places, sigma_um=5.0, more=""):
 
 
 def drawn_day(
-    seed, folder, count=8, log=None, base=None, knocked=None, path="spiral_1300", overrides=IDENTIFIED, geometry=0.0
-):
+    seed, folder, count=8, log=None, base=None, knocked=None, path="spiral_1300", overrides=IDENTIFIED, geometry=0.0,
+    taught=False,
+):  # fmt: skip
     """One day, its files in a folder.
 
     Args:
@@ -80,6 +82,7 @@ def drawn_day(
         base: (6,) by which the base has moved.
         knocked: Name of a sphere and (3,) [m] by which it was.
         geometry: How many of the file's sigmas the cold arm is off by.
+        taught: Whether the robot has taught the places itself, cold; else an instrument has measured them.
     """
     folder, rng = Path(folder), np.random.default_rng([seed, 17])
     told, true, air = _duties(rng)
@@ -107,7 +110,12 @@ def drawn_day(
     names = [list(SPHERES)[n % len(SPHERES)] for n in range(count)]
     shift = np.zeros(6) if base is None else base
     theta = _touch(job, replace(twin, tool=PROBE), np.array([stand[n] for n in names]), at(when), shift, rng)
-    (folder / "artefact.toml").write_text(artefact_text(SPHERES))
+    text = artefact_text(SPHERES)
+    if taught:
+        first = _touch(job, replace(twin, tool=PROBE), np.array([*stand.values()]), np.zeros((4, K)), np.zeros(6), rng)
+        told_at = (flange_pose(job.robot, first) @ PROBE).position / MM
+        text = artefact_text(dict(zip(stand, told_at.tolist())), 0.0, "taught = {}\n").replace("certified = true\n", "")
+    (folder / "artefact.toml").write_text(text)
     pendant = job.robot.to_pendant(theta) / DEG
     rows = ["time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,sigma_um"]
     rows += [
@@ -162,6 +170,13 @@ def outcome(day, result=None):
         sizes[name] = float(np.sqrt(np.mean(drift**2))), float(np.percentile(drift, 99))
         sizes[f"{name} total"] = float(np.sqrt(np.mean(total**2))), float(np.percentile(total, 99))
     return result, sizes
+
+
+def share_of_shift(day, result):
+    """How far the displacement of the part's middle by a base that moved is from the true one [m]."""
+    found = next((m.shift for m in result.moved if m.what == "the base"), np.zeros(3))
+    middle = result.path.middle
+    return float(np.linalg.norm(found - (_moved_by(day.base, middle) - middle)))
 
 
 def _duties(rng):

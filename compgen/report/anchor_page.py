@@ -81,7 +81,7 @@ def _touches(data: dict[str, Any]) -> str:
 
 def _hypotheses(data: dict[str, Any]) -> str:
     rows = "".join(
-        f"<tr><td>{h['times_the_forecast']:g} times the forecast</td><td>{'moved' if h['base_moved'] else ''}</td>"
+        f"<tr><td>{h['times_the_forecast']:g} times the forecast</td><td>{h['base_moved']}</td>"
         f"<td>{escape(h['knocked'] or '')}</td><td>{h['times_the_noise']:g}</td><td>{h['log_evidence']:.1f}</td>"
         f"<td>{h['chi2']:.0f}</td></tr>"
         for h in data["hypotheses"]

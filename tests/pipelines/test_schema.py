@@ -31,13 +31,8 @@ EXAMPLES = {
 PLAIN_NUMBERS = {
     "confidence", "conic_constant", "coulomb", "cycles", "decimals", "draws", "drives", "drifting", "duty", "excess_a",
     "excess_d", "exponent", "forecast_blocks", "forecast_scale", "holding", "idle_fraction", "margin_sigma", "matrix",
-<<<<<<< HEAD
     "max_lines", "max_positions", "name_length", "number", "order", "payload", "repeat", "runs", "seed", "share",
-    "turn_joints",
-=======
-    "max_lines", "max_positions", "name_length", "number", "order", "payload", "repeat", "runs", "seed", "share", "turn_joints",
->>>>>>> 2050cc5 (Lay the picture of rooms anew)
-    "turns", "viscous", "volumes",
+    "turn_joints", "turns", "viscous", "volumes",
 }  # fmt: skip
 
 

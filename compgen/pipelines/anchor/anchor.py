@@ -121,7 +121,7 @@ def _rival(
         if other.evidence < best.evidence - RIVAL:
             return None
         h = other.hypothesis
-        if (h.base, h.target) == (best.hypothesis.base, best.hypothesis.target):
+        if (bool(h.base), h.target) == (bool(best.hypothesis.base), best.hypothesis.target):
             continue
         apart = rms(np.linalg.norm(estimate(innovation, prior, h, columns, K).correction - chosen.correction, axis=1))
         if apart > max(APART, rms(chosen.after)):

@@ -44,6 +44,7 @@ class Estimate:
 
     hypothesis: Hypothesis
     x: Array  # (X,)
+    gain: Array  # (X, R) of the coordinates used: x = gain y
     covariance: Array  # (X, X)
     V: Array  # (R, R) of the coordinates used
     before: Array  # (M,) [m] standard deviation of the path's place without it, all directions together
@@ -93,6 +94,6 @@ def estimate(innovation: Innovation, prior: Prior, h: Hypothesis, columns: PathC
     change = (-2 * (with_y * L).sum(axis=1) + ((L @ V) * L).sum(axis=1)).reshape(M, 3).sum(axis=1)
     covariance = P - C @ innovation.H @ P
     return Estimate(
-        h, T @ innovation.y, (covariance + covariance.T) / 2, V, np.sqrt(np.maximum(before, 0.0)),
+        h, T @ innovation.y, T, (covariance + covariance.T) / 2, V, np.sqrt(np.maximum(before, 0.0)),
         np.sqrt(np.maximum(before + change, 0.0)), (L @ innovation.y).reshape(M, 3),
     )  # fmt: skip

@@ -18,6 +18,7 @@ interpolation.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -28,8 +29,9 @@ from compgen.core.units import MM
 EXACT = 0.05  # of what the forecast leaves open: it is as good as that
 KNOCKED = 2 * MM  # standard deviation of where a target stands that was knocked
 #: how much more than the forecast leaves open, and the logarithm of how likely that is beforehand
-DAYS = {0.0: -2.0, 1.0: 0.0, 2.0: -1.5, 4.0: -3.0, 8.0: -4.5}
+DAYS = {0.0: -3.5, 1.0: 0.0, 2.0: -1.5, 4.0: -3.0, 8.0: -4.5}
 NOISES = {1.0: 0.0, 2.0: -2.0, 4.0: -4.0}
+Base = Literal["", "shifted", "turned"]
 BASE_ODDS, TARGET_ODDS = -5.0, -6.0
 
 
@@ -38,14 +40,14 @@ class Hypothesis:
     """What may have happened."""
 
     day: float = 1.0  # times what the forecast leaves open; 0: it is as good as exact
-    base: bool = False  # it moved
+    base: Base = ""  # how it moved
     target: int = -1  # that was knocked; -1: none
     noise: float = 1.0  # times the touches' sigma
 
     @property
     def odds(self) -> float:
         """Logarithm of how likely it is before the touches."""
-        moved = BASE_ODDS * self.base + TARGET_ODDS * (self.target >= 0)
+        moved = BASE_ODDS * bool(self.base) + TARGET_ODDS * (self.target >= 0)
         return DAYS[self.day] + NOISES[self.noise] + moved
 
 
@@ -59,13 +61,15 @@ class Prior:
 
     forecast: Array  # as the files say
     day: Array  # more, of a day that went otherwise, for each unit of day^2 - 1
-    moved: Array  # more, of a base that moved
+    shifted: Array  # more, of a base that was shifted
+    turned: Array  # more, of one that was shifted and turned
 
     def of(self, h: Hypothesis) -> Array:
         """Covariance of x under a hypothesis."""
+        moved = {"": 0 * self.forecast, "shifted": self.shifted, "turned": self.turned}[h.base]
         if h.day == 0:
-            return float(h.base) * self.moved + EXACT**2 * self.forecast
-        return self.forecast + (h.day**2 - 1) * self.day + float(h.base) * self.moved
+            return moved + EXACT**2 * self.forecast
+        return self.forecast + (h.day**2 - 1) * self.day + moved
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -124,7 +128,7 @@ def judge(innovation: Innovation, prior: Prior) -> list[Judged]:
 
 def _hypotheses(targets: list[int]) -> Iterator[Hypothesis]:
     for target in [-1, *(targets if len(targets) > 2 else [])]:
-        for base in (False, True):
+        for base in get_args(Base):
             for day in DAYS:
                 for noise in NOISES:
                     yield Hypothesis(day, base, target, noise)

@@ -120,10 +120,11 @@ def unknowns_of(job: Job, forecast: Forecast, middle: Array, radius: float, miss
         P[K + 6 + k, K + 6 + k] += sigma**2
     if cell.state is None:
         P[K : K + 6, K : K + 6] += _base_prior(job, middle, radius, missed)
-    moved = np.zeros((X, X))
-    moved[K : K + 6, K : K + 6] = _about(middle, np.full(3, MOVED_SHIFT), np.full(3, MOVED_TURN))
+    shifted, turned = np.zeros((2, X, X))
+    shifted[K : K + 6, K : K + 6] = _about(middle, np.full(3, MOVED_SHIFT), np.zeros(3))
+    turned[K : K + 6, K : K + 6] = _about(middle, np.full(3, MOVED_SHIFT), np.full(3, MOVED_TURN))
     other_rise = np.array([forecast.added_rise(q, job.feed) for q in others]).reshape(-1, K)
-    prior = Prior(P, day, moved)
+    prior = Prior(P, day, shifted, turned)
     return Unknowns(parameters, tuple(all_rows), tuple(named), np.array(units[:D]), tuple(others), other_rise, prior)
 
 

@@ -1,0 +1,281 @@
+"""What a robot is now, by touches against its forecast: days, moved things, mistakes, and the mathematics otherwise."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import refused, run
+from numpy.testing import assert_allclose
+from scipy.stats import multivariate_normal
+from shipped import path_file
+from simulated_days import AIR, IDENTIFIED, NOISE, SPHERES, anchored, drawn_day, outcome, share_of_shift
+
+from compgen.core.exceptions import InputError
+from compgen.core.pose import Pose
+from compgen.core.units import HOUR, MDEG, MM, UM
+from compgen.error_model.anchored_state import read_state
+from compgen.identification.touches import read_artefact, read_touches
+from compgen.pipelines.anchor.estimate import estimate, path_columns
+from compgen.pipelines.anchor.files import anchor_files
+from compgen.pipelines.anchor.forecast import forecast_now
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, BETTER, Hypothesis, judge, left_out
+from compgen.pipelines.anchor.path_places import path_places
+from compgen.pipelines.anchor.touching import innovation_of, touched
+from compgen.pipelines.anchor.unknowns import unknowns_of
+from compgen.pipelines.state_in_place import base_rows
+
+WORLD = Pose(np.zeros(3), np.eye(3))
+SPIRAL = path_file("spiral_1300")
+
+
+@pytest.fixture(scope="module")
+def days(tmp_path_factory):
+    """Days by seed, each drawn once: an even one by its history, an odd one by a log."""
+    drawn = {}
+
+    def day(seed):
+        if seed not in drawn:
+            drawn[seed] = drawn_day(seed, tmp_path_factory.mktemp(f"day{seed}"))
+        return drawn[seed]
+
+    return day
+
+
+def pieces(day):
+    """What an anchoring is made of."""
+    forecast, path = forecast_now(day.job, day.touches), path_places(day.job, 20)
+    seen = touched(day.artefact, day.touches, WORLD, forecast)
+    unknowns = unknowns_of(day.job, forecast, path.middle, path.radius, 10 * UM)
+    return forecast, seen, unknowns, innovation_of(seen, forecast, unknowns)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 6])
+def test_eight_touches_leave_no_more_than_their_noise_along_the_path(days, seed):
+    result, left = outcome(days(seed))
+    assert result.verdict in ("anchored", "leave it")
+    assert left["after"][0] < 16 * UM
+    assert left["after"][0] < left["before"][0] + NOISE
+
+
+def test_a_break_that_nobody_told_of_is_found(days):
+    result, left = outcome(days(0))
+    assert left["before"][0] > 25 * UM  # the forecast is that far off
+    assert result.verdict == "anchored"
+    assert left["after"][0] < 0.5 * left["before"][0]
+
+
+def test_a_base_that_moved_is_named_and_found(tmp_path):
+    shift = np.array([120, -150, 60, 0, 0, 0]) * UM
+    day = drawn_day(3, tmp_path, base=shift)
+    result, left = outcome(day)
+    assert result.verdict == "something moved"
+    assert [m.what for m in result.moved if m.is_sure] == ["the base"]
+    assert share_of_shift(day, result) < 20 * UM
+    assert left["after"][0] < 16 * UM < 180 * UM < left["before"][0]
+
+
+def test_a_knocked_sphere_is_named_and_left_out(tmp_path):
+    day = drawn_day(4, tmp_path, knocked=("c", np.array([300, 0, 400]) * UM))
+    result, left = outcome(day)
+    assert result.verdict == "something moved"
+    assert [m.what for m in result.moved] == ["sphere c"]
+    assert_allclose(result.moved[0].shift, np.array([300, 0, 400]) * UM, atol=45 * UM)
+    assert left["after"][0] < 18 * UM
+    assert set(result.left.touch.tolist()) == set(np.flatnonzero(day.touches.target != 2).tolist())
+
+
+def test_a_forecast_that_is_exact_is_left(days):
+    _, _, unknowns, innovation = pieces(days(1))
+    quiet = replace(innovation, y=NOISE * np.random.default_rng(0).standard_normal(len(innovation.y)))
+    assert judge(quiet, unknowns.prior)[0].hypothesis == BETTER
+
+
+def test_the_slopes_are_those_of_the_innovation(days, tmp_path):
+    day = days(0)
+    text = day.files["artefact"].read_text() + (
+        '[[plane]]\nname = "table"\nx_mm = 1250\ny_mm = 0\nz_mm = 100\nnormal = [0, 0.6, 0.8]\nsigma_um = 5\n'
+    )
+    (tmp_path / "artefact.toml").write_text(text)
+    lines = day.files["touches"].read_text().splitlines()
+    rows = [lines[0] + ",nx,ny,nz"] + [f"{line},,," for line in lines[1:5]]
+    rows += [f"{line},0.6,0,-0.8" for line in lines[5:9]]
+    pose = lines[1].split(",")
+    rows.append(",".join([pose[0], "table", *pose[2:], "0", "-0.6", "-0.8"]))
+    (tmp_path / "touches.csv").write_text("\n".join(rows) + "\n")
+    artefact = read_artefact(str(tmp_path / "artefact.toml"))
+    touches = read_touches(str(tmp_path / "touches.csv"), day.job.robot, artefact, {}, planes=True)
+    # a sphere that is touched from one side: its place is so that the probe's ball just meets it
+    place, reach = artefact.place.copy(), 18 * MM
+    now = forecast_now(day.job, touches)
+    nominal = touched(replace(artefact, diameter=np.full(4, 30 * MM)), _centres(touches), WORLD, now)
+    for n in range(4, 8):
+        place[touches.target[n]] = nominal.actual[n] + reach * touches.normal[n]
+    artefact = replace(artefact, place=place)
+    touches = _rows(touches, [3, 4, 5, 6, 7, 8])
+    forecast = _at(now, 6)
+    path = path_places(day.job, 20)
+    seen = touched(artefact, touches, WORLD, forecast)
+    assert len(seen.y) == 8
+    unknowns = unknowns_of(day.job, forecast, path.middle, path.radius, 10 * UM)
+    innovation = innovation_of(seen, forecast, unknowns)
+    K, X = len(forecast.rise), innovation.H.shape[1]
+    x = np.random.default_rng(5).standard_normal(X)
+    x *= np.concatenate([np.full(K, 0.2), np.full(3, 20 * UM), np.full(3, 1 * MDEG), np.full(X - K - 6, 0.003)])
+    change = np.zeros(len(unknowns.parameters.entries))
+    change[list(unknowns.rows)] = x[K:]
+    moved = replace(
+        forecast,
+        cell=replace(forecast.cell, sources=unknowns.parameters.moved(change)),
+        touch_rise=forecast.touch_rise + x[:K],
+    )
+    after = touched(artefact, touches, WORLD, moved)
+    # what the tangents of a sphere miss: less than a thousandth of the shift
+    assert_allclose(seen.y - after.y, innovation.H @ x, atol=0.3 * UM)
+    assert np.abs(innovation.H @ x).max() > 20 * UM
+    assert unknowns.rows[:6] == tuple(base_rows(unknowns.parameters))
+
+
+def _centres(touches):
+    return replace(touches, normal=np.full_like(touches.normal, np.nan))
+
+
+def _rows(touches, rows):
+    return replace(
+        touches, label=tuple(touches.label[n] for n in rows), time=touches.time[rows], target=touches.target[rows],
+        theta=touches.theta[rows], normal=touches.normal[rows], deflection=touches.deflection[rows],
+        sigma=touches.sigma[rows],
+    )  # fmt: skip
+
+
+def _at(forecast, count):
+    return replace(forecast, touch_rise=forecast.touch_rise[-count:])
+
+
+def test_the_evidence_is_that_of_a_normal_distribution(days):
+    _, _, unknowns, innovation = pieces(days(0))
+    judged = judge(innovation, unknowns.prior)
+    values = {j.hypothesis: j for j in judged}
+    for h in (AS_FORECAST, Hypothesis(day=4.0, base="turned"), Hypothesis(target=1, noise=2.0)):
+        V = innovation.covariance(unknowns.prior, h)
+        expected = multivariate_normal(np.zeros(len(V)), V).logpdf(innovation.y) + len(V) / 2 * np.log(2 * np.pi)
+        assert_allclose(values[h].evidence, expected + h.odds, rtol=1e-9)
+
+
+def test_a_touch_left_out_is_predicted_by_the_others(days):
+    _, _, unknowns, innovation = pieces(days(0))
+    V = innovation.covariance(unknowns.prior, AS_FORECAST)
+    left = left_out(innovation, V)
+    a, b = np.flatnonzero(innovation.touch == 3), np.flatnonzero(innovation.touch != 3)
+    predicted = V[np.ix_(a, b)] @ np.linalg.solve(V[np.ix_(b, b)], innovation.y[b])
+    assert_allclose(left.error[3], np.sqrt(np.mean((innovation.y[a] - predicted) ** 2)), rtol=1e-9)
+
+
+def test_a_state_leaves_along_the_path_what_it_says(days):
+    """Draws of all that is unknown, touched and anchored each: the rms that is left is the rms that is told."""
+    day = days(0)
+    forecast, seen, unknowns, innovation = pieces(day)
+    prior, K, R = unknowns.prior, len(forecast.rise), len(innovation.y)
+    columns = path_columns(day.job, forecast, unknowns, seen, innovation, path_places(day.job, 20))
+    columns = replace(columns, missed=0 * columns.missed, field=0 * columns.field)
+    innovation = replace(innovation, field=np.zeros((R, R)))
+    told = estimate(innovation, prior, AS_FORECAST, columns, K)
+    rng, draws, left = np.random.default_rng(0), 3000, []
+    root = np.linalg.cholesky(prior.forecast + 1e-18 * np.eye(len(prior.forecast)))
+    for _ in range(draws):
+        x, q = root @ rng.standard_normal(len(root)), rng.standard_normal(innovation.N.shape[1])
+        u = innovation.place[:, None] * rng.standard_normal((len(innovation.place), 3))
+        y = innovation.H @ x + innovation.N @ q + (innovation.along * u[innovation.target]).sum(axis=1)
+        y += innovation.sigma * rng.standard_normal(R)
+        real = columns.G @ x + columns.N @ q
+        left.append(real - (columns.G @ (told.gain @ y)))
+    rms = np.sqrt(np.mean(np.sum(np.square(left), axis=2), axis=0))
+    assert_allclose(rms, told.after, rtol=0.06)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "words"),
+    [
+        (lambda t: replace(t, target=np.array([1, 0, 2, 3])[t.target]), "'b' and 'a' are swapped"),
+        (lambda t: replace(t, time=t.time + 3 * HOUR), "of another hour"),
+        (lambda t: replace(t, time=t.time - 3 * HOUR), "of another hour"),
+        (lambda t: _rows(t, [0]), "a state needs 6 at least"),
+        (lambda t: replace(t, time=t.time * np.linspace(0, 1, len(t.time))), "a state is one moment"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_refused(days, mistake, words):
+    day = days(0)
+    with pytest.raises(InputError, match=words):
+        anchored(replace(day, touches=mistake(day.touches)))
+
+
+def test_touches_of_another_hour_than_the_log_are_refused(days):
+    day = days(1)
+    with pytest.raises(InputError, match="of another hour; give the log of the same clock"):
+        anchored(replace(day, touches=replace(day.touches, time=day.touches.time + HOUR)))
+
+
+def test_an_arm_that_nobody_identified_is_sent_to_identification(days):
+    day = days(0)
+    before = [o for o in day.job.overrides if o.startswith("before")]
+    with pytest.raises(InputError, match="never identified; cgen identify first"):
+        anchor_files(SPIRAL, None, before, str(day.files["touches"]), str(day.files["artefact"]))
+
+
+def test_places_that_the_robot_taught_carry_its_cold_errors(tmp_path):
+    day = drawn_day(2, tmp_path, geometry=3.0, taught=True)
+    result, left = outcome(day)
+    assert result.verdict in ("anchored", "leave it")
+    assert left["after"][0] < 18 * UM
+    said = replace(day, artefact=replace(day.artefact, taught=None))
+    with pytest.raises(InputError, match=r"artefact\.taught: missing"):
+        anchored(said)
+
+
+def test_what_a_robot_file_marks_as_drifting_is_found(tmp_path):
+    drifting = 'robot.anchor={drifting={"joint_zeros.offset_mdeg[1]"=5}}'
+    told = drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting))
+    turned = drawn_day(0, tmp_path, overrides=IDENTIFIED)
+    wanted = 4 * MDEG
+    touches = replace(turned.touches, theta=turned.touches.theta - wanted * np.eye(6)[0])  # commanded less: it is there
+    result = anchored(replace(told, touches=touches))
+    name = "joint_zeros.offset_mdeg[1]"
+    found = dict(zip(result.state.drifting, result.state.drift.tolist()))[name]
+    assert_allclose(found, 4.0, atol=1.5)
+    with pytest.raises(InputError, match=r"anchor\.drifting: 'joint_zeros.offset_mdeg\[9\]' is no number"):
+        anchored(drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting.replace("[1]", "[9]"))))
+
+
+def test_the_command_writes_state_page_and_record(days, tmp_path):
+    day = days(1)
+    sets = [part for o in IDENTIFIED for part in ("--set", o)]
+    files = ["--touches", day.files["touches"], "--artefact", day.files["artefact"], "--log", day.files["log"]]
+    target = tmp_path / "state.toml"
+    result = run("anchor", SPIRAL, *files, *sets, "-o", target, "--html", tmp_path / "page")
+    assert result.returncode == 0, result.stderr
+    first = target.read_bytes()
+    assert read_state(str(target)).verdict in ("anchored", "leave it")
+    record = json.loads((tmp_path / "page" / "anchor.json").read_text())
+    assert len(record["touches"]) == 8
+    assert (tmp_path / "page" / "anchor.html").read_bytes().startswith(b"<!doctype html>")
+    again = run("anchor", SPIRAL, *files, *sets, "-o", target, "-q", "--json")
+    assert again.returncode == 0
+    assert target.read_bytes() == first
+    begun = run("predict", SPIRAL, *sets, "--state", target, "-o", tmp_path / "out", "-q")
+    assert begun.returncode == 0, begun.stderr
+    other = Path(tmp_path / "other.toml")
+    other.write_text("x = 1\n")
+    refused(run("anchor", SPIRAL, *files, *sets, "-o", other), 2, "not what cgen anchor wrote")
+    refused(run("anchor", SPIRAL, "-o", target), 2, "--touches: missing")
+
+
+def test_the_command_ends_with_one_where_something_moved(tmp_path):
+    day = drawn_day(3, tmp_path, base=np.array([0, 200, 0, 0, 0, 0]) * UM)
+    sets = [part for o in IDENTIFIED for part in ("--set", o)]
+    files = ["--touches", day.files["touches"], "--artefact", day.files["artefact"], "--log", day.files["log"]]
+    result = run("anchor", SPIRAL, *files, *sets, "-o", tmp_path / "state.toml", "-q")
+    refused(result, 1, "something moved: 0.2", "the base", "written")
+    assert read_state(str(tmp_path / "state.toml")).verdict == "something moved"
+    assert AIR == 20.0
+    assert set(SPHERES) == set(day.artefact.names)
