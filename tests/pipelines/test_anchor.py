@@ -113,11 +113,11 @@ def test_the_slopes_are_those_of_the_innovation(days, tmp_path):
     for n in range(4, 8):
         place[touches.target[n]] = nominal.actual[n] + reach * touches.normal[n]
     artefact = replace(artefact, place=place)
-    touches = _rows(touches, [3, 4, 5, 6, 7, 8])
+    touches = _rows(touches, [4, 5, 6, 7, 8, 8])
     forecast = _at(now, 6)
     path = path_places(day.job, 20)
     seen = touched(artefact, touches, WORLD, forecast)
-    assert len(seen.y) == 8
+    assert len(seen.y) == 6
     unknowns = unknowns_of(day.job, forecast, path.middle, path.radius, 10 * UM)
     innovation = innovation_of(seen, forecast, unknowns)
     K, X = len(forecast.rise), innovation.H.shape[1]
