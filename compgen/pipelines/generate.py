@@ -19,7 +19,7 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
-from compgen.pipelines import arc_moves, averaging, delivery, job_findings, model_form
+from compgen.pipelines import arc_moves, averaging, delivery, job_findings, model_form, motion_predistortion
 from compgen.pipelines.averaging import WrittenFile
 from compgen.pipelines.averaging_findings import averaging_findings
 from compgen.pipelines.band import assumed_findings, band_along
@@ -123,6 +123,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     planned, problem, solution, limited = find_correction(_plan(job, progress, date, pages), progress)
     path = planned.path
     commanded = problem.commanded(solution.correction)
+    solution = motion_predistortion.from_targets(solution, problem, path)
     feed = planned.feed * path.pace
     trajectory = arc_moves.time_corrected(planned, solution, progress)
     progress("text", 0.0)
@@ -190,6 +191,7 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
         job.robot, planned.model, job.posture, job.tool.pose, path.target, planned.theta,
         planned.rise, path.arc, corners, planned.motion,
     )  # fmt: skip
+    problem = motion_predistortion.predistorted(problem, planned)
     problem = limits.with_rounding_margin(problem, fanuc.resolution(job.robot.controller.decimals))
     if job.settings.margin:
         open_yet = planned.band_of_plan()

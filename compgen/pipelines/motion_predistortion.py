@@ -1,0 +1,36 @@
+"""A job's correction with what is commanded against the controller's motion."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from compgen.compensation.predistortion import Commanded, predistortion
+from compgen.compensation.problem import Problem
+from compgen.compensation.solution import Solution
+from compgen.core.arrays import frozen
+from compgen.core.pose import Pose
+from compgen.pipelines.job_results import Planned
+from compgen.planning.toolpath import ToolPath
+
+
+def predistorted(problem: Problem, planned: Planned) -> Problem:
+    """The problem with targets off which the controller leads the tool onto those of the path.
+
+    The problem itself where the robot file has no accepted motion, or does not enable it.
+    """
+    robot, path, trajectory = planned.job.robot, planned.path, planned.trajectory
+    if robot.motion is None or not robot.motion.may_predistort:
+        return problem
+    commanded = Commanded(path.target.position, planned.theta, path.arc, trajectory.speed, path.stop)
+    robot = robot.at_acceleration(planned.job.plan.process.acc)
+    shift = predistortion(robot, planned.job.tool.pose, commanded, planned.job.settings.clamp_position)
+    return replace(problem, target=Pose(frozen(problem.target.position + shift), problem.target.rotation))
+
+
+def from_targets(solution: Solution, problem: Problem, path: ToolPath) -> Solution:
+    """The solution with its correction counted from the path's own targets, (N, 6)."""
+    if problem.target is path.target:
+        return solution
+    correction = np.array(solution.correction)
+    correction[:, :3] += problem.target.position - path.target.position
+    return replace(solution, correction=frozen(correction))
