@@ -5,8 +5,9 @@ mean by the weights and k = d^2 r / d s^2 the curvature of what is smoothed (pla
 
     led = V k / 2,      V = E[s^2] - E[s]^2   (v^2 sigma^2 at a steady speed v)
 
-so p V-weighted curvature is commanded against it, with S p = V, S the smoothing. A wave of the path that passes by w
-while the tool goes is smoothed by H(w), its own square of curvature short of 1 / H - 1: so curvature goes through
+so p k / 2 is commanded against it, with S p = V, S the smoothing. Lines of length l between waypoints are themselves a
+smoothing, of variance l^2 / 6 of the way. A wave of the path that goes by at w is smoothed by H(w), and curvature is
+commanded through
 
     F(w) = L(w) (1 / H - 1) / (w^2 sigma^2 / 2),      L = 1 where H >= 0.97, fading to 0 where H = 0.9
 
@@ -34,7 +35,11 @@ CORNER = 0.1  # [rad] change of direction that no filter follows
 STRAIGHT = 1e-7  # [m] pull that is not worth a command
 SETTLING = 8.0  # time constants of a first-order lag that count
 FINE = 60  # samples in the smoothing's support, where V is not the steady one
-SPLINES, REACH, STIFFNESS = 40, 3.0, 0.1  # of p on the way from a stop: how many, supports beyond the ramp, smoothness
+SPLINES, REACH = 50, 4.0  # of p on the way from a stop: how many, and supports beyond the ramp
+STIFFNESS, STIFFEST = 0.5, 4.0  # of p: weight of its third difference, raised until the joints can follow it
+JERK = 0.32  # share of a joint's jerk that p may ask for
+ROUNDS = 8  # of weighing what is left, for its largest to be small
+HELD = 1e3  # weight of p = 0 at the stop
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,6 +51,7 @@ class Commanded:
     arc: Array  # (N,) [m]
     speed: Array  # (N - 1,) [m/s] programmed
     stop: BoolArray  # (N,)
+    by_lines: bool = False  # straight from waypoint to waypoint, whose inner side the smoothing averages
 
     def __post_init__(self) -> None:
         own(self, position=("N", 3), theta=("N", 6), arc=("N",), speed=("S",), stop=("N",))
@@ -99,12 +105,9 @@ def _smooth_curvature(
     motion: ControllerMotion, path: Commanded, rows: Array, breaks: BoolArray
 ) -> tuple[Array, BoolArray]:
     """F applied to d^2 r / d s^2 of rows (N, C), between two breaks each for itself, (N, C); and where it is bent."""
-    gap = np.maximum(np.diff(path.arc), 1e-12)[:, None]
-    slope = np.diff(rows, axis=0) / gap
-    curvature = np.zeros_like(rows)
-    curvature[1:-1] = 2 * np.diff(slope, axis=0) / (gap[1:] + gap[:-1])
+    curvature = _curvature(path, rows)
     curvature[breaks] = 0.0
-    at_speed = np.concatenate([[0.0], np.cumsum(gap[:, 0] / path.speed)])
+    at_speed = np.concatenate([[0.0], np.cumsum(np.diff(path.arc) / path.speed)])
     steady = np.append(path.speed, path.speed[-1]) ** 2 * variance(motion) / 2
     bent = row_norms(curvature) * steady > STRAIGHT
     step, kernel = _kernel(motion)
@@ -123,6 +126,15 @@ def _smooth_curvature(
     return through, bent
 
 
+def _curvature(path: Commanded, rows: Array) -> Array:
+    """d^2 r / d s^2 of rows (N, C) by central differences, (N, C); zero at both ends."""
+    gap = np.maximum(np.diff(path.arc), 1e-12)[:, None]
+    slope = np.diff(rows, axis=0) / gap
+    curvature = np.zeros_like(rows)
+    curvature[1:-1] = 2 * np.diff(slope, axis=0) / (gap[1:] + gap[:-1])
+    return curvature
+
+
 def _kernel(motion: ControllerMotion) -> tuple[float, Array]:
     """Step [s] and weights of F in time: (1 / pi) integral of F cos(w t) up to where F ends."""
     full, last = band_edges(motion)
@@ -138,13 +150,23 @@ def _square_of_way(robot: Robot, motion: ControllerMotion, path: Commanded, bent
     """p of S p = V at the waypoints, (N,) [m2]: v^2 sigma^2, and near a stop beside a bend what a ramp makes of it."""
     speed = np.maximum(np.append(path.speed[0], path.speed), np.append(path.speed, path.speed[-1]))
     square = speed**2 * variance(motion)
+    bend = square[:, None] / 2 * np.abs(_curvature(path, path.theta))
+    if path.by_lines:
+        gap = np.diff(path.arc)
+        averaged = gap < path.speed * min(t for t in (*motion.moving_averages, *motion.first_orders) if t > 0)
+        square[1:] += np.where(averaged, gap**2 / 6, 0.0)
     stops = np.flatnonzero(path.stop)
     for first, last in zip(stops[:-1].tolist(), stops[1:].tolist()):
         rows = slice(first, last + 1)
         if not bent[rows].any():
             continue
         ramp = (_ramp(robot, path, first, first) + _ramp(robot, path, last, last - 1)) / 2
-        nodes, share = _from_rest(motion, round(ramp, 3))
+        allowed = JERK * float((robot.jerk / np.maximum(bend[first + 1 : last].max(axis=0), 1e-12)).min())
+        stiffness = STIFFNESS
+        nodes, share, steepest = _from_rest(motion, round(ramp, 3), stiffness)
+        while steepest > allowed and stiffness < STIFFEST:
+            stiffness *= 1.25
+            nodes, share, steepest = _from_rest(motion, round(ramp, 3), stiffness)
         for way in (path.arc[rows] - path.arc[first], path.arc[last] - path.arc[rows]):
             square[rows] *= np.interp(way / speed[rows], nodes, share)
     return np.asarray(square)
@@ -163,11 +185,10 @@ def _ramp(robot: Robot, path: Commanded, stop: int, segment: int) -> float:
 
 
 @lru_cache(maxsize=64)
-def _from_rest(motion: ControllerMotion, ramp: float) -> tuple[Array, Array]:
-    """p over v^2 sigma^2 on the way from a stop, over way / v [s]: nodes and values.
+def _from_rest(motion: ControllerMotion, ramp: float, stiffness: float) -> tuple[Array, Array, float]:
+    """p over v^2 sigma^2 on the way from a stop, over way / v [s]: nodes, values, and its largest third derivative.
 
-    Least squares of S p = V over cubic splines of the way, zero at the stop, with little third difference: the joints
-    must be able to follow what is commanded.
+    Least squares of S p = V over cubic splines of the way, zero at the stop, with little third difference.
     """
     weights, step, support = _weights(motion)
     end = ramp + REACH * support
@@ -181,20 +202,25 @@ def _from_rest(motion: ControllerMotion, ramp: float) -> tuple[Array, Array]:
     V = (smooth((done**2)[:, None]) - smooth(done[:, None]) ** 2)[:, 0] / variance(motion)
     apart = end / (SPLINES - 3)
     knots = apart * np.arange(-3, SPLINES + 1)
-    basis = BSpline.design_matrix(np.clip(done, 0.0, end), knots, 3).toarray()
+    basis = BSpline.design_matrix(np.clip(done, 0.0, knots[SPLINES]), knots, 3).toarray()
     basis[done <= 0] = 0.0
     basis[:, -3:] = 0.0  # steady at the end: 1 and nothing else
     rest = np.where(done <= 0, 0.0, 1.0)
-    bend = STIFFNESS * np.diff(np.eye(SPLINES), 3, axis=0)
-    at_stop = 1e3 * BSpline.design_matrix(np.zeros(1), knots, 3).toarray()
+    bend = stiffness * np.diff(np.eye(SPLINES), 3, axis=0)
+    at_stop = HELD * BSpline.design_matrix(np.zeros(1), knots, 3).toarray()
     rows = np.concatenate([smooth(basis), bend, at_stop])
-    wanted = np.concatenate([V - smooth(rest[:, None])[:, 0], np.zeros(len(bend)), [-1e3]])
-    weight = np.linalg.lstsq(rows, wanted, rcond=None)[0]
+    wanted = np.concatenate([V - smooth(rest[:, None])[:, 0], np.zeros(len(bend)), [-HELD]])
+    share_of = np.ones(len(rows))
+    for _ in range(ROUNDS):
+        weight = np.linalg.lstsq(rows * share_of[:, None], wanted * share_of, rcond=None)[0]
+        left = np.abs(rows @ weight - wanted)[: len(V)]
+        share_of[: len(V)] *= np.sqrt(0.2 + left / left.max())
+        share_of[: len(V)] /= np.sqrt(np.mean(share_of[: len(V)] ** 2))
     weight[-3:] = 0.0
     nodes = np.linspace(0.0, end, 8 * SPLINES)
     share = 1.0 + BSpline(knots, weight, 3)(nodes)
     share[0] = 0.0
-    return nodes, share
+    return nodes, share, float(np.abs(np.diff(weight, 3)).max() / apart**3)
 
 
 def _weights(motion: ControllerMotion) -> tuple[Array, float, float]:

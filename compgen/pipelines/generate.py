@@ -29,6 +29,7 @@ from compgen.pipelines.dry_run import dry_run_findings
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.kept_waypoints import at_waypoints
+from compgen.pipelines.motion_findings import motion_findings, touching_segments
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
 from compgen.pipelines.period_findings import times_apart
@@ -63,7 +64,8 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     planned = _plan(job, progress, date, pages)
     progress("twin before", 0.0)
     planned.deviation()
-    return replace(planned, band=band_along(planned.driven(planned.theta, planned.motion)))
+    findings = (*motion_findings(planned.written().effect, job.bounds), *planned.findings)
+    return replace(planned, findings=findings, band=band_along(planned.driven(planned.theta, planned.motion)))
 
 
 def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
@@ -79,7 +81,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
         prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
         if job.ensemble is not None:
             prepared = prepared.with_rise(rise)
-        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace)
+        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching_segments(path))
         return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
     progress("twin before", 0.0)
@@ -136,7 +138,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     planned.deviation()
     text = delivered.program
     prepared = prepare(twin_of(job), text, job.history.before, job.history.air)
-    written = read_motion(prepared, np.diff(path.arc), feed)
+    written = read_motion(prepared, np.diff(path.arc), feed, touching_segments(path))
     after_stage = partial(progress, "twin after")
     averaged = None
     if job.ensemble is not None:
@@ -158,6 +160,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),
         *delivery.size_findings(job, delivered, planned.page_stops),
         *job_findings.clocks_apart(trajectory, written),
+        *motion_predistortion.findings(job, prepared, path, written, deviation),
         *times_apart(job.robot.controller, written),
         *job_findings.joints_asked(job, text, written),
         *(averaging_findings(averaged) if averaged is not None else ()),

@@ -8,9 +8,16 @@ from compgen.compensation.predistortion import Commanded, predistortion
 from compgen.compensation.problem import Problem
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import frozen
+from compgen.core.findings import Finding
 from compgen.core.pose import Pose
+from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
+from compgen.pipelines.motion_findings import motion_findings, touching_segments
 from compgen.planning.toolpath import ToolPath
+from compgen.verification.deviation import Deviation
+from compgen.verification.motion_effect import error_at_half_override
+from compgen.verification.twin import PreparedProgram
+from compgen.verification.written_motion import WrittenMotion
 
 
 def predistorted(problem: Problem, planned: Planned) -> Problem:
@@ -21,7 +28,9 @@ def predistorted(problem: Problem, planned: Planned) -> Problem:
     robot, path, trajectory = planned.job.robot, planned.path, planned.trajectory
     if robot.motion is None or not robot.motion.may_predistort:
         return problem
-    commanded = Commanded(path.target.position, planned.theta, path.arc, trajectory.speed, path.stop)
+    process = planned.job.plan.process
+    by_lines = not process.arcs and process.thin is None
+    commanded = Commanded(path.target.position, planned.theta, path.arc, trajectory.speed, path.stop, by_lines)
     robot = robot.at_acceleration(planned.job.plan.process.acc)
     shift = predistortion(robot, planned.job.tool.pose, commanded, planned.job.settings.clamp_position)
     return replace(problem, target=Pose(frozen(problem.target.position + shift), problem.target.rotation))
@@ -34,3 +43,13 @@ def from_targets(solution: Solution, problem: Problem, path: ToolPath) -> Soluti
     correction = np.array(solution.correction)
     correction[:, :3] += problem.target.position - path.target.position
     return replace(solution, correction=frozen(correction))
+
+
+def findings(
+    job: Job, prepared: PreparedProgram, path: ToolPath, written: WrittenMotion, deviation: Deviation
+) -> list[Finding]:
+    """What the controller's motion does to a written program; of one made against it, what half the override leaves."""
+    motion, at_half = job.robot.motion, None
+    if motion is not None and motion.may_predistort and job.ensemble is None:
+        at_half = error_at_half_override(prepared, deviation.error, touching_segments(path))
+    return motion_findings(written.effect, job.bounds, at_half)

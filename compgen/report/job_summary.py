@@ -11,9 +11,11 @@ from compgen.core.units import DEG, HOUR, KB, MDEG, MM, UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.model_form import ModelForm
+from compgen.pipelines.motion_findings import with_motion
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import band_record
 from compgen.report.guaranteed import guaranteed_record
+from compgen.report.motion_record import motion_record
 from compgen.verification.band import Band
 from compgen.verification.deviation import statistics
 from compgen.verification.verdict import Verdict
@@ -42,7 +44,9 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "after": statistics(corrected.deviation, on_part=True) if corrected else None,
         },
         "ratio": before["total"]["max_um"] / after["total"]["max_um"] if after else None,
-        "band": band_record(band, not_known(job.cell, band), corrected.draws if corrected else None),
+        "band": band_record(
+            band, with_motion(not_known(job.cell, band), written.effect), corrected.draws if corrected else None
+        ),
         "bounds": {
             key: value
             for key, value in {
@@ -57,6 +61,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             if value is not None
         },
         "findings": [f.record() for f in findings],
+        "motion": motion_record(written.effect),
         "path": {
             "waypoints": len(path.arc),
             "left_out": int(planned.rows[-1]) + 1 - len(path.arc),

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arcs import statement_starts
-from compgen.core.arrays import Array, frozen, own
+from compgen.core.arrays import Array, BoolArray, frozen, own
+from compgen.verification.motion_effect import MotionEffect, motion_effect
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.timing import SAME_POSITION
 
@@ -33,18 +34,22 @@ class WrittenMotion:
     as_written: float  # [s] duration of the lines as they are
     rounded_up: float  # [s] duration where every line takes whole interpolation periods
     hardest: int  # the position, from 1, where a joint's acceleration is nearest to its limit or farthest over
+    effect: MotionEffect | None = None  # of the controller's motion; None: not looked at
 
     def __post_init__(self) -> None:
         own(self, time=("N",), use=(2, 6))
 
 
-def read_motion(prepared: PreparedProgram, length: Array, feed: float | Array) -> WrittenMotion:
+def read_motion(
+    prepared: PreparedProgram, length: Array, feed: float | Array, touching: BoolArray | None = None
+) -> WrittenMotion:
     """What the twin's clock reads in a program.
 
     Args:
         prepared: The program.
         length: Of its lines, (N - 1,) [m].
         feed: Wanted [m/s], on all lines or on each, (N - 1,).
+        touching: The lines on the part, (N - 1,), for what the controller's motion does there.
     """
     program, chords = prepared.program, prepared.chords
     robot = prepared.twin.robot.at_acceleration(program.acc)
@@ -70,4 +75,5 @@ def read_motion(prepared: PreparedProgram, length: Array, feed: float | Array) -
     as_written = float(prepared.unrounded[-1])
     statements = np.add.reduceat(np.diff(prepared.unrounded), np.flatnonzero(statement_starts(program.via)))
     rounded_up = float(robot.controller.whole_periods(statements).sum() * robot.controller.period)
-    return WrittenMotion(frozen(prepared.time), at_feed, frozen(use), as_written, rounded_up, hardest)
+    effect = None if touching is None else motion_effect(prepared, touching)
+    return WrittenMotion(frozen(prepared.time), at_feed, frozen(use), as_written, rounded_up, hardest, effect)

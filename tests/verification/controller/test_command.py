@@ -75,19 +75,10 @@ def test_half_the_override_takes_twice_as_long(robot):
 def test_statements_last_whole_periods_where_the_controller_rounds_up(robot):
     """16 ms and a little at 200 mm/s become 24 ms: 133 mm/s."""
     steps = program([[1, 0.00321 * n, 0] for n in range(500)], 0.2, [True, *[False] * 498, True])
-    rounding = replace(robot, controller=_Rounding(robot.controller))
+    rounding = replace(robot, controller=replace(robot.controller, rounds_up_to_period=True))
     exact, rounded = (command_clock(r, path_of(steps, 0.0)).end for r in (robot, rounding))
     assert exact == pytest.approx(499 * 0.00321 / 0.2)
     assert rounded == pytest.approx(499 * 3 * PERIOD)
-
-
-class _Rounding:
-    """A controller that rounds up."""
-
-    rounds_up_to_period = True
-
-    def __init__(self, controller):
-        self.period = controller.period
 
 
 def test_a_stop_waits_until_the_smoothing_has_come_to_rest_and_cnt_waits_for_its_share(robot):

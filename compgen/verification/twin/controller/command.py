@@ -146,7 +146,9 @@ def command_clock(robot: Robot, path: WrittenPath, override: float = 1.0, settle
     program, length, period = path.program, path.sweep.length, robot.controller.period
     settle = program.fine.astype(float) if settle is None else settle
     wait = settle * (settling_time(robot.motion) if robot.motion is not None else 0.0)
-    statement = statement_times(length, program.speed * override, period, _rounds_up(robot), program.via)
+    statement = statement_times(
+        length, program.speed * override, period, robot.controller.rounds_up_to_period, program.via
+    )
     stops = np.flatnonzero(program.fine)
     exact = np.add.reduceat(statement_times(length, program.speed, period, False), stops[:-1])
     ramps = np.maximum(np.diff(path.time[stops]) - exact, 0.0) / override
@@ -223,7 +225,3 @@ def statement_times(length: Array, speed: Array, period: float, rounds_up: bool,
         half = np.flatnonzero(via)
         whole[half - 1] = whole[half] = time[half - 1] + time[half]
     return np.asarray(time / np.maximum(whole, 1e-300) * (period * np.ceil(whole / period - SAME_PERIOD)))
-
-
-def _rounds_up(robot: Robot) -> bool:
-    return bool(getattr(robot.controller, "rounds_up_to_period", False))
