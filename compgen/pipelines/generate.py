@@ -19,7 +19,15 @@ from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc import Program
-from compgen.pipelines import arc_moves, averaging, delivery, job_findings, model_form, motion_predistortion
+from compgen.pipelines import (
+    arc_findings,
+    arc_moves,
+    averaging,
+    delivery,
+    job_findings,
+    model_form,
+    motion_predistortion,
+)
 from compgen.pipelines.averaging import WrittenFile
 from compgen.pipelines.averaging_findings import averaging_findings
 from compgen.pipelines.band import assumed_findings, band_along
@@ -163,6 +171,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *motion_predistortion.findings(job, prepared, path, written, deviation),
         *times_apart(job.robot.controller, written),
         *job_findings.joints_asked(job, text, written),
+        *arc_findings.orientation_on_arcs(job, text),
         *(averaging_findings(averaged) if averaged is not None else ()),
         *form_findings,
         *planned.findings,

@@ -193,6 +193,27 @@ def test_one_file_for_several_starts_is_flown_on_arcs():
     assert corrected.program.via.any()
 
 
+def test_what_an_ignored_via_orientation_would_do_is_told():
+    """Over a mirror of 0.8 m the tool turns on a cone: half way between two vias it is not half way turned."""
+    words = ("surface.radius_of_curvature_m=0.8", "surface.off_axis_m=0.1", "boundary.corner_to_corner_mm=500")
+    _, corrected = made("optic_raster", ARCS, *words, "path.lead_mm=20", "path.stepover_mm=60", "bounds.normal_um=3")
+    (finding,) = [f for f in corrected.findings if f.code == "path.arcs_orientation"]
+    program, via = corrected.program, np.flatnonzero(corrected.program.via)
+    worst = 0.0
+    for v in via:  # spherical means of the tool's axis alone say nearly as much
+        a, m, b = (program.rotation[v + k][:, 2] for k in (-1, 0, 1))
+        length = program.lengths()[v - 1 : v + 1]
+        t = length[0] / length.sum()
+        angle = np.arccos(np.clip(a @ b, -1, 1))
+        even = (np.sin((1 - t) * angle) * a + np.sin(t * angle) * b) / np.sin(angle)
+        worst = max(worst, np.degrees(np.linalg.norm(np.cross(even, m))) * 1e3)
+    told = float(finding.message.split(" mdeg")[0].split()[-1])
+    assert 1 < worst < 1.05 * told
+    assert told < 20
+    _, flat = made("circle_1300", ARCS)
+    assert "path.arcs_orientation" not in {f.code for f in flat.findings}
+
+
 def test_turns_of_config_change_between_statements_only():
     """The spiral about the place where J6 passes half a turn: no arc leads across."""
     _, corrected = made("circle_1300", ARCS, "tool.spin_deg=179.9", "path.diameter_mm=600", "path.y_mm=0")
