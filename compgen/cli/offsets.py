@@ -16,6 +16,10 @@ def offsets(
     robot: JobRobot = None,
     state: StateFile = None,
     state_age: StateAge = None,
+    log: Annotated[str | None, typer.Option("--log", help="Of a path: temperature log in place of [[before]].")] = None,
+    reference: Annotated[
+        str | None, typer.Option("--reference", help="What rises in --log count from: start, ambient, or degC.")
+    ] = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,
     before: Annotated[
@@ -32,15 +36,21 @@ def offsets(
     from compgen.report.offset_record import offsets_record
 
     with show_progress(quiet or as_json) as progress:
+        if log is not None and state is not None:
+            raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
         if path.lower().endswith(".ls"):
+            if log is not None:
+                raise InputError("--log: is of a path file; for a program anchor with it, and give --state")
             result = _of_program(path, robot, state, state_age, frames, registers, before, overrides, progress)
         else:
             given = [n for n, v in (("--frames", frames), ("--registers", registers), ("--before", before)) if v]
             if given:
                 raise InputError(f"{given[0]}: is of a program (.LS); a path file says it itself; leave it out")
+            from compgen.pipelines.anchor.files import log_overrides
             from compgen.pipelines.offsets import offsets_of_job
 
-            result = offsets_of_job(load_job(path, robot, with_state(path, overrides, state, state_age)), progress)
+            changed = [*with_state(path, overrides, state, state_age), *log_overrides(path, log, reference)]
+            result = offsets_of_job(load_job(path, robot, changed), progress)
     record = offsets_record(result)
     if as_json:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")

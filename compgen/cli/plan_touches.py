@@ -52,6 +52,10 @@ def plan_touches(
     ] = 3.0,
     state: StateFile = None,
     state_age: StateAge = None,
+    log: Annotated[str | None, typer.Option("--log", help="Temperature log in place of [[before]].")] = None,
+    reference: Annotated[
+        str | None, typer.Option("--reference", help="What rises in --log count from: start, ambient, or degC.")
+    ] = None,
     frames: FramesFile = None,
     robot: JobRobot = None,
     overrides: Overrides = None,
@@ -69,6 +73,7 @@ def plan_touches(
     from compgen.fanuc.touch_program import Signal
     from compgen.identification.touch_candidates import Search
     from compgen.identification.touches import read_artefact
+    from compgen.pipelines.anchor.files import log_overrides
     from compgen.pipelines.path_file import load_job
     from compgen.pipelines.touch_plan import plan_path_touches
     from compgen.pipelines.touch_targets import frame_of_artefact
@@ -83,7 +88,10 @@ def plan_touches(
     )  # fmt: skip
     signal = None if stops or centres else Signal(_condition(skip), register)
     folder = output_folder(path, output, "_touches")
-    job = load_job(path, robot, with_state(path, overrides, state, state_age))
+    if log is not None and state is not None:
+        raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
+    given = [*with_state(path, overrides, state, state_age), *log_overrides(path, log, reference)]
+    job = load_job(path, robot, given)
     name = program_name(f"{job.name}_touches", job.robot.controller.name_length)
     check_planned_touches(folder, f"{name}.LS", RECORD, TABLE)
     spheres = read_artefact(artefact)
@@ -131,10 +139,12 @@ def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
         table.add_row(str(n), touch["target"], along, f"{touch['rms_um']:.1f}", f"{100 * touch['gain']:.0f} %")
     console.print(table)
     before, after, n = record["before"], record["after"], record["planned_touches"]
+    by_anchoring = record["by_anchoring_rms_um"]
+    expected = "" if by_anchoring is None else f" (cgen anchor will leave {by_anchoring:.1f} um rms)"
     console.print(
-        f"drift of the path that is not known (standard deviation): {before['rms_um']:.1f} um rms, "
-        f"{before['p99_um']:.1f} um p99; after {n} touches {after['rms_um']:.1f} and {after['p99_um']:.1f} um; "
-        f"one more gains {100 * record['one_more']['gain']:.0f} %"
+        f"what is not known of the path's place (standard deviation): {before['rms_um']:.1f} um rms, "
+        f"{before['p99_um']:.1f} um p99; after {n} touches {after['rms_um']:.1f} and {after['p99_um']:.1f} um"
+        f"{expected}; one more gains {100 * record['one_more']['gain']:.0f} %"
     )
     for finding in record["findings"]:
         console.print(f"{finding['level']}: {finding['message']}")

@@ -11,17 +11,16 @@ from compgen.core.findings import Finding, Level, Progress
 from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
 from compgen.identification.touch_candidates import Probe, Search, Targets, Ways, reachable_ways, stem_gap
-from compgen.identification.touch_planning import PathDrift, TouchPlan, path_weight, plan_touches
+from compgen.identification.touch_planning import TouchPlan, plan_touches
 from compgen.identification.touches import Artefact
-from compgen.pipelines.averaging import planned_rises
-from compgen.pipelines.drift_model import DriftPrior, drift_columns, forecast_prior
+from compgen.pipelines.anchor.mistakes import LEAST_COORDINATES
+from compgen.pipelines.anchor.path_places import path_places
 from compgen.pipelines.job import Job
-from compgen.pipelines.motion_plan import plan_motion
+from compgen.pipelines.touch_model import TouchModel, left_by_anchoring, touch_model
 from compgen.pipelines.touch_targets import targets_of, unreached
-from compgen.planning.toolpath import ToolPath
 
 MOST_TOUCHES = 100
-POINTS = 1000  # of the path, evenly along the part
+PLACES = 400  # of the path, evenly along the part
 USEFUL = 0.01  # of the path's rms: a touch that gains less is named
 TURNING = 40  # poses that are looked at between two touches
 NEAR = 5 * MM  # from a target: a way between touches that comes so near is named
@@ -35,11 +34,13 @@ class PlannedTouches:
     artefact: Artefact
     targets: Targets
     ways: Ways  # (n,)
+    all_ways: Ways  # (K,) that the arm reaches
     plan: TouchPlan
     rms: Array  # (n + 1,) [m] of the path's drift before the first and after each
+    next_rms: float  # [m] after one more
     p99: tuple[float, float]  # [m] of the path's standard deviation before and after
-    column: Array  # (M, 3, Q) what drifts, at points of the path
-    length: Array  # (M,) [m] that each of them stands for
+    model: TouchModel  # of all ways
+    by_anchoring: float | None  # [m] rms that cgen anchor will leave; None: too few touches for a state
     sigma: float  # [m] of one coordinate of a touch
     frame: Pose  # in World, that the program's positions are in
     uframe: int
@@ -48,7 +49,7 @@ class PlannedTouches:
     @property
     def next_gain(self) -> float:
         """By how much one more touch would lower the path's rms, relative."""
-        return 1 - float(np.sqrt(max(self.plan.next_variance, 0.0))) / self.rms[-1] if self.rms[-1] > 0 else 0.0
+        return float(1 - self.next_rms / self.rms[-1]) if self.rms[-1] > 0 else 0.0
 
 
 def plan_path_touches(
@@ -60,7 +61,6 @@ def plan_path_touches(
     search: Search,
     centres: bool,
     progress: Progress,
-    prior: DriftPrior | None = None,
 ) -> PlannedTouches:
     """The touches that shrink the variance of a job's path most.
 
@@ -73,7 +73,6 @@ def plan_path_touches(
         search: How a touch is driven.
         centres: Whether a touch locates the centre of a sphere.
         progress: Called with the stage and the share done.
-        prior: What is known of the state; None: what the forecast leaves open.
 
     Raises:
         InputError: Targets that cannot anchor anything.
@@ -83,10 +82,9 @@ def plan_path_touches(
         raise InputError(f"-n {count}: must be 1 to {MOST_TOUCHES}; 8 to 16 do for most paths")
     targets, place_sigma, notes = targets_of(artefact, frame[1], centres)
     probe = Probe(Pose(artefact.probe, np.eye(3)), artefact.probe_diameter / 2)
-    motion = plan_motion(job.plan, job.cell, job.feed, progress, pages=False)
-    rise = planned_rises(job, motion.joint_motion)
+    path = path_places(job, PLACES)
     progress("touches in reach", 0.0)
-    near = motion.theta[len(motion.theta) // 2]
+    near = path.theta[len(path.theta) // 2]
     ways = reachable_ways(job.robot, job.posture, near, targets, probe, search, centres)
     notes += unreached(artefact, targets, ways)
     if len(ways.target) < count:
@@ -95,56 +93,59 @@ def plan_path_touches(
             f"the program's posture, -n {count} asks for more; move the artefact, or give fewer"
         )
     progress("touches that tell most", 0.3)
-    rows, weight = _path_rows(motion.path)
-    later = motion.trajectory.time[rows]
-    column = drift_columns(job.cell, motion.theta[rows], rise[rows], later, job.tool.pose)
-    prior = forecast_prior(job) if prior is None else prior
-    start = np.broadcast_to(job.start_rise(), (len(ways.target), rise.shape[1]))
-    touch = drift_columns(job.cell, ways.theta[:, 2], start, np.zeros(len(start)), probe.centre)
-    H = _with_places(touch, ways, len(targets.name))
-    Q = len(prior.covariance)
-    P = np.zeros((H.shape[2], H.shape[2]))
-    P[:Q, :Q] = prior.covariance
-    P[Q:, Q:] = np.diag(np.repeat(place_sigma, 3) ** 2)
-    W = np.zeros_like(P)
-    W[:Q, :Q] = path_weight(column, weight)
-    if not centres:
-        H = np.einsum("ki,kiq->kq", ways.normal, H)[:, None]
+    model = touch_model(job, artefact, targets, place_sigma, probe, ways, path)
+    H = model.rows if centres else np.einsum("ki,kiq->kq", ways.normal, model.rows)[:, None]
     noise = np.broadcast_to(sigma**2 * np.eye(H.shape[1]), (len(H), H.shape[1], H.shape[1]))
-    plan = plan_touches(PathDrift(P, W), H, noise, count)
+    plan = plan_touches(model.drift, H, noise, count)
     chosen = ways.subset(plan.chosen)
-    rms = np.sqrt(np.maximum(plan.variance, 0.0))
-    notes += [*_little_gain(rms, count), *_tight_ways(job, probe, targets, chosen), *job.unlikely]
-    sizes = [_p99(column, S[:Q, :Q], weight) for S in (P, plan.covariance)]
+    left = float(model.left.mean())
+    rms = np.sqrt(np.maximum(plan.variance, 0.0) + left)
+    notes += [
+        *_too_few(count, centres),
+        *_little_gain(rms, count),
+        *_tight_ways(job, probe, targets, chosen),
+        *job.unlikely,
+    ]
+    p99 = _p99(model, model.prior), _p99(model, plan.covariance)
+    by_anchoring = None
+    if _coordinates(count, centres) >= LEAST_COORDINATES:
+        by_anchoring = left_by_anchoring(job, artefact, frame[1], chosen, sigma, path)[1]
+    next_rms = float(np.sqrt(max(plan.next_variance, 0.0) + left))
     return PlannedTouches(
-        job, artefact, targets, chosen, plan, rms, (sizes[0], sizes[1]), column, weight, sigma, frame[1], frame[0],
+        job,
+        artefact,
+        targets,
+        chosen,
+        ways,
+        plan,
+        rms,
+        next_rms,
+        p99,
+        model,
+        by_anchoring,
+        sigma,
+        frame[1],
+        frame[0],
         tuple(notes),
-    )  # fmt: skip
+    )
 
 
-def _path_rows(path: ToolPath) -> tuple[Array, Array]:
-    """Waypoints evenly along the part, and the length that each stands for, (M,) [m]."""
-    on = path.contact if path.contact.any() else np.ones_like(path.contact)
-    rows = np.flatnonzero(on)
-    step = np.diff(path.arc, append=path.arc[-1])
-    length = np.cumsum(step[rows])
-    at = np.unique(np.searchsorted(length, np.linspace(0.0, length[-1], POINTS + 1)[1:]).clip(max=len(rows) - 1))
-    return rows[at], np.diff(length[at], prepend=0.0)
+def _p99(model: TouchModel, S: Array) -> float:
+    """What 99 % of the path stays below: the standard deviation of each place, all directions together [m]."""
+    variance = np.einsum("miq,qr,mir->m", model.column, S, model.column) + model.left
+    return float(np.quantile(np.sqrt(np.maximum(variance, 0.0)), 0.99, method="higher"))
 
 
-def _with_places(touch: Array, ways: Ways, count: int) -> Array:
-    """Columns of touches (K, 3, Q) beside those of the targets' places, (K, 3, Q + 3 S)."""
-    places = np.zeros((len(touch), 3, count, 3))
-    places[np.arange(len(touch)), :, ways.target] = -np.eye(3)
-    return np.concatenate([touch, places.reshape(len(touch), 3, -1)], axis=2)
+def _coordinates(count: int, centres: bool) -> int:
+    return 3 * count if centres else count
 
 
-def _p99(column: Array, S: Array, weight: Array) -> float:
-    """What 99 % of the path's length stay below: the standard deviation of each point, all directions together [m]."""
-    size = np.sqrt(np.maximum(np.einsum("miq,qr,mir->m", column, S, column), 0.0))
-    order = np.argsort(size)
-    share = np.cumsum(weight[order]) / weight.sum()
-    return float(size[order][np.searchsorted(share, 0.99).clip(max=len(size) - 1)])
+def _too_few(count: int, centres: bool) -> list[Finding]:
+    coordinates = _coordinates(count, centres)
+    if coordinates >= LEAST_COORDINATES:
+        return []
+    message = f"{coordinates} coordinates: cgen anchor asks for {LEAST_COORDINATES} at least; plan more touches"
+    return [Finding(Level.WARNING, "touches.too_few", message)]
 
 
 def _little_gain(rms: Array, count: int) -> list[Finding]:

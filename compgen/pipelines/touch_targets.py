@@ -13,6 +13,7 @@ from compgen.identification.touches import Artefact
 from compgen.pipelines.part_frame import PartFrame
 
 MOST_TARGETS = 60
+LEAST_DIAMETER = 1 * MM
 
 
 def frame_of_artefact(artefact: Artefact, part: PartFrame | None, frames: str | None) -> tuple[int, Pose]:
@@ -76,6 +77,10 @@ def targets_of(artefact: Artefact, frame: Pose, centres: bool) -> tuple[Targets,
             f"{source}: sphere '{name}': diameter_mm: missing; touches from one side need it: give it, or plan with "
             "--centres"
         )
+    small = artefact.diameter < LEAST_DIAMETER
+    if small.any():
+        name, size = artefact.names[int(np.argmax(small))], float(artefact.diameter[small][0]) / MM
+        raise InputError(f"{source}: sphere '{name}': diameter_mm: {size:g} is no sphere to touch; give millimetres")
     rows = np.flatnonzero(placed)
     return (
         Targets(

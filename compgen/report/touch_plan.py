@@ -49,7 +49,8 @@ def touch_record(planned: PlannedTouches, touches: TouchPositions, signal: Signa
         "sigma_um": planned.sigma / UM,
         "before": {"rms_um": rms[0], "p99_um": planned.p99[0] / UM},
         "after": {"rms_um": rms[-1], "p99_um": planned.p99[1] / UM},
-        "one_more": {"rms_um": float(np.sqrt(planned.plan.next_variance)) / UM, "gain": planned.next_gain},
+        "by_anchoring_rms_um": None if planned.by_anchoring is None else planned.by_anchoring / UM,
+        "one_more": {"rms_um": planned.next_rms / UM, "gain": planned.next_gain},
         "touches": [
             {
                 "target": name,

@@ -52,6 +52,7 @@ BAD = [
     ({"head": "certified = false\n"}, 2, "artefact.certified", "nobody certified"),
     ({"places": (("a", 3500, 0), ("b", 3600, 0))}, 3, "a, b", "out of the arm's reach", "3500"),
     ({"sphere": ""}, 2, "'a'", "diameter_mm", "--centres"),
+    ({"sphere": "diameter_mm = 0.03\n"}, 2, "'a'", "0.03", "give millimetres"),
     ({"probe": ""}, 2, "probe", "x_mm"),
     ({"head": 'certified = true\nframe = "uframe 2"\n'}, 2, "user frame 2", "--frames"),
 ]
@@ -131,3 +132,22 @@ def test_planes_are_planned_for_as_well_and_places_that_the_robot_taught(tmp_pat
         == 0
     )
     assert "top" not in (tmp_path / "c" / "touches.csv").read_text()
+
+
+def test_a_log_says_how_warm_the_arm_is(tmp_path):
+    """A wrist that is 9 K warmer than [[before]] makes it."""
+    log = tmp_path / "log.csv"
+    rows = [f"{60 * n},20,{20 + 0.1 * n},{20 + 0.05 * n},{20 + 0.12 * n},{20 + 0.1 * n}" for n in range(120)]
+    log.write_text("\n".join(["time_s,ambient_degC,part_3_degC,part_4_degC,part_6_degC,part_11_degC", *rows]) + "\n")
+    file = artefact(tmp_path)
+    with_log = plan(file, tmp_path / "l", "--log", log, "--reference", "20", "-q")
+    assert with_log.returncode == 0, with_log.stderr
+    assert plan(file, tmp_path / "o", "-q").returncode == 0
+    before = [json.loads((tmp_path / f / "plan.json").read_text())["before"]["rms_um"] for f in "lo"]
+    assert before[0] != pytest.approx(before[1], rel=0.01)
+    refused(plan(file, tmp_path / "l", "--log", log, "--state", "s.toml"), 2, "--log", "--state")
+    refused(plan(file, tmp_path / "l", "--reference", "20"), 2, "--reference", "--log")
+    told = run("offsets", "paths/circle_1300.toml", "--json", "--log", log, "--reference", "20")
+    assert told.returncode == 0, told.stderr
+    assert json.loads(told.stdout)["ways"][0]["leaves"]["max_um"] > 150  # by [[before]] it is 122
+    refused(run("offsets", "P.LS", "--log", log), 2, "--log", "--state")

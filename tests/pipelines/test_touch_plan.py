@@ -17,9 +17,12 @@ from compgen.error_model.model import build_error_model
 from compgen.error_model.sources.frames import BaseFrame
 from compgen.fanuc.touch_program import Signal
 from compgen.identification.touch_candidates import Search
-from compgen.identification.touches import read_artefact, read_touches
-from compgen.pipelines.drift_model import drift_columns, forecast_prior
+from compgen.identification.touches import Touches, read_artefact, read_touches
+from compgen.pipelines.anchor import anchor
+from compgen.pipelines.anchor.path_places import path_places
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.state_in_place import cell_with_state
+from compgen.pipelines.touch_model import left_by_anchoring
 from compgen.pipelines.touch_plan import plan_path_touches
 from compgen.pipelines.touch_text import positions_of, prove_touches, write_touches
 from compgen.report.touch_plan import touches_csv
@@ -61,52 +64,84 @@ def actual(job, tool, theta, rise, base):
     return build_error_model(job.robot, sources, rise.shape[1], tool).actual_pose(theta, rise, NO_DIRECTION).position
 
 
-def test_columns_are_what_a_warmer_arm_on_a_moved_base_does(day):
-    rng = np.random.default_rng(0)
-    theta = day.robot.to_theta(np.radians(rng.uniform(-40, 40, (6, 6)) + np.array([0, 20, -20, 0, -70, 0])))
-    start, later = day.start_rise(), rng.uniform(0, 2e4, 6)
-    rise = np.tile(start, (6, 1))
-    column = drift_columns(day.cell, theta, rise, later, day.tool.pose)
-    zero = np.zeros(6)
-    for q in range(len(start)):  # a node that is 0.01 K warmer cools as the heat model says
-        other = rise.copy()
-        other[:, q] += 0.01 * np.exp(-later * day.cell.heat.rate[q])
-        moved = actual(day, day.tool.pose, theta, other, zero) - actual(day, day.tool.pose, theta, rise, zero)
-        assert_allclose(column[:, :, q], moved / 0.01, atol=2e-11)
+def place_of(cell, tool, theta, rise):
+    """Where a cell's tool really is at rises (K,)."""
+    model = build_error_model(cell.robot, cell.sources, len(rise), tool)
+    return model.actual_pose(theta, np.tile(rise, (len(theta), 1)), NO_DIRECTION).position
+
+
+def touches_of(cell, artefact, ways, rise, noise):
+    """One-sided touches that an arm makes: pushed back along the direction by where it really is."""
+    n, theta = len(ways.target), ways.theta[:, 2]
+    there = place_of(cell, Pose(artefact.probe, np.eye(3)), theta, rise)
+    off = np.einsum("ni,ni->n", there - ways.position[:, 2], ways.normal) + noise
+    sigma = np.full(n, SIGMA)
+    return Touches(("x",) * n, np.zeros(n), False, ways.target, theta, ways.normal, off, sigma)
+
+
+def test_arms_that_drift_are_known_as_well_as_the_plan_says(day, artefact):
+    """24 arms drawn from what the forecast leaves open are touched, with noise, and anchored: what is left of the path.
+
+    The plan counts what the thermal physics leaves out as well, which these arms do not have.
+    """
+    planned, path, rng = plan(day, artefact), path_places(day), np.random.default_rng(5)
+    K = len(day.heat.names)
+    expected = anchor(day, artefact, touches_of(day.cell, artefact, planned.ways, day.start_rise(), 0.0), IDENTITY)
+    unknowns = expected.unknowns
+    values, vectors = np.linalg.eigh(unknowns.prior.forecast)
+    draws = rng.normal(size=(24, len(values))) * np.sqrt(np.maximum(values, 0)) @ vectors.T
+    square = {"before": [], "after": []}
+    for x in draws:
+        base, drift = x[K : K + 6], x[K + 6 :] / unknowns.unit
+        rise = day.start_rise() + x[:K]
+        state = state_of(
+            day, rise=rise, base=base, drifting=unknowns.named, drift=drift, covariance=np.zeros((len(x),) * 2)
+        )
+        truth = cell_with_state(day.cell, state, "truth")
+        touches = touches_of(truth, artefact, planned.ways, rise, SIGMA * rng.normal(size=8))
+        found = anchor(day, artefact, touches, IDENTITY).state
+        believed = cell_with_state(day.cell, found, "state")
+        models = (truth, rise), (believed, found.rise), (day.cell, day.start_rise())
+        places = [place_of(cell, day.tool.pose, path.theta, warm) for cell, warm in models]
+        square["after"].append(((places[0] - places[1]) ** 2).sum(axis=1).mean())
+        square["before"].append(((places[0] - places[2]) ** 2).sum(axis=1).mean())
+    before, after = (np.sqrt(np.mean(square[k])) for k in ("before", "after"))
+    assert 0.7 * planned.rms[0] < before < 1.1 * planned.rms[0]
+    assert 0.6 * planned.by_anchoring < after < 1.1 * planned.by_anchoring
+    assert planned.rms[-1] < planned.by_anchoring < 1.1 * planned.rms[-1]
+
+
+def test_chosen_touches_leave_less_to_anchoring_than_touches_from_above(day, artefact):
+    """Eight from above, two on each sphere, as a shop would touch; and eight at random, ten times."""
+    planned = plan(day, artefact)
+    after = left_by_anchoring(day, artefact, IDENTITY, planned.ways, SIGMA, path_places(day))[1]
+    rng, all_ways = np.random.default_rng(2), planned.all_ways
+    from_above = np.flatnonzero(all_ways.normal[:, 2] < -0.99)
+    shop = [from_above[all_ways.target[from_above] == s][k] for s in range(4) for k in (0, 5)]
+    others = [shop, *(rng.choice(len(all_ways.target), 8, replace=False) for _ in range(10))]
+    for other in others:
+        ways = all_ways.subset(np.array(other))
+        assert after < left_by_anchoring(day, artefact, IDENTITY, ways, SIGMA, path_places(day))[1]
+
+
+def test_rows_are_what_a_warmer_arm_on_a_moved_base_does(day, artefact):
+    planned = plan(day, artefact)
+    K, rows = len(day.heat.names), planned.model.rows[planned.plan.chosen]
+    theta, tool = planned.ways.theta[:, 2], Pose(artefact.probe, np.eye(3))
+    rise, zero = np.tile(day.start_rise(), (8, 1)), np.zeros(6)
+    for q in range(K):
+        warmer = actual(day, tool, theta, rise + 0.01 * np.eye(K)[q], zero) - actual(day, tool, theta, rise, zero)
+        assert_allclose(rows[:, :, q], warmer / 0.01, atol=2e-11)
     for i in range(6):
         step = 1e-6 * np.eye(6)[i]
-        moved = actual(day, day.tool.pose, theta, rise, step) - actual(day, day.tool.pose, theta, rise, -step)
-        assert_allclose(column[:, :, len(start) + i], moved / 2e-6, atol=1e-8)
+        there = actual(day, tool, theta, rise, step) - actual(day, tool, theta, rise, -step)
+        assert_allclose(rows[:, :, K + i], there / 2e-6, atol=1e-8)
 
 
-@pytest.mark.parametrize("centres", [False, True])
-def test_arms_that_drift_are_known_as_well_as_the_plan_says(day, artefact, centres):
-    """400 arms drawn from the prior are touched, with noise, through the whole model; the best estimate is taken."""
-    planned = plan(day, artefact, centres=centres)
-    prior, K = forecast_prior(day).covariance, len(day.cell.heat.names)
-    rng, N = np.random.default_rng(4), 400
-    probe = Pose(artefact.probe, np.eye(3))
-    theta = planned.ways.theta[:, 2]
-    rise = np.tile(day.start_rise(), (len(theta), 1))
-    H = drift_columns(day.cell, theta, rise, np.zeros(len(theta)), probe)
-    n = planned.ways.normal[:, None] if not centres else np.tile(np.eye(3), (len(theta), 1, 1))
-    H = np.einsum("kri,kiq->krq", n, H).reshape(-1, prior.shape[0])
-    R = np.zeros((len(H), len(H)))  # a sphere's place is off by the same in all its touches
-    sphere = np.repeat(planned.ways.target, n.shape[1])
-    flat = n.reshape(-1, 3)
-    R[:] = (sphere[:, None] == sphere) * (flat @ flat.T) * 2e-6**2 + SIGMA**2 * np.eye(len(H))
-    gain = prior @ H.T @ np.linalg.inv(H @ prior @ H.T + R)
-    draws = np.linalg.cholesky(prior + 1e-18 * np.eye(len(prior))) @ rng.normal(size=(len(prior), N))
-    places = actual(day, probe, theta, rise, np.zeros(6))
-    error = []
-    for x in draws.T:
-        moved = actual(day, probe, theta, rise + x[:K], x[K:]) - places
-        y = np.einsum("kri,ki->kr", n, moved).ravel()
-        y += np.linalg.cholesky(R) @ rng.normal(size=len(y))
-        error.append(x - gain @ y)
-    off = np.einsum("miq,nq->nmi", planned.column, np.array(error))
-    share = planned.length / planned.length.sum()
-    assert_allclose(np.sqrt(((off**2).sum(axis=2) @ share).mean()), planned.rms[-1], rtol=0.06)
+def test_a_target_s_own_error_is_the_same_in_all_its_touches(day, artefact):
+    """Certified to 200 um, spheres say little of the base; to 2 um much."""
+    vague = replace(artefact, sigma=np.full(4, 200e-6))
+    assert plan(day, vague).rms[-1] > 1.4 * plan(day, artefact).rms[-1]
 
 
 def test_the_program_reads_back_as_the_planned_poses_and_the_table_as_touches(day, artefact, tmp_path):
@@ -174,13 +209,15 @@ def test_touches_in_the_part_s_frame_are_written_in_it(day, artefact):
 
 
 @pytest.mark.parametrize("model", ["nodes", "network"])
-def test_with_a_state_its_covariance_is_what_is_known_beforehand(model, day, artefact, tmp_path):
+def test_with_a_state_what_it_knows_is_known_beforehand(model, day, artefact, tmp_path):
+    """Rises to 0.01 K and the base to 1 um: next to nothing is left to touch for but what drifts afterwards."""
     override = f"robot.thermal.model={model}"
-    K = len(load_job(path_file("spiral_1300"), overrides=[override]).heat.names)
-    root = np.random.default_rng(7).normal(size=(K + 6, K + 6)) * np.array([0.2] * K + [1e-5] * 3 + [1e-5] * 3)[:, None]
-    state = state_of(load_job(path_file("spiral_1300"), overrides=[override]), covariance=root @ root.T)
-    overrides = [override, f"state.file='{written(state, tmp_path)}'"]
-    begun = load_job(path_file("spiral_1300"), overrides=overrides)
-    size = np.sqrt(np.outer(np.diag(state.covariance), np.diag(state.covariance)))
-    assert_allclose(forecast_prior(begun).covariance / size, state.covariance / size, atol=1e-5)
-    assert plan(begun, artefact, 2).rms[-1] < plan(begun, artefact, 2).rms[0]
+    job = load_job(path_file("spiral_1300"), overrides=[override])
+    K = len(job.heat.names)
+    known = np.diag([0.01**2] * K + [1e-6**2] * 3 + [1e-8**2] * 3)
+    before = []
+    for factor in (1, 1e4):
+        state = written(state_of(job, covariance=factor * known), tmp_path)
+        begun = load_job(path_file("spiral_1300"), overrides=[override, f"state.file='{state}'"])
+        before.append(plan(begun, artefact, 6).rms[0])
+    assert before[1] > 2 * before[0]

@@ -40,21 +40,33 @@ def anchor_files(
         InputError: Anything wrong, naming file and line or key.
         ImpossibleError: The robot cannot drive the path.
     """
-    given = [*overrides]
-    if log is not None:
-        file = os.path.relpath(log, Path(path).parent)
-        given += ["before=[]", f"log.file={toml_value(file)}"]
-        if reference is not None:
-            given.append(f"log.reference={_reference(reference)}")
-    elif reference is not None:
-        raise InputError(f"--reference {reference}: is of a log; give it with --log")
-    job = load_job(path, robot, given)
+    job = load_job(path, robot, [*overrides, *log_overrides(path, log, reference)])
     known = read_artefact(artefact)
     number, frame = frame_of_artefact(known, job.frame, frames)
     seen = read_touches(touches, job.robot, known, {number: frame}, planes=True)
     files = {"path": path, "touches": touches, "artefact": artefact, "log": log}
     made_from = {name: sha256(Path(file).read_bytes()).hexdigest() for name, file in files.items() if file is not None}
     return anchor(job, known, seen, frame, made_from)
+
+
+def log_overrides(path: str, log: str | None, reference: str | None) -> list[str]:
+    """A temperature log in place of a path file's [[before]], as overrides ``key=value``.
+
+    Args:
+        path: The path file, whose folder the key counts from.
+        log: Its file; None: there is none.
+        reference: What its rises count from: "start", "ambient" or degC; None: as the path file has it.
+
+    Raises:
+        InputError: A reference without a log, or that is none.
+    """
+    if log is None:
+        if reference is not None:
+            raise InputError(f"--reference {reference}: is of a log; give it with --log")
+        return []
+    file = os.path.relpath(log, Path(path).parent)
+    given = ["before=[]", f"log.file={toml_value(file)}"]
+    return given if reference is None else [*given, f"log.reference={_reference(reference)}"]
 
 
 def _reference(text: str) -> str:

@@ -83,7 +83,7 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
     check_touches(artefact, touches, nominal, place, reach, coordinates)
     target, taught = place[touches.target], None
     if artefact.taught is not None:
-        taught = _taught_rises(artefact, cell.heat.names)
+        taught = taught_rises(artefact, cell.heat.names)
         then = model.actual_pose(theta, np.broadcast_to(taught, rise.shape), motion).position - pushed
         target = target + then - nominal
     rows, along, y = [], [], []
@@ -161,7 +161,12 @@ def _radius(artefact: Artefact, touches: Touches) -> Array:
     return np.asarray((diameter[np.minimum(touches.target, len(diameter) - 1)] + artefact.probe_diameter) / 2)
 
 
-def _taught_rises(artefact: Artefact, nodes: tuple[str, ...]) -> Array:
+def taught_rises(artefact: Artefact, nodes: tuple[str, ...]) -> Array:
+    """Rises of the robot that taught an artefact's places, (K,) [K].
+
+    Raises:
+        InputError: A node that the robot file does not have.
+    """
     given = dict(artefact.taught or {})
     unknown = next((n for n in given if n not in nodes), None)
     if unknown is not None:
