@@ -63,7 +63,7 @@ def follow(
     from compgen.pipelines.resume.pages_anew import read_written
     from compgen.pipelines.resume.resume import require_unedited, resume
     from compgen.pipelines.resume.whole import plan_whole
-    from compgen.pipelines.resume.written_job import job_of, read_written_job
+    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
     from compgen.pipelines.state_in_place import load_state
     from compgen.thermal.growing_log import read_growing_log
 
@@ -82,6 +82,8 @@ def follow(
     if not 0 <= loaded <= len(written.pages):
         raise InputError(f"--loaded {loaded}: {written.manifest_file} has pages 1 to {len(written.pages)}")
     require_unedited(written)
+    if CORRECTED in written.record:
+        raise InputError(f"{folder}: a corrected program's pages are not followed; resume them with --log or --late")
     use_machine(workers)
     whole = plan_whole(job_of(written, path, robot), lambda stage, share: interrupts.raise_if_interrupted())
     job, spans, programs = whole.job, durations(written, whole), read_written(written, whole)

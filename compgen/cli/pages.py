@@ -1,5 +1,6 @@
 """The command that parts a program that exists into pages."""
 
+import json
 import sys
 from hashlib import sha256
 from pathlib import Path
@@ -11,6 +12,7 @@ from compgen.cli.options import Overrides, ProgramFile, Quiet, output_folder
 from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
 
 
 def pages(
@@ -38,6 +40,7 @@ def pages(
     from compgen.fanuc.paging.split import split_program
     from compgen.fanuc.paging.stops import controller_capacity
     from compgen.pipelines.program_file import naming_program, provenance_beside, read_program
+    from compgen.pipelines.resume.written_job import CORRECTED
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_cell
 
@@ -55,7 +58,9 @@ def pages(
     paged = split_program(whole, capacity, taken or (), common=(marking_remark(__version__),) if marked else ())
     check_join(whole, paged.main, {p.name: p.data for p in paged.pages})
     manifest_name = f"{paged.name}{MANIFEST_SUFFIX}"
-    manifest = manifest_json(paged, capacity, {"planned_sha256": sha256(content).hexdigest()})
+    provenance = provenance_beside(Path(program), content)
+    made = {} if provenance is None else {CORRECTED: json.loads(read_regular(provenance))}
+    manifest = manifest_json(paged, capacity, {"planned_sha256": sha256(content).hexdigest(), **made})
     files = {manifest_name: manifest, **paged.files()}
     check_manifest(manifest, files)
     if (main := folder / f"{paged.name}.LS").exists() and main.samefile(program):

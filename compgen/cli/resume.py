@@ -36,6 +36,9 @@ def resume(
     ] = None,
     loaded: Annotated[int, typer.Option("--loaded", help="The last page that the controller has.")] = 0,
     done: Annotated[int, typer.Option("--done", help="The last page that has run.")] = 0,
+    max_um: Annotated[
+        float | None, typer.Option("--max-um", help="Of a corrected program's pages: largest error allowed [um].")
+    ] = None,
     path: JobPath = None,
     robot: JobRobot = None,
     date: Annotated[
@@ -50,6 +53,7 @@ def resume(
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import RESUME, show_progress
     from compgen.cli.replace_together import finish_replacing
+    from compgen.cli.resume_corrected import resume_corrected_program
     from compgen.cli.resume_table import show_resumed
     from compgen.pipelines.resume.beginning import Beginning, Known, begin_late
     from compgen.pipelines.resume.from_log import begin_with_log
@@ -57,7 +61,7 @@ def resume(
     from compgen.pipelines.resume.resume import require_free
     from compgen.pipelines.resume.resume import resume as pipeline
     from compgen.pipelines.resume.whole import plan_whole
-    from compgen.pipelines.resume.written_job import job_of, read_written_job
+    from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
     from compgen.pipelines.state_in_place import seconds_of_age
     from compgen.report.resume_summary import resume_json
 
@@ -78,6 +82,12 @@ def resume(
     written = read_written_job(place)
     require_free(written, from_page, loaded, done)
     use_machine(workers)
+    if CORRECTED in written.record:
+        resume_corrected_program(
+            written, place, from_page, waits if late is not None else None, log, when, loaded, done, robot, max_um,
+            force, as_json, quiet,
+        )  # fmt: skip
+        return
     with show_progress(quiet or as_json, RESUME) as progress:
         whole = plan_whole(job_of(written, path, robot), progress)
 
@@ -103,17 +113,26 @@ def resume(
 
 def put_pages(folder: Path, resumed: "Resumed") -> None:
     """Put the new pages, the manifest and the report into their folder, all of them or none."""
-    from compgen.cli.replace_together import replace_together
     from compgen.report.resume_page import resume_html
     from compgen.report.resume_summary import resume_json
 
-    reports = dict(zip(RESUME_FILES, (resume_json(resumed), resume_html(resumed))))
+    changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
+    put_files(folder, changed, resume_json(resumed), resume_html(resumed))
+
+
+def put_files(folder: Path, changed: dict[str, bytes], report: bytes, page: bytes) -> None:
+    """Put pages and manifest with their report into a folder, all of them or none.
+
+    Raises:
+        InputError: A report of another stands there, or the folder cannot be written.
+    """
+    from compgen.cli.replace_together import replace_together
+
     record = folder / RESUME_FILES[0]
     foreign = [name for name in RESUME_FILES if (folder / name).exists() and "from_page" not in read_record(record)]
     if foreign:
         raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume wrote; move it away")
-    changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-    replace_together(folder, {**changed, **reports})
+    replace_together(folder, {**changed, **dict(zip(RESUME_FILES, (report, page)))})
 
 
 def checked_moment(date: str | None) -> str:

@@ -1,30 +1,34 @@
 """What ``resume`` prints at its end: each page before and after, the join, the findings."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from compgen.core.units import UM
-from compgen.pipelines.resume.result import Resumed
+from compgen.pipelines.resume.result import PageResult, Resumed
+
+
+def pages_table(title: str, pages: Sequence[PageResult]) -> Table:
+    """Each page before and after."""
+    table = Table(title=title, title_justify="left")
+    table.add_column("on the part, um", no_wrap=True)
+    for side in ("before", "after"):
+        for statistic in ("max", "p99", "rms"):
+            table.add_column(f"{side} {statistic}", justify="right")
+    for page in pages:
+        sides = (page.before, page.after)
+        table.add_row(page.file, *(f"{getattr(s, name) / UM:.2f}" for s in sides for name in ("max", "p99", "rms")))
+    return table
 
 
 def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
     """Print the pages, why, and what became of them."""
     console = Console(width=None if sys.stdout.isatty() else 100)
     planned, beginning = resumed.planned, resumed.beginning
-    table = Table(title=f"{planned.job.name} from page {resumed.from_page} on", title_justify="left")
-    table.add_column("on the part, um", no_wrap=True)
-    for side in ("before", "after"):
-        for statistic in ("max", "p99", "rms"):
-            table.add_column(f"{side} {statistic}", justify="right")
-    for page in resumed.pages:
-        sizes = [
-            f"{getattr(side, name) / UM:.2f}" for side in (page.before, page.after) for name in ("max", "p99", "rms")
-        ]
-        table.add_row(page.file, *sizes)
-    console.print(table)
+    console.print(pages_table(f"{planned.job.name} from page {resumed.from_page} on", resumed.pages))
     rises = ", ".join(
         f"{name} {now:.2f} ({now - then:+.2f})"
         for name, now, then in zip(planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist())

@@ -13,7 +13,8 @@ from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 
-WRITTEN = "cgen resume goes on with the pages that cgen generate wrote"
+WRITTEN = "cgen resume goes on with what cgen generate, or cgen pages of a corrected program, wrote"
+CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +25,7 @@ class WrittenPage:
     name: str
     file: str
     sha256: str  # by the manifest
-    first: int  # position of the undivided program that it starts at, from 0
+    first: int  # position of the undivided program that it starts at, from 0; of one that existed, its first motion
     last: int  # at which it stops
     data: bytes
 
@@ -76,7 +77,7 @@ def read_written_job(folder: Path) -> WrittenJob:
         record = json.loads(read_regular(manifest, MOST_TABLE_BYTES))
         entries = sorted(record["pages"], key=lambda entry: int(entry["order"]))
         facts = [
-            (int(e["order"]), str(e["name"]), _plain(e["file"]), str(e["sha256"]), e.get("first_position"), e)
+            (int(e["order"]), str(e["name"]), _plain(e["file"]), str(e["sha256"]), _first(record, e), e)
             for e in entries
         ]
         main_file, main_sha = _plain(record["main"]["file"]), str(record["main"]["sha256"])
@@ -84,11 +85,11 @@ def read_written_job(folder: Path) -> WrittenJob:
         raise InputError(f"{manifest}: it is not a manifest of pages; {WRITTEN}") from None
     if [n for n, *_ in facts] != list(range(1, len(facts) + 1)) or not facts:
         raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
-    if any(first is None for *_, first, _ in facts) or "inputs_sha256" not in record or "job" not in record:
+    if any(first is None for *_, first, _ in facts) or not ({"job", CORRECTED} & {*record}):
         raise InputError(f"{manifest}: it does not say which path file and robot file made these pages; {WRITTEN}")
     pages = tuple(
         WrittenPage(
-            n, name, file, checksum, int(first) - 1, int(entry["last_position"]) - 1,
+            n, name, file, checksum, int(first) - 1, int(entry.get("last_position", entry["motions"][1])) - 1,
             _content(folder, file, manifest.name),
         )
         for n, name, file, checksum, first, entry in facts
@@ -112,6 +113,11 @@ def _manifest_of(folder: Path) -> Path:
         names = ", ".join(m.name for m in manifests[:3])
         raise InputError(f"{folder}: it holds the pages of several jobs ({names}); give each a folder of its own")
     return manifests[0]
+
+
+def _first(record: Mapping[str, Any], entry: Mapping[str, Any]) -> Any:
+    """The first position of a page, or the first motion of one whose program was corrected; None: nobody says."""
+    return entry["motions"][0] if CORRECTED in record else entry.get("first_position")
 
 
 def _plain(name: Any) -> str:

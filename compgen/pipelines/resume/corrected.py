@@ -1,0 +1,354 @@
+r"""The rest of a corrected program in pages, corrected anew: a program that existed, planned by somebody else.
+
+Its provenance says what it was made from. The planned program is corrected again, whole, on an arm whose heat begins so
+that it is as warm as wanted when the page starts: with z the state there by the day so far and z' the wanted one,
+
+    start' = start + (z' - z) exp(rate t)
+
+for every mode that remembers so long (one that has died away over ``FORGOTTEN`` time constants says nothing). Only the
+pages from that one on are taken; those before stay. Source: superposition, the heat models are linear.
+"""
+
+import base64
+import json
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen import __version__
+from compgen.core.arrays import Array
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
+from compgen.core.findings import Finding, Progress
+from compgen.core.pose import Pose
+from compgen.core.rotations import from_wpr
+from compgen.core.units import DEG, HOUR, KB, MM, UM
+from compgen.fanuc import loads
+from compgen.fanuc.analysis.marked_program import is_marked
+from compgen.fanuc.analysis.stations import interpolate_poses, measure_reach
+from compgen.fanuc.analysis.traversal import read_traversal
+from compgen.fanuc.editing.remark import marking_remark
+from compgen.fanuc.frames import Frames, default_frames
+from compgen.fanuc.paging.capacity import Capacity
+from compgen.fanuc.paging.split import split_program
+from compgen.pipelines.correct import Correction
+from compgen.pipelines.correct import correct as correct_program
+from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution, execute_program, pose_errors
+from compgen.pipelines.correct.result import Options, options_of
+from compgen.pipelines.correct.station_corrections import heat_motion
+from compgen.pipelines.job import Cell
+from compgen.pipelines.resume.result import Join, PageResult, Size, size_of
+from compgen.pipelines.resume.resume import require_free, require_unedited
+from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
+from compgen.pipelines.robot_file import load_cell
+from compgen.thermal import Duty, JointMotion, state_after, states_at, tables
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.history import STANDING
+from compgen.thermal.log_fit import fit_log
+from compgen.thermal.network import NetworkModel, with_losses
+from compgen.thermal.tables.schema import AmbientTable, LogTable
+from compgen.verification.verdict import Verdict
+
+FORGOTTEN = 20.0  # time constants
+_ANEW = "correct the program anew with cgen correct"
+
+#: from the arm, its state by the day so far (S,) and its motion: the cell with the wanted state, why, and a record
+Begin = Callable[[Cell, Array, JointMotion], tuple[Cell, Array, str, dict[str, Any]]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CorrectedJob:
+    """What a corrected program in pages was made from."""
+
+    written: WrittenJob
+    cell: Cell
+    frames: Frames
+    before: tuple[Duty, ...]
+    options: Options
+    planned: bytes
+    corrected_sha256: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ResumedProgram:
+    """The rest of a corrected program, written anew."""
+
+    written: WrittenJob
+    from_page: int
+    correction: Correction  # of the whole program; only the pages from that one on are taken
+    files: dict[str, bytes]  # the new pages and the manifest, by name
+    pages: tuple[PageResult, ...]
+    join: Join | None
+    why: str
+    cause: dict[str, Any]
+    findings: tuple[Finding, ...]
+
+    @property
+    def replaced(self) -> tuple[str, ...]:
+        """Pages whose bytes are others than those in the folder."""
+        return tuple(page.file for page in self.pages if page.is_new)
+
+    @property
+    def unchanged(self) -> tuple[str, ...]:
+        """Pages that are made anew and come out as they were."""
+        return tuple(page.file for page in self.pages if not page.is_new)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of the correction."""
+        return self.correction.verdict
+
+
+def read_corrected(written: WrittenJob, robot: str | None = None, max_um: float | None = None) -> CorrectedJob:
+    """What a folder's pages were made from.
+
+    Args:
+        written: The pages, with their program's provenance.
+        robot: The robot file; default the one that was used.
+        max_um: Largest error allowed after correction [um].
+
+    Raises:
+        InputError: Another robot file, or something that the provenance does not hold whole.
+    """
+    made, where = written.record[CORRECTED], written.manifest_file
+    try:
+        planned = zlib.decompress(base64.b85decode(made["planned_zlib_b85"]))
+        overrides = [str(o) for o in made["overrides"]]
+        name, checksum = str(made["robot_file"]["path"]), str(made["robot_file"]["sha256"])
+        given, frames = made["options"], made["frames"]
+        before = tuple(Duty(d["state"], round(d["feed_mm_s"] * MM, 12), d["duration_h"] * HOUR) for d in made["before"])
+        unsupported = [key for key in ("average_over",) if key in given]
+        unsupported += [key for key in ("registers", "state_sha256") if made.get(key)]
+        unsupported += ["extended"] if frames.get("extended") else []
+        options = options_of(bool(given["split"]), given["insert_um"], False, False, given["mark"], max_um)
+        kinds = {kind: {int(n): _pose(row) for n, row in frames[kind].items()} for kind in ("uframe", "utool")}
+        corrected_sum = str(made["corrected_sha256"])
+    except (KeyError, TypeError, ValueError, AttributeError, zlib.error):
+        raise InputError(f"{where}: {CORRECTED}: not what cgen correct wrote; {_ANEW}") from None
+    if sha256(planned).hexdigest() != made["planned_sha256"]:
+        raise InputError(f"{where}: {CORRECTED}: the planned program in it is damaged; {_ANEW}")
+    if unsupported:
+        raise InputError(f"{where}: {CORRECTED}.{unsupported[0]}: pages of such a program are not resumed; {_ANEW}")
+    cell = load_cell(robot if robot is not None else name, overrides)
+    if cell.robot_file_hash != checksum:
+        raise InputError(
+            f"{cell.robot_file}: this robot file is another than what made {where} (sha256 "
+            f"{cell.robot_file_hash[:8]}, not {checksum[:8]}); put the old back, or {_ANEW}"
+        )
+    plain = default_frames()
+    both = Frames({**plain.uframe, **kinds["uframe"]}, {**plain.utool, **kinds["utool"]})
+    return CorrectedJob(written, cell, both, before, options, planned, corrected_sum)
+
+
+def _pose(row: list[float]) -> Pose:
+    x, y, z, w, p, r = row
+    return Pose(np.array([x, y, z]) * MM, from_wpr(*(np.array([a * DEG]) for a in (w, p, r)))[0])
+
+
+def resume_corrected(
+    job: CorrectedJob, from_page: int, begin: Begin, date: str, progress: Progress, loaded: int = 0, done: int = 0
+) -> ResumedProgram:
+    """The pages of a corrected program from one on, for what the robot is when it starts.
+
+    Args:
+        job: What they were made from.
+        from_page: The first page to write anew, from 1.
+        begin: How the robot begins there.
+        date: For the record.
+        progress: Called with the stage and the share done.
+        loaded: The last page that the controller has; 0 where nobody says.
+        done: The last page that has run.
+
+    Raises:
+        InputError: Such a page is not there, has run or is loaded, a file is another than was written, or the new
+            correction needs another program.
+    """
+    written = job.written
+    require_free(written, from_page, loaded, done)
+    require_unedited(written)
+    first = _corrected(job, job.cell, job.before, progress)
+    if sha256(first.text).hexdigest() != job.corrected_sha256:
+        raise InputError(f"{written.manifest_file}: another version or input corrected this program; {_ANEW}")
+    poses, drive = first.plan.poses, first.plan.drive
+    motion = heat_motion(poses, drive)
+    start = state_after(job.cell.heat, with_losses(job.cell.heat, job.before, motion))
+    cell, old = job.cell, first
+    earlier = [entry for entry in written.resumed if int(entry["from_page"]) < from_page]
+    if earlier:
+        start = np.array(earlier[-1]["start_state"])
+        old = _corrected(job, _beginning(cell, start), (), progress)
+    active = np.flatnonzero(~loads(job.planned).motions.disabled) if old.added == 0 else None
+    stations = _page_stations(old, written, active)
+    at = stations[from_page - 1]
+    state = states_at(cell.heat, start, motion, np.array([2 * at]))[0] if at else start
+    cell, wanted, why, cause = begin(cell, state, motion)
+    remembered = cell.heat.rate * motion.time[2 * at] < FORGOTTEN
+    growth = np.exp(np.where(remembered, cell.heat.rate * motion.time[2 * at], 0.0))
+    started = start + np.where(remembered, (wanted - state) * growth, 0.0)
+    new = _corrected(job, _beginning(cell, started), (), progress)
+    if not np.array_equal(loads(new.text).positions.number, loads(old.text).positions.number):
+        raise InputError(
+            f"{written.manifest_file}: the new correction needs other positions than the pages have (--split, "
+            f"--insert); {_ANEW}"
+        )
+    pages = _pages_of(job, new.text)
+    before = _fly(new, old.text)
+    results = _results(written, from_page, stations, pages, new, before)
+    join = _join(written, from_page, at, new, before, old.text) if at else None
+    entry = {
+        "from_page": from_page,
+        "date": date,
+        "why": why,
+        **cause,
+        **({"loaded": loaded} if loaded else {}),
+        **({"done": done} if done else {}),
+        "start_state": started.tolist(),
+        "join": None if join is None else join.record(),
+    }
+    files = {page.file: pages[page.name] for page in written.pages[from_page - 1 :]}
+    manifest = _manifest(written, files, entry, results)
+    return ResumedProgram(
+        written, from_page, new, {**files, written.manifest_file: manifest}, results, join, why, cause, new.findings
+    )
+
+
+def begin_late_anew(late: float) -> Begin:
+    """The page starts so much later [s] than the page before stopped; the servo is on."""
+
+    def begin(cell: Cell, state: Array, motion: JointMotion) -> tuple[Cell, Array, str, dict[str, Any]]:
+        standing = with_losses(cell.heat, [replace(STANDING, duration=late)], motion)
+        waited = state_after(cell.heat, standing, state)
+        return cell, waited, f"it starts {late:.0f} s late", {"late_s": late}
+
+    return begin
+
+
+def begin_with_log_anew(file: str) -> Begin:
+    """The page starts when a thermocouple log ends; its readings count from the default reference."""
+
+    def begin(cell: Cell, state: Array, motion: JointMotion) -> tuple[Cell, Array, str, dict[str, Any]]:
+        reference = AmbientTable().reference_degC
+        log = tables.log_of(LogTable(file=file), cell.heat.names, cell.sensors, reference, "log")
+        loss: tuple[float, ...] = ()
+        if isinstance(cell.heat, NetworkModel):
+            loss, _ = mean_losses(cell.robot, cell.heat.drives, motion)
+        wanted = fit_log(log, replace(cell.heat, start=None), loss).heat.start
+        end = float(log.time[-1])
+        checksum = sha256(read_regular(file)).hexdigest()
+        cause = {"log": Path(file).name, "log_sha256": checksum, "log_end_s": end}
+        return cell, state if wanted is None else wanted, f"thermocouple log {cause['log']} until {end:.0f} s", cause
+
+    return begin
+
+
+def _beginning(cell: Cell, start: Array) -> Cell:
+    return replace(cell, heat=replace(cell.heat, start=start))
+
+
+def _corrected(job: CorrectedJob, cell: Cell, before: tuple[Duty, ...], progress: Progress) -> Correction:
+    return correct_program(job.planned, cell, job.frames, before, job.options, progress)
+
+
+def _page_stations(old: Correction, written: WrittenJob, active: Any) -> list[int]:
+    """The first station of each page."""
+    drive = old.plan.drive
+    moves = np.unique(drive.motion) if active is None else active
+    return [int(np.searchsorted(drive.motion, moves[page.first])) for page in written.pages]
+
+
+def _pages_of(job: CorrectedJob, text: bytes) -> dict[str, bytes]:
+    """Pages of a text by name, parted as those in the folder were."""
+    written, limits = job.written, job.written.record["controller"]
+    capacity = Capacity(
+        int(limits["max_lines"]), int(limits["max_positions"]), float(limits["memory_kB"]) * KB,
+        int(limits["name_length"]),
+    )  # fmt: skip
+    program = loads(text)
+    common = (marking_remark(__version__),) if is_marked(program, job.cell.robot) or text != job.planned else ()
+    pages = {page.name: page.data for page in split_program(program, capacity, (), common=common).pages}
+    if list(pages) != [page.name for page in written.pages]:
+        raise InputError(f"{written.manifest_file}: the program is parted in other pages now; {_ANEW}")
+    return pages
+
+
+def _fly(new: Correction, text: bytes) -> tuple[ProgramExecution, PoseErrors]:
+    """What the twin does with another text of the same program, as warm as with the new one."""
+    robot, program = new.cell.robot, loads(text)
+    poses = new.around.poses(program, robot)
+    drive = measure_reach(robot, poses, read_traversal(program, poses, robot, new.around.called.motionless))
+    drive = replace(drive, beyond=np.maximum(new.plan.drive.beyond, drive.beyond))
+    execution = execute_program(new.cell, poses, drive, ())
+    target = interpolate_poses(new.plan.poses, new.plan.drive, execution.station, execution.fraction)
+    return execution, pose_errors(execution, target)
+
+
+def _results(
+    written: WrittenJob, from_page: int, stations: list[int], pages: dict[str, bytes], new: Correction,
+    before: tuple[ProgramExecution, PoseErrors],
+) -> tuple[PageResult, ...]:  # fmt: skip
+    """Each page's error at and between corrected stations, with the old text and with the new one."""
+    edges, results = [*stations, len(new.plan.drive.pose)], []
+    for page in written.pages[from_page - 1 :]:
+        low, high = edges[page.number - 1], edges[page.number]
+        sizes: list[Size] = []
+        for execution, errors in (before, (new.execution, new.residual)):
+            here = (execution.station >= low) & (execution.station < high)
+            if len(here) == len(new.judged):
+                here &= new.judged
+            sizes.append(size_of(errors.distance[here], np.ones(int(here.sum()))))
+        results.append(PageResult(page.number, page.name, page.file, sizes[0], sizes[1], pages[page.name] != page.data))
+    return tuple(results)
+
+
+def _join(
+    written: WrittenJob, from_page: int, station: int, new: Correction,
+    before: tuple[ProgramExecution, PoseErrors], old_text: bytes,
+) -> Join | None:  # fmt: skip
+    """What the tool does at the stop before the first new page; whether that is on a part nobody knows."""
+    places, sizes = [], []
+    for execution, errors in (before, (new.execution, new.residual)):
+        here = np.flatnonzero((execution.station == station - 1) & (execution.fraction == 1))
+        if not len(here):
+            return None
+        places.append(execution.actual.position[here[0]])
+        sizes.append(float(errors.distance[here[0]]))
+    robot, pose = new.cell.robot, int(new.plan.drive.pose[station - 1])
+    old, now = (new.around.poses(loads(text), robot).tcp.position[pose] for text in (old_text, new.text))
+    gap = float(np.abs(now - old).max())
+    step = float(np.linalg.norm(places[1] - places[0]))
+    return Join(written.pages[from_page - 1].name, gap, step, sizes[0], sizes[1], False)
+
+
+def _manifest(
+    written: WrittenJob, files: dict[str, bytes], entry: dict[str, Any], results: tuple[PageResult, ...]
+) -> bytes:
+    """The manifest with what was replaced."""
+    record: dict[str, Any] = json.loads(json.dumps(dict(written.record)))
+    of_page = {page.file: page for page in results}
+    entry["pages"] = []
+    for line in record["pages"]:
+        if line["file"] in files:
+            data, result = files[line["file"]], of_page[line["file"]]
+            checksum = sha256(data).hexdigest()
+            sizes = {"before": result.before.record(), "after": result.after.record()}
+            entry["pages"].append({"name": line["name"], "old_sha256": line["sha256"], "new_sha256": checksum, **sizes})
+            line.update(sha256=checksum, bytes=len(data))
+    record["resumed"] = [*record.get("resumed", []), entry]
+    return (json.dumps(record, indent=2, allow_nan=False) + "\n").encode()
+
+
+def words_of(resumed: ResumedProgram) -> list[str]:
+    """What became of the pages, line by line."""
+    join = resumed.join
+    lines = [f"because {resumed.why}"]
+    if join is not None:
+        lines.append(
+            f"join: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
+            f"{join.beyond / UM:.2f} beyond that; whether it is on a part the program does not say"
+        )
+    return lines

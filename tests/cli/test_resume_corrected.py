@@ -1,0 +1,111 @@
+"""The pages of a corrected program, corrected anew for a late start: against a program whose day had the wait in it."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from command_line import refused, run
+from ls_text import cartesian, program
+
+from compgen import fanuc as ls
+
+SHIFT = ("--before", "moving 200mm/s 5h")
+PAGES = ("--robot", "m710ic50", "--set", "controller.max_lines=40", "-q")
+RESUME = ("--late", "35min", "--max-um", "5", "--date", "2026-01-31")
+
+
+def pages_of(folder, name, *before):
+    points = [cartesian(n, (1300 + n, 20, 200, 180, 0, 0)) for n in range(1, 100)]
+    folder.mkdir(exist_ok=True)
+    source = folder / "LONG.LS"
+    source.write_bytes(program([f"L P[{n}] 100mm/sec FINE" for n in range(1, 100)], points, name="LONG"))
+    made, out = folder / f"{name}_made", folder / name
+    arguments = ("correct", source, "--robot", "m710ic50", *SHIFT, *before, "--max-um", "5", "-q", "-o", made)
+    assert run(*arguments).returncode == 0
+    assert run("pages", made / "LONG.LS", *PAGES, "-o", out).returncode == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return pages_of(tmp_path_factory.mktemp("made"), "pages")
+
+
+@pytest.fixture
+def job(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "out")
+
+
+def contents(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+def test_a_late_start_is_what_correct_makes_of_the_same_wait(job, tmp_path):
+    waited = pages_of(tmp_path / "waited", "pages", "--before", "idle 35min")
+    result = run("resume", job, "--from-page", "1", *RESUME)
+    assert result.returncode == 0, result.stderr
+    for number in (1, 2, 3):
+        ours, oracle = (ls.loads((folder / f"LONG_0{number}.LS").read_bytes()) for folder in (job, waited))
+        assert np.array_equal(ours.positions.value, oracle.positions.value, equal_nan=True)
+    assert run("resume", job, "--from-page", "1", *RESUME).stdout.count("nothing to do") == 1
+
+
+def test_the_rest_is_written_and_what_was_before_stays(job):
+    before = contents(job)
+    result = run("resume", job, "--from-page", "2", *RESUME, "--json")
+    assert result.returncode == 0, result.stderr
+    report, after = json.loads(result.stdout), contents(job)
+    changed = {name for name in after if before.get(name) != after[name]}
+    assert changed == {"LONG_02.LS", "LONG_03.LS", "LONG.pages.json", "resume.json", "resume.html"}
+    assert [page["page"] for page in report["pages"]] == [2, 3]
+    for page in report["pages"]:
+        assert page["before"]["max_um"] > 5 > 1 > page["after"]["max_um"]
+    join = report["join"]
+    assert join["beyond_um"] < 1 < join["demanded_um"]
+    entry = json.loads(after["LONG.pages.json"])["resumed"][0]
+    assert (entry["from_page"], entry["late_s"], entry["date"]) == (2, 2100, "2026-01-31")
+    for page in ("LONG_02.LS", "LONG_03.LS"):
+        old, new = (ls.loads(files[page]) for files in (before, after))
+        assert (old.positions.number == new.positions.number).all()
+        assert len(old.data) == len(new.data)
+    # a second wait counts from the first
+    again = json.loads(run("resume", job, "--from-page", "3", *RESUME, "--json").stdout)
+    assert again["pages"][0]["before"]["max_um"] > 3 > again["pages"][0]["after"]["max_um"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (("--from-page", "4"), 2, ("pages 1 to 3",)),
+        (("--from-page", "2", "--loaded", "2"), 2, ("handed",)),
+        (("--from-page", "2", "--robot", "irb120"), 2, ("irb120",)),
+    ],
+)
+def test_what_cannot_be_is_refused_and_changes_nothing(job, arguments, code, words):
+    before = contents(job)
+    refused(run("resume", job, *arguments, *RESUME), code, *words)
+    assert contents(job) == before
+
+
+def test_a_page_edited_by_hand_and_a_record_that_is_none_are_refused(job):
+    page = (job / "LONG_01.LS").read_bytes()
+    (job / "LONG_01.LS").write_bytes(page.replace(b"100mm/sec", b"101mm/sec", 1))
+    refused(run("resume", job, "--from-page", "2", *RESUME), 2, "edited by hand")
+    (job / "LONG_01.LS").write_bytes(page)
+    record = json.loads((job / "LONG.pages.json").read_bytes())
+    record["corrected_from"]["planned_zlib_b85"] = "x"
+    (job / "LONG.pages.json").write_text(json.dumps(record))
+    refused(run("resume", job, "--from-page", "2", *RESUME), 2, "cgen correct")
+
+
+def test_its_pages_are_not_followed(job):
+    (job / "log.csv").write_text("time_s,part_3_degC\n0,20\n")
+    refused(run("follow", job, "--log", job / "log.csv", "--once"), 2, "not followed")
+
+
+def test_without_a_bound_it_is_written_and_said(job):
+    result = run("resume", job, "--from-page", "2", "--late", "35min", "-q")
+    assert result.returncode == 1
+    assert "no bounds" in result.stderr
+    assert "written all the same" in result.stderr
