@@ -5,9 +5,11 @@ import shutil
 
 import numpy as np
 import pytest
+import states
 from command_line import refused, run
 
 from compgen.cli import follow as command
+from compgen.pipelines.resume.written_job import job_of, read_written_job
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
 NODES = {"part_3": 9.7271, "part_4": 3.4739, "part_6": 11.5768, "part_11": 2.6751}  # rises when it is planned to start
@@ -105,6 +107,23 @@ def test_a_page_that_the_controller_has_is_never_written(job, tmp_path):
             (job / name).write_bytes(data)
         _, record = look(job, "--log", log(tmp_path, 30, 1.5), "--started", "0s", *option)
         assert record["due"] == 3
+
+
+def test_touches_that_find_a_moved_base_make_the_next_page_due(job, tmp_path):
+    """150 um at 10 s: page 1 runs and leaves it, the next that can be written is right for it."""
+    whole = job_of(read_written_job(job))
+    state = states.written(states.state_of(whole, time=10.0, base=np.array([150e-6, 0, 0, 0, 0, 0])), tmp_path)
+    arguments = (job, "--log", log(tmp_path, 30), "--started", "0s", "--lead", "0s", "--state", state)
+    result, record = look(*arguments)
+    refused(result, 1, "page 1", "it runs")
+    assert record["due"] == 2
+    assert record["forecast"][0]["max_um"] > 140
+    assert record["after_um"] < 2
+    entry = json.loads((job / "OPTIC_RASTER.pages.json").read_bytes())["resumed"][0]
+    assert entry["state_time_s"] == 10
+    _, again = look(*arguments)
+    assert again["due"] == 0
+    assert again["forecast"][1]["max_um"] < 3
 
 
 def test_it_says_what_it_sees_in_a_line(job, tmp_path):

@@ -9,12 +9,14 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.toml import check, override, read_toml
+from compgen.core.units import MINUTE
 from compgen.pipelines.job import Job
 from compgen.pipelines.resume.beginning import Beginning, Known, begin_at
 from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.schema import PathFile
 from compgen.thermal import tables
 from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.growing_log import read_growing_log
 from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.tables.schema import LogTable
@@ -31,8 +33,16 @@ def read_log(job: Job, file: str) -> tuple[TemperatureLog, bool]:
     path = path_tables(job)
     table = LogTable(file=file) if path.log is None else path.log.model_copy(update={"file": file})
     zero = path.ambient.reference_degC
-    log = tables.log_of(table, job.cell.heat.names, job.cell.sensors, zero, "log")
+    log = _whole_rows(job, table, zero) or tables.log_of(table, job.cell.heat.names, job.cell.sensors, zero, "log")
     return log, not path.ambient.model_fields_set - {"reference_degC", "clock_h"}
+
+
+def _whole_rows(job: Job, table: LogTable, zero: float) -> TemperatureLog | None:
+    """A log that somebody is still writing, without a last line that has no end; None for one with anything wrong."""
+    log = read_growing_log(table.file, job.cell.heat.names, job.cell.sensors)
+    if log.readings is None or log.left_out or log.gaps or log.set_back or len(log.readings.time) < 2:
+        return None
+    return log.readings.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
 
 
 def path_tables(job: Job) -> PathFile:
