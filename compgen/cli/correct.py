@@ -60,6 +60,9 @@ def correct(
     ] = "digits",
     restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
+    lift_all: Annotated[
+        float | None, typer.Option("--lift-all", help="Correct a dry run instead: NAME_DRY.LS, lifted by so much [mm].")
+    ] = None,
     overrides: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     quiet: Quiet = False,
@@ -67,6 +70,7 @@ def correct(
     """Correct an existing program in place: only the numbers of its positions change."""
     from compgen.cli.correction_table import show_correction
     from compgen.cli.progress_bar import CORRECT, show_progress
+    from compgen.fanuc.editing.lift import DRY, renamed
     from compgen.pipelines import correct as pipeline
     from compgen.pipelines.correct.result import options_of
     from compgen.pipelines.history_words import load_before
@@ -84,24 +88,28 @@ def correct(
     from compgen.report.files import correction_files
     from compgen.verification.verdict import Verdict
 
-    options = options_of(split, insert, strict, again, mark, max_um, average_over)
+    options = options_of(split, insert, strict, again, mark, max_um, average_over, lift_all)
     source = Path(program)
-    folder = output_folder(program, output)
+    folder = output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
     if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
         raise InputError(f"{program}: the result would replace it; give another folder with -o")
     if restore:
         _restore(source, content, folder, quiet)
         return
-    check_correction_folder(folder, content, source.name, source.stem + PROVENANCE)
+    file = source.name if not options.raised else f"{source.stem}{DRY}{source.suffix}"
+    provenance = Path(file).stem + PROVENANCE
+    if not options.raised:
+        check_correction_folder(folder, content, file, provenance)
     if not again:
         refuse_corrected(source, content)
     if robot is None:
         with naming_program(program):
             robot = robot_of_program(content)
     cell, history = begin(load_cell(robot, overrides or ()), load_before(before or ()), state, state_age)
-    frames_table = read_frames(frames)
-    provenance, register_table = source.stem + PROVENANCE, read_registers(registers)
+    if options.raised:  # under the name that it gets on this controller
+        check_correction_folder(folder, renamed(content, cell.robot.controller.name_length), file, provenance)
+    frames_table, register_table = read_frames(frames), read_registers(registers)
     with show_progress(quiet or as_json, CORRECT) as progress:
         with naming_program(program):
             correction = pipeline.correct(
@@ -109,10 +117,10 @@ def correct(
             )
         progress("report", 0.0)
         written = correction.is_usable or force
-        files = correction_files(correction, source.name, written)
-        programs = {name: files[name] for name in (provenance, source.name) if name in files}
+        files = correction_files(correction, file, written)
+        programs = {name: files[name] for name in (provenance, file) if name in files}
         reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
-        publish(folder, programs, reports, {*reports, provenance, source.name})
+        publish(folder, programs, reports, {*reports, provenance, file})
     if as_json:
         sys.stdout.write(files["report.json"].decode())
     elif not quiet:
@@ -120,7 +128,7 @@ def correct(
     if not correction.inside:
         broken = next(f.message for f in correction.findings if f.level is Level.OUTSIDE)
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
-        ending = ending if written else f"{source.name} not written; --force writes it"
+        ending = ending if written else f"{file} not written; --force writes it"
         outcome = "outside bounds" if correction.verdict is Verdict.OUTSIDE else correction.verdict
         raise typer.Exit(print_error(f"{outcome}: {broken}; {ending}", 1))
 

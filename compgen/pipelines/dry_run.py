@@ -34,8 +34,7 @@ def lifted(job: Job, height: float) -> Job:
     Raises:
         InputError: A height that is none.
     """
-    if not 0 < height <= HIGHEST:
-        raise InputError(f"--lift-all {height / MM:g}: must be above 0 and at most {HIGHEST / MM:g} mm")
+    check_height(height)
     other = job.on_other_heat_model
     return replace(
         job,
@@ -45,6 +44,12 @@ def lifted(job: Job, height: float) -> Job:
         inputs_hash=sha256(f"{job.inputs_hash} lifted by {height!r} m".encode()).hexdigest(),
         on_other_heat_model=None if other is None else lambda: lifted(other(), height),
     )
+
+
+def check_height(height: float) -> None:
+    """Raises InputError for a lift [m] that is none."""
+    if not 0 < height <= HIGHEST:
+        raise InputError(f"--lift-all {height / MM:g}: must be above 0 and at most {HIGHEST / MM:g} mm")
 
 
 def dry_run_words(height: float) -> str:
@@ -77,6 +82,14 @@ def dry_run_findings(job: Job, path: ToolPath) -> list[Finding]:
         f"{dry_run_words(height)}: this program runs {height / MM:g} mm above its place, at least "
         f"{share[worst] * height / MM:.1f} mm clear of the part; its correction is for there: not for the part"
     )
+    return [Finding(Level.WARNING, "program.dry_run", message)]
+
+
+def raised_findings(height: float) -> list[Finding]:
+    """That a corrected program is a dry run, lifted by so much [m]; none for 0."""
+    if height == 0:
+        return []
+    message = f"{dry_run_words(height)}: Z of every position is {height / MM:g} mm higher; not for the part"
     return [Finding(Level.WARNING, "program.dry_run", message)]
 
 

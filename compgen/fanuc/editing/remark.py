@@ -1,4 +1,4 @@
-"""The remark that marks a corrected program whose positions cannot carry the watermark."""
+"""Remarks that a corrected program gets where lines may be added to it."""
 
 import re
 
@@ -12,9 +12,15 @@ def marking_remark(version: str) -> str:
     return f"compgen {version}{CORRECTED}"
 
 
-def insert_remark(program: LsProgram, version: str) -> LsProgram:
-    """The program with a first line that says that compgen corrected it; as all new lines it carries no number."""
+def insert_remark(program: LsProgram, words: str) -> LsProgram:
+    """The program with a remark as its first line; as all new lines it carries no number."""
     at = int(program.place[0])
     number = re.sub(rb"\d", b" ", program.data[at : program.data.index(b":", at)])
-    remark = f":  !{marking_remark(version)} ;".encode("ascii")
+    remark = f":  !{words} ;".encode("ascii")
     return edited(program, {(at, at): number + remark + line_end(program.data)})
+
+
+def says_override(program: LsProgram) -> bool:
+    """Whether a remark or a statement of a program says an override already."""
+    at = int(program.place[0]) if len(program.place) else len(program.data)
+    return b"OVERRIDE" in program.data[at:].upper()

@@ -10,6 +10,7 @@ from compgen import __version__
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Progress
+from compgen.core.units import MM
 from compgen.fanuc import LsProgram, edited, loads
 from compgen.fanuc.analysis import watermark
 from compgen.fanuc.analysis.called_programs import called_programs
@@ -20,8 +21,9 @@ from compgen.fanuc.analysis.surroundings import Surroundings
 from compgen.fanuc.analysis.traversal import read_traversal
 from compgen.fanuc.analysis.watermark import Mark, mark_of
 from compgen.fanuc.editing.insertion import allowed_pieces, insert_points, split_positions
+from compgen.fanuc.editing.lift import lifted_program
 from compgen.fanuc.editing.numbers import number_edits
-from compgen.fanuc.editing.remark import insert_remark
+from compgen.fanuc.editing.remark import insert_remark, marking_remark, says_override
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
@@ -33,7 +35,9 @@ from compgen.pipelines.correct.sample_lengths import sample_lengths
 from compgen.pipelines.correct.served_starts import ServedProof
 from compgen.pipelines.correct.station_band import station_band
 from compgen.pipelines.correct.station_corrections import cancel_errors, correct_stations, error_models
+from compgen.pipelines.dry_run import raised_findings
 from compgen.pipelines.job import Cell
+from compgen.pipelines.program_text import running_override
 from compgen.thermal import Duty
 
 NEGLIGIBLE = 1e-9  # [m], [rad] a correction below this is none
@@ -75,6 +79,10 @@ def correct(
     cell = replace(cell, unlikely=(*cell.unlikely, *frames.unlikely))
     planned = program = loads(data)
     around = Surroundings(frames, registers or {}, called_programs(program, find_program))
+    if options.raised:
+        _refuse_marked_before_lift(program, cell, around, options)
+        length = cell.robot.controller.name_length
+        planned = program = lifted_program(program, options.raised / MM, length, around.called.motionless)
     plan_of = partial(_plan_correction, cell=cell, around=around, before=before, options=options, progress=progress)
     plan = plan_of(program)
     if not options.again:
@@ -85,6 +93,9 @@ def correct(
             break
         read = partial(around.poses, robot=cell.robot)
         program = insert_points(program, plan.poses, plan.drive, pieces, cell.robot, read)
+        if not (says_override(program) or options.raised):
+            overrides = (1.0,) if options.ensemble is None else options.ensemble.overrides
+            program = insert_remark(program, running_override(overrides))
         plan = plan_of(program)
     if options.split:
         first = int(program.positions.number.max(initial=0)) + 1
@@ -157,6 +168,15 @@ def _refuse_marked(plan: CorrectionPlan) -> None:
         )
 
 
+def _refuse_marked_before_lift(program: LsProgram, cell: Cell, around: Surroundings, options: Options) -> None:
+    """Raises InputError for a program that carries the mark: lifting would take it out of its digits."""
+    if not options.again and _read_mark(program, cell, around) is not Mark.NONE:
+        raise InputError(
+            f"program {program.name}: it carries compgen's mark and would be corrected twice; lift the planned one, "
+            "get it back with --restore, or say --again"
+        )
+
+
 def _pieces_needed(plan: CorrectionPlan, cell: Cell, allowed: float) -> IntArray:
     """Into how many pieces each straight way must be cut, (S,): its deviation falls with the square of their count."""
     pieces = np.ones(len(plan.free), dtype=np.int64)
@@ -209,7 +229,7 @@ def _write_and_verify(
         if mark is not Mark.NONE:
             written = marked
         elif options.remark:
-            written, mark = insert_remark(written, __version__), Mark.REMARK
+            written, mark = insert_remark(written, marking_remark(__version__)), Mark.REMARK
     differs = (written.positions.value != program.positions.value) & np.isfinite(program.positions.value)
     progress("twin before", 0.0)
     new_poses = around.poses(written, cell.robot)
@@ -256,8 +276,8 @@ def _write_and_verify(
         findings=(),
         band=station_band(cell, plan, before),
     )
-    findings = correction_findings(result, _midway_deviations(plan, cell))
-    return replace(result, findings=(*findings, *wide_arcs(drives[1], poses, new_poses)))
+    findings = [*correction_findings(result, _midway_deviations(plan, cell)), *wide_arcs(drives[1], poses, new_poses)]
+    return replace(result, findings=(*findings, *raised_findings(options.raised)))
 
 
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:

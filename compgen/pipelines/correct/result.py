@@ -6,7 +6,7 @@ from compgen.compensation.problem import Settings
 from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding
-from compgen.core.units import UM
+from compgen.core.units import MM, UM
 from compgen.fanuc import LsProgram
 from compgen.fanuc.analysis.correctable import Scope
 from compgen.fanuc.analysis.poses import Poses
@@ -17,6 +17,7 @@ from compgen.fanuc.editing.shared_positions import SharedCorrections
 from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution
 from compgen.pipelines.correct.starts import ServedStarts
 from compgen.pipelines.correct.station_corrections import StationCorrections
+from compgen.pipelines.dry_run import check_height
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty, tables
 from compgen.thermal.ensemble import Ensemble
@@ -36,6 +37,7 @@ class Options:
     bound: float | None = None  # [m] largest error allowed after correction
     settings: Settings = field(default_factory=Settings)
     ensemble: Ensemble | None = None  # the starts that the one file shall serve; None: the planned one alone
+    raised: float = 0.0  # [m] a dry run, so much higher
 
 
 def options_of(
@@ -46,12 +48,15 @@ def options_of(
     mark: str,
     max_um: float | None,
     average_over: str | None = None,
+    lift_all: float | None = None,
 ) -> Options:
     """The options as they are typed, lengths in micrometres.
 
     Raises:
         InputError: A length out of its range, a mark of another kind, or starts that are none.
     """
+    if lift_all is not None:
+        check_height(lift_all * MM)
     for name, value, largest in (("--insert", insert_um, 1e4), ("--max-um", max_um, 1e6)):
         if value is not None and not 0.1 <= value <= largest:
             raise InputError(f"{name} {value:g}: must be 0.1 to {largest:g} um")
@@ -64,6 +69,7 @@ def options_of(
         again=again,
         remark=mark == "remark",
         bound=None if max_um is None else max_um * UM,
+        raised=0.0 if lift_all is None else lift_all * MM,
         ensemble=None if average_over is None else tables.ensemble_of_words(average_over, "--average-over"),
     )
 

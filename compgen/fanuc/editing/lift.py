@@ -1,0 +1,72 @@
+"""A program that exists, lifted for a dry run: the Z of every position that it drives to, in its own user frame.
+
+Only where the whole program goes along: every motion to a Cartesian position of the file, in one user frame, and no
+statement between that may move the arm. Else a part of it would still go where the workpiece is.
+"""
+
+import re
+from collections.abc import Collection
+
+import numpy as np
+
+from compgen.core.exceptions import InputError
+from compgen.fanuc.editing.numbers import Edits, format_like
+from compgen.fanuc.editing.remark import insert_remark
+from compgen.fanuc.listing.listing import LsProgram, edited, loads, other_statements
+from compgen.fanuc.listing.position_parser import NO_NUMBER
+from compgen.fanuc.motion_options import ends_elsewhere
+from compgen.fanuc.vocabulary import may_move_arm
+
+_NAME = re.compile(rb"(/PROG[ \t]+)(\S+)", re.IGNORECASE)
+_Z = 2  # column of a position's numbers
+DRY = "_DRY"  # behind the name
+
+
+def lifted_program(program: LsProgram, height_mm: float, length: int, motionless: Collection[str] = ()) -> LsProgram:
+    """The program with another name, a remark that says it, and Z higher by so much.
+
+    Args:
+        program: Any.
+        height_mm: By which it goes up.
+        length: Characters that a name may have.
+        motionless: Programs, in capitals, that do not move the arm.
+
+    Raises:
+        InputError: A part of it would not go along; names the line.
+    """
+    where = f"program {program.name}: --lift-all: line"
+    for line, text in other_statements(program):
+        if may_move_arm(text, motionless):
+            raise InputError(f"{where} {line}: '{text:.40}' may move the arm, not lifted; lift a copy without it")
+    m, p = program.motions, program.positions
+    driven: set[int] = set()
+    for i in np.flatnonzero(~m.disabled).tolist():
+        if NO_NUMBER in m.position[i] or ends_elsewhere(m.options[i]):
+            text = f"'{program.text(m.span[i]):.40}' goes where the file does not say"
+            raise InputError(f"{where} {m.line[i]}: {text}; lift a copy without it")
+        driven.update(m.position[i])
+    rows = np.flatnonzero((p.group <= 1) & np.isin(p.number, sorted(driven)))
+    odd = rows[(p.span[rows, _Z, 1] == 0) | ~np.isfinite(p.value[rows, _Z])]
+    if len(odd):
+        raise InputError(
+            f"{where} {p.line[odd[0]]}: P[{p.number[odd[0]]}] is in joint form or untaught: it has no Z to lift; "
+            "record it in Cartesian form"
+        )
+    frames = np.unique(p.uframe[rows])
+    if len(frames) > 1:
+        listed = ", ".join("F" if n == NO_NUMBER else str(n) for n in frames.tolist())
+        raise InputError(
+            f"program {program.name}: --lift-all: positions in several user frames ({listed}), up is not one way; "
+            "lift a copy with one"
+        )
+    edits: Edits = {}
+    for row in rows.tolist():
+        start, end = p.span[row, _Z].tolist()
+        old = program.data[start:end]
+        edits[start, end] = format_like(old, float(old) + height_mm, old.lstrip(b"+-")[:1] == b".")
+    return insert_remark(loads(renamed(edited(program, edits).data, length)), f"DRY RUN +{height_mm:.4g} MM")
+
+
+def renamed(data: bytes, length: int) -> bytes:
+    """A program's bytes under the name of its dry run, of at most so many characters."""
+    return _NAME.sub(lambda m: m[1] + m[2][: length - len(DRY)] + DRY.encode("ascii"), data, count=1)
