@@ -21,7 +21,8 @@ density of statements, and each run between two breaks is cut into equal shares 
 same gets a higher density.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -38,8 +39,10 @@ SAFETY = 0.95  # of the tolerance, for what lies between the samples
 NORMAL_SHARE = 0.5  # of the tolerance, for what leads off the surface
 SAMPLES = 11  # of the deviation along an arc or a line
 TOO_WIDE = 8.0  # in place of the tolerances by which an arc of too large an angle misses
-STRIDE = 12  # rows between two from which the reach is found, at most
+STRIDE = (12, 32)  # rows between two from which the reach is found: of a short path, and of one of a million
 ROUNDS = 12  # of cutting
+BLOCK = 2048  # arcs at a time: they stay in cache
+SAME_AXES = 1e-12  # entries of rotations that differ by less are the same
 
 
 class FittedMoves(NamedTuple):
@@ -59,46 +62,80 @@ class DensePath:
     digit: float  # [m] of the text
     chord: float  # [m] largest deviation of an arc or a line
     angle: float  # [rad] largest deviation of its orientation
+    turns: bool = field(init=False)  # whether its orientation changes
+
+    def __post_init__(self) -> None:
+        axes = self.commanded.rotation
+        object.__setattr__(self, "turns", bool(np.abs(axes - axes[:1]).max() > SAME_AXES))
 
     def misses(self, start: IntArray, via: IntArray, end: IntArray) -> Array:
         """By how much of its tolerance each arc through three rows deviates, (M,); over 1 is too far.
 
         A start that is its own via stands for the straight line to the end; infinite for an arc that is too flat.
         """
+        worst = np.empty(len(start))
         straight = via == start
-        share = np.linspace(0, 1, SAMPLES + 2)[1:-1]
-        row = np.rint(start[:, None] + (end - start)[:, None] * share).astype(np.int64)
+        for of_kind, miss in ((straight, self._lines_miss), (~straight, self._arcs_miss)):
+            rows = np.flatnonzero(of_kind)
+            for k in range(0, len(rows), BLOCK):
+                some = rows[k : k + BLOCK]
+                worst[some] = miss(start[some], via[some], end[some])
+        return worst
+
+    def _lines_miss(self, start: IntArray, _: IntArray, end: IntArray) -> Array:
+        """The same of lines."""
+        row = _between(start, end)
+        fraction = (self.arc[row] - self.arc[start, None]) / (self.arc[end] - self.arc[start])[:, None]
+
+        def places(pose: Pose) -> tuple[Array, Array]:
+            a, b = pose.position[start], pose.position[end]
+            return a[:, None] + fraction[..., None] * (b - a)[:, None], np.zeros(len(start))
+
+        return self._worst(row, places, self._turns(start[:, None], row, end[:, None], fraction))
+
+    def _arcs_miss(self, start: IntArray, via: IntArray, end: IntArray) -> Array:
+        """The same of arcs."""
+        row = _between(start, end)
         second = row >= via[:, None]
         first, last = np.where(second, via[:, None], start[:, None]), np.where(second, end[:, None], via[:, None])
         fraction = (self.arc[row] - self.arc[first]) / (self.arc[last] - self.arc[first])
-        wanted = self.commanded.position[row]
-        worst = np.zeros(len(start))
-        rounding = np.sqrt(3) / 2 * self.digit
-        chord, height_room = SAFETY * self.chord, SAFETY * NORMAL_SHARE * self.chord
-        rooms = (chord, height_room), (chord + rounding, height_room + self.digit / 2)
-        for pose, (room, normal_room) in zip((self.commanded, self.printed), rooms):
-            a, b, c = (pose.position[rows] for rows in (start, via, end))
-            line = a[:, None] + fraction[..., None] * (c - a)[:, None]
-            arcs = arcs_through(a, b, c)
+
+        def places(pose: Pose) -> tuple[Array, Array]:
+            arcs = arcs_through(*(pose.position[rows] for rows in (start, via, end)))
+            half = np.diff(arcs.angle, prepend=0.0, axis=1)
+            swept = np.where(second, arcs.angle[:, :1] + fraction * half[:, 1:], fraction * half[:, :1])
+            flat = ~(arcs.sagitta >= MIN_SAGITTA * self.digit)
+            return arcs.at(swept), np.where(flat, np.inf, np.where(arcs.angle[:, 1] > MAX_ANGLE, TOO_WIDE, 0.0))
+
+        return self._worst(row, places, self._turns(first, row, last, fraction))
+
+    def _worst(self, row: IntArray, places: Callable[[Pose], tuple[Array, Array]], turned: Array) -> Array:
+        """Of deviations at rows (M, K), of the places as they are and as printed, against what each may, (M,)."""
+        chord, height = SAFETY * self.chord, SAFETY * NORMAL_SHARE * self.chord
+        rooms = (chord, height), (chord + np.sqrt(3) / 2 * self.digit, height + self.digit / 2)
+        wanted, axis = self.commanded.position[row], self.commanded.rotation[row, :, 2]
+        worst = turned / self.angle
+        for pose, (room, height_room) in zip((self.commanded, self.printed), rooms):
             with np.errstate(invalid="ignore"):
-                half = np.diff(arcs.angle, prepend=0.0, axis=1)
-                swept = np.where(second, arcs.angle[:, :1] + fraction * half[:, 1:], fraction * half[:, :1])
-                place = np.where(straight[:, None, None], line, arcs.at(swept))
-                off = place - wanted
-                height = np.abs(dot(off, self.commanded.rotation[row, :, 2])).max(axis=1)
-                worst = np.maximum(worst, np.maximum(norm(off).max(axis=1) / room, height / normal_room))
-                worst[~straight & (arcs.angle[:, 1] > MAX_ANGLE)] = TOO_WIDE
-                worst[~straight & ~(arcs.sagitta >= MIN_SAGITTA * self.digit)] = np.inf
-        turned = self._turns(first, row, last, fraction)
-        return np.asarray(np.maximum(np.where(np.isnan(worst), np.inf, worst), turned / self.angle))
+                at, least = places(pose)
+                off = at - wanted
+                largest = np.maximum(norm(off).max(axis=1) / room, np.abs(dot(off, axis)).max(axis=1) / height_room)
+                worst = np.maximum(worst, np.maximum(np.where(np.isnan(largest), np.inf, largest), least))
+        return np.asarray(worst)
 
     def _turns(self, first: IntArray, row: IntArray, last: IntArray, fraction: Array) -> Array:
         """Largest angle of the orientation at rows (M, K) from an even turn between first and last, (M,) [rad]."""
         axes = self.commanded.rotation
-        if np.abs(axes - axes[:1]).max() < 1e-12:
+        if not self.turns:
             return np.zeros(len(row))
         so_far, whole = (_small_turns(axes[first], axes[to]) for to in (row, last))
         return np.asarray(norm(so_far - fraction[..., None] * whole).max(axis=1))
+
+
+def _between(start: IntArray, end: IntArray) -> IntArray:
+    """Rows evenly between two, (M,) each, to (M, K)."""
+    share = np.linspace(0, 1, SAMPLES + 2)[1:-1]
+    return np.rint(start[:, None] + (end - start)[:, None] * share).astype(np.int64)
 
 
 def _small_turns(start: Array, end: Array) -> Array:
@@ -123,11 +160,11 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
     """
     edge = np.flatnonzero(ends)
     begin, last = edge[:-1], edge[1:]
-    samples = _sample_rows(begin, last)
+    samples = _sample_rows(begin, last, int(np.clip(len(path.arc) // 30_000, *STRIDE)))
     run = np.searchsorted(begin, samples, side="right") - 1
-    arc_reach, line_reach = (_reach(path, samples, last[run], arcs) for arcs in (True, False))
     N = len(path.arc)
-    densities = np.array([_density(path, samples, reach, run, edge) for reach in (arc_reach, line_reach)])
+    reaches = (_reach(path, samples, last[run], arcs) for arcs in (True, False))
+    densities = np.array([_density(path, samples, *reach, run, edge) for reach in reaches])
     count = np.array([_per_run(path, density, begin, last) for density in densities])
     arcs = (2 * np.ceil(count[0]) < np.ceil(count[1])) & (last - begin >= 2)
     of_run = np.repeat(np.arange(len(begin)), last - begin)
@@ -146,20 +183,26 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
     keep, middle = np.zeros(N, dtype=bool), np.zeros(N, dtype=bool)
     keep[start], keep[edge] = True, True
     keep[via[is_arc]] = middle[via[is_arc]] = True
-    # what is no arc after all: a line where it does, else lines over each dense waypoint
-    others = np.flatnonzero(~is_arc & (end - start > 1))
-    for k in others[path.misses(start[others], start[others], end[others]) > 1].tolist():
+    # what is no arc after all: a line where it does, else as many lines as reach, else lines over each dense waypoint
+    long = np.flatnonzero(~is_arc & (end - start > 1))
+    bent = np.zeros(len(start), dtype=bool)
+    bent[long] = path.misses(start[long], start[long], end[long]) > 1
+    of_lines = np.where(np.repeat(bent, end - start), densities[1], 0.0)
+    start, end = _cut(path, of_lines, start, end, np.ones(len(start), dtype=np.int64))
+    keep[start] = True
+    long = np.flatnonzero((end - start > 1) & (of_lines[start] > 0))
+    for k in long[path.misses(start[long], start[long], end[long]) > 1].tolist():
         keep[start[k] : end[k] + 1] = True
     rows = np.flatnonzero(keep)
     return FittedMoves(rows, middle[rows])
 
 
-def _sample_rows(begin: IntArray, last: IntArray) -> IntArray:
+def _sample_rows(begin: IntArray, last: IntArray, stride: int) -> IntArray:
     """Rows from which the reach is found: the first of each run, and every few rows on."""
-    count = np.maximum(1, -(-(last - begin) // STRIDE))
+    count = np.maximum(1, -(-(last - begin) // stride))
     run = np.repeat(np.arange(len(begin)), count)
     step = np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
-    return np.asarray(begin[run] + STRIDE * step)
+    return np.asarray(begin[run] + stride * step)
 
 
 def _middle(path: DensePath, start: IntArray, end: IntArray) -> IntArray:
@@ -170,8 +213,8 @@ def _middle(path: DensePath, start: IntArray, end: IntArray) -> IntArray:
     return np.asarray(np.where(end - start > 1, np.clip(nearer, start + 1, end - 1), start))
 
 
-def _reach(path: DensePath, start: IntArray, last: IntArray, arcs: bool) -> IntArray:
-    """The farthest row that an arc, or a line, from each of some rows leads to within its tolerance."""
+def _reach(path: DensePath, start: IntArray, last: IntArray, arcs: bool) -> tuple[IntArray, BoolArray]:
+    """The farthest row that an arc, or a line, from each of some rows leads to within its tolerance; and if it does."""
     least = start + (2 if arcs else 1)
     low = np.minimum(least, last)
     high = np.minimum(last, np.searchsorted(path.arc, path.arc[start] + MAX_LENGTH, side="right") - 1)
@@ -202,25 +245,32 @@ def _reach(path: DensePath, start: IntArray, last: IntArray, arcs: bool) -> IntA
         low[rows[good]] = middle[good]
         high[rows[~good]] = middle[~good] - 1
         rows = rows[low[rows] < high[rows]]
-    return low
+    reaches = low > least
+    rows = np.flatnonzero(~reaches)
+    reaches[rows] = within(rows, low[rows])
+    return low, reaches
 
 
-def _density(path: DensePath, start: IntArray, end: IntArray, run: IntArray, edge: IntArray) -> Array:
+def _density(
+    path: DensePath, start: IntArray, end: IntArray, reaches: BoolArray, run: IntArray, edge: IntArray
+) -> Array:
     """Statements a metre on each dense segment, (N - 1,), from how far they reach.
 
-    A reach counts in the middle of its statement; one that the end of its run cuts short says nothing, unless no other
-    of the run does. Every run stands for itself.
+    A reach counts in the middle of its statement; one that the end of its run cuts short, or that is none, says
+    nothing, unless no other of the run does. Every run stands for itself.
 
     Args:
         path: The dense waypoints.
         start: Rows from which the reach is known, (M,).
         end: How far it goes, (M,).
+        reaches: Whether a statement leads there within its tolerance, (M,).
         run: In which run each is, (M,) rising; every run has one.
         edge: Rows at which the runs begin, and the end of the last, (R + 1,).
     """
     length = path.arc[end] - path.arc[start]
-    whole = end < edge[run + 1]
-    use = whole | (np.bincount(run, whole, len(edge) - 1) == 0)[run]
+    worth = np.where(reaches, 1 + (end < edge[run + 1]), 0)
+    first = np.flatnonzero(np.append(True, run[1:] != run[:-1]))
+    use = worth == np.maximum.reduceat(worth, first)[run]
     at, rate, run = path.arc[start[use]] + length[use] / 2, 1 / np.maximum(length[use], 1e-12), run[use]
     order = np.lexsort((at, run))
     at, rate = at[order], rate[order]
