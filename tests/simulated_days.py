@@ -70,7 +70,7 @@ def artefact_text(places, sigma_um=5.0, more=""):
 
 def drawn_day(
     seed, folder, count=8, log=None, base=None, knocked=None, path="spiral_1300", overrides=IDENTIFIED, geometry=0.0,
-    taught=False,
+    taught=False, sided=False,
 ):  # fmt: skip
     """One day, its files in a folder.
 
@@ -82,6 +82,7 @@ def drawn_day(
         base: (6,) by which the base has moved.
         knocked: Name of a sphere and (3,) [m] by which it was.
         geometry: How many of the file's sigmas the cold arm is off by.
+        sided: Whether each touch is from one side, else it locates the sphere's centre.
         taught: Whether the robot has taught the places itself, cold; else an instrument has measured them.
     """
     folder, rng = Path(folder), np.random.default_rng([seed, 17])
@@ -109,7 +110,13 @@ def drawn_day(
         stand[knocked[0]] = stand[knocked[0]] + knocked[1]
     names = [list(SPHERES)[n % len(SPHERES)] for n in range(count)]
     shift = np.zeros(6) if base is None else base
-    theta = _touch(job, replace(twin, tool=PROBE), np.array([stand[n] for n in names]), at(when), shift, rng)
+    way = np.full((count, 3), np.nan)
+    met = np.array([stand[n] for n in names])
+    if sided:
+        sides = np.array([[1, 0, 0], [0, 1, 0], [0, 0, -1], [-1, 0, 0], [0, -1, 0], [0.6, 0, -0.8], [0, 0.6, -0.8]])
+        way = sides[(np.arange(count) * 3 + np.arange(count) // 4) % len(sides)]
+        met = met - 18 * MM * way  # the ball's centre when it meets the sphere
+    theta = _touch(job, replace(twin, tool=PROBE), met, at(when), shift, rng)
     text = artefact_text(SPHERES)
     if taught:
         first = _touch(job, replace(twin, tool=PROBE), np.array([*stand.values()]), np.zeros((4, K)), np.zeros(6), rng)
@@ -117,11 +124,10 @@ def drawn_day(
         text = artefact_text(dict(zip(stand, told_at.tolist())), 0.0, "taught = {}\n").replace("certified = true\n", "")
     (folder / "artefact.toml").write_text(text)
     pendant = job.robot.to_pendant(theta) / DEG
-    rows = ["time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,sigma_um"]
-    rows += [
-        f"{t:.0f},{n},{','.join(f'{v:.6f}' for v in j)},{NOISE / UM:g}"
-        for t, n, j in zip(when, names, pendant.tolist())
-    ]
+    rows = ["time_s,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,sigma_um" + ",nx,ny,nz" * sided]
+    for t, n, j, d in zip(when, names, pendant.tolist(), way.tolist()):
+        direction = f",{','.join(f'{v:g}' for v in d)}" if sided else ""
+        rows.append(f"{t:.0f},{n},{','.join(f'{v:.6f}' for v in j)},{NOISE / UM:g}{direction}")
     (folder / "touches.csv").write_text("\n".join(rows) + "\n")
     if has_log:
         sensed = [n for n in heat.names if n != "face"]

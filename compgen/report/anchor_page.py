@@ -80,14 +80,16 @@ def _touches(data: dict[str, Any]) -> str:
 
 
 def _hypotheses(data: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{h['times_the_forecast']:g} times the forecast</td><td>{h['base_moved']}</td>"
-        f"<td>{escape(h['knocked'] or '')}</td><td>{h['times_the_noise']:g}</td><td>{h['log_evidence']:.1f}</td>"
-        f"<td>{h['chi2']:.0f}</td></tr>"
-        for h in data["hypotheses"]
-    )
+    rows = ""
+    for h in data["hypotheses"]:
+        wrong = h["knocked"] or (h["wrong_touch"] or "").rsplit("/", 1)[-1]
+        rows += (
+            f"<tr><td>{h['times_the_forecast']:g} times the forecast</td><td>{h['base_moved']}</td>"
+            f"<td>{escape(wrong)}</td><td>{h['times_the_noise']:g}</td><td>{h['log_evidence']:.1f}</td>"
+            f"<td>{h['chi2']:.0f}</td></tr>"
+        )
     head = (
-        "<tr><th>what is open</th><th>base</th><th>knocked</th><th>times the noise</th><th>log evidence</th>"
+        "<tr><th>what is open</th><th>base</th><th>left out</th><th>times the noise</th><th>log evidence</th>"
         f"<th>chi&sup2; of {data['innovation']['coordinates']}</th></tr>"
     )
     return section("What may have happened", f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>")

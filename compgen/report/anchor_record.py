@@ -91,6 +91,7 @@ def _hypothesis(judged: Judged, anchored: Anchored) -> dict[str, Any]:
         "times_the_forecast": h.day,
         "base_moved": h.base,
         "knocked": None if h.target < 0 else anchored.artefact.targets[h.target],
+        "wrong_touch": None if h.touch < 0 else anchored.seen.touches.label[h.touch],
         "times_the_noise": h.noise,
         "log_evidence": round(judged.evidence - anchored.judged[0].evidence, 3),
         "chi2": round(judged.chi2, 2),

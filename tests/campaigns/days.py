@@ -18,11 +18,12 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).resolve().parents[1])]
 sys.path[:0] = [str(Path(__file__).resolve().parent)]
 
+import compgen.cli.blas_threads  # noqa: E402, F401, I001  one thread a matrix product; before numpy
+
 import numpy as np  # noqa: E402
 from seed_journal import Journal  # noqa: E402
 from simulated_days import IDENTIFIED, NOISE, drawn_day, outcome, share_of_shift  # noqa: E402
 
-import compgen.cli.blas_threads  # noqa: E402, F401
 from compgen.core.exceptions import CompgenError  # noqa: E402
 
 UM = 1e-6

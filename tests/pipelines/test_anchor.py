@@ -86,10 +86,28 @@ def test_a_knocked_sphere_is_named_and_left_out(tmp_path):
     assert set(result.left.touch.tolist()) == set(np.flatnonzero(day.touches.target != 2).tolist())
 
 
+def test_one_touch_that_went_wrong_is_named_and_left_out(days):
+    day = days(2)
+    theta = day.touches.theta.copy()
+    theta[3, 0] += 3e-4  # half a millimetre
+    result, left = outcome(day, anchored(day, theta=theta))
+    assert result.verdict == "anchored"
+    assert any(f.code == "anchor.touch" and "line 5" in f.message for f in result.findings)
+    assert 3 not in result.left.touch.tolist()
+    assert left["after"][0] < 16 * UM
+
+
 def test_a_forecast_that_is_exact_is_left(days):
     _, _, unknowns, innovation = pieces(days(1))
     quiet = replace(innovation, y=NOISE * np.random.default_rng(0).standard_normal(len(innovation.y)))
     assert judge(quiet, unknowns.prior)[0].hypothesis == BETTER
+
+
+def test_touches_from_one_side_anchor_as_well(tmp_path):
+    result, left = outcome(drawn_day(0, tmp_path, count=16, sided=True))
+    assert len(result.innovation.y) == 16
+    assert result.verdict == "anchored"
+    assert left["after"][0] < 20 * UM < left["before"][0]
 
 
 def test_the_slopes_are_those_of_the_innovation(days, tmp_path):
@@ -208,6 +226,14 @@ def test_mistakes_are_refused(days, mistake, words):
     day = days(0)
     with pytest.raises(InputError, match=words):
         anchored(replace(day, touches=mistake(day.touches)))
+
+
+def test_joints_in_radians_are_named(days):
+    day = days(0)
+    robot = day.job.robot
+    typed = robot.to_theta(np.radians(robot.to_pendant(day.touches.theta)))
+    with pytest.raises(InputError, match="joints are in radians, not degrees"):
+        anchored(day, theta=typed)
 
 
 def test_touches_of_another_hour_than_the_log_are_refused(days):

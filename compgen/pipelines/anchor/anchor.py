@@ -69,15 +69,13 @@ def anchor(
     refusals.refuse_other_hour(forecast, touches, innovation, prior, best)
     columns = path_columns(job, forecast, unknowns, seen, innovation, path)
     chosen = estimate(innovation, prior, best.hypothesis, columns, K)
-    used = innovation
-    if best.hypothesis.target >= 0:
-        used = innovation.rows(np.flatnonzero(innovation.target != best.hypothesis.target))
+    used = innovation.rows(innovation.used(best.hypothesis))
     left = left_out(used, chosen.V)
     error = np.array([rms(used.y[used.touch == n]) for n in left.touch.tolist()])
     moved = _moved(artefact, best.hypothesis, chosen, innovation, prior, path, K)
     rival = _rival(judged, innovation, prior, columns, chosen, K)
     sizes = rms(chosen.before), rms(chosen.after)
-    verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival)
+    verdict, reason = verdict_of(best, len(innovation.y), sizes, error, moved, rival, float(np.median(seen.sigma)))
     refusals.refuse_unidentified(cell, artefact, touches, best, innovation)
     touch_next = next_touches(job, artefact, frame, forecast, unknowns, seen, chosen, columns)
     state = _state(job, forecast, unknowns, chosen, prior, path, verdict, made_from or {})
@@ -121,7 +119,9 @@ def _rival(
         if other.evidence < best.evidence - RIVAL:
             return None
         h = other.hypothesis
-        if (bool(h.base), h.target) == (bool(best.hypothesis.base), best.hypothesis.target):
+        if (bool(h.base), h.target, h.touch) == (
+            bool(best.hypothesis.base), best.hypothesis.target, best.hypothesis.touch,
+        ):  # fmt: skip
             continue
         apart = rms(np.linalg.norm(estimate(innovation, prior, h, columns, K).correction - chosen.correction, axis=1))
         if apart > max(APART, rms(chosen.after)):

@@ -75,9 +75,9 @@ def path_columns(
 
 def estimate(innovation: Innovation, prior: Prior, h: Hypothesis, columns: PathColumns, nodes: int) -> Estimate:
     """The most likely state if a hypothesis holds."""
-    if h.target >= 0:
-        keep = innovation.target != h.target
-        innovation = innovation.rows(np.flatnonzero(keep))
+    keep = innovation.used(h)
+    if len(keep) < len(innovation.y):
+        innovation = innovation.rows(keep)
         columns = PathColumns(columns.G, columns.N, columns.missed, columns.field[:, keep], columns.carried)
     P, V = prior.of(h), innovation.covariance(prior, h)
     K = np.linalg.inv(V)

@@ -31,6 +31,11 @@ def anchor_findings(anchored: Anchored) -> tuple[Finding, ...]:
         why = f"; the day went {day:g} times as far from the forecast as it may" if day > 1 else ""
         message = f"physics is missing: the forecast does not explain the touches (chi^2 {chi2:.0f} of {R}){why}"
         findings.append(Finding(Level.WARNING, "anchor.physics", message))
+    if best.hypothesis.touch >= 0:
+        n = best.hypothesis.touch
+        off = np.linalg.norm(anchored.seen.y[anchored.seen.touch == n])
+        message = f"{touches.label[n]}: this touch went wrong: {off / MM:.2f} mm from the forecast; it is left out"
+        findings.append(Finding(Level.WARNING, "anchor.touch", message))
     if best.hypothesis.noise > 1:
         message = f"touches scatter {best.hypothesis.noise:g} times as much as their sigma says"
         findings.append(Finding(Level.WARNING, "anchor.noise", message))

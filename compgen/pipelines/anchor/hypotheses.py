@@ -11,9 +11,9 @@ normal, so each hypothesis h is a covariance V_h of y, and its evidence
     log p(y | h) = -(y^T V_h^-1 y + log det V_h) / 2
 
 Hypotheses multiply what the forecast leaves open (a day that went otherwise, or one that it knows better than it
-may), free the base (it was hit, or remounted), free the place of one target (it was knocked), or multiply the noise.
-Each costs as much as it is unlikely beforehand; the best one is believed. Source: MacKay (1992), Bayesian
-interpolation.
+may), free the base (it was hit, or remounted), free the place of one target (it was knocked), one touch (it went
+wrong), or multiply the noise. Each costs as much as it is unlikely beforehand; the best one is believed. Source:
+MacKay (1992), Bayesian interpolation.
 """
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ KNOCKED = 2 * MM  # standard deviation of where a target stands that was knocked
 DAYS = {0.0: -3.5, 1.0: 0.0, 2.0: -1.5, 4.0: -3.0, 8.0: -4.5}
 NOISES = {1.0: 0.0, 2.0: -2.0, 4.0: -4.0}
 Base = Literal["", "shifted", "turned"]
-BASE_ODDS, TARGET_ODDS = -5.0, -6.0
+BASE_ODDS, TARGET_ODDS, TOUCH_ODDS = -5.0, -6.0, -6.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +42,13 @@ class Hypothesis:
     day: float = 1.0  # times what the forecast leaves open; 0: it is as good as exact
     base: Base = ""  # how it moved
     target: int = -1  # that was knocked; -1: none
+    touch: int = -1  # that went wrong; -1: none
     noise: float = 1.0  # times the touches' sigma
 
     @property
     def odds(self) -> float:
         """Logarithm of how likely it is before the touches."""
-        moved = BASE_ODDS * bool(self.base) + TARGET_ODDS * (self.target >= 0)
+        moved = BASE_ODDS * bool(self.base) + TARGET_ODDS * (self.target >= 0) + TOUCH_ODDS * (self.touch >= 0)
         return DAYS[self.day] + NOISES[self.noise] + moved
 
 
@@ -103,7 +104,12 @@ class Innovation:
             place[h.target] = np.hypot(place[h.target], KNOCKED)
         same = (self.target[:, None] == self.target) * (place**2)[self.target]
         V = self.H @ prior.of(h) @ self.H.T + self.N @ self.N.T + self.field + same * (self.along @ self.along.T)
-        return np.asarray(V + np.diag((h.noise * self.sigma) ** 2))
+        sigma = np.where(self.touch == h.touch, KNOCKED, h.noise * self.sigma)
+        return np.asarray(V + np.diag(sigma**2))
+
+    def used(self, h: Hypothesis) -> IntArray:
+        """Numbers of the coordinates that a hypothesis leaves standing: without a knocked target, or a wrong touch."""
+        return np.flatnonzero((self.target != h.target) & (self.touch != h.touch))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -118,7 +124,7 @@ class Judged:
 def judge(innovation: Innovation, prior: Prior) -> list[Judged]:
     """All hypotheses, the best first."""
     judged = []
-    for h in _hypotheses(np.unique(innovation.target).tolist()):
+    for h in _hypotheses(np.unique(innovation.target).tolist(), np.unique(innovation.touch).tolist()):
         factor = cho_factor(innovation.covariance(prior, h), lower=True)
         chi2 = float(innovation.y @ cho_solve(factor, innovation.y))
         evidence = -chi2 / 2 - float(np.log(np.diag(factor[0])).sum()) + h.odds
@@ -126,12 +132,15 @@ def judge(innovation: Innovation, prior: Prior) -> list[Judged]:
     return sorted(judged, key=lambda j: -j.evidence)
 
 
-def _hypotheses(targets: list[int]) -> Iterator[Hypothesis]:
+def _hypotheses(targets: list[int], touches: list[int]) -> Iterator[Hypothesis]:
     for target in [-1, *(targets if len(targets) > 2 else [])]:
         for base in get_args(Base):
             for day in DAYS:
                 for noise in NOISES:
-                    yield Hypothesis(day, base, target, noise)
+                    yield Hypothesis(day, base, target, noise=noise)
+    for touch in touches if len(touches) > 3 else []:
+        for day in DAYS:
+            yield Hypothesis(day, touch=touch)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

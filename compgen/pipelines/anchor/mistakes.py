@@ -9,10 +9,11 @@ from compgen.identification.touches import Artefact, Touches, unit_of
 
 FAR = 10 * MM  # of a target from where it was touched: not a drift
 LEAST_COORDINATES = 6
+RADIANS = 4 * DEG  # that no pendant angle exceeds where radians were typed for degrees
 
 
 def check_touches(
-    artefact: Artefact, touches: Touches, centre: Array, place: Array, radius: Array, coordinates: int
+    artefact: Artefact, touches: Touches, centre: Array, place: Array, radius: Array, coordinates: int, largest: float
 ) -> None:
     """Raises InputError for touches that are not of the targets that they name.
 
@@ -23,6 +24,7 @@ def check_touches(
         place: Where each target is, World, (T, 3) [m]; NaN: unknown.
         radius: From a sphere's centre to the probe's where it touched from one side, (N,) [m]; else 0.
         coordinates: How many they give.
+        largest: Pendant angle of all joints [rad].
     """
     S = len(artefact.names)
     unplaced = [artefact.targets[t] for t in np.unique(touches.target).tolist() if np.isnan(place[t, 0])]
@@ -62,6 +64,5 @@ def check_touches(
             raise InputError(
                 f"{artefact.source}: sphere '{named}': x_mm, y_mm, z_mm are {name}, as the touches say; give mm"
             )
-    spread = float(np.abs(touches.theta).max()) / DEG
-    mend = "joints are in radians, not degrees" if spread < 4 else "mend its place, artefact.frame, or the probe"
+    mend = "joints are in radians, not degrees" if largest < RADIANS else "mend its place, artefact.frame, or the probe"
     raise InputError(f"{touches.label[n]}: touched {gap / MM:.0f} mm from where sphere '{named}' is; {mend}")

@@ -80,7 +80,8 @@ def touched(artefact: Artefact, touches: Touches, frame: Pose, forecast: Forecas
     place = frame.act(np.vstack([artefact.place, artefact.point]))
     reach = np.where(sided & ~on_plane, _radius(artefact, touches), 0.0)
     coordinates = int(np.where(sided | on_plane, 1, 3).sum())
-    check_touches(artefact, touches, nominal, place, reach, coordinates)
+    largest = float(np.abs(cell.robot.to_pendant(theta)).max())
+    check_touches(artefact, touches, nominal, place, reach, coordinates, largest)
     target, taught = place[touches.target], None
     if artefact.taught is not None:
         taught = taught_rises(artefact, cell.heat.names)

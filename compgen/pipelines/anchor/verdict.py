@@ -17,9 +17,10 @@ from scipy.stats import chi2 as chi2_distribution
 from compgen.core.arrays import Array
 from compgen.core.units import MM, UM
 from compgen.error_model.anchored_state import Verdict
-from compgen.pipelines.anchor.hypotheses import Hypothesis, Judged
+from compgen.pipelines.anchor.hypotheses import AS_FORECAST, Hypothesis, Judged
 
 UNLIKELY = 1e-4  # of a chi^2, below which nothing explains the touches
+COARSE = 1.25  # times the touches' noise left open: too few touches to mend a forecast that they see nothing wrong with
 GAIN = 0.9  # of the path's rms: with more left, nothing is gained
 OPEN = 40 * UM  # rms of the path that may stay open after a day that went otherwise
 RIVAL = 2.0  # difference of two evidences' logarithms, below which both may hold
@@ -55,7 +56,7 @@ def probability(chi2: float, freedom: int) -> float:
 
 def verdict_of(
     best: Judged, coordinates: int, rms: tuple[float, float], forecast_error: Array, moved: Sequence[Moved],
-    rival: tuple[Hypothesis, float] | None,
+    rival: tuple[Hypothesis, float] | None, noise: float,
 ) -> tuple[Verdict, str]:  # fmt: skip
     """The verdict, and why.
 
@@ -66,6 +67,7 @@ def verdict_of(
         forecast_error: Of the forecast at each touch [m].
         moved: What has moved.
         rival: Another hypothesis that may hold as well, and by how much its path differs [m].
+        noise: Standard deviation of a coordinate of a touch [m].
     """
     before, after = rms
     if probability(best.chi2, coordinates) < UNLIKELY:
@@ -84,8 +86,11 @@ def verdict_of(
             "leave it",
             f"the forecast leaves {before / UM:.0f} um rms of the path open, the touches {after / UM:.0f}",
         )
+    without = float(np.sqrt(np.mean(forecast_error**2)))
+    if after > COARSE * noise and best.hypothesis == AS_FORECAST and 3 * without**2 < after**2 + 3 * noise**2:
+        message = f"they would leave {after / UM:.0f} um rms of the path open, and see no more wrong with the forecast"
+        return "leave it", message
     if best.hypothesis.day == 0:
-        without = float(np.sqrt(np.mean(forecast_error**2)))
         return "leave it", f"the forecast predicts the touches to {without / UM:.0f} um, as well as they can tell"
     return "anchored", f"the path's rms falls from {before / UM:.0f} to {after / UM:.0f} um"
 
@@ -94,5 +99,6 @@ def _words(h: Hypothesis) -> str:
     parts = [f"the day went otherwise ({h.day:g} times)"] if h.day > 1 else []
     parts += ["the base moved"] if h.base else []
     parts += ["a target was knocked"] if h.target >= 0 else []
+    parts += ["a touch went wrong"] if h.touch >= 0 else []
     parts += [f"touches are {h.noise:g} times as noisy"] if h.noise > 1 else []
     return ", ".join(parts) or "the forecast holds"
