@@ -1,4 +1,4 @@
-"""The application: its commands, in the order of the help.
+"""The application: its commands, in the sections of the help.
 
 Commands import what they work with when they are called: the help, the version and shell completion need none of it.
 """
@@ -15,6 +15,7 @@ from compgen.cli.executed import executed
 from compgen.cli.export_robot import export_robot
 from compgen.cli.follow import follow
 from compgen.cli.heat import heat
+from compgen.cli.help_texts import SectionedHelp, example_of
 from compgen.cli.identify import identify, validate
 from compgen.cli.identify_motion import identify_motion
 from compgen.cli.init import init
@@ -31,8 +32,28 @@ from compgen.cli.teach_frame import teach_frame
 from compgen.cli.verify_backup import verify_backup
 from compgen.cli.whatif import whatif
 
+#: the help's sections, commands in the order of work
+SECTIONS = {
+    "Programs": (generate, predict, check, inspect, correct, pages, verify_backup, executed),
+    "While a job runs": (resume, follow, anchor, offsets),
+    "What if": (heat, whatif),
+    "Measurements": (plan_poses, identify, validate, plan_touches, teach_frame, identify_motion),
+    "Files": (inspect_robot, export_robot, init, schema),
+}
+NAMES = {title: tuple(c.__name__.replace("_", "-") for c in commands) for title, commands in SECTIONS.items()}
+
+
+class Commands(SectionedHelp):
+    """The application's own sections."""
+
+    sections = NAMES
+
+
 app = typer.Typer(
+    cls=Commands,
     help="Predict where a warming robot's tool will be, and write the program that cancels the error.",
+    epilog="\b\nExample:\n  cgen init && cgen generate paths/spiral_1300.toml",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -46,30 +67,6 @@ def print_version(version: Annotated[bool, typer.Option("--version", help="Print
         raise typer.Exit()
 
 
-for command in (
-    generate,
-    predict,
-    check,
-    inspect,
-    correct,
-    pages,
-    verify_backup,
-    executed,
-    resume,
-    follow,
-    heat,
-    whatif,
-    identify,
-    validate,
-    identify_motion,
-    teach_frame,
-    anchor,
-    plan_poses,
-    plan_touches,
-    offsets,
-    inspect_robot,
-    export_robot,
-    init,
-    schema,
-):
-    app.command()(command)
+for title, commands in SECTIONS.items():
+    for name, command in zip(NAMES[title], commands):
+        app.command(name, epilog=example_of(name))(command)

@@ -1,13 +1,12 @@
 """The table that a correction prints at its end."""
 
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from compgen.cli.console import stdout_console
 from compgen.pipelines.correct import Correction
 from compgen.report.band_words import headline
 from compgen.report.correction_summary import correction_summary
@@ -18,7 +17,7 @@ MOST_STATEMENTS = 40  # unsafe ones that are printed
 def show_correction(correction: Correction, folder: Path, files: Iterable[str]) -> None:
     """Print the errors before and after, the positions, the warmth, the findings and the files."""
     summary = correction_summary(correction)
-    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    console = stdout_console()
     if summary["before"]:
         table = Table(title=Text(f"{summary['name']} on {summary['provenance']['robot']}"), title_justify="left")
         table.title_style = "bold"

@@ -1,11 +1,10 @@
 """The tables that identify and validate print at their end."""
 
-import sys
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
+from compgen.cli.console import stdout_console
 from compgen.identification.identify import Identification
 from compgen.report.identification_summary import identification_summary, limits_sentence
 
@@ -15,7 +14,7 @@ MOST_PARAMETERS = 20  # that are printed, those that move the tool most first
 def show_identification(identified: Identification) -> None:
     """Print the models tried, how well the joints were covered, the parameters, the findings and the verdict."""
     summary = identification_summary(identified)
-    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    console = stdout_console()
     table = Table("model", "parameters", "effective", "held-out um", "95 %", "noise um")
     for step in summary["ladder"]:
         held_out = step["held_out_um"]
@@ -43,7 +42,7 @@ def show_identification(identified: Identification) -> None:
 
 def show_validation(summary: dict[str, Any]) -> None:
     """Print the errors at each target, of the nominal and of the identified arm."""
-    console = Console(width=None if sys.stdout.isatty() else 100)
+    console = stdout_console()
     table = Table("target", "arm", "places", "mean mm", "rms mm", "p99 mm", "max mm")
     rows = [*summary["targets"].items(), *summary["states"].items(), ("overall", summary["overall"])]
     if summary["set_aside"]:
@@ -54,4 +53,4 @@ def show_validation(summary: dict[str, Any]) -> None:
             table.add_row(target, arm, str(errors["count"]), *statistics)
     console.print(table)
     for finding in summary["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
+        console.print(f"{finding['level']}: {finding['message']}")

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.console import stdout_console
 from compgen.cli.options import Quiet, output_folder
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import publish
@@ -44,10 +45,9 @@ def inspect_robot(
 
 def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
     """Print lengths, reach, limits, the table to compare, and the files."""
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 120, highlight=False, markup=False)
+    console = stdout_console()
     reach = record["wrist_reach_mm"]
     console.print(f"{record['inspected_robot']} ({record['file']})")
     console.print(

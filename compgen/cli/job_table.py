@@ -1,16 +1,15 @@
 """The table that a job prints at its end."""
 
 import re
-import sys
 from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from compgen.cli.console import stdout_console
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.report import job_summary
 from compgen.report.band_words import headline
@@ -30,7 +29,7 @@ MOST_LISTED = 4  # numbered files of one name; of more, only the first and the l
 def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None, files: Iterable[str]) -> None:
     """Print errors and bounds, the motion, the warmth, the findings and the files."""
     summary = job_summary(planned, corrected)
-    console = Console(width=None if sys.stdout.isatty() else 100)
+    console = stdout_console()
     table = Table(title=Text(planned.job.title or planned.job.name), title_justify="left", title_style="bold")
     table.add_column("TCP error", no_wrap=True)
     for side in ["before", "after"] if corrected else ["predicted"]:
@@ -43,7 +42,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
     console.print(table)
     if summary.get("guaranteed"):
-        console.print(guaranteed_text(summary["guaranteed"]), markup=False, highlight=False)
+        console.print(guaranteed_text(summary["guaranteed"]))
     path, time, heat = summary["path"], summary["timing"], summary["thermal"]
     console.print(
         f"{path['waypoints']} waypoints, {path['length_m']:.2f} m, {time['duration_s']:.1f} s, "
@@ -58,13 +57,13 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         )
     if corrected and corrected.averaged is not None:
         console.print(_starts_table(summary["average_over"]))
-    console.print(headline(summary), markup=False, highlight=False)
+    console.print(headline(summary))
     for finding in summary["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}", markup=False, highlight=False)
+        console.print(f"{finding['level']}: {finding['message']}")
     robot_file = summary["provenance"]["robot_file"]
-    console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}", markup=False, highlight=False)
+    console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
     if folder is not None:
-        console.print(f"wrote {name_list(files)} to {folder}", markup=False, highlight=False)
+        console.print(f"wrote {name_list(files)} to {folder}")
 
 
 def _starts_table(average: dict[str, Any]) -> Table:

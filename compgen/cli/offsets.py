@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.console import stdout_console
 from compgen.cli.options import FramesFile, JobRobot, Overrides, Quiet, RegistersFile, StateAge, StateFile, with_state
 from compgen.core.exceptions import InputError
 
@@ -97,10 +98,9 @@ def _of_program(
 
 def _show(record: dict[str, Any]) -> None:
     """Print what to type in, and what each way leaves."""
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 120, highlight=False, markup=False)
+    console = stdout_console()
     console.print(f"{record['name']}, positions in user frame {record['uframe']}; on the part, um:")
     table = Table("what is done", *"XYZWPR", "leaves rms", "p99", "max")
     for way in record["ways"]:

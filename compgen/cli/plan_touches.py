@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.console import stdout_console
 from compgen.cli.options import (
     DEFAULT_DATE,
     Date,
@@ -128,10 +129,9 @@ def _condition(text: str) -> str:
 
 def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
     """Print the touches, what each gains, and the files."""
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    console = stdout_console()
     table = Table("touch", "target", "probe moves along (World)", "leaves rms, um", "gain")
     for n, touch in enumerate(record["touches"], 1):
         normal = touch["normal"]

@@ -1,12 +1,11 @@
 """What plan-poses writes and prints: the poses as CSV, what they will tell, and a table of it."""
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
+from compgen.cli.console import stdout_console
 from compgen.core.arrays import Array
 from compgen.core.csv_table import text_cell
 from compgen.core.findings import Finding
@@ -42,7 +41,7 @@ def show_pose_plan(
     findings: Sequence[Finding],
 ) -> None:
     """Print how well each parameter will be known, findings, and the files."""
-    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    console = stdout_console()
     table = Table("parameter", "sigma before", "expected after", "known")
     for term, prior, sigma in zip(terms, plan.prior, plan.sigma):
         known = 100 * (1 - (sigma / prior) ** 2)

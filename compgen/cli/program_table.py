@@ -1,9 +1,8 @@
 """What ``inspect`` prints for a reader."""
 
-import sys
 from typing import Any
 
-from rich.console import Console
+from compgen.cli.console import stdout_console
 
 #: Where a program says that compgen has corrected it.
 MARKS = {"remark": "a remark", "digits": "the last digits of its positions", "record": "the provenance file beside it"}
@@ -12,7 +11,7 @@ MOST_STATEMENTS = 40  # unsafe ones that are printed; a long program may have th
 
 def show_program(report: dict[str, Any]) -> None:
     """Print what a program is, and what makes correcting it unsafe."""
-    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False, markup=False)
+    console = stdout_console()
     positions, motions = report["positions"], report["motions"]
     counts = ", ".join(f"{n} {letter}" for letter, n in sorted(motions.items())) or "none"
     console.print(f"{report['name']}  {report['comment']}".rstrip())

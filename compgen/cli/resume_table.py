@@ -4,9 +4,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
+from compgen.cli.console import stdout_console
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import PageResult, Resumed
 
@@ -26,7 +26,7 @@ def pages_table(title: str, pages: Sequence[PageResult]) -> Table:
 
 def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
     """Print the pages, why, and what became of them."""
-    console = Console(width=None if sys.stdout.isatty() else 100)
+    console = stdout_console()
     planned, beginning = resumed.planned, resumed.beginning
     console.print(pages_table(f"{planned.job.name} from page {resumed.from_page} on", resumed.pages))
     rises = ", ".join(
@@ -49,4 +49,4 @@ def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
     elif not resumed.replaced:
         lines.append("nothing to do: the pages in the folder are these already")
     for line in lines:
-        console.print(line, markup=False, highlight=False)
+        console.print(line)

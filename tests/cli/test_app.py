@@ -1,6 +1,7 @@
 """The application: its help, its version, its name in a shell, and shell completion."""
 
 import json
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -8,17 +9,17 @@ import tomllib
 import pytest
 from command_line import ENVIRONMENT, SCRIPTS, SHELL, refused, run
 from shipped import ROOT
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from compgen.cli.app import app
 
 COMMANDS = (
-    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed", "resume", "follow",
-    "heat",
-    "whatif",
-    "identify", "validate",
-    "identify-motion", "teach-frame", "anchor",
-    "plan-poses", "plan-touches", "offsets", "inspect-robot", "export-robot", "init", "schema",
+    "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed",
+    "resume", "follow", "anchor", "offsets",
+    "heat", "whatif",
+    "plan-poses", "identify", "validate", "plan-touches", "teach-frame", "identify-motion",
+    "inspect-robot", "export-robot", "init", "schema",
 )  # fmt: skip
 SLOW = {"casadi", "pinocchio", "scipy", "numpy", "plotly", "ruckig"}
 MODULES = """
@@ -61,8 +62,19 @@ def test_the_check_for_slow_libraries_bites():
 def test_the_help_lists_every_command_in_the_order_of_work():
     text = run("--help").stdout
     assert text.startswith("Usage: cgen ")
-    listed = [line.split()[0] for line in text.partition("Commands:\n")[2].splitlines()]
+    sections = text.partition("Programs:\n")[2].partition("Example:")[0].splitlines()
+    listed = [line.split()[0] for line in sections if line[:2] == "  " and line[2:3].isalpha()]
     assert tuple(listed) == COMMANDS
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_an_example_that_it_takes(name):
+    text = run(name, "-h").stdout
+    assert text == run(name, "--help").stdout
+    program, called, *arguments = shlex.split(text.partition("Example:\n")[2])
+    assert (program, called) == ("cgen", name)
+    command = get_command(app).commands[name]
+    command.make_context(name, list(arguments), resilient_parsing=False)  # refuses what it does not know
 
 
 def test_both_scripts_run_the_same_command():
