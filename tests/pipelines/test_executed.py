@@ -156,3 +156,14 @@ def test_another_path_beside_is_named_and_a_broken_one_is_refused(tmp_path, robo
     assert "executed.unlike" in {f.code for f in run.findings}
     with pytest.raises(InputError, match=r"BAD\.LS"):
         judged(tmp_path, robot, logs.part(), log, also=[("BAD.LS", b"/PROG X\n")])
+
+
+def test_a_corner_that_is_cut_by_more_than_corrections_are_clamped_to_is_no_other_program(tmp_path, robot):
+    """Two moving means of 0.2 and 0.15 s at 150 mm/s cut a right angle by v E|t - mean| / sqrt(2), some 6 mm."""
+    text = logs.part(speed=0.2)
+    run = judged(
+        tmp_path, robot, text, simulated_log(text, situation(robot), ControllerMotion(moving_averages=(0.25, 0.2)))
+    )
+    assert run.inside
+    assert run.deviation.away == 0
+    assert 5e-3 < run.deviation.extents["total"].max < 10e-3

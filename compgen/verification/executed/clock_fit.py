@@ -268,6 +268,8 @@ def _other_stands(
     others = []
     stops = np.flatnonzero(course.stop)
     for a, b in still:
+        if a == 0 or b == len(time) - 1:
+            continue  # before and behind the program
         if not len(on_way) or time[b] <= time[on_way[0]] or time[a] >= time[on_way[-1]]:
             continue
         covered = ((spans[:, 0] <= time[a]) & (spans[:, 1] >= time[b])).any()

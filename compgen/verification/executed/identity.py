@@ -61,7 +61,7 @@ def likeness(course: Course, deviation: PathDeviation, laid: LaidLog, name: str,
     own = laid.projection
     difference = own.off[rows] - beside.off  # B - A where the log is
     arc = own.arc[rows]
-    pull = _curvature(course, arc) * (deviation.speed[np.searchsorted(deviation.row, rows)] ** 2)[:, None]
+    pull = curvature(course, arc) * (deviation.speed[np.searchsorted(deviation.row, rows)] ** 2)[:, None]
     tangent = course.tangents()[own.way[rows]]
     difference, pull = (v - dot(v, tangent)[:, None] * tangent for v in (difference, pull))
     size = float(np.sqrt(np.mean(dot(difference, difference))))
@@ -84,7 +84,7 @@ def likeness(course: Course, deviation: PathDeviation, laid: LaidLog, name: str,
     return Likeness(name, size, float(value[0] / scale[0]), float(np.sqrt(max(covariance[0, 0], 0.0)) / scale[0]))
 
 
-def _curvature(course: Course, arc: Array) -> Array:
+def curvature(course: Course, arc: Array) -> Array:
     """Curvature vectors of the course at arc lengths, over a short span, (m, 3) [1/m]."""
     s = np.clip(arc, SPAN, max(course.length - SPAN, SPAN))
     return (course.place(s + SPAN) - 2 * course.place(s) + course.place(s - SPAN)) / SPAN**2

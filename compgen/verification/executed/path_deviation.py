@@ -12,8 +12,8 @@ from compgen.verification.deviation import Extent, percentile99, rms
 from compgen.verification.executed.course import Course
 from compgen.verification.executed.laid_log import LaidLog, row_noise
 from compgen.verification.executed.projection import components
-from compgen.verification.executed.tracking import GATE
 
+FARTHEST = 20e-3  # [m] off the path: a corner that is cut at speed
 SPEED_SPAN = 0.04  # [s] over which a row's speed is taken
 RESTING = 0.01  # of the written speed: the robot stands
 
@@ -32,7 +32,7 @@ class PathDeviation:
     judged: BoolArray  # (R,)
     noise: float  # [m] of across and normal from row to row
     extents: dict[str, Extent]  # total, across, normal; empty where nothing is judged
-    away: int  # rows farther than the gate from the course between the first and the last that is on it
+    away: int  # rows farther than that from the course between the first and the last that is on it
 
     def __post_init__(self) -> None:
         own(
@@ -46,7 +46,7 @@ def deviation_of(course: Course, laid: LaidLog) -> PathDeviation:
     track, projection = laid.track, laid.projection
     on = track.row[track.on]
     rows = np.arange(int(on[0]), int(on[-1]) + 1)
-    near = projection.distance[rows] <= GATE
+    near = projection.distance[rows] <= FARTHEST
     away = int((~near).sum())
     rows = rows[near]
     arc, time = projection.arc[rows], laid.time[rows]

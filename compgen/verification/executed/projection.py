@@ -15,6 +15,7 @@ from compgen.verification.executed.tracking import Track
 
 STEPS = 3  # along the course
 FARTHEST = 3e-3  # [m] that one of them goes
+TIE = 1e-18  # m2: of two ways as near, the expected one
 NEIGHBOURS = (0, -1, 1, -2, 2)
 BLOCK = 262_144  # rows at a time
 
@@ -85,7 +86,7 @@ def nearest(nodes: Array, arc_at: Array, tangent: Array, points: Array, arc: Arr
         share = np.clip(dot(points - start, t), 0.0, length[way])
         off = points - (start + share[:, None] * t)
         squared = dot(off, off)
-        nearer = squared < best
+        nearer = squared < best - TIE
         best[nearer] = squared[nearer]
         best_arc[nearer] = arc_at[way[nearer]] + share[nearer]
         best_way[nearer], best_off[nearer] = way[nearer], off[nearer]

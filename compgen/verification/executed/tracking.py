@@ -25,6 +25,7 @@ SLACK = 0.1  # of the step between two marks: chords are shorter than arcs
 STARTS = 24  # places that a log is followed from
 TRIAL = 150  # marks by which starts are compared first
 PROGRESS = 0.05  # of a square metre off the expected place, against one off the course
+MOVED = 8  # times the noise: what moves a row by less is noise
 BACK = 3e-4  # [m] that a mark may lie behind the one before: the log's noise
 AHEAD = 20e-3  # [m] that a mark may be ahead of where it is expected: a corner is cut short
 LOST = 12  # marks off the course in a row: it is looked for anew further along
@@ -75,9 +76,9 @@ def travelled_way(position: Array, noise: float) -> Array:
     rows = np.append(np.arange(0, len(position) - 1, every), len(position) - 1)
     kept, last = [0], position[rows[0]]
     steps = step_lengths(position[rows])
-    if (steps > 4 * noise).all():
+    if (steps > MOVED * noise).all():
         return np.asarray(np.interp(np.arange(len(position)), rows, np.concatenate([[0.0], np.cumsum(steps)])))
-    least = (4 * noise) ** 2
+    least = (MOVED * noise) ** 2
     places = position[rows].tolist()
     x, y, z = last.tolist()
     for k, (a, b, c) in enumerate(places):
@@ -162,14 +163,15 @@ class _Follower:
         """Arc length, distance and whether on the course of marks, followed from ``first`` at ``start`` to ``last``."""
         K = len(self.place)
         arc, distance, on = np.full(K, np.nan), np.full(K, np.inf), np.zeros(K, dtype=bool)
-        s, missed = start, 0
+        s, top, missed = start, start, 0
         for k in range(first, last):
             ahead = float(self.travelled[k] - self.travelled[k - 1]) if k > first else 0.0
             window = SLACK * ahead + 2 * FINEST + self.gate / 4
-            back = min(window, ahead + BACK) if k > first else self.gate
+            back = min(window, s + ahead - top + BACK) if k > first else self.gate
             near, away = self._nearest(self.place[k], s + ahead, back, max(window, AHEAD))
             if away <= self.gate:
                 s, missed = near, 0
+                top = max(top, near) if k > first else near
                 arc[k], distance[k], on[k] = near, away, True
                 continue
             s, missed = min(s + ahead, self.course.length), missed + 1
@@ -197,7 +199,10 @@ class _Follower:
         b = max(min(int(np.searchsorted(arc, expected + ahead)), len(self.lengths)), a + 1)
         a, b = min(a, len(self.lengths) - 1), min(b, len(self.lengths))
         away = point - self.start[a:b]
-        share = np.clip(np.einsum("ij,ij->i", away, self.step[a:b]) / self.squared[a:b], 0.0, 1.0)
+        share = np.einsum("ij,ij->i", away, self.step[a:b]) / self.squared[a:b]
+        length = np.maximum(self.lengths[a:b], 1e-12)
+        low, high = (np.clip((s - arc[a:b]) / length, 0.0, 1.0) for s in (expected - back, expected + ahead))
+        share = np.clip(share, low, high)
         off = away - share[:, None] * self.step[a:b]
         squared = np.einsum("ij,ij->i", off, off)
         places = arc[a:b] + share * self.lengths[a:b]
