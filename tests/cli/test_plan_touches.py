@@ -1,9 +1,21 @@
 """``cgen plan-touches`` as a user meets it."""
 
+import csv
 import json
 
+import numpy as np
 import pytest
 from command_line import refused, run
+from shipped import path_file
+
+from compgen.core.pose import Pose
+from compgen.error_model.anchored_state import read_state
+from compgen.error_model.direction_memory import NO_DIRECTION
+from compgen.error_model.model import build_error_model
+from compgen.error_model.sources.frames import BaseFrame
+from compgen.pipelines.anchor.path_places import path_places
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.state_in_place import cell_with_state
 
 SPHERE = '[[sphere]]\nname = "{}"\nx_mm = {}\ny_mm = {}\nz_mm = 203\n'
 PROBE = "[probe]\ndiameter_mm = 6\nz_mm = 150\n"
@@ -151,3 +163,46 @@ def test_a_log_says_how_warm_the_arm_is(tmp_path):
     assert told.returncode == 0, told.stderr
     assert json.loads(told.stdout)["ways"][0]["leaves"]["max_um"] > 150  # by [[before]] it is 122
     refused(run("offsets", "P.LS", "--log", log), 2, "--log", "--state")
+
+
+@pytest.mark.parametrize("options", [(), ("--stops",)], ids=["skip", "stops"])
+def test_the_table_filled_in_anchors_the_arm(options, tmp_path):
+    """An arm 2 K warmer on a base 40 um away is touched without noise; the shop types in what it reads."""
+    folder = tmp_path / "o"
+    file = artefact(tmp_path)
+    assert plan(file, folder, "-q", *options).returncode == 0
+    job, record = load_job(path_file("circle_1300")), json.loads((folder / "plan.json").read_text())
+    warm, base = job.start_rise() * 1.15, BaseFrame(np.array([40e-6, 0, 0]), np.zeros(3))
+    arm = build_error_model(job.robot, (base, *job.sources), len(warm), Pose(np.array([0, 0, 0.15]), np.eye(3)))
+    rows = list(csv.reader((folder / "touches.csv").read_text().splitlines()))
+    column = {name: n for n, name in enumerate(rows[0])}
+    places = {name: np.array([x, y, 203.0]) for name, x, y in PLACES}
+    for row, touch in zip(rows[1:], record["touches"], strict=True):
+        theta = job.robot.to_theta(np.radians([touch["joints_deg"]]))
+        way, place = np.array(touch["normal"]), arm.actual_pose(theta, warm[None], NO_DIRECTION).position[0] * 1e3
+        beyond = (place - (places[touch["target"]] - 18 * way)) @ way  # mm by which the planned pose is too far
+        row[column["time_s"]] = "21600"
+        if options:
+            row[column["value_mm"]] = f"{beyond:.4f}"
+        else:
+            for axis, w in zip(("x_mm", "y_mm", "z_mm"), way):
+                row[column[axis]] = f"{touch['position'][axis] - beyond * w:.3f}"
+    filled = tmp_path / "filled.csv"
+    with filled.open("w", newline="") as text:
+        csv.writer(text).writerows(rows)
+    state = tmp_path / "state.toml"
+    result = run("anchor", "paths/circle_1300.toml", "--touches", filled, "--artefact", file, "-o", state)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.startswith("anchored")
+    found = read_state(str(state))
+    believed = cell_with_state(job.cell, found, "state.toml").sources
+    there = path_places(job).theta
+    truth, said, cold = (
+        build_error_model(job.robot, sources, len(warm), job.tool.pose)
+        .actual_pose(there, np.tile(rise, (len(there), 1)), NO_DIRECTION)
+        .position
+        for sources, rise in (((base, *job.sources), warm), (believed, found.rise), (job.sources, job.start_rise()))
+    )
+    off, left = (np.sqrt(np.mean((truth - place) ** 2) * 3) for place in (cold, said))
+    assert off > 40e-6
+    assert left < off / 3  # a day much warmer than the forecast thinks likely is not believed whole
