@@ -12,6 +12,7 @@ from compgen.core.exceptions import CompgenError
 from compgen.core.units import MM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.resume.whole import plan_whole
 from compgen.report.job_summary import job_summary
 from compgen.robot.kinematics import flange_pose
 
@@ -222,6 +223,17 @@ def test_turns_of_config_change_between_statements_only():
     assert (turns[via] == turns[via - 1]).all()
     assert (turns[via] == turns[via + 1]).all()
     assert corrected.inside
+
+
+def test_single_pages_of_arcs_are_not_written_anew():
+    job = load_job(
+        path_file("spiral_1300"), None, (ARCS, "robot.controller.max_lines=80", "process.page_stops=anywhere")
+    )
+    with pytest.raises(
+        CompgenError, match=r"process\.moves = 'arcs': .* generate the job anew, or in lines"
+    ) as refusal:
+        plan_whole(job, quiet)
+    assert len(str(refusal.value)) <= 300
 
 
 def test_a_wrong_word_for_the_moves_is_refused():

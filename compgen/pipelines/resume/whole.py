@@ -74,9 +74,12 @@ def plan_whole(job: Job, progress: Progress) -> Whole:
     """The plan of a job in pages.
 
     Raises:
-        InputError: The job needs no pages.
+        InputError: The job needs no pages, or says its path in arcs.
         ImpossibleError: The robot cannot drive the path.
     """
+    if job.plan.process.arcs:
+        words = "where arcs begin hangs on the correction, so single pages of them cannot be written anew"
+        raise InputError(f"{job.source}: process.moves = 'arcs': {words}; generate the job anew, or in lines")
     plan = plan_motion(job.plan, job.cell, job.feed, progress)
     if plan.page_stops is None or plan.page_stops.obstacle:
         raise InputError(f"{job.source}: this job is one file, and has no pages to resume; generate it anew")
