@@ -1,6 +1,5 @@
 """What ``resume`` prints at its end: each page before and after, the join, the findings."""
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
