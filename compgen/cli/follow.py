@@ -11,7 +11,8 @@ import typer
 from compgen.cli.durations import duration
 from compgen.cli.messages import print_error
 from compgen.cli.options import JobRobot, Quiet, StateFile, Workers
-from compgen.cli.resume import JobPath, PagesFolder, checked_moment, put_pages
+from compgen.cli.resume import JobPath, PagesFolder, checked_moment
+from compgen.cli.resume_files import put_pages
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM

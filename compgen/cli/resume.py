@@ -10,12 +10,11 @@ import typer
 from compgen.cli.durations import duration
 from compgen.cli.messages import print_error
 from compgen.cli.options import JobRobot, Quiet, StateAge, StateFile, Workers
-from compgen.cli.ownership import RESUME_FILES, read_record
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 
 if TYPE_CHECKING:
-    from compgen.pipelines.resume.result import Resumed
+    pass
 
 PagesFolder = Annotated[str, typer.Argument(help="The folder that cgen generate wrote pages into.", show_default=False)]
 JobPath = Annotated[
@@ -54,6 +53,7 @@ def resume(
     from compgen.cli.progress_bar import RESUME, show_progress
     from compgen.cli.replace_together import finish_replacing
     from compgen.cli.resume_corrected import resume_corrected_program
+    from compgen.cli.resume_files import put_pages
     from compgen.cli.resume_table import show_resumed
     from compgen.pipelines.resume.beginning import Beginning, Known, begin_late
     from compgen.pipelines.resume.from_log import begin_with_log
@@ -109,30 +109,6 @@ def resume(
         broken = next(f.message for f in resumed.findings if f.level is Level.OUTSIDE)
         ending = "written all the same (--force)" if force else "nothing was written; --force writes the pages"
         raise typer.Exit(print_error(f"{resumed.verdict}: {broken}; {ending}", 1))
-
-
-def put_pages(folder: Path, resumed: "Resumed") -> None:
-    """Put the new pages, the manifest and the report into their folder, all of them or none."""
-    from compgen.report.resume_page import resume_html
-    from compgen.report.resume_summary import resume_json
-
-    changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-    put_files(folder, changed, resume_json(resumed), resume_html(resumed))
-
-
-def put_files(folder: Path, changed: dict[str, bytes], report: bytes, page: bytes) -> None:
-    """Put pages and manifest with their report into a folder, all of them or none.
-
-    Raises:
-        InputError: A report of another stands there, or the folder cannot be written.
-    """
-    from compgen.cli.replace_together import replace_together
-
-    record = folder / RESUME_FILES[0]
-    foreign = [name for name in RESUME_FILES if (folder / name).exists() and "from_page" not in read_record(record)]
-    if foreign:
-        raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume wrote; move it away")
-    replace_together(folder, {**changed, **dict(zip(RESUME_FILES, (report, page)))})
 
 
 def checked_moment(date: str | None) -> str:

@@ -23,7 +23,7 @@ def resume_corrected_program(
     loaded: int, done: int, robot: str | None, max_um: float | None, force: bool, as_json: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Write the remaining pages of a corrected program anew; the options are those of ``resume``."""
-    from compgen.cli.resume import put_files
+    from compgen.cli.resume_files import put_files
     from compgen.pipelines.resume.corrected import (
         begin_late_anew,
         begin_with_log_anew,

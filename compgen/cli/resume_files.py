@@ -1,0 +1,34 @@
+"""Where ``resume`` and ``follow`` put new pages: with their manifest and report, all of them or none."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from compgen.cli.ownership import RESUME_FILES, read_record
+from compgen.core.exceptions import InputError
+
+if TYPE_CHECKING:
+    from compgen.pipelines.resume.result import Resumed
+
+
+def put_pages(folder: Path, resumed: "Resumed") -> None:
+    """Put the new pages, the manifest and the report into their folder, all of them or none."""
+    from compgen.report.resume_page import resume_html
+    from compgen.report.resume_summary import resume_json
+
+    changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
+    put_files(folder, changed, resume_json(resumed), resume_html(resumed))
+
+
+def put_files(folder: Path, changed: dict[str, bytes], report: bytes, page: bytes) -> None:
+    """Put pages and manifest with their report into a folder, all of them or none.
+
+    Raises:
+        InputError: A report of another stands there, or the folder cannot be written.
+    """
+    from compgen.cli.replace_together import replace_together
+
+    record = folder / RESUME_FILES[0]
+    foreign = [name for name in RESUME_FILES if (folder / name).exists() and "from_page" not in read_record(record)]
+    if foreign:
+        raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume wrote; move it away")
+    replace_together(folder, {**changed, **dict(zip(RESUME_FILES, (report, page)))})
