@@ -305,3 +305,19 @@ def test_the_command_ends_with_one_where_something_moved(tmp_path):
     assert read_state(str(tmp_path / "state.toml")).verdict == "something moved"
     assert AIR == 20.0
     assert set(SPHERES) == set(day.artefact.names)
+
+
+def test_touches_that_nothing_explains_write_no_state(days, tmp_path):
+    day = days(1)
+    rng = np.random.default_rng(3)
+    head, *rows = day.files["touches"].read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    for row in cells:
+        row[2:8] = [f"{float(v) + 0.02 * rng.standard_normal():.6f}" for v in row[2:8]]  # some 0.3 mm
+    touches = tmp_path / "touches.csv"
+    touches.write_text("\n".join([head, *(",".join(row) for row in cells)]) + "\n")
+    sets = [part for o in IDENTIFIED for part in ("--set", o)]
+    files = ["--touches", touches, "--artefact", day.files["artefact"], "--log", day.files["log"]]
+    result = run("anchor", SPIRAL, *files, *sets, "-o", tmp_path / "state.toml", "-q")
+    refused(result, 1, "cannot tell: no state explains the touches", "touch these as well: ", "not written")
+    assert not (tmp_path / "state.toml").exists()

@@ -29,7 +29,7 @@ from compgen.core.units import MM
 EXACT = 0.05  # of what the forecast leaves open: it is as good as that
 KNOCKED = 2 * MM  # standard deviation of where a target stands that was knocked
 #: how much more than the forecast leaves open, and the logarithm of how likely that is beforehand
-DAYS = {0.0: -3.5, 1.0: 0.0, 2.0: -1.5, 4.0: -3.0, 8.0: -4.5}
+DAYS = {0.0: -4.0, 1.0: 0.0, 2.0: -1.5, 4.0: -3.0, 8.0: -4.5}
 NOISES = {1.0: 0.0, 2.0: -2.0, 4.0: -4.0}
 Base = Literal["", "shifted", "turned"]
 BASE_ODDS, TARGET_ODDS, TOUCH_ODDS = -5.0, -6.0, -6.5
