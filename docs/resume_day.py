@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from compgen.cli.machine import use_machine
 from compgen.core.units import HOUR, MINUTE, UM
 from compgen.fanuc.paging.join_check import join_programs
 from compgen.pipelines import generate
@@ -23,6 +24,7 @@ from compgen.pipelines.resume.follow import durations, look_at
 from compgen.pipelines.resume.from_log import read_log, state_at_end
 from compgen.pipelines.resume.page_times import PageStart, PageTimes
 from compgen.pipelines.resume.pages_anew import read_written, steps_of
+from compgen.pipelines.resume.result import size_of
 from compgen.pipelines.resume.resume import resume, segments_on_part
 from compgen.pipelines.resume.whole import plan_whole
 from compgen.pipelines.resume.written_job import job_of, read_written_job
@@ -153,24 +155,26 @@ def followed(day: Day, folder: Path, poll=POLL):
     """`cgen follow --within-um 5`: how often pages were written, and the forecast of each page when it began [m]."""
     end = day.times.starts[-1].time + day.times.duration[-1]
     written, count, forecasts = read_written_job(folder), 0, {}
+    programs = read_written(written, day.whole)
     for now in np.arange(poll, end, poll).tolist():
         known = tuple(start for start in day.times.starts if start.time <= now)
         times = replace(day.times, starts=known)
         job = day.whole.job
         log = growing_log(until(day.log, now), "log.csv", job.heat.names, job.cell.sensors)
-        look = look_at(written, day.whole, log, "log.csv", times, WITHIN, 0, LEAD)
+        look = look_at(written, day.whole, programs, log, "log.csv", times, WITHIN, 0, LEAD)
         if look.due:
             done = times.last(now) - bool(look.running)
             begin = lambda known, b=look.beginning: b  # noqa: E731
             made = resume(written, day.whole, look.due, begin, "2026-01-31", quiet, look.loaded, done)
             put(folder, made)
             written, count = read_written_job(folder), count + 1
+            programs = read_written(written, day.whole)
             forecasts |= {page.number: page.after.max for page in made.pages}
         forecasts |= {f.page: f.max for f in look.forecasts if f.page > look.running and f.page != look.due}
     return count, forecasts
 
 
-def simulate(overrides=NINE_HOURS, breaks=BREAKS, door=DOOR):
+def simulate(overrides=NINE_HOURS, breaks=BREAKS, door=DOOR, poll=POLL):
     """The day, and its three runs: name to error (M,) [m], length (M,) [m], page (M,), times written anew."""
     job = load_job(str(ROOT / "paths" / "optic_raster.toml"), None, overrides)
     _, corrected = generate.generate(job, quiet)
@@ -189,7 +193,7 @@ def simulate(overrides=NINE_HOURS, breaks=BREAKS, door=DOOR):
             if name == "resumed at each page":
                 count = resumed_at_each_page(day, folder)
             elif name == "followed":
-                count, _ = followed(day, folder)
+                count, _ = followed(day, folder, poll)
             runs[name] = (*left_on_the_part(day, read_written_job(folder)), count)
     return day, runs
 
@@ -197,3 +201,126 @@ def simulate(overrides=NINE_HOURS, breaks=BREAKS, door=DOOR):
 def share_within(error, length, bound=WITHIN) -> float:
     """Of the path on the part that keeps a bound."""
     return float(length[error <= bound].sum() / length.sum())
+
+
+# The page ---------------------------------------------------------------------------------------------------------
+
+PAGE, PICTURE, NUMBERS = HERE / "resume.md", HERE / "resume_day.svg", HERE / "resume_day.csv"
+BEGIN, END = "<!-- day -->\n", "<!-- end of day -->"
+SHORT = ("path.stepover_mm=18", "robot.controller.max_positions=2100")
+SHORT_BREAKS, SHORT_DOOR = ((2, 10 * MINUTE), (3, 20 * MINUTE)), 1.2 * HOUR
+DAYS = {"9 h": (NINE_HOURS, BREAKS, DOOR), "short": (SHORT, SHORT_BREAKS, SHORT_DOOR, 2.5 * POLL)}
+
+
+def rows_of(name: str, day: Day, runs) -> list[str]:
+    """Lines of the file of numbers: day, run, hours, pages, written, max, p99, rms [um], share within 5 um [%]."""
+    hours, count = sum(day.times.duration) / HOUR, len(day.times.duration)
+    lines = []
+    for run, (error, length, _, written) in runs.items():
+        size = size_of(error, length)
+        sizes = ",".join(f"{getattr(size, key) / UM:.2f}" for key in ("max", "p99", "rms"))
+        lines.append(f"{name},{run},{hours:.2f},{count},{written},{sizes},{100 * share_within(error, length):.1f}")
+    return lines
+
+
+def table(numbers: str) -> str:
+    """The page's table from the file of numbers."""
+    rows = [line.split(",") for line in numbers.splitlines()[1:]]
+    text = (
+        "| day | pages | written anew | max um | p99 um | rms um | path within 5 um |\n|---|---|---|---|---|---|---|\n"
+    )
+    for day, run, hours, count, written, largest, p99, rms, share in rows:
+        text += (
+            f"| {day} ({hours} h, {count} pages) | {run} | {written} times | {largest} | {p99} | {rms} | {share} % |\n"
+        )
+    return text
+
+
+def section(numbers: str) -> str:
+    """What the page says of the day."""
+    late, first, second = (f"{t / MINUTE:.0f} min" for t in (LATE, BREAKS[0][1], BREAKS[1][1]))
+    law, lag = ", ".join(f"{x:g}" for x in LAW_K), ", ".join(f"{100 * (x - 1):.0f}" for x in LAG)
+    return f"""## A simulated day
+
+`python docs/resume_day.py` drives the optic raster (2.25 mm between sweeps, 20 mm/s) on an arm that is not the one of
+the robot file: after the reference duty its nodes are off by {law} K, its time constants by {lag} %,
+its sensors by {OFFSET_K:g} K together and {NOISE_K:g} K of noise. It starts {late} late, stands {first} and {second} in
+breaks, and after {DOOR / HOUR:g} h a door is opened: the air falls by 2 K in 10 min. Pages are no longer than their
+start window. The twin flies what the pages said when they ran, as warm as that arm; on the part:
+
+{table(numbers)}
+`resumed at each page` is `cgen resume --log` before each page, `followed` is `cgen follow --within-um 5` with a look
+every {POLL / MINUTE:.0f} min. The short day is what the tests simulate anew. What stays is the offset of the sensors,
+and what no sensor sees: a log does not tell them.
+
+![Error on the part over the day](resume_day.svg)
+
+"""
+
+
+def picture(day: Day, runs) -> str:
+    """Largest error on the part in each two minutes of the day, SVG."""
+    width, height, left, right, top, base = 760, 330, 56, 740, 40, 280
+    end = day.times.starts[-1].time + day.times.duration[-1]
+    peak = max(float(error.max()) for error, *_ in runs.values()) / UM * 1.08
+    x = lambda t: left + (right - left) * t / end  # noqa: E731
+    y = lambda e: base - (base - top) * e / peak  # noqa: E731
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="system-ui,sans-serif">',
+        '<rect width="100%" height="100%" fill="#fff"/>',
+        f'<text x="{left}" y="22" font-size="14" fill="#1e293b">Largest error on the part [um] over the day [h]</text>',
+    ]
+    for begin, stop, page, _ in day.times.stretches(end):
+        if not page:
+            box = f'x="{x(begin):.1f}" y="{top}" width="{x(stop) - x(begin):.1f}" height="{base - top}"'
+            parts.append(f'<rect {box} fill="#e2e8f0"/>')
+    door = x(float(day.air.time[1]))
+    parts.append(
+        f'<line x1="{door:.1f}" y1="{top}" x2="{door:.1f}" y2="{base}" stroke="#64748b" stroke-dasharray="3 3"/>'
+    )
+    parts.append(f'<text x="{door + 4:.1f}" y="{top + 12}" font-size="11" fill="#64748b">door</text>')
+    for value in range(0, int(peak) + 1, 5):
+        parts.append(f'<line x1="{left}" y1="{y(value):.1f}" x2="{right}" y2="{y(value):.1f}" stroke="#e2e8f0"/>')
+        parts.append(f'<text x="{left - 6}" y="{y(value) + 4:.1f}" font-size="11" text-anchor="end">{value}</text>')
+    parts += [
+        f'<text x="{x(hour * HOUR):.1f}" y="{base + 16}" font-size="11" text-anchor="middle">{hour}</text>'
+        for hour in range(int(end / HOUR) + 1)
+    ]
+    for k, (run, (error, length, page, _)) in enumerate(runs.items()):
+        points = []
+        for start, span in zip(day.times.starts, day.times.duration):
+            rows = np.flatnonzero(page == start.page)
+            if not len(rows):
+                continue
+            moments = start.time + span * (np.cumsum(length[rows]) - length[rows] / 2) / length[rows].sum()
+            points += [
+                f"{x(float(moments[part].mean())):.1f},{y(float(error[rows[part]].max()) / UM):.1f}"
+                for part in np.array_split(np.arange(len(rows)), max(1, int(span / 120)))
+            ]
+        parts.append(f'<polyline points="{" ".join(points)}" fill="none" stroke="{TINTS[run]}" stroke-width="1.5"/>')
+        at = left + 10 + 200 * k
+        parts.append(f'<text x="{at}" y="{height - 12}" font-size="12" fill="{TINTS[run]}">{run}</text>')
+    return "\n".join([*parts, "</svg>"]) + "\n"
+
+
+def page_with(text: str, numbers: str) -> str:
+    """The page with the day in its place."""
+    before, _, rest = text.partition(BEGIN)
+    return before + BEGIN + section(numbers) + END + rest.partition(END)[2]
+
+
+def main() -> None:
+    """Simulate the days, and write numbers, picture and page."""
+    use_machine(None)
+    lines = ["day,run,hours,pages,written,max_um,p99_um,rms_um,share_percent"]
+    for name, settings in DAYS.items():
+        day, runs = simulate(*settings)
+        lines += rows_of(name, day, runs)
+        if name == "9 h":
+            PICTURE.write_text(picture(day, runs), encoding="utf-8")
+    NUMBERS.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    PAGE.write_text(page_with(PAGE.read_text(encoding="utf-8"), NUMBERS.read_text()), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
