@@ -44,6 +44,11 @@ class Interference:
     def __post_init__(self) -> None:
         own(self, corner=("E", 2), to_plane=(2, 6), zero=(6,))
 
+    @classmethod
+    def of(cls, corner: Array, pendant_map: Array, pendant_zero: Array) -> "Interference":
+        """The polygon of the pendant's J2 and J3, for joints theta = M pendant + theta_0."""
+        return cls(corner, np.asarray(np.linalg.inv(pendant_map)[1:3], dtype=float), pendant_zero)
+
     def plane(self, theta: Array) -> Array:
         """J2 and J3 of the pendant, (N, 2) [rad], of joints (N, 6) [rad]."""
         return np.asarray((theta - self.zero) @ self.to_plane.T)

@@ -256,4 +256,4 @@ def _interference(table: InterferenceTable, matrix: Array, zero: Array, file: st
     if fault := polygon_fault(corner):
         raise InputError(f"{file}: limits.interference.j2_j3_deg: {fault}")
     corner = corner if signed_area(corner) > 0 else corner[::-1]
-    return Interference(corner, np.asarray(np.linalg.inv(matrix)[1:3], dtype=float), zero)
+    return Interference.of(corner, matrix, zero)

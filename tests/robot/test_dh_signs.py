@@ -14,6 +14,7 @@ from compgen.robot.kinematics import flange_pose
 from tests.shipped import ROOT
 
 RNG = np.random.default_rng(4)
+AREA = "j2_j3_deg = [[-60, -80], [60, -80], [60, 20], [10, 20], [10, -10], [-60, 40]]"
 
 
 def rewritten(folder, flips, turns):
@@ -39,7 +40,7 @@ def rewritten(folder, flips, turns):
         text = re.sub(rf"^{key} = .*$", f"{key} = {values.tolist()}", text, count=1, flags=re.MULTILINE)
     rows = "matrix = " + str(matrix.tolist())
     text = re.sub(r"^matrix = \[\n(.*\n){6}\]$", rows, text, count=1, flags=re.MULTILINE)
-    text = text[: text.index("# First thermal model")]
+    text = text[: text.index("# First thermal model")].replace("j2_j3_deg = []", AREA)
     (folder / "other.toml").write_text(text)
     return load_any_robot(str(folder / "other.toml"))
 
@@ -108,3 +109,14 @@ def test_every_pair_of_flips_is_one_arm(tmp_path):
     for flip, turn in product(range(1, 6), range(1, 6)):
         other = rewritten(tmp_path, (flip,), (turn,))
         assert_allclose(flange_pose(other, other.to_theta(pendant)).position, ours, atol=1e-12)
+
+
+@pytest.mark.parametrize(("flips", "turns"), [((), ()), ((2,), (1,)), ((), (2,)), ((1, 2, 3), (1, 2, 3))])
+def test_the_polygon_is_that_of_the_pendant_whatever_the_signs(tmp_path, flips, turns):
+    other = rewritten(tmp_path, flips, turns)
+    pendant = RNG.uniform(-1.5, 1.5, (500, 6))
+    assert_allclose(other.interference.plane(other.to_theta(pendant)), pendant[:, 1:3], atol=1e-12)
+    plain = rewritten(tmp_path, (), ())
+    expected = plain.interference.clearance(plain.to_theta(pendant))
+    assert 50 < (expected > 0).sum() < 450
+    assert_allclose(other.interference.clearance(other.to_theta(pendant)), expected, atol=1e-12)
