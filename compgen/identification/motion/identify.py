@@ -34,6 +34,7 @@ NOISE_MULTIPLE = 1.5  # of the log's noise, that may be left on blocks held out
 FLOOR = 0.5e-6  # [m] beside: straight lines between samples of a smoothed motion
 SAME = 0.02  # of the mean square: kinds that leave as much foretell as well
 SURE = 3.0  # standard errors, beyond which one kind foretells better
+UNSURE = 0.15  # of the mean square, beyond which it does too: few blocks may tell all
 DRAWS = 400  # of the fitted numbers, for intervals of the times
 LEAST_BLOCKS = 6
 SCANNED = np.geomspace(3e-3, 0.3, 24)  # [s] sigma of a moving mean, tried where none is seen
@@ -113,7 +114,7 @@ def _as_well(fit: KindFit, best: KindFit) -> bool:
     if np.mean(more) <= SAME * np.mean(best.held_out):
         return True
     error = float(np.std(more)) / np.sqrt(max(len(more) - 1, 1))
-    return bool(np.mean(more) < SURE * error and np.mean(more) < 0.5 * np.mean(best.held_out))
+    return bool(np.mean(more) < SURE * error and np.mean(more) < UNSURE * np.mean(best.held_out))
 
 
 def _refitted(
