@@ -174,6 +174,8 @@ def _drive(
         & (np.hypot(wrist[:, 0], wrist[:, 1]) > robot.shoulder_margin)
     )
     good &= np.abs(theta[:, 4] - robot.pendant_zero[4]) > robot.wrist_margin
+    if robot.interference is not None:
+        good &= robot.interference.clearance(theta) > 0
     theta = theta.reshape(K, count, 6)
     smooth = (np.abs(np.diff(theta, axis=1)) < STEP).all(axis=(1, 2))
     return theta[:, ::PIECES], good.reshape(K, count).all(axis=1) & smooth

@@ -165,7 +165,11 @@ def _tight_ways(job: Job, probe: Probe, targets: Targets, ways: Ways) -> list[Fi
     findings = []
     share = np.linspace(0.0, 1.0, TURNING)[:, None]
     for n, (a, b) in enumerate(pairwise(ways.theta[:, 0]), 1):
-        gap = stem_gap(job.robot, targets, probe, a + (b - a) * share)
+        way = a + (b - a) * share
+        if job.robot.interference is not None and (job.robot.interference.clearance(way) < 0).any():
+            message = f"between touches {n} and {n + 1} J2 and J3 leave their polygon: teach a position between"
+            findings.append(Finding(Level.WARNING, "touches.way", message))
+        gap = stem_gap(job.robot, targets, probe, way)
         s = int(np.argmin(gap))
         if gap[s] < NEAR:
             message = (

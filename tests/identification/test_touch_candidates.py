@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from compgen.core.pose import Pose
 from compgen.identification.touch_candidates import Probe, Search, Targets, reachable_ways
 from compgen.pipelines.robot_file import load_robot
+from compgen.robot.interference import Interference
 from compgen.robot.inverse_kinematics import Posture
 
 PLACES = np.array([[700, -680, 203], [2000, -680, 203], [1900, 500, 203.0]])  # mm
@@ -109,6 +110,11 @@ def test_ways_beyond_a_limit_or_near_a_singularity_are_not_taken(arm):
     assert wide[..., 3].max() > 60 > narrow[..., 3].max()
     assert wide[..., 5].min() < -50 < narrow[..., 5].min()
     assert wide[..., 4].max() > -60 > pendant(replace(arm, wrist_margin=np.radians(60)))[..., 4].max()
+    corner = np.radians([[-60, -90], [60, -90], [60, 20], [-60, -20]])  # J2 and J3
+    plane = np.linalg.inv(arm.pendant_map)[1:3]
+    held = replace(arm, interference=Interference(corner, plane, arm.pendant_zero))
+    assert (held.interference.clearance(ways(held).theta.reshape(-1, 6)) > 0).all()
+    assert 0 < len(ways(held).target) < len(ways(arm).target)
     for margin, value in (("shoulder_margin", 1.0), ("elbow_margin", 0.3)):
         assert 0 < len(ways(replace(arm, **{margin: value})).target) < len(ways(arm).target)
 
