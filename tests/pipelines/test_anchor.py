@@ -321,3 +321,13 @@ def test_touches_that_nothing_explains_write_no_state(days, tmp_path):
     result = run("anchor", SPIRAL, *files, *sets, "-o", tmp_path / "state.toml", "-q")
     refused(result, 1, "cannot tell: no state explains the touches", "touch these as well: ", "not written")
     assert not (tmp_path / "state.toml").exists()
+
+
+def test_a_deflected_probe_met_its_target_before(tmp_path):
+    day = drawn_day(0, tmp_path, sided=True)
+    forecast = forecast_now(day.job, day.touches)
+    still = touched(day.artefact, day.touches, WORLD, forecast)
+    deflected = replace(day.touches, deflection=np.full(8, 0.2 * MM))
+    pushed = touched(day.artefact, deflected, WORLD, forecast)
+    assert_allclose(pushed.actual - still.actual, -0.2 * MM * day.touches.normal, atol=1e-12)
+    assert_allclose(pushed.y - still.y, 0.2 * MM, atol=2 * UM)  # its ball was that much farther from the sphere
