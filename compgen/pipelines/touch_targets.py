@@ -53,11 +53,14 @@ def targets_of(artefact: Artefact, frame: Pose, centres: bool) -> tuple[Targets,
         InputError: Nobody vouches for places, none is known, a diameter or the probe's place is missing.
     """
     source, placed, notes = artefact.source, np.isfinite(artefact.place[:, 0]), list[Finding]()
-    if artefact.certified is not True and artefact.taught is None:
+    if artefact.certified is False and artefact.taught is None:
         raise InputError(
-            f"{source}: artefact.certified: not true: places that nobody certified anchor nothing; give certified = "
-            "true with what is certified and sigma_um, or [artefact.taught] if this robot taught them"
+            f"{source}: artefact.certified: false: places that nobody certified anchor nothing; give certified = true "
+            "with what is certified and sigma_um, or [artefact.taught] if this robot taught them"
         )
+    if artefact.certified is None and artefact.taught is None:
+        message = f"{source}: artefact.certified: not said: places count as an instrument's, known to their sigma_um"
+        notes.append(Finding(Level.NOTE, "touches.certified", message))
     unplaced = ", ".join(n for n, known in zip(artefact.names, placed.tolist()) if not known)
     planes = 0 if centres else len(artefact.planes)
     if not placed.any() and not planes:

@@ -60,7 +60,6 @@ def test_a_table_that_was_filled_in_is_not_planned_anew(tmp_path):
 
 
 BAD = [
-    ({"head": ""}, 2, "artefact.certified", "certified = true"),
     ({"head": "certified = false\n"}, 2, "artefact.certified", "nobody certified"),
     ({"places": (("a", 3500, 0), ("b", 3600, 0))}, 3, "a, b", "out of the arm's reach", "3500"),
     ({"sphere": ""}, 2, "'a'", "diameter_mm", "--centres"),
@@ -76,6 +75,12 @@ BAD = [
 def test_an_artefact_that_anchors_nothing_is_refused_in_a_line(parts, code, words, tmp_path):
     refused(plan(artefact(tmp_path, **parts), tmp_path / "o"), code, "artefact.toml", *words)
     assert not (tmp_path / "o").exists()
+
+
+def test_places_of_which_nobody_says_whether_they_are_certified_are_an_instrument_s(tmp_path):
+    result = plan(artefact(tmp_path, head=""), tmp_path / "o", "-n", "6")
+    assert result.returncode == 0, result.stderr
+    assert "artefact.certified: not said" in " ".join(result.stdout.split())
 
 
 def test_spheres_without_a_place_are_left_out_by_name_and_alone_refused(tmp_path):
