@@ -40,6 +40,7 @@ NORMAL_SHARE = 0.5  # of the tolerance, for what leads off the surface
 SAMPLES = 11  # of the deviation along an arc or a line
 TOO_WIDE = 8.0  # in place of the tolerances by which an arc of too large an angle misses
 STRIDE = (12, 32)  # rows between two from which the reach is found: of a short path, and of one of a million
+LEAST_ROWS = 4  # dense segments of an arc: with fewer the largest deviation lies between its rows, unseen
 ROUNDS = 12  # of cutting
 BLOCK = 2048  # arcs at a time: they stay in cache
 SAME_AXES = 1e-12  # entries of rotations that differ by less are the same
@@ -166,11 +167,11 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
     reaches = (_reach(path, samples, last[run], arcs) for arcs in (True, False))
     densities = np.array([_density(path, samples, *reach, run, edge) for reach in reaches])
     count = np.array([_per_run(path, density, begin, last) for density in densities])
-    arcs = (2 * np.ceil(count[0]) < np.ceil(count[1])) & (last - begin >= 2)
+    arcs = (2 * np.ceil(count[0]) < np.ceil(count[1])) & (last - begin >= LEAST_ROWS)
     of_run = np.repeat(np.arange(len(begin)), last - begin)
     density = np.where(arcs[of_run], *densities)
     for _ in range(ROUNDS):
-        start, end = _cut(path, density, begin, last, np.where(arcs, 2, 1))
+        start, end = _cut(path, density, begin, last, np.where(arcs, LEAST_ROWS, 1))
         via = np.where(arcs[np.searchsorted(begin, start, side="right") - 1], _middle(path, start, end), start)
         misses = path.misses(start, via, end)
         bad = np.flatnonzero((misses > 1) & np.isfinite(misses) & (end - start > 1))
@@ -179,7 +180,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
         more = np.clip(np.cbrt(misses[bad]), 1.02, 2.0)
         for k, factor in zip(bad.tolist(), more.tolist()):
             density[start[k] : end[k]] *= factor
-    is_arc = (via > start) & (misses <= 1)
+    is_arc = (via > start) & (misses <= 1) & (end - start >= LEAST_ROWS)
     keep, middle = np.zeros(N, dtype=bool), np.zeros(N, dtype=bool)
     keep[start], keep[edge] = True, True
     keep[via[is_arc]] = middle[via[is_arc]] = True
@@ -215,7 +216,7 @@ def _middle(path: DensePath, start: IntArray, end: IntArray) -> IntArray:
 
 def _reach(path: DensePath, start: IntArray, last: IntArray, arcs: bool) -> tuple[IntArray, BoolArray]:
     """The farthest row that an arc, or a line, from each of some rows leads to within its tolerance; and if it does."""
-    least = start + (2 if arcs else 1)
+    least = start + (LEAST_ROWS if arcs else 1)
     low = np.minimum(least, last)
     high = np.minimum(last, np.searchsorted(path.arc, path.arc[start] + MAX_LENGTH, side="right") - 1)
     high = np.maximum(high, low)

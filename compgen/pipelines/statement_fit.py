@@ -10,12 +10,14 @@ from compgen.core.arcs import Arcs, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation
+from compgen.core.units import MDEG
 from compgen.fanuc.configuration import turn_digits
 from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.pipelines.job import Process
 from compgen.planning.toolpath import ToolPath
 from compgen.robot.robot import Robot
 
+AXES = 1 * MDEG  # by which the orientation between two positions may be off: a digit of three decimals
 SPEED_STEP = 1.1  # a statement has one speed: what it covers differs by no more
 LEAST_PERIODS = 10  # between ends of statements that only the speed asks for
 WIDER = 2  # waypoints on either side that a slow stretch is taken to be wider
@@ -36,9 +38,9 @@ def fit_planned_moves(
         theta: Joints there, (N, 6) [rad].
         speed: Along the segments, (N - 1,) [m/s].
     """
-    digits = fanuc.resolution(robot.controller.decimals)
+    digit, _ = fanuc.resolution(robot.controller.decimals)
     tolerance = process.chord if process.thin is None else process.thin
-    dense = DensePath(path.arc, commanded, printed, digits[0], tolerance, digits[1])
+    dense = DensePath(path.arc, commanded, printed, digit, tolerance, AXES)
     ends = statement_ends(path, turn_digits(robot, theta))
     return fit_moves(dense, with_changes_of_speed(ends, path.arc, speed, LEAST_PERIODS * robot.controller.period))
 

@@ -136,6 +136,20 @@ def test_every_pattern_keeps_its_promise_with_fewer_positions(name, overrides):
     assert arcs[1].written.time[-1] < 1.05 * lines[1].written.time[-1]
 
 
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ("robot.controller.decimals=6", "process.chord_um=0.753", "path.diameter_mm=600", "path.stepover_mm=45.3"),
+        ("process.feed_mm_s=241.83", "process.chord_um=4", "path.diameter_mm=203.53", "path.stepover_mm=75.6"),
+    ],
+)
+def test_tight_loops_keep_the_chord_off_the_part_as_well(overrides):
+    planned, corrected = made("raster_1300", ARCS, "path.turn=smooth", *overrides)
+    process, decimals = planned.job.plan.process, planned.job.robot.controller.decimals
+    assert corrected.program.via.any()
+    assert corrected.deviation.extents["total"].max < process.chord + np.sqrt(3) / 2 * 10.0 ** -(3 + decimals) + 5e-8
+
+
 def test_straight_sweeps_on_a_plane_stay_lines():
     _, corrected = made("raster_1300", ARCS, "path.stepover_mm=100")
     assert not corrected.program.via.any()
