@@ -69,27 +69,32 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
         ImpossibleError: The robot cannot drive the path.
         TwinError: The twin cannot drive it.
     """
-    planned = _plan(job, progress, date, pages)
+    planned = _plan(job, progress, date, pages, alone=True)
     progress("twin before", 0.0)
     planned.deviation()
     findings = (*motion_findings(planned.written().effect, job.bounds), *planned.findings)
     return replace(planned, findings=findings, band=band_along(planned.driven(planned.theta, planned.motion)))
 
 
-def _plan(job: Job, progress: Progress, date: str, pages: bool) -> Planned:
-    """What ``predict`` gives, with the twin still driving the uncorrected text on another thread."""
+def _plan(job: Job, progress: Progress, date: str, pages: bool, alone: bool = False) -> Planned:
+    """What ``predict`` gives, with the twin still driving the uncorrected text on another thread.
+
+    The controller's motion is looked at where no correction follows: there it is looked at on the written text.
+    """
     with job_findings.asking_units(job):
         plan = plan_motion(job.plan, job.cell, job.feed, progress, pages)
     path, theta, trajectory, model = plan.path, plan.theta, plan.trajectory, plan.model
     motion = direction_states(reversal_widths(job.sources), theta, path.target.position)
     rise = averaging.planned_rises(job, plan.joint_motion)
 
+    touching = touching_segments(path) if alone else None
+
     def drive_uncorrected() -> tuple[Deviation, WrittenMotion]:
         program = planned_program(job, path, theta, trajectory, date)
         prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
         if job.ensemble is not None:
             prepared = prepared.with_rise(rise)
-        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching_segments(path))
+        written = read_motion(prepared, np.diff(path.arc), plan.feed * path.pace, touching)
         return deviation_from_path(path, prepared.chunks(), prepared.sample_count), written
 
     progress("twin before", 0.0)

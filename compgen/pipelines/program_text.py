@@ -18,6 +18,7 @@ from compgen.robot import inverse_kinematics, joint_path
 
 DATE = "26-01-01"
 REMARK_WIDTH = 32
+FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override
 DRY = "_DRY"  # behind the name of a dry run
 COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
 
@@ -63,6 +64,7 @@ def compose_program(
         pairs = [rises[i : i + 2] for i in range(0, len(rises), 2)]
         remarks += [f"rise K {' '.join(pair)}"[:REMARK_WIDTH] for pair in pairs]
         remarks += start_remarks(job, start_window)
+        remarks += motion_remarks(job)
         if (state := job.cell.state) is not None:
             remarks.append(f"state {state.digest[:8]} holds {state.window:.0f} s"[:REMARK_WIDTH])
     program = Program(
@@ -94,6 +96,14 @@ def override_remark(job: Job) -> str:
     if job.plan.path.raised:
         return dry_run_words(job.plan.path.raised)
     return running_override((1.0,) if job.ensemble is None else job.ensemble.overrides)
+
+
+def motion_remarks(job: Job) -> list[str]:
+    """That a program is commanded against the controller's motion, whose pull goes with the square of the override."""
+    motion = job.robot.motion
+    if motion is None or not motion.may_predistort:
+        return []
+    return ["pre-distorted for 100% override", "at 50% 3/4 of the pull is wrong"]
 
 
 def running_override(overrides: Sequence[float]) -> str:
@@ -135,5 +145,7 @@ def program_name_of(job: Job) -> str:
     """The name of the job's program on the controller."""
     length = job.robot.controller.name_length
     if not job.plan.path.raised:
-        return fanuc.program_name(job.name, length)
+        motion = job.robot.motion
+        behind = "" if motion is None or not motion.may_predistort else FULL_SPEED
+        return f"{fanuc.program_name(job.name, length - len(behind))}{behind}"
     return f"{fanuc.program_name(job.name.removesuffix('_dry'), length - len(DRY))}{DRY}"

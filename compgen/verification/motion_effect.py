@@ -75,5 +75,5 @@ def _led(prepared: PreparedProgram, motion: ControllerMotion) -> MotionDeviation
     twin = prepared.twin
     return motion_deviation(
         replace(twin.robot, motion=motion), twin.tool, WrittenPath.of(prepared), prepared.samples_per_segment,
-        prepared.override,
+        prepared.override, places_only=True,
     )  # fmt: skip

@@ -19,7 +19,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
 from compgen.core.pose import Pose
-from compgen.core.rotations import interpolate_rotation
+from compgen.core.rotations import interpolate_rotation, relative_rotation
 from compgen.fanuc.program import Program
 from compgen.robot.inverse_kinematics import solve_tool
 from compgen.robot.joint_path import nearest_turns
@@ -40,6 +40,8 @@ class Prepared(Protocol):
     @property
     def theta(self) -> Array: ...  # noqa: D102
     @property
+    def turn(self) -> Array: ...  # noqa: D102
+    @property
     def override(self) -> float: ...  # noqa: D102
 
 
@@ -51,6 +53,7 @@ class WrittenPath:
     sweep: Sweeps  # of its N - 1 segments
     time: Array  # (N,) [s] at full override, lines not rounded up
     theta: Array  # (N, 6) [rad]
+    turn: Array | None = None  # (N - 1, 3) [rad] rotation vector over each segment, in the axes of its start
 
     def __post_init__(self) -> None:
         own(self, time=("N",), theta=("N", 6))
@@ -58,7 +61,9 @@ class WrittenPath:
     @classmethod
     def of(cls, prepared: "Prepared") -> "WrittenPath":
         """Of a ``PreparedProgram``."""
-        return cls(prepared.program, prepared.sweep, prepared.unrounded * prepared.override, prepared.theta)
+        return cls(
+            prepared.program, prepared.sweep, prepared.unrounded * prepared.override, prepared.theta, prepared.turn
+        )
 
     def arcs(self) -> Array:
         """Length of the path at each position, (N,) [m]."""
@@ -78,6 +83,14 @@ class WrittenPath:
         if sweep.angle.any():
             ahead = ahead + np.cos(part) * sweep.along[k] + np.sin(part) * sweep.inwards[k]
         return np.asarray(ahead / np.maximum(row_norms(ahead), 1e-12)[:, None])
+
+    def turned(self) -> Array:
+        """Rotation vectors of all segments before each position added up in World, (N, 3) [rad]."""
+        rotation = self.program.rotation
+        turn = relative_rotation(rotation[:-1], rotation[1:]) if self.turn is None else self.turn
+        if not turn.any():
+            return np.zeros_like(self.program.position)
+        return np.concatenate([np.zeros((1, 3)), np.cumsum((rotation[:-1] @ turn[:, :, None])[:, :, 0], axis=0)])
 
     def rotations(self, segment: IntArray, fraction: Array) -> Array:
         """Orientations of the TCP there, (M, 3, 3): turning steadily over each segment."""

@@ -7,8 +7,9 @@ motion that is only late is on its path. With x the smoothed place and t the pat
     d = x - p(s),      along = d . t,      across = d - along t
 
 ``across`` is how far the tool is from the path. ``along`` is no error of form but tells where a way out and back is cut
-short, and ``lag`` how far the tool is behind its command. Orientation is smoothed as unit quaternions; smoothed joints
-go through the nominal arm.
+short, and ``lag`` how far the tool is behind its command. Of the orientation the rotation vectors of the way are added
+up and smoothed, which is right for the small angles in the smoothing's reach; smoothed joints go through the nominal
+arm.
 """
 
 from collections.abc import Callable
@@ -19,7 +20,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray, frozen, own
 from compgen.core.evaluation import evaluate
 from compgen.core.pose import Pose
-from compgen.core.rotations import relative_rotation, rotation_matrix
+from compgen.core.rotations import rotation_matrix
 from compgen.robot.motion import ControllerMotion
 from compgen.robot.robot import Robot
 from compgen.verification.twin.controller.command import Command, WrittenPath, command_at, command_clock
@@ -27,12 +28,12 @@ from compgen.verification.twin.controller.smoothing import coarser, moments, set
 from compgen.verification.twin.nominal_arm import LENGTHS, build_grown_pose
 
 BLOCK = 1 << 16  # samples in time that are smoothed at once
-TURNING = 1e-12  # rad over a segment
+TURNING = 2e-5  # [rad] of the tool's axes, as much as the third decimal of W P R: below, nothing is told
 SAMPLES = 5  # in the shortest window or time constant, at least
 SHARP = 0.1  # [rad] change of direction from one segment to the next: a corner
 EDGE = 3  # samples that a cubic needs beyond its own
 
-#: smoothed positions (M, 3) and rotations (M, 3, 3), or None where the tool keeps its orientation
+#: smoothed positions (M, 3) with rotations (M, 3, 3), or with the rotation vectors of the way (M, 3), or with nothing
 PoseOf = Callable[[Command], tuple[Array, Array | None]]
 
 
@@ -59,7 +60,12 @@ class MotionDeviation:
 
 
 def motion_deviation(
-    robot: Robot, tool: Pose, path: WrittenPath, counts: IntArray, override: float = 1.0
+    robot: Robot,
+    tool: Pose,
+    path: WrittenPath,
+    counts: IntArray,
+    override: float = 1.0,
+    places_only: bool = False,
 ) -> MotionDeviation | None:
     """Where the controller's motion leads the tool; None where nothing is smoothed or nothing is known of it.
 
@@ -69,6 +75,7 @@ def motion_deviation(
         path: The program, N positions.
         counts: How many places each segment has, its start among them, evenly in length, (N - 1,); the end is one more.
         override: Share of all written speeds.
+        places_only: Of the places alone.
     """
     known, period = robot.motion, robot.controller.period
     if known is None or not known.is_smooth:
@@ -76,9 +83,10 @@ def motion_deviation(
     on_time = replace(known, lag=0.0)  # a lag of all alike leaves the path as it is
     step, motion = (period, on_time) if has_corners(path) else coarser(on_time, period, SAMPLES)
     program, arc = path.program, path.arcs()
-    turns = relative_rotation(program.rotation[:-1], program.rotation[1:])
-    turning = motion.space == "joint" or bool(np.abs(turns).max(initial=0.0) > TURNING)
-    pose_of = _joint_space(robot, motion, tool, path) if motion.space == "joint" else _tool_space(motion, path, turning)
+    turned = np.zeros((0, 3)) if places_only else path.turned()
+    turning = motion.space == "joint" or bool(turned.any())
+    in_joints = motion.space == "joint"
+    pose_of = _joint_space(robot, motion, tool, path) if in_joints else _tool_space(motion, turned if turning else None)
     clock = command_clock(robot, path, override)
     M, halo = int(np.ceil(clock.end / step)) + EDGE, int(np.ceil(settling_time(motion) / step)) + 2 * EDGE
     first = np.concatenate([[0], np.cumsum(counts)])
@@ -101,13 +109,16 @@ def motion_deviation(
         along[rows] = np.einsum("ij,ij->i", d, ahead)
         across[rows] = d - along[rows, None] * ahead
         if turn is not None and rotation is not None:
-            mean = cubic(rotation.reshape(-1, 9), at).reshape(-1, 3, 3)
-            turn[rows] = small_turn(
-                mean, program.rotation[segment] @ rotation_matrix(fraction[:, None] * turns[segment])
-            )
+            if in_joints:
+                mean = cubic(rotation.reshape(-1, 9), at).reshape(-1, 3, 3)
+                turn[rows] = small_turn(mean, path.rotations(segment, fraction))
+            else:
+                written = turned[segment] + fraction[:, None] * (turned[segment + 1] - turned[segment])
+                turn[rows] = cubic(rotation, at) - written
         done = end
     lag = moments(known, period).delay * override * float(program.speed.max())
-    return MotionDeviation(frozen(across), frozen(along), None if turn is None else frozen(turn), lag)
+    turns = turn is not None and np.abs(turn).max() > TURNING
+    return MotionDeviation(frozen(across), frozen(along), frozen(turn) if turn is not None and turns else None, lag)
 
 
 def has_corners(path: WrittenPath) -> bool:
@@ -144,15 +155,16 @@ def small_turn(mean: Array, written: Array) -> Array:
     return np.asarray(skew * (3 / np.trace(w, axis1=1, axis2=2))[:, None])
 
 
-def _tool_space(motion: ControllerMotion, path: WrittenPath, turning: bool) -> PoseOf:
+def _tool_space(motion: ControllerMotion, turned: Array | None) -> PoseOf:
     """Position and orientation of the TCP are smoothed."""
 
     def pose_of(command: Command) -> tuple[Array, Array | None]:
-        if not turning:
-            return smooth(command.position, command.step, motion), None
-        rotation = path.rotations(command.segment, command.fraction)
-        rows = smooth(np.column_stack([command.position, rotation.reshape(-1, 9)]), command.step, motion)
-        return rows[:, :3], rows[:, 3:].reshape(-1, 3, 3)
+        position = smooth(command.position, command.step, motion)
+        if turned is None:
+            return position, None
+        k = command.segment
+        turn = turned[k] + command.fraction[:, None] * (turned[k + 1] - turned[k])
+        return position, smooth(turn, command.step, motion)
 
     return pose_of
 
