@@ -1,0 +1,55 @@
+"""Writes the table of docs/motion.md: what a controller's motion leaves of paths, at feeds, known and not.
+
+python docs/motion.py
+"""
+
+from pathlib import Path
+
+from compgen.core.units import UM
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+PATHS = ("circle_1300", "spiral_1300", "raster_1300")
+FEEDS = (20, 50, 100, 200)  # mm/s
+IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+CONTROLLERS = {
+    "ideal": [],
+    "0.1 s": ["robot.motion.moving_average_ms=[100]"],
+    "0.2 + 0.1 s": ["robot.motion.moving_average_ms=[200, 100]"],
+    "rounds up": ["robot.controller.rounds_up_to_period=true"],
+}
+BEGIN, END = "<!-- begin: python docs/motion.py -->\n", "<!-- end -->\n"
+HEAD = (
+    "| path | feed [mm/s] | controller | before [um] | after, not knowing [um] | after, knowing [um] |\n"
+    "|---|---|---|---|---|---|\n"
+)
+
+
+def row(name: str, feed: int, controller: str) -> str:
+    """Largest error on the part: uncorrected, corrected without knowing the motion, and knowing it."""
+    overrides = [f"process.feed_mm_s={feed}", *CONTROLLERS[controller]]
+    smooth = "motion" in "".join(overrides)
+    left = _errors(name, [*overrides, IDENTIFIED] if smooth else overrides)
+    known = _errors(name, [*overrides, IDENTIFIED, "robot.motion.enabled=true"])[1] if smooth else left[1]
+    return f"| `{name}` | {feed} | {controller} | {left[0]:.0f} | {left[1]:.1f} | {known:.1f} |\n"
+
+
+def _errors(name: str, overrides: list[str]) -> tuple[float, float]:
+    """Largest error on the part before and after [um], on a twin whose controller the overrides describe."""
+    job = load_job(str(ROOT / "paths" / f"{name}.toml"), None, overrides)
+    planned, corrected = generate.generate(job, lambda stage, share: None)
+    return tuple(d.on_part["total"].max / UM for d in (planned.deviation(), corrected.deviation))
+
+
+def main() -> None:
+    """Lay the table anew."""
+    page = (HERE / "motion.md").read_text()
+    begin, end = page.index(BEGIN) + len(BEGIN), page.index(END)
+    rows = "".join(row(name, feed, controller) for name in PATHS for feed in FEEDS for controller in CONTROLLERS)
+    (HERE / "motion.md").write_text(page[:begin] + HEAD + rows + page[end:])
+
+
+if __name__ == "__main__":
+    main()
