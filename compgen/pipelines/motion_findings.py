@@ -73,6 +73,16 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
     return [Finding(level, "motion.known", message)]
 
 
+def motion_of_a_listing(motion: ControllerMotion | None) -> Finding:
+    """That the motion through a program that exists is neither predicted nor commanded against."""
+    if motion is None:
+        example = "128 um on a radius of 650 mm at 200 mm/s with moving means of 200 and 100 ms"
+        message = f"{WHAT} is not known, and not looked at here: it pulls bends inwards, {example}"
+        return Finding(Level.NOTE, "motion.unknown", message)
+    message = f"{WHAT} as [motion] has it ({motion_words(motion)}) is not looked at here: cgen generate predicts it"
+    return Finding(Level.NOTE, "motion.known", message)
+
+
 def with_motion(unknown: Sequence[Unknown], effect: MotionEffect | None) -> tuple[Unknown, ...]:
     """What is not known, with the controller's motion as large as it could be on this path.
 

@@ -21,6 +21,7 @@ from compgen.pipelines.averaging_findings import WIDE, ensemble_words, start_wor
 from compgen.pipelines.correct.directions import station_directions
 from compgen.pipelines.correct.result import Correction
 from compgen.pipelines.correct.station_corrections import error_models
+from compgen.pipelines.motion_findings import motion_of_a_listing
 
 ROUNDING = 3 * UM  # what rounding alone may add to a corrected station
 MAX_DEVIATION = 2 * UM  # of a straight line between corrected ends, above which it is a finding
@@ -298,7 +299,7 @@ def _timing_findings(result: Correction) -> list[Finding]:
 
 def _controller_findings(result: Correction) -> list[Finding]:
     controller = result.cell.robot.controller
-    findings = []
+    findings = [motion_of_a_listing(result.cell.robot.motion)]
     if controller.compensation == "signature":
         message = f"the controller's calibration '{controller.signature}' is active, as when the errors were identified"
         findings.append(Finding(Level.NOTE, "controller.signature", message))

@@ -1,0 +1,70 @@
+"""What a job says of the controller's motion: unknown, known, and commanded against."""
+
+import pytest
+from shipped import path_file, quiet
+
+from compgen.core.findings import Level
+from compgen.pipelines import generate
+from compgen.pipelines.motion_findings import WHAT, motion_of_a_listing
+from compgen.pipelines.path_file import load_job
+from compgen.report.job_summary import job_summary
+from compgen.robot.motion import ControllerMotion
+
+MEANS = "robot.motion.moving_average_ms=[200, 100]"
+IDENTIFIED = 'robot.motion.identified={robot="m710ic50", verdict="accepted"}'
+
+
+def run(*overrides, name="circle_1300"):
+    planned, corrected = generate.generate(load_job(path_file(name), None, overrides), quiet)
+    finding = next(f for f in corrected.findings if f.code.startswith("motion."))
+    return job_summary(planned, corrected), corrected, finding
+
+
+def row(summary):
+    return [u for u in summary["band"]["unknown"] if u["what"] == WHAT]
+
+
+def test_unknown_motion_has_its_size_on_this_path_and_changes_no_verdict():
+    summary, corrected, finding = run()
+    assert (finding.code, finding.level) == ("motion.unknown", Level.WARNING)
+    assert corrected.inside
+    assert not summary["motion"]["known"]
+    assert summary["motion"]["off_path_um"] == pytest.approx(128, abs=3)
+    assert row(summary)[0]["size_um"] == [0, pytest.approx(summary["motion"]["off_path_um"], rel=1e-5)]
+    assert f"{summary['motion']['off_path_um']:.0f} um" in finding.message
+
+
+def test_straight_sweeps_have_nothing_to_fear():
+    summary, _, finding = run(name="line_y")
+    assert finding.level is Level.NOTE
+    assert summary["motion"]["off_path_um"] < 1.0  # the digits, which smoothing averages
+
+
+def test_known_motion_is_part_of_the_errors_and_nothing_is_commanded():
+    summary, corrected, finding = run(MEANS, IDENTIFIED)
+    assert finding.code == "motion.known"
+    assert "motion.enabled is false" in finding.message
+    assert summary["on_part"]["after"]["total"]["max_um"] == pytest.approx(129, abs=2)
+    assert not row(summary)
+    assert corrected.program.name == "CIRCLE_1300"
+
+
+def test_typed_numbers_are_flown_and_stay_unknown():
+    summary, _, finding = run(MEANS)
+    assert "not from a log" in finding.message
+    assert row(summary)
+
+
+def test_a_program_made_against_the_motion_says_for_which_override():
+    summary, corrected, finding = run(MEANS, IDENTIFIED, "robot.motion.enabled=true")
+    assert finding.code == "motion.predistorted"
+    assert "100 % override" in finding.message
+    assert "75 % are wrong at 50 %" in finding.message
+    assert summary["motion"]["predistorted"]
+    assert corrected.program.name == "CIRCLE_1300_V100"
+    assert "pre-distorted for 100% override" in corrected.program.remarks
+
+
+def test_a_program_that_exists_is_told_that_its_motion_is_not_looked_at():
+    assert motion_of_a_listing(None).code == "motion.unknown"
+    assert "200 and 100 ms" in motion_of_a_listing(ControllerMotion(moving_averages=(0.2, 0.1))).message
