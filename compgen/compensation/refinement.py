@@ -1,26 +1,29 @@
 r"""Refinement: waypoints so close that straight lines between them carry the correction.
 
 Between two waypoints the program is a line and so is its correction; by what the error bends away from a line in
-between, the TCP stays off the path. That falls with the square of the segment's length: a segment is cut into
+between, the TCP stays off the path. That falls with the square of the segment's length L: there waypoints are to be no
+farther apart than
 
-    n = ceil( sqrt( bend / (share of the chord) ) )
+    L / sqrt( bend / (share of the chord) )
 
-parts. A measured map, a harmonic or the blend after a reversal asks for more waypoints than the path's own chord does;
-thermal growth never.
+and the path is laid out anew, in whole interpolation periods again. A measured map, a harmonic or the blend after a
+reversal asks for more waypoints than the path's own chord does; thermal growth never. By how much the correction will
+lengthen a line is told as well: it must not last a period more.
 """
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from compgen.core.arrays import Array, norm
+from compgen.core.arrays import Array, dot, norm
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import NO_DIRECTION, direction_states, reversal_widths
 from compgen.error_model.model import ErrorModel
 from compgen.error_model.source import Source
 from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.planning import toolpath
-from compgen.planning.toolpath import ToolPath
+from compgen.planning.toolpath import LayoutSettings, SegmentLimits, ToolPath
+from compgen.planning.whole_periods import STRETCH
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.inverse_kinematics import Posture, flange_from_tool
 from compgen.robot.robot import Robot
@@ -28,6 +31,7 @@ from compgen.robot.robot import Robot
 SAMPLES = 4  # of the error in a segment
 MAX_ROUNDS = 4  # of cutting
 CHUNK = 4096  # segments at a time
+LITTLE = 1e-3  # of a segment's length: by so much it need not be shorter
 CHORD_SHARE = 0.3  # of the chord: how far the error may bend away from a line within a segment
 
 
@@ -39,12 +43,12 @@ def refine(
     model: ErrorModel,
     path: ToolPath,
     feed: float,
-    chord: float,
+    layout: LayoutSettings,
 ) -> tuple[ToolPath, Array]:
     """The path with waypoints close enough for its errors, and its joints (N, 6) [rad].
 
-    A segment is cut until its error bends away from a line by less than a share of the chord, or until it takes the
-    controller's interpolation period.
+    A segment is to be shorter until its error bends away from a line by less than a share of the chord, or until it
+    takes one interpolation period.
 
     Args:
         robot: Its limits and its controller's period.
@@ -54,7 +58,7 @@ def refine(
         model: Their error model.
         path: With waypoints as close as its chord asks for.
         feed: [m/s].
-        chord: Largest distance of the path from the line between two waypoints [m].
+        layout: How its waypoints are laid.
 
     Raises:
         ImpossibleError: The robot cannot drive the path.
@@ -66,27 +70,37 @@ def refine(
     theta = joint_path.follow_branch(robot, flange_from_tool(path.target, tool), posture)
     if all(isinstance(source, ThermalGrowth) for source in sources):
         return path, theta
+    limits: list[SegmentLimits] = []
     for _ in range(MAX_ROUNDS):
-        periods = np.diff(path.arc) / (feed * robot.controller.period)
-        needed = np.sqrt(error_bend(solve, sources, model, path, theta) / (CHORD_SHARE * chord))
-        parts = np.ceil(np.minimum(needed, np.maximum(np.floor(periods), 1))).astype(np.int64)
-        if not (parts > 1).any():
+        length = np.diff(path.arc)
+        bend, stretch = error_shape(solve, sources, model, path, theta)
+        needed = np.sqrt(bend / (CHORD_SHARE * layout.chord))
+        shortest = np.minimum(length, feed * robot.controller.period * path.pace)
+        wanted = np.where(needed > 1, np.maximum(length / np.maximum(needed, 1), shortest), np.inf)
+        if not (
+            (wanted < length * (1 - LITTLE)).any() or (layout.periods and not limits and (stretch > STRETCH).any())
+        ):
             break
-        path = toolpath.subdivided(path, np.maximum(parts, 1))
+        limits.append(SegmentLimits(path.arc, wanted, stretch))
+        path = toolpath.relaid(path, limits, layout)
         theta = joint_path.follow_branch(robot, flange_from_tool(path.target, tool), posture)
     return path, theta
 
 
-def error_bend(
+def error_shape(
     solve: Callable[[Pose], Array],
     sources: Sequence[Source],
     model: ErrorModel,
     path: ToolPath,
     theta: Array,
-) -> Array:
-    """How far each segment's error bends away from the line between its ends, (N - 1,) [m]."""
+) -> tuple[Array, Array]:
+    """How far each segment's error bends away from the line between its ends, (N - 1,) [m], and lengthens it, (N - 1,).
+
+    What is corrected goes the other way: where the error shortens a line, its correction lengthens it.
+    """
     S = len(path.arc) - 1
-    widths, direction_state, bend = reversal_widths(sources), NO_DIRECTION, np.empty(S)
+    widths, direction_state = reversal_widths(sources), NO_DIRECTION
+    bend, stretch = np.empty(S), np.empty(S)
     cold = np.zeros((1, model.actual.size1_in(1)))  # what heat adds bends over metres of path
     fractions = np.arange(SAMPLES) / SAMPLES
     for begin in range(0, S, CHUNK):
@@ -98,7 +112,8 @@ def error_bend(
         joints = joint_path.nearest_turns(solve(target), between)
         direction_state = direction_states(widths, joints, target.position, direction_state)
         error = model.actual_pose(joints, cold, direction_state).position - target.position
-        ends = error[::SAMPLES]
+        ends, way = error[::SAMPLES], np.diff(target.position[::SAMPLES], axis=0)
         line = ends[:-1, None] + fractions[:, None] * np.diff(ends, axis=0)[:, None]
         bend[chunk] = norm(error[:-1].reshape(-1, SAMPLES, 3) - line).max(axis=1)
-    return bend
+        stretch[chunk] = np.maximum(-dot(np.diff(ends, axis=0), way) / dot(way, way), 0.0)
+    return bend, stretch

@@ -2,15 +2,16 @@
 
 Greedy, as with an opening window: from each kept waypoint the line goes on to the farthest waypoint of its piece from
 which it still leaves the true path by no more than the tolerance, what the correction between them differs from a
-straight change included. (Douglas and Peucker 1973 ask the same of lines between kept points, but divide from the
-ends.) Ends of pieces and stops stay. Where the end of a piece would be nearer than the controller can follow at feed,
-the waypoint before moves back half way. All pieces are walked at once.
+straight change included; by half of its sag where lines leave the path to both sides (``ToolPath.balance``). (Douglas
+and Peucker 1973 ask the same of lines between kept points, but divide from the ends.) Ends of pieces and stops stay.
+Lines of whole interpolation periods add up to such. Where the end of a piece would be nearer than the controller can
+follow at feed, the waypoint before moves back half way. All pieces are walked at once.
 """
 
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray, norm
-from compgen.planning.toolpath import ToolPath
+from compgen.planning.toolpath import SIDES, ToolPath
 
 
 def simplify(path: ToolPath, correction: Array, tolerance: float, shortest: float) -> IntArray:
@@ -93,4 +94,5 @@ def _is_within(path: ToolPath, correction: Array, first: IntArray, last: IntArra
     middle = (first + last) // 2
     fraction = ((path.arc[middle] - path.arc[first]) / (path.arc[last] - path.arc[first]))[:, None]
     bend = norm(correction[middle] - (1 - fraction) * correction[first] - fraction * correction[last])
-    return np.asarray(chord + bend <= tolerance)
+    sides = SIDES if path.balance.any() else 1.0
+    return np.asarray(chord / sides + bend <= tolerance)

@@ -65,7 +65,7 @@ def time_corrected(planned: Planned, solution: Solution, progress: Progress) -> 
         progress("final timing", share)
 
     if planned.dense is None:
-        return retiming.retime(robot, path.arc, solution.theta, path.stop, feed, tell)
+        return retiming.retime(robot, path.arc, solution.theta, path.stop, feed, tell, lines=True)
     dense, rows = planned.dense, planned.rows
     starts = statement_starts(path.via)
     statement = np.cumsum(starts) - 1  # of each segment

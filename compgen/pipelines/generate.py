@@ -40,7 +40,7 @@ from compgen.pipelines.kept_waypoints import at_waypoints
 from compgen.pipelines.motion_findings import motion_findings, touching_segments
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
-from compgen.pipelines.period_findings import times_apart
+from compgen.pipelines.period_findings import over_periods, times_apart
 from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
 from compgen.pipelines.start_window import Course, windows
 from compgen.pipelines.statement_fit import flown_at_waypoints
@@ -175,6 +175,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         *job_findings.clocks_apart(trajectory, written),
         *motion_predistortion.findings(job, prepared, path, written, deviation),
         *times_apart(job.robot.controller, written),
+        *over_periods(job.robot.controller, path, text, planned.feed),
         *job_findings.joints_asked(job, text, written),
         *arc_findings.orientation_on_arcs(job, text),
         *(averaging_findings(averaged) if averaged is not None else ()),

@@ -23,10 +23,10 @@ from compgen.fanuc.paging.stops import PageStops, place_page_stops
 from compgen.pipelines.job import Cell, Process, ProgramPlan
 from compgen.pipelines.statement_fit import page_stops_of_arcs, without_period
 from compgen.planning import retiming, toolpath
-from compgen.planning.exact_path import MAX_SPACING
 from compgen.planning.lead_in import Arm, LeadIn, plan_lead_in
 from compgen.planning.retiming import Trajectory
-from compgen.planning.toolpath import ToolPath
+from compgen.planning.toolpath import LayoutSettings, ToolPath
+from compgen.planning.whole_periods import Periods
 from compgen.robot import inverse_kinematics, joint_path
 from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
@@ -71,16 +71,17 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     progress("path", 0.0)
     robot, nodes, tool, process = cell.robot, len(cell.heat.names), program.tool, program.process
     model = build_error_model(robot, cell.sources, nodes, tool.pose)
+    feed = fanuc.writable_speed(feed)
+    layout = _layout(process, robot, feed)
     try:
         path = toolpath.plan_tool_path(
             program.path.pattern, program.path.surface, program.path.boundary,
-            spin=tool.spin, chord=process.chord, lift=process.lift, spacing=process.spacing,
+            spin=tool.spin, chord=layout.chord, lift=process.lift, spacing=layout.spacing, periods=layout.periods,
             lead_in=_lead_in(program, cell, model), frame=program.path.place,
         )  # fmt: skip
     except InputError as failure:
         raise InputError(f"{program.source}: {failure}") from failure
-    feed = fanuc.writable_speed(feed)
-    path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, process.chord)
+    path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, layout)
     progress(f"path: {len(theta)} waypoints", 1.0)
     page_stops, payload = None, tool.payload is not None
     if pages and process.arcs:
@@ -93,9 +94,18 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     followed = without_period(robot) if process.arcs else robot
     trajectory = retiming.retime(
         followed.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
-        lambda share: progress("timing", share),
+        lambda share: progress("timing", share), lines=not process.arcs,
     )  # fmt: skip
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
+
+
+def _layout(process: Process, robot: Robot, feed: float) -> LayoutSettings:
+    """How waypoints are laid: for lines whole periods apart; for arcs, which are fitted to them, as close as can be."""
+    if process.arcs:
+        return LayoutSettings(process.chord, process.spacing)
+    # a distance of two positions grows by half a digit in each coordinate of both at most
+    rounding = float(np.sqrt(3)) * fanuc.resolution(robot.controller.decimals)[0]
+    return LayoutSettings(process.chord, process.spacing, Periods(feed * robot.controller.period, rounding))
 
 
 def leads_in(process: Process, cell: Cell) -> bool:
@@ -138,7 +148,7 @@ def coarse_motion(program: ProgramPlan, robot: Robot) -> tuple[ToolPath, Array] 
     """The pattern with as few waypoints as show its joints, and these, (N, 6) [rad]; None where the arm cannot."""
     plan = program.path
     path = toolpath.plan_tool_path(
-        plan.pattern, plan.surface, plan.boundary, spin=program.tool.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING
+        plan.pattern, plan.surface, plan.boundary, spin=program.tool.spin, chord=COARSE, lift=0.0
     )
     try:
         return path, _joints(program, robot, path.target)
@@ -194,5 +204,5 @@ def plan_written_motion(program: ProgramPlan, cell: Cell, feed: float) -> Motion
     rows = simplify.simplify(plan.path, unmoved, program.process.thin, plan.feed * period)
     path, theta = plan.path.subset(rows), plan.theta[rows]
     robot = cell.robot.at_acceleration(program.process.acc)
-    trajectory = retiming.retime(robot, path.arc, theta, path.stop, plan.feed * path.pace)
+    trajectory = retiming.retime(robot, path.arc, theta, path.stop, plan.feed * path.pace, lines=True)
     return replace(plan, path=path, page_stops=None, theta=theta, trajectory=trajectory)

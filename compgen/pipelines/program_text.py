@@ -50,6 +50,7 @@ def compose_program(
         start_window: How long after its warmth the program may start [s]; None for a program that is not corrected.
     """
     decimals = job.robot.controller.decimals
+    commanded = Pose(frozen(commanded.position + path.balance), commanded.rotation)
     written = commanded if job.frame is None else job.frame.register.inverse() @ commanded
     printed = fanuc.printed_poses(written, decimals)
     # the digits of CONFIG belong to the pose as printed

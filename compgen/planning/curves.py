@@ -13,7 +13,7 @@ tan of half the angle) by which the tool is tilted in its own axes. Pieces join 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import pi
+from math import comb, pi
 from typing import Any
 
 import casadi as ca
@@ -25,6 +25,7 @@ from compgen.core.evaluation import IndexedRows, evaluate
 DEGREE = 7  # of p
 CUBIC = 3  # the degree of h and g
 SEGMENTS = 3  # of a piece at least
+ANGLES_EQUAL = 1e-11  # rad, and Gibbs vectors
 WIDTH = 2 * (DEGREE + 1) + 4 + 4 * (CUBIC + 1)  # coefficients of a piece
 
 
@@ -125,6 +126,28 @@ def _build_derivatives() -> Any:
 def join(*curves: PiecewiseCurve) -> PiecewiseCurve:
     """Curves one after the other."""
     return PiecewiseCurve(*(np.concatenate([getattr(c, f) for c in curves]) for f in PiecewiseCurve.__slots__))
+
+
+def goes_on(curve: PiecewiseCurve) -> BoolArray:
+    """Whether each piece but the last runs on into the next one as the same curve, (K - 1,).
+
+    Then the parameter may run on beyond 1: p(t + 1), with the binomials of (t + 1)^k.
+    """
+    shift = np.array([[comb(k, i) for k in range(DEGREE + 1)] for i in range(DEGREE + 1)], dtype=float)
+    cubic = shift[: CUBIC + 1, : CUBIC + 1]
+    a, b = curve.subset(np.arange(len(curve.poly) - 1)), curve.subset(np.arange(1, len(curve.poly)))
+    size = 1e-12 + 1e-12 * np.abs(curve.polar[:, 0]).max(initial=0.0)
+    polar = b.polar - np.column_stack([a.polar[:, 0] + a.polar[:, 1], a.polar[:, 1], *a.polar[:, 2:].T])
+    polar[:, 2] -= a.polar[:, 3]
+    return np.asarray(
+        (np.abs(np.einsum("ij,kjc->kic", shift, a.poly) - b.poly).max(axis=(1, 2)) < size)
+        & (np.abs(np.einsum("ij,kj->ki", cubic, a.lift) - b.lift).max(axis=1) < size)
+        & (np.abs(np.einsum("ij,kjc->kic", cubic, a.tilt) - b.tilt).max(axis=(1, 2)) < ANGLES_EQUAL)
+        & (np.abs(polar[:, :2]).max(axis=1) < size)
+        & (np.abs(polar[:, 2:]).max(axis=1) < ANGLES_EQUAL)
+        & (a.working == b.working)
+        & (a.pace == b.pace)
+    )
 
 
 def line(

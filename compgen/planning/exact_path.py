@@ -99,6 +99,12 @@ class ExactPath:
         check_extent(extent)
         return distance[:, 0]
 
+    def sag(self, piece: IntArray, span: Array) -> Array:
+        """From the middle of the line between a span's ends to the path there, square to the line, (M, 3) [m]."""
+        sag, extent = self._evaluate(path_functions().sag, piece, span)
+        check_extent(extent)
+        return sag if self.frame is None else sag @ self.frame.rotation.T
+
     def at(self, piece: IntArray, span: Array, length: Array, slope: Array, fraction: Array) -> PathPoses:
         """Pose and direction of travel at a fraction of the arc length of a span.
 
@@ -239,6 +245,15 @@ class PathFunctions:
             offset = offset - ca.dot(offset, line) / length_squared * line
             farthest, smallest = ca.fmax(farthest, ca.norm_2(offset)), ca.fmin(smallest, extent)
         return self._build("chord", [self._pair], [farthest, smallest])
+
+    @cached_property
+    def sag(self) -> Any:
+        """(start, end) -> sag (3), extent."""
+        start, end = self._pair[0], self._pair[1]
+        first, middle, last = self.lift(start), self.lift((start + end) / 2), self.lift(end)
+        line, sag = last[0] - first[0], middle[0] - (first[0] + last[0]) / 2
+        sag = sag - ca.dot(sag, line) / ca.fmax(ca.dot(line, line), 1e-30) * line
+        return self._build("sag", [self._pair], [sag, ca.fmin(ca.fmin(first[3], middle[3]), last[3])])
 
     @cached_property
     def parameter(self) -> Any:

@@ -1,15 +1,19 @@
 r"""The planned path: a piecewise curve laid onto a surface, cut into waypoints, each with the pose the tool shall have.
 
-Waypoints follow curvature: on a curve of curvature K a chord of length ds leaves it by K ds^2 / 8, so the spacing is
-ds = sqrt(8 chord / K), never above ``MAX_SPACING``. Between waypoints the true path stays available: ``at`` gives the
-exact pose at any fraction of any segment's arc length.
+Waypoints follow curvature: on a curve of curvature K the path leaves a chord of length ds by a sag of K ds^2 / 8, so
+the spacing is ds = sqrt(8 chord / K) at most, never above ``MAX_SPACING``. For a program of lines, where the period of
+the controller is known, their ends stand off the path by half of the sag, ``balance``, so that they leave it to either
+side: twice the sag is then within the chord, and the spacing is driven in whole periods (``whole_periods``). Between
+waypoints the true path stays available: ``at`` gives the exact pose at any fraction of any segment's arc length.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, own, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.planning import curves
@@ -18,11 +22,20 @@ from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.exact_path import MAX_SPACING, NODES, WEIGHTS, ExactPath, PathPoses
 from compgen.planning.lead_in import LeadIn
 from compgen.planning.surfaces import Quadric
+from compgen.planning.whole_periods import STRETCH, Cells, Layout, Periods, lay_out
 
 CELLS = 48  # a piece, for its curvature
 ALL_CELLS = 2_000_000  # of all pieces: a path of so many short ones has fewer each, two at least
 SAFETY = 0.98  # of the spacing, for what the cells do not see
-REFINEMENTS = 8  # rounds of adding segments where a piece's curvature changes faster than its cells see
+REFINEMENTS = 8  # rounds of narrowing the spacing where curvature changes faster than the cells see
+SIDES = 2.0  # of a line, to each of which it may leave the path by the chord
+AT_STOP = (
+    1.5  # times as far, in chords, a line leaves the path whose end at a stop stands on it: 3/4 of its sag, not 1/2
+)
+STRAIGHT = 1e-8  # m of sag
+SAME_SIDE = 0.9  # cosine of two sags' angle
+CORRECTIONS = 4  # of the places of waypoints, until segments have the lengths that are wanted
+PLACED = 1e-8  # m
 MIN_LENGTH = 1e-6  # m, of a pattern
 MAX_WAYPOINTS = 2e7
 CHUNK = 24_576  # cells at a time
@@ -41,6 +54,9 @@ class ToolPath:
     span: Array  # (N - 1, 2) its parameters there
     slope: Array  # (N - 1, 2) as ``ExactPath.length_and_slope`` has it
     via: BoolArray  # (N,) the program passes it in the middle of an arc
+    balance: (
+        Array  # (N, 3) [m] from the target to where the line's ends stand, so that it leaves the path to both sides
+    )
 
     def __post_init__(self) -> None:
         own(
@@ -52,6 +68,7 @@ class ToolPath:
             span=("S", 2),
             slope=("S", 2),
             via=("N",),
+            balance=("N", 3),
         )
 
     @property
@@ -74,6 +91,7 @@ class ToolPath:
         """
         span = np.column_stack([self.span[rows[:-1], 0], self.span[rows[1:] - 1, 1]])
         piece = self.piece[rows[:-1]]
+        lines = via is None and self.balance.any()
         return replace(
             self,
             target=self.target[rows],
@@ -84,7 +102,22 @@ class ToolPath:
             span=span,
             slope=self.exact.length_and_slope(piece, span).slope,
             via=np.zeros(len(rows), dtype=bool) if via is None else via,
+            balance=balance_of(self.exact, piece, span, self.stop[rows]) if lines else np.zeros((len(rows), 3)),
         )
+
+
+@dataclass(frozen=True, slots=True)
+class LayoutSettings:
+    """How far apart waypoints are."""
+
+    chord: float  # [m] largest distance between the path and a line
+    spacing: float = MAX_SPACING  # [m] largest distance of two waypoints
+    periods: Periods | None = None  # of the controller, which lines last a whole number of; None: as the chord asks
+
+    @property
+    def sag(self) -> float:
+        """Largest distance of the path from a line between two waypoints on it [m]."""
+        return self.chord if self.periods is None else SIDES * self.chord
 
 
 def plan_tool_path(
@@ -96,6 +129,7 @@ def plan_tool_path(
     chord: float,
     lift: float,
     spacing: float = MAX_SPACING,
+    periods: Periods | None = None,
     lead_in: LeadIn | None = None,
     frame: Pose | None = None,
 ) -> ToolPath:
@@ -106,9 +140,10 @@ def plan_tool_path(
         surface: What it lies on.
         boundary: The part's edge; waypoints outside are not in contact.
         spin: The tool's x axis against base x [rad].
-        chord: Largest distance between the path and the straight line between two waypoints [m].
+        chord: Largest distance between the path and a line [m].
         lift: Length of approach and retract [m]; 0 leaves them out.
         spacing: Largest distance of two waypoints [m].
+        periods: Of the controller, which lines last a whole number of; None: as chord and spacing ask.
         lead_in: The approach, where it is not along the tool axis.
         frame: That the surface stands in; None: World.
 
@@ -128,49 +163,101 @@ def plan_tool_path(
         up = curves.line(end, bare.above(len(pattern.poly) - 1, 1.0, lift), stop=True, working=False)
         pattern = curves.join(down, pattern, curves.tilted(up, tilt_end, tilt_end))
     exact = ExactPath(pattern, surface, boundary, spin, frame)
-    share, parameter, wanted = _segment_density(exact, chord, spacing)
-    keep = wanted > 1e-6
-    if wanted.sum() > MAX_WAYPOINTS:
+    layout = LayoutSettings(chord, spacing, periods)
+    return _laid(exact, _cells(exact, layout), layout)
+
+
+class SegmentLimits(NamedTuple):
+    """What a path's errors ask of its waypoints, by segments of one of its layouts."""
+
+    arc: Array  # (N,) [m] of that layout
+    spacing: Array  # (N - 1,) [m] largest distance of two waypoints
+    stretch: Array  # (N - 1,) by which the correction lengthens a line
+
+
+def relaid(path: ToolPath, limits: Sequence[SegmentLimits], layout: LayoutSettings) -> ToolPath:
+    """The path laid out anew, within further limits."""
+    cells = _cells(path.exact, layout)
+    kept = np.flatnonzero(_kept(cells))
+    limit, stretch = cells.limit[kept], cells.stretch[kept]
+    at = np.concatenate([[0.0], np.cumsum(cells.length[kept])])
+    for asked in limits:
+        first = np.clip(np.searchsorted(asked.arc, at[:-1], side="right") - 1, 0, len(asked.spacing) - 1)
+        last = np.clip(np.searchsorted(asked.arc, at[1:]), first + 1, len(asked.spacing))
+        rows = np.column_stack([first, last]).ravel()
+        least = np.minimum.reduceat(np.append(asked.spacing, np.inf), rows)[::2]
+        most = np.maximum.reduceat(np.append(asked.stretch, 0.0), rows)[::2]
+        limit = np.minimum(limit, least.reshape(limit.shape))
+        stretch = np.maximum(stretch, STRETCH + most.reshape(limit.shape))
+    cells.limit[kept], cells.stretch[kept] = limit, stretch
+    return _laid(path.exact, cells, layout)
+
+
+def _laid(exact: ExactPath, cells: Cells, settings: LayoutSettings) -> ToolPath:
+    """Waypoints on a path whose cells are known.
+
+    Raises:
+        InputError: It needs too many of them.
+    """
+    curve = exact.curve
+    keep = _kept(cells)
+    needed = (cells.length / cells.limit).sum()
+    if needed > MAX_WAYPOINTS:
         raise InputError(
-            f"path: it needs {wanted.sum():.2g} waypoints, more than {MAX_WAYPOINTS:.0e}; "
+            f"path: it needs {needed:.2g} waypoints, more than {MAX_WAYPOINTS:.0e}; "
             "raise process.chord_um or spacing_mm, or make it smaller"
         )
     # a piece that is dust hands its stop to the one before
-    stops = pattern.stop.copy()
+    stops = curve.stop.copy()
     before = np.maximum.accumulate(np.where(keep, np.arange(len(keep)), -1))[~keep & stops]
     stops[before[before >= 0]] = True
-    segments = np.where(keep, np.maximum(np.ceil(wanted - 1e-6), pattern.least), 0).astype(np.int64)
-    pieces = np.flatnonzero(segments)
+    pieces = np.flatnonzero(keep)
+    cells = Cells(*(values[keep] for values in cells))
+    limit = np.minimum(cells.limit, cells.length.sum(axis=1, keepdims=True) / curve.least[keep, None])
+    goes_on = np.zeros(len(pieces), dtype=bool)
+    if settings.periods is not None:
+        goes_on[1:] = curves.goes_on(curve)[pieces[:-1]] & (np.diff(pieces) == 1) & ~stops[pieces[:-1]]
+    first, balanced = np.flatnonzero(~goes_on), settings.periods is not None
     for _ in range(REFINEMENTS):
-        piece, span = _spans(pieces, segments[pieces], share, parameter)
-        ratio = exact.chord(piece, span) / (SAFETY * chord)
-        worst = np.maximum.reduceat(ratio, np.cumsum(segments[pieces]) - segments[pieces])
-        pieces, worst = pieces[worst > 1], worst[worst > 1]
-        if not len(pieces):
+        layout = lay_out(cells._replace(limit=limit), cells.limit, curve.pace[keep], first, settings.periods)
+        at, row, span = _spans(exact, pieces, cells.length, first, layout, balanced)
+        ends = np.cumsum(layout.per_chain)[np.append(stops[pieces[first[1:] - 1]], True)]
+        sag = exact.chord(pieces[row], span)
+        corners = ends[:-1][(np.minimum(sag[ends[:-1] - 1], sag[ends[:-1]]) > STRAIGHT) & balanced]
+        beyond = sag / (SAFETY * settings.sag)
+        beyond[np.concatenate([corners - 1, corners])] *= AT_STOP
+        if not (beyond > 1).any():
             break
-        segments[pieces] = np.ceil(segments[pieces] * np.sqrt(worst) + 0.5)
-    pieces = np.flatnonzero(segments)
-    if len(piece) < segments.sum():
-        piece, span = _spans(pieces, segments[pieces], share, parameter)
-    stop = np.zeros(len(piece) + 1, dtype=bool)
-    stop[np.cumsum(segments[pieces])] = stops[pieces]
-    stop[[0, -1]] = True
-    return _path(exact, piece, span, stop)
+        limit = _narrowed(limit, at, beyond)
+    stop = np.zeros(len(row) + 1, dtype=bool)
+    stop[np.append(0, ends)] = True
+    return _path(exact, pieces[row], span, stop, balanced)
 
 
-def subdivided(path: ToolPath, parts: IntArray) -> ToolPath:
-    """The path with each segment cut into ``parts`` (N - 1,) of equal parameter; stops stay where they are."""
-    owner = np.repeat(np.arange(len(parts)), parts)
-    step = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
-    start, size = path.span[owner, 0], np.diff(path.span[owner], axis=1)[:, 0]
-    last = step == parts[owner] - 1
-    end = np.where(last, path.span[owner, 1], start + size * (step + 1) / parts[owner])
-    span = np.column_stack([start + size * step / parts[owner], end])
-    stop = np.concatenate([path.stop[:1], last & path.stop[1:][owner]])
-    return _path(path.exact, path.piece[owner], span, stop)
+def _kept(cells: Cells) -> BoolArray:
+    """Pieces that are more than dust, (K,)."""
+    return np.asarray((cells.length / cells.limit).sum(axis=1) > 1e-6)
 
 
-def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> ToolPath:
+def _narrowed(limit: Array, at: Array, beyond: Array) -> Array:
+    """The limits (K, C) of the spacing, lower where segments leave the path too far.
+
+    Args:
+        limit: (K, C) [m].
+        at: Where the segments begin and end in pieces of C cells, (S + 1,) counted on.
+        beyond: How many times the chord each leaves it by, (S,).
+    """
+    C = limit.shape[1]
+    bad = np.flatnonzero(beyond > 1)
+    first = np.floor(at[bad] * C + 1e-9).astype(np.int64)
+    size = np.maximum(np.ceil(at[bad + 1] * C - 1e-9).astype(np.int64) - first, 1)
+    cell = np.repeat(first, size) + np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+    lower = np.ones(limit.size)
+    np.minimum.at(lower, np.minimum(cell, limit.size - 1), np.repeat(1 / np.sqrt(beyond[bad]) * SAFETY, size))
+    return limit * lower.reshape(limit.shape)
+
+
+def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray, balanced: bool) -> ToolPath:
     """The path whose segments run over these parameters of their pieces."""
     point_piece = np.concatenate([[piece[0]], piece])
     point_t = np.concatenate([[0.0], span[:, 1]])
@@ -179,6 +266,7 @@ def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> To
     arc = np.concatenate([[0.0], np.cumsum(length)])
     working = exact.curve.working[point_piece]
     working[:-1] |= exact.curve.working[piece]  # a work piece's first point is in contact
+    via = np.zeros(len(arc), dtype=bool)
     return ToolPath(
         exact=exact,
         target=target,
@@ -188,45 +276,82 @@ def _path(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> To
         piece=frozen(piece),
         span=frozen(span),
         slope=frozen(slope),
-        via=frozen(np.zeros(len(arc), dtype=bool)),
+        via=frozen(via),
+        balance=frozen(balance_of(exact, piece, span, stop) if balanced else np.zeros((len(arc), 3))),
     )
 
 
-def _segment_density(exact: ExactPath, chord: float, max_spacing: float) -> tuple[Array, Array, Array]:
-    """How many segments each piece wants, and how densely they lie along it.
+def balance_of(exact: ExactPath, piece: IntArray, span: Array, stop: BoolArray) -> Array:
+    """By how much the ends of lines stand beside the path, (N, 3) [m]: half the sag of the longer line at each.
 
-    Piece k occupies [k, k + 1] on both axes of one running curve: the share of its segments over its parameter.
-
-    Returns:
-        The curve's shares and parameters, (K (C + 1),) each, and the number of segments wanted, (K,).
+    Then a line leaves the path by half its sag on either side. A corner between two curves stands on the path.
     """
+    sag, none = exact.sag(piece, span), np.zeros((1, 3))
+    before, after = np.concatenate([none, sag]), np.concatenate([sag, none])
+    size = row_norms(before), row_norms(after)
+    balance = np.where((size[0] > size[1])[:, None], before, after) / 2
+    turns = dot(before, after) < SAME_SIDE * size[0] * size[1]  # a stop for a page's sake is no corner
+    balance[stop & (np.minimum(*size) > STRAIGHT) & turns] = 0.0
+    return balance
+
+
+def _cells(exact: ExactPath, layout: LayoutSettings) -> Cells:
+    """The path's pieces in cells: how long they are, and the spacing that the chord allows there."""
     K = len(exact.curve.poly)
     C = int(np.clip(ALL_CELLS // K, 2, CELLS))
-    edges = np.linspace(0, 1, C + 1)
     half = 0.5 / C
-    nodes = ((edges[:-1] + half)[:, None] + half * NODES).ravel()
-    cells = np.empty((K, C))
+    nodes = ((np.linspace(0, 1, C + 1)[:-1] + half)[:, None] + half * NODES).ravel()
+    length, limit = np.empty((K, C)), np.empty((K, C))
     for begin in range(0, K, CHUNK // C):
         pieces = np.arange(begin, min(begin + CHUNK // C, K))
         points = np.repeat(pieces, len(nodes)), np.tile(nodes, len(pieces))
-        speed, spacing = exact.speed_and_spacing(*points, SAFETY**2 * chord, max_spacing)
-        count = np.tile(WEIGHTS * half, len(pieces) * C) * speed / spacing
-        cells[pieces] = count.reshape(len(pieces), C, len(NODES)).sum(axis=2)
-    wanted: Array = np.asarray(cells.sum(axis=1))
-    share = np.cumsum(cells, axis=1) / np.where(wanted > 0, wanted, 1.0)[:, None]
-    start = np.arange(K, dtype=float)[:, None]
-    return (start + np.column_stack([np.zeros(K), share])).ravel(), (start + edges).ravel(), wanted
+        speed, spacing = exact.speed_and_spacing(*points, SAFETY**2 * layout.sag, layout.spacing)
+        way = (np.tile(WEIGHTS * half, len(pieces) * C) * speed).reshape(-1, len(NODES))
+        length[pieces] = way.sum(axis=1).reshape(-1, C)
+        count = (way / spacing.reshape(way.shape)).sum(axis=1)
+        dust = count == 0
+        limit[pieces] = np.where(dust, layout.spacing, way.sum(axis=1) / np.where(dust, 1.0, count)).reshape(-1, C)
+    return Cells(length, limit, np.full((K, C), STRETCH))
 
 
-def _spans(pieces: IntArray, segments: IntArray, share: Array, parameter: Array) -> tuple[IntArray, Array]:
-    """Each segment's piece and its parameters, (S,) and (S, 2), of pieces cut into so many segments, (K,) each."""
-    piece = np.repeat(pieces, segments)
-    last = np.cumsum(segments) - 1
-    first = last + 1 - segments
-    step = np.arange(1, len(piece) + 1) - np.repeat(first, segments)
-    span = np.empty((len(piece), 2))
-    span[:, 1] = np.interp(piece + step / np.repeat(segments, segments), share, parameter) - piece
-    span[last, 1] = 1.0
-    span[1:, 0] = span[:-1, 1]
-    span[first, 0] = 0.0
-    return piece, span
+def _spans(
+    exact: ExactPath, pieces: IntArray, cells: Array, first: IntArray, layout: Layout, exactly: bool
+) -> tuple[Array, IntArray, Array]:
+    """Where segments of some lengths begin and end.
+
+    Args:
+        exact: The path.
+        pieces: Of it that are kept, (K,).
+        cells: Their lengths, (K, C) [m].
+        first: Which of them each chain begins with, (H,).
+        layout: Of S segments.
+        exactly: Whether lengths count, and not only their shares.
+
+    Returns:
+        Their ends counted on through pieces of length one, (S + 1,), the piece of each, (S,), its parameters, (S, 2).
+    """
+    K, C = cells.shape
+    ends = np.cumsum(layout.per_chain)
+    edge = np.concatenate([[0.0], np.cumsum(cells)])
+    start = edge[first * C]
+    chain = np.repeat(np.arange(len(first)), layout.per_chain)
+    way = np.cumsum(layout.length)
+    way += (start - np.append(0.0, way[ends[:-1] - 1]))[chain]
+    at = np.append(0.0, np.interp(way, edge, np.arange(K * C + 1) / C))
+    fixed = np.append(0, ends)
+    at[fixed] = np.append(first, K)
+    for _ in range(CORRECTIONS if exactly else 0):
+        row = np.minimum(np.floor(at[:-1]).astype(np.int64), K - 1)
+        length = exact.length(pieces[row], at[:-1] - row, at[1:] - row)
+        actual = np.cumsum(length)
+        actual += (start - np.append(0.0, actual[ends[:-1] - 1]))[chain]
+        off = way - actual
+        off[ends - 1] = 0.0
+        at[1:] += off * (np.diff(at) / length)
+        if np.abs(off).max() < PLACED:
+            break
+    row = np.minimum(np.floor(at[:-1]).astype(np.int64), K - 1)
+    span = np.column_stack([at[:-1], at[1:]]) - row[:, None]
+    last_of_piece = np.abs(span[:, 1] - 1) < 1e-12
+    span[last_of_piece, 1] = 1.0
+    return at, row, span

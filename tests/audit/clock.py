@@ -13,7 +13,7 @@ import numpy as np
 
 from tests.audit import study
 
-NO_CHANGE = 1.005  # one word over the one before, up to which it is rounding
+NO_CHANGE, FALLS = 1.005, 0.995  # one word over the one before, between which it is rounding
 ROUNDS = 80
 
 
@@ -83,16 +83,18 @@ def drive(length, speed, a, j):
 
 def changes(length, speed, a, j):
     """Pairs of the line where the speed begins to rise, and by how much it rises without a pause."""
-    pairs, before, under_way = [], 0.0, False
+    pairs, start, before, under_way = [], 0.0, 0.0, 0.0
     for n, v in enumerate(speed):
+        if v < before * FALLS:
+            under_way = 0.0
         if v > before * NO_CHANGE:
-            if under_way:
-                pairs[-1][1] += v - before
+            if under_way > 0:
+                pairs[-1][1] = v - start
             else:
                 pairs.append([n, v - before])
-            under_way = length[n] < (v + before) / 2 * ramp(v - before, a[n], j[n])
-        else:
-            under_way = False
+                start = before
+            under_way = (v + before) / 2 * ramp(v - before, a[n], j[n])
+        under_way -= length[n]
         before = v
     return pairs
 

@@ -19,10 +19,12 @@ from compgen.error_model.sources.thermal_growth import ThermalGrowth
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 
+DENSE = "process.moves=arcs"  # waypoints as close as the chord asks, not whole periods apart
+
 
 @pytest.fixture(scope="module")
 def circle():
-    return problem_of(generate.predict(load_job(path_file("circle_1300")), quiet))
+    return problem_of(generate.predict(load_job(path_file("circle_1300"), None, [DENSE]), quiet))
 
 
 def part_of(problem, start=400, count=60):

@@ -37,7 +37,8 @@ def test_all_ten_paths_are_shipped():
 
 def test_the_spindles_flange_is_where_the_bare_flange_was():
     """Same joints: the part stands lower by the tool's length, and UTOOL 1 is written."""
-    bare, tooled = (generate.predict(load_job(path_file(n), None, ["process.feed_mm_s=200"]), quiet)
+    same = ["process.feed_mm_s=200", "process.chord_um=1.5"]
+    bare, tooled = (generate.predict(load_job(path_file(n), None, same), quiet)
                     for n in ("spiral_1300", "spiral_spindle"))  # fmt: skip
     np.testing.assert_allclose(tooled.theta, bare.theta, atol=1e-9)
     assert tooled.job.tool.number == 1

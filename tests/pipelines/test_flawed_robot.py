@@ -128,13 +128,12 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
         plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
     )
     assert len(planned.path.arc) > len(plain.arc) + 20
-    new = planned.path.arc[~np.isclose(planned.path.arc[:, None], plain.arc).any(axis=1)]
-    stops = planned.path.arc[planned.path.stop]
-    near = np.abs(new[:, None] - stops).min(axis=1)
-    assert np.median(near) < 20 * MM  # where joints reverse
+    middle, length = (planned.path.arc[1:] + planned.path.arc[:-1]) / 2, np.diff(planned.path.arc)
+    near = np.abs(middle[:, None] - planned.path.arc[planned.path.stop]).min(axis=1) < 20 * MM  # where joints reverse
+    assert np.median(length[near]) < 0.6 * np.median(length[~near])
     growth = [s for s in job.sources if isinstance(s, ThermalGrowth)]
     arm = (job.robot, job.posture, job.tool.pose, growth, planned.model)
-    assert refinement.refine(*arm, plain, job.feed, process.chord)[0] is plain
+    assert refinement.refine(*arm, plain, job.feed, toolpath.LayoutSettings(process.chord))[0] is plain
     room = np.diff(planned.path.arc) / (job.feed * job.robot.controller.period)
     assert room.min() >= 0.9  # never below what the controller can follow
 
@@ -142,7 +141,7 @@ def test_waypoints_come_closer_where_the_error_bends(raster):
         flange = inverse_kinematics.flange_from_tool(pose, job.tool.pose)
         return inverse_kinematics.solve_flange(job.robot, flange, job.posture)[0]
 
-    bend = refinement.error_bend(solve, job.sources, planned.model, planned.path, planned.theta)
+    bend, _ = refinement.error_shape(solve, job.sources, planned.model, planned.path, planned.theta)
     assert ((bend <= refinement.CHORD_SHARE * process.chord) | (room < 2)).all()  # no segment is left that could be cut
 
 
@@ -151,14 +150,17 @@ def test_a_path_cut_finer_is_the_same_path(job):
     path = toolpath.plan_tool_path(
         plan.pattern, plan.surface, plan.boundary, spin=job.tool.spin, chord=process.chord, lift=process.lift
     )
-    parts = 1 + np.arange(len(path.arc) - 1) % 3
-    finer = toolpath.subdivided(path, parts)
-    old = np.concatenate([[0], np.cumsum(parts)])
-    assert_allclose(finer.target.position[old], path.target.position, atol=1e-15)
-    assert_allclose(finer.arc[old], path.arc, atol=1e-12)
-    assert np.array_equal(finer.stop[old], path.stop)
-    assert finer.stop.sum() == path.stop.sum()
-    assert np.array_equal(finer.contact[old], path.contact)
+    length = np.diff(path.arc)
+    finest = np.where(np.arange(len(length)) % 300 < 40, length / 3, np.inf)
+    asked = toolpath.SegmentLimits(path.arc, finest, np.zeros(len(length)))
+    finer = toolpath.relaid(path, [asked], toolpath.LayoutSettings(process.chord, process.spacing))
+    assert_allclose(finer.arc[finer.stop], path.arc[path.stop], atol=1e-9)
+    assert len(finer.arc) > len(path.arc) + 60
+    owner = np.clip(np.searchsorted(path.arc, (finer.arc[1:] + finer.arc[:-1]) / 2) - 1, 0, len(length) - 1)
+    assert np.all(np.diff(finer.arc) <= finest[owner] * 1.001)
+    at = np.clip(np.searchsorted(path.arc, finer.arc, side="right") - 1, 0, len(length) - 1)
+    share = np.clip((finer.arc - path.arc[at]) / length[at], 0, 1)
+    assert_allclose(path.at(at, share).pose.position, finer.target.position, atol=1e-7)
 
 
 def test_leaving_the_map_or_the_joints_is_told(robot):

@@ -89,7 +89,7 @@ def resume(
     job, path = planned.job, planned.path
     feed = planned.feed * path.pace
     trajectory = retiming.retime(
-        job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, "final timing")
+        job.robot, path.arc, solution.theta, path.stop, feed, partial(progress, "final timing"), lines=True
     )
     progress("text", 0.0)
     firsts = np.array([p.first - page.first for p in written.pages[from_page - 1 :]], dtype=np.int64)

@@ -10,14 +10,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, frozen, own
+from compgen.core.arrays import Array, BoolArray, IntArray, frozen, own
 from compgen.core.exceptions import ImpossibleError
+from compgen.core.units import MM
 from compgen.planning import joint_curve
-from compgen.planning.retiming.blocks import Blocks, Partition, cut_blocks, limit_blocks, smallest_in_blocks, stop_ramps
+from compgen.planning.retiming.blocks import (
+    SPEED_STEP,
+    Blocks,
+    Partition,
+    cut_blocks,
+    limit_blocks,
+    smallest_in_blocks,
+    stop_ramps,
+)
 from compgen.planning.retiming.phases import Phases
 from compgen.planning.retiming.state_to_state import drive_blocks
 from compgen.planning.retiming.utilisation import largest_shares
-from compgen.robot.robot import Robot
+from compgen.planning.whole_periods import STRETCH, WORD_STEP
+from compgen.robot.robot import Controller, Robot
+
+SAME_FEED = 0.005  # relative: a line of a period that is shorter by so much is written with the feed
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,6 +64,8 @@ def retime(
     stop: BoolArray,
     feed: float | Array,
     progress: Callable[[float], None] = lambda share: None,
+    *,
+    lines: bool = False,
 ) -> Trajectory:
     """Fastest constant-feed motion within the joint limits, stopping only where the path demands.
 
@@ -62,6 +76,9 @@ def retime(
         stop: Where the robot stops, (N,); true at both ends.
         feed: Wanted speed along the path [m/s], of all segments or of each, (N - 1,).
         progress: Called with the share done.
+        lines: Whether segments that are shorter than a period at feed name the speed at which they last one, where the
+            joints do not hold their block back. A block has the speed of its shortest segment, and a controller that
+            rounds up would take two periods for all others.
 
     Returns:
         The motion. Segments shorter than feed x period run at length / period. Where the controller rounds up, the
@@ -77,7 +94,8 @@ def retime(
     if not min(robot.speed.min(), robot.acceleration.min(), robot.jerk.min()) > 0:
         raise ImpossibleError("timing: a joint limit on speed, acceleration or jerk is zero; mend the robot file")
     feeds = np.broadcast_to(feed, length.shape)
-    followable = np.minimum(feeds, length / robot.controller.period)
+    followable = length / robot.controller.period
+    followable = np.where(followable >= (1 - SAME_FEED) * feeds, feeds, followable)
     joints = joint_curve.fit_joint_curve(arc, theta, stop)
     partition = cut_blocks(arc, stop)
     progress(0.1)
@@ -90,6 +108,8 @@ def retime(
     time = phases.time(passed)
     time[0], time[-1] = 0.0, phases.end
     speed = _programmed_speeds(arc, time, blocks, partition)
+    if lines:
+        speed = _in_one_period(speed, arc, feeds, blocks, partition, robot.controller)
     if robot.controller.rounds_up_to_period:
         time = np.concatenate([[0.0], np.cumsum(robot.controller.line_time(np.diff(time)))])
     cruise = (phases.j == 0) & (phases.a0 == 0) & (phases.v0 >= wanted[phases.block] * (1 - 1e-9))
@@ -104,8 +124,29 @@ def _programmed_speeds(arc: Array, time: Array, blocks: Blocks, partition: Parti
 
     Away from the stops' ramps it is the driven one, so that the program takes the planned time.
     """
-    block = np.maximum(joint_curve.last_before(partition.begin, (arc[:-1] + arc[1:]) / 2), 0)
+    block = _block_of_segment(arc, partition)
     speed = blocks.v[block]
     mean = np.minimum(speed, np.diff(arc) / np.diff(time))
     mean = np.where(mean > speed * (1 - 1e-3), speed, mean)
     return np.where(stop_ramps(blocks, partition)[block], speed, mean)
+
+
+def _in_one_period(
+    speed: Array, arc: Array, feed: Array, blocks: Blocks, partition: Partition, controller: Controller
+) -> Array:
+    """Programmed speeds (N - 1,) [m/s] with which segments shorter than a period at feed last no longer than one."""
+    length = np.diff(arc)
+    short = length < (1 - SAME_FEED) * feed * controller.period
+    if not short.any():
+        return speed
+    followable = np.where(short, length / controller.period, feed)
+    free = blocks.v + SPEED_STEP >= smallest_in_blocks(arc, followable, partition)  # not held back by joints
+    rounding = np.sqrt(3) * MM / 10**controller.decimals
+    one = (length * (1 + 2 * STRETCH) + rounding) / controller.period * (1 + WORD_STEP)
+    raised = np.minimum(np.maximum(speed, one), feed)
+    return np.where(short & free[_block_of_segment(arc, partition)], raised, speed)
+
+
+def _block_of_segment(arc: Array, partition: Partition) -> IntArray:
+    """The block in which the middle of each segment lies, (N - 1,)."""
+    return np.maximum(joint_curve.last_before(partition.begin, (arc[:-1] + arc[1:]) / 2), 0)

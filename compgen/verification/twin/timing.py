@@ -163,16 +163,16 @@ def _of_some(changes: _Changes, kept: BoolArray) -> _Changes:
 def _changes(lines: _Lines) -> _Changes:
     """Where the speed rises, in driving order, and by how much."""
     word = lines.word
-    low = np.where(lines.from_stop, 0.0, np.minimum(word, np.append(0.0, word[:-1])))
-    rises = word > low * (1 + SAME_WORD)
-    rows = np.flatnonzero(rises)
+    before = np.append(0.0, word[:-1])
+    low = np.where(lines.from_stop, 0.0, np.minimum(word, before))
+    rows = np.flatnonzero(word > low * (1 + SAME_WORD))
+    falls = np.cumsum(lines.from_stop | (word < before * (1 - SAME_WORD)))
+    at = np.cumsum(lines.length) - lines.length
     own = (low + word)[rows] / 2 * ramp_duration((word - low)[rows], lines.a[rows], lines.j[rows])
-    short = np.zeros(len(word), dtype=bool)
-    short[rows] = lines.length[rows] < own
-    goes_on = rises & np.append(False, short[:-1]) & ~lines.from_stop
-    first = np.flatnonzero(rises & ~goes_on)
-    top = np.maximum.reduceat(np.where(rises, word, 0.0), first)
-    return _Changes(first, top - low[first])
+    goes_on = (np.diff(at[rows]) < own[:-1]) & (np.diff(falls[rows]) == 0)
+    number = np.flatnonzero(np.append(True, ~goes_on))  # of the rise that each change begins with
+    first, last = rows[number], rows[np.append(number[1:], len(rows)) - 1]
+    return _Changes(first, word[last] - low[first])
 
 
 def _speeds(lines: _Lines, a_up: Array, a_down: Array) -> tuple[Array, Array, Array]:
