@@ -37,6 +37,7 @@ from compgen.pipelines.dry_run import dry_run_findings
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.kept_waypoints import at_waypoints
+from compgen.pipelines.lead_findings import lead_findings
 from compgen.pipelines.motion_findings import motion_findings, touching_segments
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
@@ -72,7 +73,8 @@ def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) 
     planned = _plan(job, progress, date, pages, alone=True)
     progress("twin before", 0.0)
     planned.deviation()
-    findings = (*motion_findings(planned.written().effect, job.bounds), *planned.findings)
+    effect = planned.written().effect
+    findings = (*motion_findings(effect, job.bounds), *lead_findings(effect, planned.path, job), *planned.findings)
     return replace(planned, findings=findings, band=band_along(planned.driven(planned.theta, planned.motion)))
 
 

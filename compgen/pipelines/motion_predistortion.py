@@ -7,11 +7,12 @@ import numpy as np
 from compgen.compensation.predistortion import Commanded, predistortion
 from compgen.compensation.problem import Problem
 from compgen.compensation.solution import Solution
-from compgen.core.arrays import frozen
+from compgen.core.arrays import frozen, row_norms
 from compgen.core.findings import Finding
 from compgen.core.pose import Pose
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
+from compgen.pipelines.lead_findings import lead_findings
 from compgen.pipelines.motion_findings import motion_findings, touching_segments
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import Deviation
@@ -52,4 +53,8 @@ def findings(
     motion, at_half = job.robot.motion, None
     if motion is not None and motion.may_predistort and job.ensemble is None:
         at_half = error_at_half_override(prepared, deviation.error, touching_segments(path))
-    return motion_findings(written.effect, job.bounds, at_half)
+    error = None
+    if motion is not None and motion.may_predistort:
+        error = np.maximum.reduceat(row_norms(deviation.error), prepared.first_samples()[:-1])
+    short = lead_findings(written.effect, path, job, error)
+    return [*motion_findings(written.effect, job.bounds, at_half), *short]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, row_norms
+from compgen.core.arrays import Array, BoolArray, frozen, own, row_norms
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin import PreparedProgram
 from compgen.verification.twin.controller.command import WrittenPath
@@ -19,7 +19,7 @@ TYPICAL = ControllerMotion(moving_averages=(0.2, 0.1))
 HALF = 0.5  # the override whose effect is told beside
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class MotionEffect:
     """Of a program at its written speeds, on the part."""
 
@@ -30,6 +30,10 @@ class MotionEffect:
     speed: float  # [m/s] written there
     along: float  # [m] farthest from the nearest place along the way: what a way out and back is cut short by
     lag: float  # [m] behind the command at the highest speed
+    off: Array  # (S,) [m] off each segment, on the part or not
+
+    def __post_init__(self) -> None:
+        own(self, off=("S",))
 
 
 def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffect:
@@ -43,19 +47,22 @@ def motion_effect(prepared: PreparedProgram, touching: BoolArray) -> MotionEffec
     led = prepared.led if known else _led(prepared, TYPICAL)
     motion = prepared.twin.robot.motion or TYPICAL
     if led is None:
-        return MotionEffect(motion, known, 0.0, 0.0, float(prepared.program.speed[0]), 0.0, 0.0)
+        none = np.zeros(len(prepared.program.speed))
+        return MotionEffect(motion, known, 0.0, 0.0, float(prepared.program.speed[0]), 0.0, 0.0, frozen(none))
     counts = prepared.samples_per_segment
     segment = np.append(np.repeat(np.arange(len(counts)), counts), len(counts) - 1)
     on_part = touching[segment] if touching.any() else np.ones(len(segment), dtype=bool)
-    off = np.where(on_part, row_norms(led.across), 0.0)
+    anywhere = row_norms(led.across)
+    off = np.where(on_part, anywhere, 0.0)
     worst = int(np.argmax(off))
     k = int(segment[worst])
     length = prepared.sweep.length
     where = length[:k].sum() + length[k] * (worst - int(counts[:k].sum())) / counts[k]
     along = float(np.abs(np.where(on_part, led.along, 0.0)).max())
     return MotionEffect(
-        motion, known, float(off[worst]), float(where), float(prepared.program.speed[k]), along, led.lag
-    )
+        motion, known, float(off[worst]), float(where), float(prepared.program.speed[k]), along, led.lag,
+        frozen(np.maximum.reduceat(anywhere, prepared.first_samples()[:-1])),
+    )  # fmt: skip
 
 
 def error_at_half_override(prepared: PreparedProgram, error: Array, touching: BoolArray) -> float:
