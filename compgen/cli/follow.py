@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from compgen.cli.durations import duration
-from compgen.cli.messages import print_error
+from compgen.cli.messages import print_error, print_note_once
 from compgen.cli.options import JobRobot, Quiet, StateFile, Workers
 from compgen.cli.resume import JobPath, PagesFolder, checked_moment
 from compgen.cli.resume_files import put_pages
@@ -89,6 +89,8 @@ def follow(
     whole = plan_whole(job_of(written, path, robot), lambda stage, share: interrupts.raise_if_interrupted())
     job, spans, programs = whole.job, durations(written, whole), read_written(written, whole)
     anchored = load_state(state, job.cell) if state is not None else None
+    if pages is not None and not Path(pages).exists():
+        print_note_once(f"--pages {pages}: not there yet, so that no page counts as begun; check its name")
     interrupts.raise_on_signal()
     interrupts.set_outcome("the pages are as last written")
     before, looked = b"", None

@@ -71,6 +71,7 @@ def test_the_next_page_is_written_when_its_forecast_leaves_the_bound(job, tmp_pa
     file = log(tmp_path, 2400)
     result, record = look(job, "--log", file, "--pages", tmp_path / "none.csv")
     assert result.returncode == 0, result.stderr
+    assert "none.csv: not there yet, so that no page counts as begun" in result.stderr
     assert (record["page"], record["due"]) == (0, 1)
     assert record["forecast"][0]["max_um"] > 5
     assert record["written"][0] == "OPTIC_RASTER_01.LS"

@@ -228,6 +228,16 @@ def test_mistakes_are_refused(days, mistake, words):
         anchored(replace(day, touches=mistake(day.touches)))
 
 
+@pytest.mark.parametrize("probe_too", [False, True])
+@pytest.mark.parametrize(("unit", "factor"), [("metres", 1e-3), ("inches", 1 / 25.4)])
+def test_places_in_another_unit_are_named_the_probe_in_it_too_or_not(days, unit, factor, probe_too):
+    day = days(0)
+    probe = day.artefact.probe * (factor if probe_too else 1)
+    typed = replace(day.artefact, place=factor * day.artefact.place, probe=probe)
+    with pytest.raises(InputError, match=f"x_mm, y_mm, z_mm are {unit}, as the touches say"):
+        anchored(replace(day, artefact=typed))
+
+
 def test_joints_in_radians_are_named(days):
     day = days(0)
     robot = day.job.robot

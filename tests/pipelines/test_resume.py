@@ -348,6 +348,7 @@ def test_pages_edited_by_hand_are_refused_also_before_the_page(copy):
         (lambda folder: (folder / "OPTIC_RASTER.LS").write_text("mine"), "not the main program"),
         (lambda folder: (folder / "B.pages.json").write_text("{}"), "several jobs"),
         (lambda folder: rewrite(folder, inputs_sha256="0" * 64), "another than what made"),
+        (lambda folder: rewrite(folder, schema=99), "schema 99, and this compgen reads 1; generate"),
         (lambda folder: rewrite(folder, planned_sha256="x", job=None), "not a manifest|does not say"),
         (lambda folder: rewrite(folder, job={"path_file": "gone.toml", "robot_file": "x"}), "--path"),
     ],

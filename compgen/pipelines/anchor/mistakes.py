@@ -8,6 +8,7 @@ from compgen.core.units import DEG, MM
 from compgen.identification.touches import Artefact, Touches, unit_of
 
 FAR = 10 * MM  # of a target from where it was touched: not a drift
+PROBE = 250 * MM  # no longer than that: a file in metres may have its probe in metres too
 LEAST_COORDINATES = 6
 RADIANS = 4 * DEG  # that no pendant angle exceeds where radians were typed for degrees
 
@@ -60,7 +61,7 @@ def check_touches(
     if unit := unit_of(centre[n], place[:S]):
         raise InputError(f"{touches.label[n]}: x_mm, y_mm, z_mm are {unit}, as the artefact's places say; give mm")
     for name, factor in (("metres", 1e3), ("inches", 25.4)):
-        if (np.abs(np.linalg.norm(centre[n] - factor * place[:S], axis=1) - radius[n]) < 5 * FAR).any():
+        if (np.abs(np.linalg.norm(centre[n] - factor * place[:S], axis=1) - radius[n]) < PROBE).any():
             raise InputError(
                 f"{artefact.source}: sphere '{named}': x_mm, y_mm, z_mm are {name}, as the touches say; give mm"
             )

@@ -9,7 +9,7 @@ from typing import Any
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
-from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 
@@ -83,6 +83,9 @@ def read_written_job(folder: Path) -> WrittenJob:
         main_file, main_sha = _plain(record["main"]["file"]), str(record["main"]["sha256"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise InputError(f"{manifest}: it is not a manifest of pages; {WRITTEN}") from None
+    if record.get("schema") != SCHEMA:
+        given = repr(record.get("schema"))[:20]
+        raise InputError(f"{manifest}: schema {given}, and this compgen reads {SCHEMA}; generate the job anew")
     if [n for n, *_ in facts] != list(range(1, len(facts) + 1)) or not facts:
         raise InputError(f"{manifest}: its pages are not numbered 1, 2, ...; write the job anew")
     if any(first is None for *_, first, _ in facts) or not ({"job", CORRECTED} & {*record}):
