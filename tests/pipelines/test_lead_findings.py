@@ -10,7 +10,7 @@ from shipped import path_file, quiet
 
 from compgen.core.findings import Level
 from compgen.pipelines import generate
-from compgen.pipelines.lead_findings import LEAST, reach_of
+from compgen.pipelines.lead_findings import LEAST, Reach, reach_of, short_leads
 from compgen.pipelines.path_file import load_job
 from compgen.robot.motion import ControllerMotion
 from compgen.verification.twin.controller.smoothing import smooth
@@ -88,6 +88,27 @@ def test_arcs_have_the_same_edge():
 def test_bends_on_the_part_are_not_told_as_bends_beside_it(name):
     _, _, findings = run(KNOWN, name=name, size=())
     assert not findings
+
+
+def led_off_near_edges(name, *overrides):
+    """Too short ways of a path that is led off by 50 um within 15 mm of its part, whatever the cause."""
+    path = generate.predict(load_job(path_file(name), None, overrides), quiet).path
+    inside = path.contact[:-1] & path.contact[1:]
+    edges = path.arc[np.flatnonzero(np.diff(path.contact))]
+    middle = (path.arc[1:] + path.arc[:-1]) / 2
+    off = np.where(inside & (np.abs(middle[:, None] - edges).min(axis=1) < 15e-3), 50e-6, 0.0)
+    assert off.any()
+    return list(short_leads(path, off, np.full(len(off), 0.2), Reach(0.15, 0.15)))
+
+
+def test_whatever_lies_beyond_a_stop_is_no_bend():
+    assert led_off_near_edges("raster_1300", *SMALL, SMOOTH, "path.lead_mm=2")
+    assert not led_off_near_edges("raster_1300", *SMALL, "path.lead_mm=2")
+
+
+def test_a_path_that_bends_on_past_the_edge_as_on_the_part_has_no_bend_there():
+    small = ('boundary.shape="circle"', "boundary.diameter_mm=400")
+    assert not led_off_near_edges("spiral_1300", *small)
 
 
 @pytest.mark.parametrize("stop", [0, 1])
