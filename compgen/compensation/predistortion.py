@@ -52,6 +52,7 @@ class Commanded:
     speed: Array  # (N - 1,) [m/s] programmed
     stop: BoolArray  # (N,)
     by_lines: bool = False  # straight from waypoint to waypoint, whose inner side the smoothing averages
+    beside: BoolArray | None = None  # (N,) off the part; None: nowhere
 
     def __post_init__(self) -> None:
         own(self, position=("N", 3), theta=("N", 6), arc=("N",), speed=("S",), stop=("N",))
@@ -107,6 +108,8 @@ def _smooth_curvature(
     """F applied to d^2 r / d s^2 of rows (N, C), between two breaks each for itself, (N, C); and where it is bent."""
     curvature = _curvature(path, rows)
     curvature[breaks] = 0.0
+    if path.beside is not None and not path.beside.all():
+        curvature = _no_sharper_beside(curvature, path.beside)
     at_speed = np.concatenate([[0.0], np.cumsum(np.diff(path.arc) / path.speed)])
     steady = np.append(path.speed, path.speed[-1]) ** 2 * variance(motion) / 2
     bent = row_norms(curvature) * steady > STRAIGHT
@@ -124,6 +127,20 @@ def _smooth_curvature(
         smooth = fftconvolve(mirrored, kernel[:, None], mode="valid", axes=0)
         through[first : last + 1] = np.column_stack([np.interp(time, grid, column) for column in smooth.T])
     return through, bent
+
+
+def _no_sharper_beside(curvature: Array, beside: BoolArray) -> Array:
+    """Curvature (N, C) that off the part is no sharper than at the part's nearest waypoint, where it becomes that one.
+
+    The filter reaches farther than the smoothing: what a turn off the part is rounded by would be commanded on it.
+    """
+    on_part, rows = np.flatnonzero(~beside), np.arange(len(beside))
+    after = np.clip(np.searchsorted(on_part, rows), 1, len(on_part) - 1) if len(on_part) > 1 else np.zeros_like(rows)
+    before = np.maximum(after - 1, 0)
+    nearest = np.where(rows - on_part[before] < on_part[after] - rows, on_part[before], on_part[after])
+    held = curvature[nearest]
+    sharper = beside & (row_norms(curvature) > row_norms(held))
+    return np.where(sharper[:, None], held, curvature)
 
 
 def _curvature(path: Commanded, rows: Array) -> Array:

@@ -31,7 +31,9 @@ def predistorted(problem: Problem, planned: Planned) -> Problem:
         return problem
     process = planned.job.plan.process
     by_lines = not process.arcs and process.thin is None
-    commanded = Commanded(path.target.position, planned.theta, path.arc, trajectory.speed, path.stop, by_lines)
+    beside = ~path.contact if path.contact.any() else None
+    places = path.target.position
+    commanded = Commanded(places, planned.theta, path.arc, trajectory.speed, path.stop, by_lines, beside)
     robot = robot.at_acceleration(planned.job.plan.process.acc)
     shift = predistortion(robot, planned.job.tool.pose, commanded, planned.job.settings.clamp_position)
     return replace(problem, target=Pose(frozen(problem.target.position + shift), problem.target.rotation))

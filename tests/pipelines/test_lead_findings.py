@@ -50,6 +50,14 @@ def test_a_smooth_turn_close_to_the_part_is_named_with_the_length_that_keeps_it_
     assert corrected.deviation.on_part["total"].max < 2.5e-6
 
 
+def test_commands_against_a_turn_off_the_part_stay_off_it():
+    identified = ('robot.motion.identified={robot="m710ic50", verdict="accepted"}', "robot.motion.enabled=true")
+    _, corrected, findings = run(SMOOTH, "path.lead_mm=32", KNOWN, *identified)
+    assert corrected.inside
+    assert not findings
+    assert corrected.deviation.on_part["total"].max < 1.5e-6  # rounding; a filter over the turns left 500
+
+
 def test_what_is_not_known_is_a_note_and_changes_no_verdict():
     _, corrected, (finding,) = run(SMOOTH, "path.lead_mm=2")
     assert finding.level is Level.NOTE
