@@ -274,6 +274,12 @@ def _inverse(table: CsvTable, robot: Robot, artefact: Artefact, uframes: Mapping
     for n, place in enumerate(values[:, :3] * MM):
         if unit := unit_of(place, artefact.place):
             raise InputError(f"{table.location(n)}: x_mm, y_mm, z_mm are {unit}, as the artefact's places say; give mm")
+    largest = float(np.abs(values[:, 3:]).max())
+    if 0 < largest < 3.15 and bool((pose.rotation[:, 2, 2] > 0.99).all()):  # 180 typed as 3.14 points up
+        raise InputError(
+            f"{table.source}: columns w_deg, p_deg, r_deg: at most {largest:.4g}, with the probe pointing up: they are "
+            "radians; give W, P, R in degrees"
+        )
     configs = table.words("config") if table.has("config") else ["N U T"] * len(values)
     theta = np.empty((len(values), 6))
     for n, text in enumerate(configs):

@@ -76,3 +76,10 @@ def test_a_wrong_plane_is_refused(tmp_path, old, new, words):
 def test_an_artefact_of_nothing_is_refused(tmp_path):
     with pytest.raises(InputError, match="say what was touched"):
         artefact(tmp_path, "[artefact]\n")
+
+
+def test_turns_in_radians_are_named(tmp_path):
+    upright, tilted = "0,a,1200,100,200,3.14159,0,0", "1,a,1200,100,200,-2.25073,0.42199,2.9379"
+    with pytest.raises(InputError, match=r"w_deg, p_deg, r_deg: at most 3.142, .* they are radians; give W, P, R"):
+        touches(tmp_path, upright, tilted)
+    assert len(touches(tmp_path, "0,a,1200,100,200,180,0,0").target) == 1

@@ -64,7 +64,7 @@ def windows_of(run: ExecutedRun, robot: Robot) -> list[Window]:
     if not spans:
         raise InputError(
             f"{run.laid.log.table.source}: no run between two stops is logged at one override for {SHORTEST:g} s; "
-            "log a longer run"
+            "log a longer run, its override left alone"
         )
     spans = _telling(course, written, spans)
     total = sum(int(((deviation.arc >= s.low) & (deviation.arc <= s.high)).sum()) for s in spans)
