@@ -155,7 +155,7 @@ def _refuse(log: PositionLog, course: Course, readings: list[_Reading]) -> NoRet
             f"{log.table.line(int(log.row[track.row[first]]))}"
         )
     raise InputError(
-        f"{source}: it is of another program: {where}; give the log of this program, or the program that ran"
+        f"{source}: it is of another program: {where}; give the log of one run of this program, or the program that ran"
     )
 
 
