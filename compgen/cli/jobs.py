@@ -72,13 +72,15 @@ def generate(
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
         reports = job_reports(planned, corrected)
-        programs = dict(corrected.delivery.files) if corrected.inside or force else {}
+        written = corrected.inside or corrected.is_as_planned or force
+        programs = dict(corrected.delivery.files) if written else {}
         publish_job(folder, programs, reports, job, progress)
     if not quiet:
         show_job(planned, corrected, folder, [*programs, *reports])
     if not corrected.inside:
         program = f"{corrected.program.name}.LS"
         ending = "written all the same (--force)" if force else f"{program} not written; --force writes it"
+        ending = f"{program} is written as planned" if corrected.is_as_planned else ending
         broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
         raise typer.Exit(print_error(f"{_outcome(corrected.verdict)}: {broken}; {ending}", 1))
 

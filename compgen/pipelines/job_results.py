@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray
 from compgen.core.evaluation import Background
-from compgen.core.findings import Finding
+from compgen.core.findings import Finding, Level
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.fanuc import Program
@@ -119,6 +119,11 @@ class Corrected:
     def verdict(self) -> Verdict:
         """What the findings come to: a broken bound weighs most, then what the controller cannot load."""
         return verdict_of(self.findings)
+
+    @property
+    def is_as_planned(self) -> bool:
+        """Whether nothing was corrected for its files know of no error, and nothing else stands against the program."""
+        return {f.code for f in self.findings if f.level is Level.OUTSIDE} == {"correction.none"}
 
     @property
     def inside(self) -> bool:

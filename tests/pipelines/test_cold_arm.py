@@ -4,6 +4,7 @@ import json
 import tomllib
 
 import tomlkit
+from command_line import refused, run
 from typer.testing import CliRunner
 
 from compgen.cli import correct
@@ -70,3 +71,15 @@ def test_a_program_that_exists_is_not_called_corrected_either(tmp_path):
     run = CliRunner().invoke(app, command)
     assert run.exit_code == 1, run.output
     assert json.loads(run.stdout)["verdict"] == "nothing corrected"
+
+
+def test_its_planned_program_is_written_and_not_called_corrected(tmp_path):
+    robot, out = cold_robot(tmp_path), tmp_path / "out"
+    result = run("generate", path_file("line_x"), "--robot", robot, "-o", out, "-q")
+    refused(result, 1, "nothing corrected", "LINE_X.LS is written as planned")
+    assert (out / "LINE_X.LS").read_bytes().startswith(b"/PROG  LINE_X")
+    assert json.loads((out / "report.json").read_text())["verdict"] == "nothing corrected"
+    broken = run("generate", path_file("line_x"), "--robot", robot, "-o", out, "-q", "--set", "bounds.max_um=0.01")
+    assert broken.returncode == 1
+    assert "not written" in broken.stderr
+    assert not (out / "LINE_X.LS").exists()
