@@ -82,8 +82,10 @@ def not_known(cell: Cell, band: Band) -> tuple[Unknown, ...]:
 def assumed_findings(cell: Cell) -> tuple[Finding, ...]:
     """Notes where the robot file leaves it to compgen how well it is known."""
     warmth, findings = cell.warmth, []
-    told = {name.partition(".")[0] for name in (() if cell.state is None else cell.state.drifting)}
-    guessed = [k.source.NAME for k in cell.known if not k.sigma and _has_values(k.source) and k.source.NAME not in told]
+    drifting = {name.partition(".")[0] for name in (() if cell.state is None else cell.state.drifting)}
+    guessed = [
+        k.source.NAME for k in cell.known if not k.sigma and _has_values(k.source) and k.source.NAME not in drifting
+    ]
     if guessed:
         message = (
             f"sources.{', '.join(guessed)}: no sigma: in the band their values are known no better than before any "

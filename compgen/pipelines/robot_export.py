@@ -26,13 +26,13 @@ class ExportedArm:
         warm = ", ".join(f"{name} {rise:g} K" for name, rise in self.rise_K.items() if rise) or "cold"
         robot = self.arm.robot
         joint_3 = f"joint 3 is {robot.joint_names[2]} of the pendant"
-        said = [f"{robot.name} as its robot file knows it, {warm}; base is World; {joint_3}"]
+        lines = [f"{robot.name} as its robot file knows it, {warm}; base is World; {joint_3}"]
         if self.chain.left_out:
             left = ", ".join(self.chain.left_out)
-            said.append(
+            lines.append(
                 f"left out, for they are no fixed lines: {left}; up to {self.chain.off / UM:.3g} um of the flange"
             )
-        return tuple(said)
+        return tuple(lines)
 
 
 def export_arm(name: str, rises: str | None = None) -> ExportedArm:

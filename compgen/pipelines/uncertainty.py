@@ -59,8 +59,10 @@ def quantities_of_cell(cell: Cell) -> JobUncertainty:
         *_of_sources(cell, parameters, nothing),
         *_of_widths(cell, nothing),
     )
-    told = set(drifting_rows(cell, parameters))
-    kept = [q for q in of_file if not (q.cause.parameters.any() and set(np.flatnonzero(q.cause.parameters)) <= told)]
+    drifting = set(drifting_rows(cell, parameters))
+    kept = [
+        q for q in of_file if not (q.cause.parameters.any() and set(np.flatnonzero(q.cause.parameters)) <= drifting)
+    ]
     return JobUncertainty(parameters, (*kept, *of_state))
 
 

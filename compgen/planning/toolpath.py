@@ -181,12 +181,12 @@ def relaid(path: ToolPath, limits: Sequence[SegmentLimits], layout: LayoutSettin
     kept = np.flatnonzero(_kept(cells))
     limit, stretch = cells.limit[kept], cells.stretch[kept]
     at = np.concatenate([[0.0], np.cumsum(cells.length[kept])])
-    for asked in limits:
-        first = np.clip(np.searchsorted(asked.arc, at[:-1], side="right") - 1, 0, len(asked.spacing) - 1)
-        last = np.clip(np.searchsorted(asked.arc, at[1:]), first + 1, len(asked.spacing))
+    for wishes in limits:
+        first = np.clip(np.searchsorted(wishes.arc, at[:-1], side="right") - 1, 0, len(wishes.spacing) - 1)
+        last = np.clip(np.searchsorted(wishes.arc, at[1:]), first + 1, len(wishes.spacing))
         rows = np.column_stack([first, last]).ravel()
-        least = np.minimum.reduceat(np.append(asked.spacing, np.inf), rows)[::2]
-        most = np.maximum.reduceat(np.append(asked.stretch, 0.0), rows)[::2]
+        least = np.minimum.reduceat(np.append(wishes.spacing, np.inf), rows)[::2]
+        most = np.maximum.reduceat(np.append(wishes.stretch, 0.0), rows)[::2]
         limit = np.minimum(limit, least.reshape(limit.shape))
         stretch = np.maximum(stretch, STRETCH + most.reshape(limit.shape))
     cells.limit[kept], cells.stretch[kept] = limit, stretch

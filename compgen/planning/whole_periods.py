@@ -163,10 +163,10 @@ def _walk(way: _Way, s: _Stretches) -> _Walk:
         over = (k + 1 < size[chain]) & (s.n[after] > s.n[z]) & (here + reaches * s.whole[z] <= limit[after])
         # short lines may reach over as well, but not beyond the chain
         low, high = way.counted(here), way.counted(limit[z])
-        asked = np.where(limit[z] > here, np.maximum(np.ceil(high - low - DUST), 1), 0)
-        to = np.minimum(np.interp(low + asked, way.lines, way.edge), limit[(head + size - 1)[chain]])
-        lines[z] = np.where(fine, asked, np.where(over, reaches, fits))
-        at[chain] = np.where(fine, np.where(asked > 0, to, here), here + lines[z] * s.whole[z])
+        wanted = np.where(limit[z] > here, np.maximum(np.ceil(high - low - DUST), 1), 0)
+        to = np.minimum(np.interp(low + wanted, way.lines, way.edge), limit[(head + size - 1)[chain]])
+        lines[z] = np.where(fine, wanted, np.where(over, reaches, fits))
+        at[chain] = np.where(fine, np.where(wanted > 0, to, here), here + lines[z] * s.whole[z])
         finish[z] = at[chain]
     rest = limit[head + size - 1] - at
     return _Walk(lines, begin, finish, np.where(rest <= EXACTLY * s.unit[head], 0.0, rest))

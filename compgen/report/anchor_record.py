@@ -22,10 +22,10 @@ def anchor_record(anchored: Anchored) -> dict[str, Any]:
     touches, left = seen.touches, anchored.left
     rows = []
     for n, (label, t) in enumerate(zip(touches.label, touches.target.tolist())):
-        mine = seen.touch == n
+        of_touch = seen.touch == n
         row: dict[str, Any] = {
             "at": label, "target": anchored.artefact.targets[t], "used": n in used,
-            "from_forecast_um": _listed(seen.y[mine] / UM),
+            "from_forecast_um": _listed(seen.y[of_touch] / UM),
         }  # fmt: skip
         if n in used:
             k = int(np.flatnonzero(left.touch == n)[0])

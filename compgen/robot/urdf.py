@@ -108,8 +108,8 @@ def _joint(source: str, element: ElementTree.Element) -> UrdfJoint:
         return values
 
     def part(tag: str) -> dict[str, str]:
-        found = element.find(tag)
-        return {} if found is None else dict(found.attrib)
+        inner = element.find(tag)
+        return {} if inner is None else dict(inner.attrib)
 
     origin, limit = part("origin"), part("limit")
     rpy = numbers(origin.get("rpy"), "0 0 0", "origin rpy")

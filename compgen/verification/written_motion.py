@@ -56,10 +56,10 @@ def read_motion(
     length = np.maximum(length, SAME_POSITION)
     stops = np.flatnonzero(program.fine)
     reached = np.repeat(np.maximum.reduceat(prepared.highest, stops[:-1]), np.diff(stops))
-    asked = np.minimum(program.speed, reached)[chords.segment]
+    word = np.minimum(program.speed, reached)[chords.segment]
     whole = np.maximum(prepared.sweep.length, SAME_POSITION)[chords.segment]
     share = np.maximum(chords.length, SAME_POSITION) / whole
-    duration = (share * length[chords.segment]) / asked
+    duration = (share * length[chords.segment]) / word
     between = (duration[1:] + duration[:-1]) / 2
     between[chords.program.fine[1:-1]] = np.inf  # a stop is no change from one line to the next
     use, hardest = np.zeros((2, 6)), 1

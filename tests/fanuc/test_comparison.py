@@ -1,12 +1,12 @@
 """What a controller gives back against what was written: only print may differ, and each difference is named."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from shipped import ROOT
 
 from compgen import fanuc as ls
 from compgen.core.rotations import from_wpr
@@ -15,7 +15,7 @@ from compgen.fanuc.comparison.backup import compare_programs
 from compgen.fanuc.comparison.statements import core, statement_texts
 from compgen.robot.inverse_kinematics import ALL_POSTURES
 
-SAMPLES = Path("/work/shared/fanuc/samples")
+SAMPLES = ROOT.parent / "shared" / "fanuc" / "samples"
 
 
 def written(count=30, seed=3, decimals=3):

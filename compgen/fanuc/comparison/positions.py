@@ -77,8 +77,8 @@ def _frames(a: Positions, b: Positions, i: IntArray, j: IntArray) -> list[tuple[
             continue
         cores = [plain.setdefault(text, "".join((text or "").split()).upper()) for text in texts]
         if cores[0] != cores[1]:
-            said = [NOTHING if text is None else f"'{text}'" for text in texts]
-            differences.append((row, 2, Difference(_name(a, row), "CONFIG", *said)))
+            sides = [NOTHING if text is None else f"'{text}'" for text in texts]
+            differences.append((row, 2, Difference(_name(a, row), "CONFIG", *sides)))
     return differences
 
 

@@ -39,9 +39,9 @@ def compare_statements(written: LsProgram, backup: LsProgram) -> list[Difference
     for a, b in _pairs(*middle):
         i, j = None if a is None else first + a, None if b is None else first + b
         where = "line " + " / ".join("-" if k is None else str(column[k]) for k, column in zip((i, j), lines))
-        said = [NOTHING if k is None else column[k] or "blank" for k, column in zip((i, j), texts)]
+        sides = [NOTHING if k is None else column[k] or "blank" for k, column in zip((i, j), texts)]
         what = "statement" if i is None or j is None else _part_that_differs(cores[0][i], cores[1][j])
-        differences.append(Difference(where, what, said[0], said[1]))
+        differences.append(Difference(where, what, sides[0], sides[1]))
     return differences
 
 

@@ -98,9 +98,9 @@ def _moved(
         sigma = np.sqrt(np.diag(J @ chosen.covariance[base, base] @ J.T))
         moved.append(Moved("the base", J @ chosen.x[base], sigma))
     if h.target >= 0:
-        mine = innovation.target == h.target
+        of_target = innovation.target == h.target
         V = innovation.covariance(prior, replace(h, target=-1))
-        a, b = np.flatnonzero(mine), np.flatnonzero(~mine)
+        a, b = np.flatnonzero(of_target), np.flatnonzero(~of_target)
         gain = V[np.ix_(a, b)] @ np.linalg.inv(V[np.ix_(b, b)])
         left = innovation.y[a] - gain @ innovation.y[b]
         weight = np.asarray(np.linalg.inv(V[np.ix_(a, a)] - gain @ V[np.ix_(b, a)]))

@@ -42,7 +42,7 @@ def next_touches(
     H, _ = unknowns.columns(forecast, theta, rise, still, seen.probe)
     M, sigma = len(columns.G), float(np.median(seen.sigma))
     G, P = columns.G.reshape(3 * M, -1), chosen.covariance
-    told = []
+    touches_ = []
     for k, t in enumerate(known):
         if margin[k] < 0:
             continue
@@ -51,8 +51,8 @@ def next_touches(
         fall = float(np.einsum("ai,ij,aj->", cross, np.linalg.inv(S), cross)) / M
         left = max(float(np.mean(chosen.after**2)) - fall, 0.0)
         each = (cross**2).sum(axis=0) / np.diag(S)
-        told.append(NextTouch(artefact.names[t], "xyz"[int(np.argmax(each))], float(np.sqrt(left))))
-    return sorted(told, key=lambda n: n.rms)[:count]
+        touches_.append(NextTouch(artefact.names[t], "xyz"[int(np.argmax(each))], float(np.sqrt(left))))
+    return sorted(touches_, key=lambda n: n.rms)[:count]
 
 
 def moved_target(y: Array, weight: Array, along: Array, cross: float) -> tuple[Array, Array]:

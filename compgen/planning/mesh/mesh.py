@@ -73,11 +73,11 @@ class Mesh:
         Cost: linear in places and facets; the grid has about as many cells as facets in the places' range.
         """
         M = len(xy)
-        height, normal, found = np.full(M, -np.inf), np.zeros((M, 3)), np.full(M, -1)
+        height, normal, facet_over = np.full(M, -np.inf), np.zeros((M, 3)), np.full(M, -1)
         low, high = xy.min(axis=0), xy.max(axis=0)
         grid = _Grid.of(self, low, high)
         if not len(grid.facets):
-            return Over(np.full(M, np.nan), normal, found)
+            return Over(np.full(M, np.nan), normal, facet_over)
         cell = grid.cell_of(xy)
         left = np.flatnonzero(grid.entries[cell] > 0)
         for k in range(int(grid.entries.max(initial=0))):
@@ -89,11 +89,11 @@ class Mesh:
             z = np.einsum("mi,mi->m", weight, self.vertex[self.facet[facet], 2])
             higher = inside & (z > height[left])
             rows = left[higher]
-            height[rows], found[rows] = z[higher], facet[higher]
+            height[rows], facet_over[rows] = z[higher], facet[higher]
             normal[rows] = np.einsum("mi,mij->mj", weight[higher], self.normal[self.facet[facet[higher]]])
-        there = found >= 0
+        there = facet_over >= 0
         normal[there] /= row_norms(normal[there])[:, None]
-        return Over(np.where(there, height, np.nan), normal, found)
+        return Over(np.where(there, height, np.nan), normal, facet_over)
 
     def _weights(self, facet: IntArray, xy: Array) -> tuple[Array, BoolArray]:
         """Barycentric weights of places in facets' projections, (M, 3), and whether they are inside."""

@@ -61,15 +61,15 @@ def lay(pattern: PiecewiseCurve, boundary: Boundary, mesh: Mesh, shift: Array, s
     place, height = pattern.derivatives(piece, t)[0], pattern.height(piece, t)[0]
     xy = place + shift[:2]
     over = mesh.over(xy)
-    found = over.facet >= 0
+    under = over.facet >= 0
     touching = pattern.working[piece] & boundary.contains(place) & (height <= 0)
-    on = touching & found
+    on = touching & under
     if not on.any():
         raise InputError(f"{source}: {_elsewhere(mesh, xy)}")
     _refuse_creases(mesh, over, on, xy, source)
     hollow = _sharpest_hollow(mesh, xy[on], source, tool_radius)
-    position = np.column_stack([xy, _run_on(over.height, found) + height + shift[2]])
-    normal = np.column_stack([_run_on(over.normal[:, k], found) for k in range(3)])
+    position = np.column_stack([xy, _run_on(over.height, under) + height + shift[2]])
+    normal = np.column_stack([_run_on(over.normal[:, k], under) for k in range(3)])
     normal /= row_norms(normal)[:, None]
     contact = np.append(on[0], on[1:] & on[:-1])
     stop = np.zeros(len(t), dtype=bool)
@@ -102,10 +102,10 @@ def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArra
     return piece, t, first
 
 
-def _run_on(values: Array, found: BoolArray) -> Array:
+def _run_on(values: Array, under: BoolArray) -> Array:
     """Values where the mesh is, and straight between them along the way, (M,)."""
     rows = np.arange(len(values))
-    return np.interp(rows, rows[found], values[found])
+    return np.interp(rows, rows[under], values[under])
 
 
 def _refuse_creases(mesh: Mesh, over: Over, on: BoolArray, xy: Array, source: str) -> None:
