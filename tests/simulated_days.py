@@ -86,9 +86,9 @@ def drawn_day(
         taught: Whether the robot has taught the places itself, cold; else an instrument has measured them.
     """
     folder, rng = Path(folder), np.random.default_rng([seed, 17])
-    told, true, air = _duties(rng)
+    planned_duties, true, air = _duties(rng)
     has_log = bool(seed % 2) if log is None else log
-    before = ",".join(_table(d) for d in told)
+    before = ",".join(_table(d) for d in planned_duties)
     job = load_job(path_file(path), overrides=[*overrides, f"before=[{before}]"])
     heat = job.cell.heat
     K = len(heat.names)
@@ -180,23 +180,23 @@ def outcome(day, result=None):
 
 def share_of_shift(day, result):
     """How far the displacement of the part's middle by a base that moved is from the true one [m]."""
-    found = next((m.shift for m in result.moved if m.what == "the base"), np.zeros(3))
+    base_shift = next((m.shift for m in result.moved if m.what == "the base"), np.zeros(3))
     middle = result.path.middle
-    return float(np.linalg.norm(found - (_moved_by(day.base, middle) - middle)))
+    return float(np.linalg.norm(base_shift - (_moved_by(day.base, middle) - middle)))
 
 
 def _duties(rng):
     """What the job is told, what the cell did, and the air: hours of motion with breaks, doors and a late start."""
-    told, true = [], []
+    planned_duties, true = [], []
     feed, speed = 0.2, 1 + 0.01 * rng.standard_normal()
     left = rng.uniform(3, 7) * HOUR
     while left > 0:
         work, pause = rng.uniform(0.7, 1.6) * HOUR, rng.uniform(10, 40) * MINUTE
         both = [Duty("moving", feed, work), Duty("idle", 0.0, pause)]
-        told += both
+        planned_duties += both
         true += [replace(both[0], feed=feed * speed), both[1]]
         left -= work + pause
-    told.append(Duty("moving", feed, 40 * MINUTE))
+    planned_duties.append(Duty("moving", feed, 40 * MINUTE))
     true.append(Duty("moving", feed * speed, 40 * MINUTE))
     if rng.random() < 0.5:  # a break that nobody has told of, and the work before it was as much shorter
         n = len(true) - 3
@@ -209,7 +209,7 @@ def _duties(rng):
     if rng.random() < 0.3:  # a door
         opened = end - rng.uniform(0.1, 1.5) * HOUR
         air = air - 2 * np.where(knots > opened, np.exp(-np.maximum(knots - opened - 10 * MINUTE, 0) / (0.5 * HOUR)), 0)
-    return told, true, Ambient(knots, air)
+    return planned_duties, true, Ambient(knots, air)
 
 
 def _table(duty):

@@ -7,7 +7,16 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli.messages import print_error
-from compgen.cli.options import FramesFile, ProgramFile, Quiet, RegistersFile, output_folder
+from compgen.cli.options import (
+    FramesFile,
+    InWorld,
+    PositionLog,
+    ProgramFile,
+    Quiet,
+    RegistersFile,
+    output_folder,
+    position_log,
+)
 from compgen.cli.ownership import EXECUTED, check_executed_folder
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
@@ -16,17 +25,13 @@ from compgen.core.findings import Level, first_of
 
 def executed(
     program: ProgramFile,
-    log: Annotated[
-        str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
-    ] = None,
+    log: PositionLog = None,
     robot: Annotated[
         str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
     ] = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,
-    in_world: Annotated[
-        bool, typer.Option("--in-world", help="The log's X to R are in World, not in the program's user frame.")
-    ] = False,
+    in_world: InWorld = False,
     also: Annotated[
         list[str] | None, typer.Option("--also", help="A program that may have been run instead; repeatable.")
     ] = None,
@@ -50,8 +55,7 @@ def executed(
     from compgen.report.executed_summary import executed_csv, executed_json, executed_summary
     from compgen.verification.executed.position_log import read_position_log
 
-    if log is None:
-        raise InputError("--log: missing; give the CSV of positions that was logged while the program ran")
+    log = position_log(log)
     if max_um is not None and not 0.1 <= max_um <= 1e6:
         raise InputError(f"--max-um {max_um:g}: must be 0.1 to 1e+06 um")
     folder = output_folder(program, output, "_executed")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.messages import print_error
-from compgen.cli.options import FramesFile, ProgramFile, Quiet, RegistersFile
+from compgen.cli.options import FramesFile, InWorld, PositionLog, ProgramFile, Quiet, RegistersFile, position_log
 from compgen.cli.ownership import check_identified_motion
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
@@ -16,15 +16,11 @@ from compgen.core.findings import Level, first_of
 
 def identify_motion(
     program: ProgramFile,
-    log: Annotated[
-        str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
-    ] = None,
+    log: PositionLog = None,
     robot: Annotated[str | None, typer.Option("--robot", help="Robot name or file; [motion] goes into a copy.")] = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,
-    in_world: Annotated[
-        bool, typer.Option("--in-world", help="The log's X to R are in World, not in the program's user frame.")
-    ] = False,
+    in_world: InWorld = False,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
     ] = None,
@@ -43,8 +39,7 @@ def identify_motion(
     from compgen.report.motion_report import motion_html, motion_json, motion_sentences, motion_summary
     from compgen.verification.executed.position_log import read_position_log
 
-    if log is None:
-        raise InputError("--log: missing; give the CSV of positions that was logged while the program ran")
+    log = position_log(log)
     content = read_program(program)
     with naming_program(program):
         name = robot if robot is not None else robot_of_program(content)

@@ -79,8 +79,11 @@ def generate(
         show_job(planned, corrected, folder, [*programs, *reports])
     if not corrected.inside:
         program = f"{corrected.program.name}.LS"
-        ending = "written all the same (--force)" if force else f"{program} not written; --force writes it"
-        ending = f"{program} is written as planned" if corrected.is_as_planned else ending
+        ending = f"{program} not written; --force writes it"
+        if corrected.is_as_planned:
+            ending = f"{program} is written as planned"
+        elif force:
+            ending = "written all the same (--force)"
         broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
         raise typer.Exit(print_error(f"{_outcome(corrected.verdict)}: {broken}; {ending}", 1))
 

@@ -37,6 +37,19 @@ FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (
 RegistersFile = Annotated[
     str | None, typer.Option("--registers", help="Position registers PR[n] at the start (.toml) or POSREG.VA.")
 ]
+PositionLog = Annotated[
+    str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
+]
+InWorld = Annotated[
+    bool, typer.Option("--in-world", help="The log's X to R are in World, not in the program's user frame.")
+]
+
+
+def position_log(log: str | None) -> str:
+    """The file of a log of positions; raises InputError where none is named."""
+    if log is None:
+        raise InputError("--log: missing; give the CSV of positions that was logged while the program ran")
+    return log
 
 
 def with_state(path: str, overrides: list[str] | None, state: str | None, age: str | None) -> list[str]:

@@ -115,13 +115,7 @@ def check_planned_poses(folder: Path, program: str, reversals: str) -> None:
     if not _contains(folder / reversals, b'= "reversal runs"'):
         _check_foreign(folder, "plan-poses", [reversals, "reversals.csv"])
     for name in ("poses.csv", "reversals.csv"):
-        try:
-            lines = read_regular(folder / name).splitlines()[1:]
-        except FileNotFoundError:
-            continue
-        except OSError:
-            lines = [b"?"]
-        if not all(line.endswith(b",,,") for line in lines):
+        if not all(row.endswith(b",,,") for row in _rows_in(folder / name)):
             raise _refusal(folder, f"{name} in it has measurements; move it away, or")
 
 
@@ -136,14 +130,18 @@ def check_planned_touches(folder: Path, program: str, record: str, table: str) -
     """
     if "planned_touches" not in read_record(folder / record):
         _check_foreign(folder, "plan-touches", [program, record, table])
-    try:
-        lines = read_regular(folder / table).splitlines()[1:]
-    except FileNotFoundError:
-        return
-    except OSError:
-        lines = [b"?"]
-    if not all(line.startswith(b",") for line in lines):
+    if not all(row.startswith(b",") for row in _rows_in(folder / table)):
         raise _refusal(folder, f"{table} in it has touches that were made; move it away, or")
+
+
+def _rows_in(table: Path) -> list[bytes]:
+    """The rows of a table below its header; none where it is not there, one that is no row where it cannot be read."""
+    try:
+        return read_regular(table).splitlines()[1:]
+    except FileNotFoundError:
+        return []
+    except OSError:
+        return [b"?"]
 
 
 def check_identified(target: Path) -> None:

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compgen.core.arcs import arcs_through
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, norm, numbered
 from compgen.core.pose import Pose
 from compgen.core.units import DEG, MM
 
@@ -201,8 +201,7 @@ def fit_moves(path: DensePath, ends: BoolArray) -> FittedMoves:
 def _sample_rows(begin: IntArray, last: IntArray, stride: int) -> IntArray:
     """Rows from which the reach is found: the first of each run, and every few rows on."""
     count = np.maximum(1, -(-(last - begin) // stride))
-    run = np.repeat(np.arange(len(begin)), count)
-    step = np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
+    run, step = numbered(count)
     return np.asarray(begin[run] + stride * step)
 
 
@@ -303,8 +302,7 @@ def _cut(
     total = np.concatenate([[0.0], np.cumsum(density * np.diff(path.arc))])
     amount = total[last] - total[begin]
     count = np.clip(np.ceil(amount - 1e-6), 1, np.maximum((last - begin) // least, 1)).astype(np.int64)
-    run = np.repeat(np.arange(len(begin)), count)
-    step = np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
+    run, step = numbered(count)
     goal = total[begin[run]] + amount[run] * step / count[run]
     row = np.searchsorted(total, goal)
     nearer = (row > 0) & (goal - total[row - 1] < total[np.minimum(row, len(total) - 1)] - goal)

@@ -95,6 +95,12 @@ def column_extremes(a: Array) -> tuple[Array, Array]:
     return np.array([column.min() for column in a.T]), np.array([column.max() for column in a.T])
 
 
+def numbered(counts: IntArray) -> tuple[IntArray, IntArray]:
+    """The group of every member of K groups with so many each, (K,), and its number in it from 0, (M,) each."""
+    group = np.repeat(np.arange(len(counts)), counts)
+    return group, np.arange(len(group)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
 def unit(a: Array) -> Array:
     """Rows scaled to length one, (..., k)."""
     return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))

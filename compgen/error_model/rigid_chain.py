@@ -18,14 +18,12 @@ from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.error_model.model import build_error_model
 from compgen.error_model.source import Source
-from compgen.robot.arm_geometry import axes_of_poses
+from compgen.robot.arm_geometry import axes_of_poses, spread_joints
 from compgen.robot.robot import Robot
 
 QUARTER = np.pi / 2
 POSES = 1000  # at which the chain is compared with the model
 SAME = 1e-9  # m and rad
-#: steps of an even spread over the joints' ranges: roots of x^7 = x + 1 (Roberts 2018)
-STEPS = 1.1127756842787055 ** -np.arange(1.0, 7.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,7 +61,7 @@ def rigid_chain(robot: Robot, sources: Sequence[Source], rise: Array) -> RigidCh
     """
     zero = robot.to_theta(np.zeros(6))
     low, high = robot.lower - zero, robot.upper - zero
-    q = low + (high - low) * np.mod(0.5 + np.arange(1, POSES + 1)[:, None] * STEPS, 1.0)
+    q = low + (high - low) * spread_joints(POSES)
 
     def model_of(parts: Sequence[Source]) -> tuple[RigidChain, float]:
         model = build_error_model(robot, parts, len(rise), Pose(np.zeros(3), np.eye(3)))

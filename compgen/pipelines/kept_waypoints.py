@@ -21,19 +21,14 @@ def at_waypoints(
         path: Of these.
         finding: That says so.
     """
-    trajectory, stops = planned.trajectory, planned.page_stops
+    stops = planned.page_stops
     kept = replace(
         planned,
         path=path,
-        page_stops=stops and replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
+        page_stops=stops and stops.at(rows),
         theta=planned.theta[rows],
         motion=planned.motion.at(rows),
-        trajectory=replace(
-            trajectory,
-            time=trajectory.time[rows],
-            speed=trajectory.speed[rows[1:] - 1],
-            driven_speed=trajectory.driven_speed[rows[1:] - 1],
-        ),
+        trajectory=planned.trajectory.at(rows),
         rise=planned.rise[rows],
         findings=(*planned.findings, finding),
         rows=rows,

@@ -162,12 +162,12 @@ def _bend(path: ToolPath, stretch: IntArray, edge: int, within: float) -> float 
     def travel(segments: IntArray, fraction: int) -> Array:
         return path.at(segments, np.full(len(segments), float(fraction))).travel
 
-    here, inner = travel(stretch[:1], ahead), travel(stretch[-1:], 1 - ahead)
+    outer, inner = travel(stretch[:1], ahead), travel(stretch[-1:], 1 - ahead)
     depth = abs(float(path.arc[stretch[-1] + 1 - ahead]) - place)
-    rate = SAME_BEND * float(row_norms(here - inner)[0]) / depth
+    rate = SAME_BEND * float(row_norms(outer - inner)[0]) / depth
 
     def bends(at: IntArray, direction: Array) -> BoolArray:
-        return np.asarray(row_norms(direction - here) > TURN + rate * np.abs(path.arc[at] - place))
+        return np.asarray(row_norms(direction - outer) > TURN + rate * np.abs(path.arc[at] - place))
 
     bent = bends(begin, travel(outside, 1 - ahead)) | bends(end, travel(outside, ahead))
     return float(path.arc[begin[int(np.argmax(bent))]]) if bent.any() else None

@@ -205,23 +205,22 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     boundary = boundary_from_table(path.boundary, source)
     surface = surface_from_table(path.surface, path.path, source)
     spin, feed = tool.spin_deg * DEG, process.feed_mm_s * MM
-    notes: tuple[Finding, ...] = ()
     mesh = mesh_of(path.surface, source) if path.surface.kind == "stl" else None
 
-    def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary]:
-        nonlocal notes
+    def patterned(table: Shape) -> tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]:
         pattern, edge = pattern_from_table(table, boundary, source, process.lift_mm * MM)
         if mesh is None:
-            return pattern, edge
+            return pattern, edge, ()
         shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
-        pattern, notes = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, spin, source)
-        return pattern, unbounded()
+        on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, spin, source)
+        return on_mesh.curve, unbounded(), on_mesh.notes
 
     if isinstance(path.path, OwnPoints):
         given = own_points_curve(path.path, surface, spin, feed, source, mesh)
-        pattern, edge, notes = given.curve, boundary or unbounded(), (_of_points(given),)
+        pattern, edge = given.curve, boundary or unbounded()
+        notes: tuple[Finding, ...] = (_of_points(given),)
     else:
-        pattern, edge = patterned(path.path)
+        pattern, edge, notes = patterned(path.path)
     program = ProgramPlan(
         source=source,
         path=PathPlan(pattern, surface, edge, frame),
@@ -261,7 +260,7 @@ def _with_run_in(
     cell: Cell,
     rate: float,
     table: AnyPattern,
-    patterned: Callable[[Shape], tuple[PiecewiseCurve, Boundary]],
+    patterned: Callable[[Shape], tuple[PiecewiseCurve, Boundary, tuple[Finding, ...]]],
 ) -> tuple[ProgramPlan, tuple[Finding, ...]]:
     """The program with its sweeps begun so early that play is run through off the part, and a note that says so."""
     if not (isinstance(table, RasterTable) and leads_in(program.process, cell)):
@@ -269,7 +268,7 @@ def _with_run_in(
     wanted = min(run_in_length(program, cell, rate) / MM, MAX_LEAD)
     for lead in np.ceil(np.arange(wanted, table.lead_mm, -RUN_IN_STEP)):  # as far as the arm reaches
         longer_sweeps = table.model_copy(update={"lead_mm": lead})
-        pattern, _ = patterned(longer_sweeps)
+        pattern, _, _ = patterned(longer_sweeps)
         longer = replace(program, path=replace(program.path, pattern=pattern))
         if coarse_motion(longer, cell.robot) is None:
             continue

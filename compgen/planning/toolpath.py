@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, dot, frozen, numbered, own, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.planning import curves
@@ -251,7 +251,8 @@ def _narrowed(limit: Array, at: Array, beyond: Array) -> Array:
     bad = np.flatnonzero(beyond > 1)
     first = np.floor(at[bad] * C + 1e-9).astype(np.int64)
     size = np.maximum(np.ceil(at[bad + 1] * C - 1e-9).astype(np.int64) - first, 1)
-    cell = np.repeat(first, size) + np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+    segment, number = numbered(size)
+    cell = first[segment] + number
     lower = np.ones(limit.size)
     np.minimum.at(lower, np.minimum(cell, limit.size - 1), np.repeat(1 / np.sqrt(beyond[bad]) * SAFETY, size))
     return limit * lower.reshape(limit.shape)

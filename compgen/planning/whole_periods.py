@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, numbered
 
 STRETCH = 5e-4  # e: of warm links, at 40 K; another error's own is added where it is known
 WORD_STEP = 0.005  # relative: a share of the feed is written so exactly at least
@@ -154,19 +154,19 @@ def _walk(way: _Way, s: _Stretches) -> _Walk:
     at = np.append(0.0, limit)[head]
     for k in range(int(size.max())):
         chain = np.flatnonzero(size > k)
-        z, here = head[chain] + k, at[chain]
-        begin[z] = here
+        z, start = head[chain] + k, at[chain]
+        begin[z] = start
         fine = s.n[z] == 0
-        room = np.maximum(limit[z] - here, 0.0) / np.where(fine, 1.0, s.whole[z])
+        room = np.maximum(limit[z] - start, 0.0) / np.where(fine, 1.0, s.whole[z])
         fits, reaches = np.floor(room + EXACTLY), np.ceil(room - EXACTLY)
         after = np.minimum(z + 1, Z - 1)
-        over = (k + 1 < size[chain]) & (s.n[after] > s.n[z]) & (here + reaches * s.whole[z] <= limit[after])
+        over = (k + 1 < size[chain]) & (s.n[after] > s.n[z]) & (start + reaches * s.whole[z] <= limit[after])
         # short lines may reach over as well, but not beyond the chain
-        low, high = way.counted(here), way.counted(limit[z])
-        wanted = np.where(limit[z] > here, np.maximum(np.ceil(high - low - DUST), 1), 0)
+        low, high = way.counted(start), way.counted(limit[z])
+        wanted = np.where(limit[z] > start, np.maximum(np.ceil(high - low - DUST), 1), 0)
         to = np.minimum(np.interp(low + wanted, way.lines, way.edge), limit[(head + size - 1)[chain]])
         lines[z] = np.where(fine, wanted, np.where(over, reaches, fits))
-        at[chain] = np.where(fine, np.where(wanted > 0, to, here), here + lines[z] * s.whole[z])
+        at[chain] = np.where(fine, np.where(wanted > 0, to, start), start + lines[z] * s.whole[z])
         finish[z] = at[chain]
     rest = limit[head + size - 1] - at
     return _Walk(lines, begin, finish, np.where(rest <= EXACTLY * s.unit[head], 0.0, rest))
@@ -181,8 +181,8 @@ def _lines(way: _Way, s: _Stretches, walk: _Walk) -> _Lines:
         # evenly in the count of lines that the spacing asks for
         k, begin, end = walk.lines[fine], walk.begin[fine], walk.finish[fine]
         low, high = way.counted(begin), way.counted(end)
-        row = np.repeat(np.arange(len(fine)), k)
-        step = 1 + np.arange(len(row)) - np.repeat(np.cumsum(k) - k, k)
+        row, step = numbered(k)
+        step += 1
         ends = np.interp(low[row] + (high - low)[row] * step / k[row], way.lines, way.edge)
         ends[step == k[row]] = end
         length[n == 0] = ends - np.where(step == 1, begin[row], np.append(0.0, ends[:-1]))

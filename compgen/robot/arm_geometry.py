@@ -34,6 +34,10 @@ STRAIGHT, BEND = 0.99, 1.0  # |cosine| of axes 4 and 6 from where a wrist is str
 ALPHA = np.array([-90, 180, -90, 90, -90]) * DEG
 
 
+#: steps of an even spread over six dimensions: roots of x^7 = x + 1 (Roberts 2018)
+STEPS = 1.1127756842787055 ** -np.arange(1.0, 7.0)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Axes:
     """Six joint axes in one pose, and the flange there."""
@@ -65,6 +69,11 @@ class ClassArm:
         """The given flange in World, of joints (N, 6) [rad]."""
         ours = flange_pose(_trial(self.a, self.d, self.alpha), self.zero + self.sign * q)
         return Pose(ours.position, ours.rotation @ self.turned)
+
+
+def spread_joints(count: int) -> Array:
+    """Joints spread evenly over their ranges, 0 to 1, (N, 6); the same at every call."""
+    return np.asarray(np.mod(0.5 + np.arange(1, count + 1)[:, None] * STEPS, 1.0))
 
 
 def axes_of_poses(poses: Pose) -> Axes:

@@ -12,10 +12,8 @@ from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr, rotation_matrix
 from compgen.core.units import MM
-from compgen.robot.arm_geometry import Axes, ClassArm, class_arm
+from compgen.robot.arm_geometry import Axes, ClassArm, class_arm, spread_joints
 
-#: steps of an even spread over a turn of each joint: roots of x^7 = x + 1
-STEPS = 1.1127756842787055 ** -np.arange(1.0, 7.0)
 MATCH = 1e-5  # m and rad over 1,000 poses
 TIPS = ("flange", "tool0")  # names of an arm's end, the better one last
 TURNS = ("revolute", "continuous")
@@ -63,7 +61,7 @@ def read_urdf(source: str) -> UrdfArm:
         arm = class_arm(Axes(line, point, _poses(joints, np.zeros((1, 6)))[0]))
     except InputError as exception:
         raise InputError(f"{source}: {exception}") from None
-    q = 2 * np.pi * np.mod(np.arange(1, 1001)[:, None] * STEPS, 1.0)
+    q = 2 * np.pi * spread_joints(1000)
     ours, its = arm.flange_pose(q), _poses(joints, q)
     off = float(np.abs(ours.position + arm.origin - its.position).max())
     off = max(off, float(np.abs(ours.rotation - its.rotation).max()))

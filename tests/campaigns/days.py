@@ -69,9 +69,9 @@ def table(rows):
             continue
         verdicts = [sum(r["verdict"] == v for r in of_kind) for v in
                     ("anchored", "leave it", "cannot tell", "something moved", "refused")]  # fmt: skip
-        told = [r for r in of_kind if "after" in r]
+        judged = [r for r in of_kind if "after" in r]
         key = " total" if kind == "geometry" else ""
-        before, after = (np.array([r[f"{side}{key}"] for r in told]) for side in ("before", "after"))
+        before, after = (np.array([r[f"{side}{key}"] for r in judged]) for side in ("before", "after"))
         rms = [np.sqrt(np.mean(side[:, 0] ** 2)) for side in (before, after)]
         p99 = [np.percentile(side[:, 1], 99) for side in (before, after)]
         worse = (after[:, 0] - before[:, 0]).max()
@@ -80,11 +80,11 @@ def table(rows):
               f"{after[:, 0].max():.1f} | "
               f"{worse:5.1f} (noise {NOISE / UM:g})")  # fmt: skip
         if kind == "base":
-            off = np.array([r["shift_um"] for r in told])
-            named = sum("the base" in r["moved"] for r in told)
+            off = np.array([r["shift_um"] for r in judged])
+            named = sum("the base" in r["moved"] for r in judged)
             print(f"          base named on {named}; displacement of the part found to {off.max():.1f} um at most")
         if kind == "knocked":
-            print(f"          sphere named on {sum(r['right'] for r in told)} of {len(of_kind)}")
+            print(f"          sphere named on {sum(r['right'] for r in judged)} of {len(of_kind)}")
 
 
 def main():

@@ -26,11 +26,11 @@ def test_the_table_to_compare_is_what_the_second_arm_says():
     assert len(record["poses"]) == 9
     for pose in record["poses"]:
         there = flange(pose["joints_deg"])
-        said = [pose[k] for k in KEYS]
-        assert_allclose(frame(*said), there, atol=2e-3)
+        pose_numbers = [pose[k] for k in KEYS]
+        assert_allclose(frame(*pose_numbers), there, atol=2e-3)
         assert pose["config"] == config(pose["joints_deg"])
         if abs(pose["p_deg"]) < 89:
-            assert_allclose(np.mod(np.subtract(numbers(there)[3:], said[3:]) + 180, 360), 180, atol=1e-3)
+            assert_allclose(np.mod(np.subtract(numbers(there)[3:], pose_numbers[3:]) + 180, 360), 180, atol=1e-3)
 
 
 def test_reach_and_limits_are_those_of_the_data_sheet():

@@ -21,9 +21,9 @@ WARM = ("--robot", "m710ic50", "--before", "moving 200mm/s 5h")
 
 
 def test_the_table_says_what_the_record_says(planned):
-    shown, told = run("offsets", planned, *WARM), run("offsets", planned, *WARM, "--json")
-    assert shown.returncode == told.returncode == 0, shown.stderr + told.stderr
-    record = json.loads(told.stdout)
+    shown, printed = run("offsets", planned, *WARM), run("offsets", planned, *WARM, "--json")
+    assert shown.returncode == printed.returncode == 0, shown.stderr + printed.stderr
+    record = json.loads(printed.stdout)
     kinds = [way["kind"] for way in record["ways"]]
     assert kinds == ["nothing", "PR offset X Y Z", "PR offset X Y Z W P R", "user frame", "full correction"]
     leaves = [way["leaves"]["rms_um"] for way in record["ways"]]
@@ -39,8 +39,8 @@ def test_the_table_says_what_the_record_says(planned):
 
 
 def test_a_planned_path_s_offsets_come_with_its_history(tmp_path):
-    told = run("offsets", "paths/circle_1300.toml", "--json")
-    record = json.loads(told.stdout)
+    printed = run("offsets", "paths/circle_1300.toml", "--json")
+    record = json.loads(printed.stdout)
     assert record["ways"][0]["leaves"]["max_um"] == pytest.approx(123.4, abs=0.2)
     assert record["ways"][1]["type_in"]["x_mm"] < -0.05  # the warm arm reaches too far
 

@@ -164,9 +164,9 @@ def test_a_log_says_how_warm_the_arm_is(tmp_path):
     assert before[0] != pytest.approx(before[1], rel=0.01)
     refused(plan(file, tmp_path / "l", "--log", log, "--state", "s.toml"), 2, "--log", "--state")
     refused(plan(file, tmp_path / "l", "--reference", "20"), 2, "--reference", "--log")
-    told = run("offsets", "paths/circle_1300.toml", "--json", "--log", log, "--reference", "20")
-    assert told.returncode == 0, told.stderr
-    assert json.loads(told.stdout)["ways"][0]["leaves"]["max_um"] > 150  # by [[before]] it is 122
+    printed = run("offsets", "paths/circle_1300.toml", "--json", "--log", log, "--reference", "20")
+    assert printed.returncode == 0, printed.stderr
+    assert json.loads(printed.stdout)["ways"][0]["leaves"]["max_um"] > 150  # by [[before]] it is 122
     refused(run("offsets", "P.LS", "--log", log), 2, "--log", "--state")
 
 
@@ -199,15 +199,19 @@ def test_the_table_filled_in_anchors_the_arm(options, tmp_path):
     result = run("anchor", "paths/circle_1300.toml", "--touches", filled, "--artefact", file, "-o", state)
     assert result.returncode == 0, result.stderr
     assert result.stdout.startswith("anchored")
-    found = read_state(str(state))
-    believed = cell_with_state(job.cell, found, "state.toml").sources
+    believed_state = read_state(str(state))
+    believed = cell_with_state(job.cell, believed_state, "state.toml").sources
     there = path_places(job).theta
-    truth, said, cold = (
+    truth, by_state, cold = (
         build_error_model(job.robot, sources, len(warm), job.tool.pose)
         .actual_pose(there, np.tile(rise, (len(there), 1)), NO_DIRECTION)
         .position
-        for sources, rise in (((base, *job.sources), warm), (believed, found.rise), (job.sources, job.start_rise()))
+        for sources, rise in (
+            ((base, *job.sources), warm),
+            (believed, believed_state.rise),
+            (job.sources, job.start_rise()),
+        )
     )
-    off, left = (np.sqrt(np.mean((truth - place) ** 2) * 3) for place in (cold, said))
+    off, left = (np.sqrt(np.mean((truth - place) ** 2) * 3) for place in (cold, by_state))
     assert off > 40e-6
     assert left < off / 3  # a day much warmer than the forecast thinks likely is not believed whole

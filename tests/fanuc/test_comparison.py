@@ -164,15 +164,15 @@ ONE = {
 
 @pytest.mark.parametrize("what", ONE)
 def test_one_difference_is_found_and_named(what):
-    old, new, told = ONE[what]
+    old, new, words = ONE[what]
     text = written().decode()
     changed, count = re.subn(old, new, text, count=1, flags=re.DOTALL)
     assert count == 1
     assert changed != text
     for dressed in (changed, sizes_and_dates(names(blanks(changed)))):
-        found = differences(written(), dressed.encode())
-        assert len(found) == 1, found
-        assert told in str(found[0]).replace("  ", " ")
+        differing = differences(written(), dressed.encode())
+        assert len(differing) == 1, differing
+        assert words in str(differing[0]).replace("  ", " ")
 
 
 def test_statements_in_another_order_are_not_the_same():
@@ -228,9 +228,9 @@ def test_what_a_controller_adds_to_the_path_is_told_and_is_no_difference():
 def test_long_programs_that_differ_all_over_are_compared_line_by_line():
     lines = written(5000).decode()
     slower = re.sub(r"(L P\[\d+\] )(\d+)", lambda m: m[1] + str(int(m[2]) + 1), lines)
-    found = differences(written(5000), slower.encode())
-    assert len(found) == 4999
-    assert {d.what for d in found} == {"speed"}
+    differing = differences(written(5000), slower.encode())
+    assert len(differing) == 4999
+    assert {d.what for d in differing} == {"speed"}
 
 
 @pytest.mark.skipif(not SAMPLES.exists(), reason="public programs are not here")

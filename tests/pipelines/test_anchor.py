@@ -198,7 +198,7 @@ def test_a_state_leaves_along_the_path_what_it_says(days):
     columns = path_columns(day.job, forecast, unknowns, seen, innovation, path_places(day.job, 20))
     columns = replace(columns, missed=0 * columns.missed, field=0 * columns.field)
     innovation = replace(innovation, field=np.zeros((R, R)))
-    told = estimate(innovation, prior, AS_FORECAST, columns, K)
+    estimated = estimate(innovation, prior, AS_FORECAST, columns, K)
     rng, draws, left = np.random.default_rng(0), 3000, []
     root = np.linalg.cholesky(prior.forecast + 1e-18 * np.eye(len(prior.forecast)))
     for _ in range(draws):
@@ -207,9 +207,9 @@ def test_a_state_leaves_along_the_path_what_it_says(days):
         y = innovation.H @ x + innovation.N @ q + (innovation.along * u[innovation.target]).sum(axis=1)
         y += innovation.sigma * rng.standard_normal(R)
         real = columns.G @ x + columns.N @ q
-        left.append(real - (columns.G @ (told.gain @ y)))
+        left.append(real - (columns.G @ (estimated.gain @ y)))
     rms = np.sqrt(np.mean(np.sum(np.square(left), axis=2), axis=0))
-    assert_allclose(rms, told.after, rtol=0.06)
+    assert_allclose(rms, estimated.after, rtol=0.06)
 
 
 @pytest.mark.parametrize(
@@ -264,21 +264,21 @@ def test_places_that_the_robot_taught_carry_its_cold_errors(tmp_path):
     result, left = outcome(day)
     assert result.verdict in ("anchored", "leave it")
     assert left["after"][0] < 18 * UM
-    said = replace(day, artefact=replace(day.artefact, taught=None))
+    undeclared = replace(day, artefact=replace(day.artefact, taught=None))
     with pytest.raises(InputError, match=r"artefact\.taught: missing"):
-        anchored(said)
+        anchored(undeclared)
 
 
 def test_what_a_robot_file_marks_as_drifting_is_found(tmp_path):
     drifting = 'robot.anchor={drifting={"joint_zeros.offset_mdeg[1]"=5}}'
-    told = drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting))
+    drifted = drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting))
     turned = drawn_day(0, tmp_path, overrides=IDENTIFIED)
     wanted = 4 * MDEG
     touches = replace(turned.touches, theta=turned.touches.theta - wanted * np.eye(6)[0])  # commanded less: it is there
-    result = anchored(replace(told, touches=touches))
+    result = anchored(replace(drifted, touches=touches))
     name = "joint_zeros.offset_mdeg[1]"
-    found = dict(zip(result.state.drifting, result.state.drift.tolist()))[name]
-    assert_allclose(found, 4.0, atol=1.5)
+    drift_value = dict(zip(result.state.drifting, result.state.drift.tolist()))[name]
+    assert_allclose(drift_value, 4.0, atol=1.5)
     with pytest.raises(InputError, match=r"anchor\.drifting: 'joint_zeros.offset_mdeg\[9\]' is no number"):
         anchored(drawn_day(0, tmp_path, overrides=(*IDENTIFIED, drifting.replace("[1]", "[9]"))))
 

@@ -115,8 +115,8 @@ def test_both_say_the_same_correction():
     (of_lines, lines), (of_arcs, arcs) = (made("spiral_1300", f"process.moves={m}", CHORD) for m in ("lines", "arcs"))
     at = of_arcs.path.arc
     correction = [np.interp(at, of_lines.path.arc, column) for column in lines.solution.correction[:, :3].T]
-    said = arcs.program.position - of_arcs.path.target.position
-    assert_allclose(said, np.transpose(correction), atol=0.6e-6)  # m: half a digit, and smoothing by other spacings
+    by_arcs = arcs.program.position - of_arcs.path.target.position
+    assert_allclose(by_arcs, np.transpose(correction), atol=0.6e-6)  # m: half a digit, and smoothing by other spacings
 
 
 @pytest.mark.parametrize(
@@ -227,9 +227,9 @@ def test_what_an_ignored_via_orientation_would_do_is_told():
         angle = np.arccos(np.clip(a @ b, -1, 1))
         even = (np.sin((1 - t) * angle) * a + np.sin(t * angle) * b) / np.sin(angle)
         worst = max(worst, np.degrees(np.linalg.norm(np.cross(even, m))) * 1e3)
-    told = float(finding.message.split(" mdeg")[0].split()[-1])
-    assert 1 < worst < 1.05 * told
-    assert told < 20
+    warned_mdeg = float(finding.message.split(" mdeg")[0].split()[-1])
+    assert 1 < worst < 1.05 * warned_mdeg
+    assert warned_mdeg < 20
     _, flat = made("circle_1300", ARCS)
     assert "path.arcs_orientation" not in {f.code for f in flat.findings}
 

@@ -50,7 +50,7 @@ def test_both_positions_of_an_arc_are_corrected_and_the_proof_flies_between_them
     data = of_arcs()
     result = corrected(data, hot)
     assert result.changed == 5
-    meant, said = (naive_ls.read(text)[0] for text in (data, result.text))
+    meant, written = (naive_ls.read(text)[0] for text in (data, result.text))
     inner = np.flatnonzero(result.execution.fraction < 1)
     assert len(inner) == 4 * 3  # three on each half of two arcs
     for m in inner:
@@ -59,7 +59,7 @@ def test_both_positions_of_an_arc_are_corrected_and_the_proof_flies_between_them
         second = end % 2 == 1
         first = end - 2 if second else end - 1
         places = []
-        for text in (meant, said):
+        for text in (meant, written):
             ends = [pose(text[first + k]) for k in range(3)]
             p = on_circle(*(e[:3, 3] for e in ends), share, second)
             turned = pose(text[end - 1])[:3, :3]
@@ -102,11 +102,11 @@ def test_half_a_circle_that_a_correction_widens_is_told():
     """Where it moves the via farther out than the ends: along x or along y, as the arm errs."""
     longer = load_cell(str(ROOT / "robots" / "m710ic50.toml"), ["sources.link_offsets.a_um=[0, 1500, 0, 0, 0, 0]"])
 
-    def told(angles):
+    def warnings_of(angles):
         texts = (of_arcs(300.0, angles, (0, 0, 1), aside) for aside in ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0)))
         findings = (corrected(text, longer, before=()).findings for text in texts)
         return [f.message for some in findings for f in some if f.code == "correction.arc"]
 
-    (message,) = told((0, 90, 180))
+    (message,) = warnings_of((0, 90, 180))
     assert "by P[2] 180." in message
-    assert told((0, 90, 179)) == []
+    assert warnings_of((0, 90, 179)) == []

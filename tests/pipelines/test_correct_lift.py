@@ -39,8 +39,8 @@ def cell():
 )
 def test_the_override_is_said_where_lines_may_be_added(cell, options, remarks):
     result = corrected(part(), cell, **options)
-    said = loads(result.text).remarks
-    assert sorted(re.sub(r"compgen \S+", "compgen 0.1.0", r) for r in said) == sorted(remarks)
+    written_remarks = loads(result.text).remarks
+    assert sorted(re.sub(r"compgen \S+", "compgen 0.1.0", r) for r in written_remarks) == sorted(remarks)
     assert (result.added > 0) is ("insert" in options)
     if not options:
         assert result.text.count(b"\n") == part().count(b"\n")

@@ -152,8 +152,8 @@ def test_a_path_cut_finer_is_the_same_path(job):
     )
     length = np.diff(path.arc)
     finest = np.where(np.arange(len(length)) % 300 < 40, length / 3, np.inf)
-    asked = toolpath.SegmentLimits(path.arc, finest, np.zeros(len(length)))
-    finer = toolpath.relaid(path, [asked], toolpath.LayoutSettings(process.chord, process.spacing))
+    limits = toolpath.SegmentLimits(path.arc, finest, np.zeros(len(length)))
+    finer = toolpath.relaid(path, [limits], toolpath.LayoutSettings(process.chord, process.spacing))
     assert_allclose(finer.arc[finer.stop], path.arc[path.stop], atol=1e-9)
     assert len(finer.arc) > len(path.arc) + 60
     owner = np.clip(np.searchsorted(path.arc, (finer.arc[1:] + finer.arc[:-1]) / 2) - 1, 0, len(length) - 1)

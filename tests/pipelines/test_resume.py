@@ -48,11 +48,11 @@ def write(folder, *overrides, name="optic_raster", small=SMALL):
     return folder
 
 
-def later(folder, page, late, **said):
+def later(folder, page, late, **options):
     """Its pages from one on, written anew for a late start."""
     written = read_written_job(folder)
     whole = plan_whole(job_of(written), quiet)
-    return resume(written, whole, page, lambda known: begin_late(whole, known, late), "2026-01-31", quiet, **said)
+    return resume(written, whole, page, lambda known: begin_late(whole, known, late), "2026-01-31", quiet, **options)
 
 
 def put(folder, resumed):
@@ -310,7 +310,7 @@ def test_a_state_older_than_its_window_is_refused(made, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("page", "said", "word"),
+    ("page", "options", "word"),
     [
         (0, {}, "pages 1 to"),
         (99, {}, "pages 1 to"),
@@ -320,16 +320,16 @@ def test_a_state_older_than_its_window_is_refused(made, tmp_path):
         (3, {"loaded": -1}, "pages 1 to"),
     ],
 )
-def test_a_page_that_runs_or_is_not_there_is_refused(made, page, said, word):
+def test_a_page_that_runs_or_is_not_there_is_refused(made, page, options, word):
     with pytest.raises(InputError, match=word):
-        later(made, page, 600.0, **said)
+        later(made, page, 600.0, **options)
 
 
 def test_what_has_run_stays_run(copy):
     put(copy, later(copy, 4, 600.0, done=2, loaded=3))
-    for page, said, word in ((3, {}, "handed"), (2, {}, "have run"), (4, {"done": 1}, "has run already")):
+    for page, options, word in ((3, {}, "handed"), (2, {}, "have run"), (4, {"done": 1}, "has run already")):
         with pytest.raises(InputError, match=word):
-            later(copy, page, 600.0, **said)
+            later(copy, page, 600.0, **options)
 
 
 def test_pages_edited_by_hand_are_refused_also_before_the_page(copy):

@@ -99,9 +99,9 @@ def test_arms_that_drift_are_known_as_well_as_the_plan_says(day, artefact):
         )
         truth = cell_with_state(day.cell, state, "truth")
         touches = touches_of(truth, artefact, planned.ways, rise, SIGMA * rng.normal(size=8))
-        found = anchor(day, artefact, touches, IDENTITY).state
-        believed = cell_with_state(day.cell, found, "state")
-        models = (truth, rise), (believed, found.rise), (day.cell, day.start_rise())
+        believed_state = anchor(day, artefact, touches, IDENTITY).state
+        believed = cell_with_state(day.cell, believed_state, "state")
+        models = (truth, rise), (believed, believed_state.rise), (day.cell, day.start_rise())
         places = [place_of(cell, day.tool.pose, path.theta, warm) for cell, warm in models]
         square["after"].append(((places[0] - places[1]) ** 2).sum(axis=1).mean())
         square["before"].append(((places[0] - places[2]) ** 2).sum(axis=1).mean())

@@ -5,11 +5,11 @@ where possible, since a tool that stands on it removes more there; on it only wh
 that do not cost another page, the one is taken at which the joints move least for a millimetre of path.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own
 from compgen.fanuc.memory import MEMORY_CALL, MEMORY_MOTION, MEMORY_POSITION, MEMORY_PROGRAM, MEMORY_REMARK
 from compgen.fanuc.paging.capacity import Capacity, ProgramSize
 from compgen.planning.toolpath import ToolPath
@@ -32,6 +32,10 @@ class PageStops:
 
     def __post_init__(self) -> None:
         own(self, stop=("N",), added=("N",))
+
+    def at(self, rows: IntArray) -> "PageStops":
+        """Of the waypoints at some rows."""
+        return replace(self, stop=self.stop[rows], added=self.added[rows])
 
 
 def controller_capacity(robot: Robot) -> Capacity:

@@ -42,7 +42,7 @@ from compgen.pipelines.correct.proof import PoseErrors, ProgramExecution, execut
 from compgen.pipelines.correct.result import Options, options_of
 from compgen.pipelines.correct.station_corrections import heat_motion
 from compgen.pipelines.job import Cell
-from compgen.pipelines.resume.result import Join, PageResult, Size, size_of
+from compgen.pipelines.resume.result import Join, PageResult, PagesAnew, Size, size_of
 from compgen.pipelines.resume.resume import require_free, require_unedited
 from compgen.pipelines.resume.written_job import CORRECTED, WrittenJob
 from compgen.pipelines.robot_file import load_cell
@@ -75,7 +75,7 @@ class CorrectedJob:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ResumedProgram:
+class ResumedProgram(PagesAnew):
     """The rest of a corrected program, written anew."""
 
     written: WrittenJob
@@ -87,16 +87,6 @@ class ResumedProgram:
     why: str
     cause: dict[str, Any]
     findings: tuple[Finding, ...]
-
-    @property
-    def replaced(self) -> tuple[str, ...]:
-        """Pages whose bytes are others than those in the folder."""
-        return tuple(page.file for page in self.pages if page.is_new)
-
-    @property
-    def unchanged(self) -> tuple[str, ...]:
-        """Pages that are made anew and come out as they were."""
-        return tuple(page.file for page in self.pages if not page.is_new)
 
     @property
     def verdict(self) -> Verdict:
@@ -297,10 +287,10 @@ def _results(
         low, high = edges[page.number - 1], edges[page.number]
         sizes: list[Size] = []
         for execution, errors in (before, (new.execution, new.residual)):
-            here = (execution.station >= low) & (execution.station < high)
-            if len(here) == len(new.judged):
-                here &= new.judged
-            sizes.append(size_of(errors.distance[here], np.ones(int(here.sum()))))
+            samples = (execution.station >= low) & (execution.station < high)
+            if len(samples) == len(new.judged):
+                samples &= new.judged
+            sizes.append(size_of(errors.distance[samples], np.ones(int(samples.sum()))))
         results.append(PageResult(page.number, page.name, page.file, sizes[0], sizes[1], pages[page.name] != page.data))
     return tuple(results)
 
@@ -312,11 +302,11 @@ def _join(
     """What the tool does at the stop before the first new page; whether that is on a part nobody knows."""
     places, sizes = [], []
     for execution, errors in (before, (new.execution, new.residual)):
-        here = np.flatnonzero((execution.station == station - 1) & (execution.fraction == 1))
-        if not len(here):
+        samples = np.flatnonzero((execution.station == station - 1) & (execution.fraction == 1))
+        if not len(samples):
             return None
-        places.append(execution.actual.position[here[0]])
-        sizes.append(float(errors.distance[here[0]]))
+        places.append(execution.actual.position[samples[0]])
+        sizes.append(float(errors.distance[samples[0]]))
     robot, pose = new.cell.robot, int(new.plan.drive.pose[station - 1])
     old, now = (new.around.poses(loads(text), robot).tcp.position[pose] for text in (old_text, new.text))
     gap = float(np.abs(now - old).max())

@@ -59,8 +59,25 @@ class Join:
         return {"page": self.page, "gap_mm": round(self.gap / MM, 9), **sizes, "on_the_part": self.on_the_part}
 
 
+class PagesAnew:
+    """What was written anew, page by page."""
+
+    __slots__ = ()
+    pages: tuple[PageResult, ...]
+
+    @property
+    def replaced(self) -> tuple[str, ...]:
+        """Pages whose bytes are others than those in the folder."""
+        return tuple(page.file for page in self.pages if page.is_new)
+
+    @property
+    def unchanged(self) -> tuple[str, ...]:
+        """Pages that are made anew and come out as they were."""
+        return tuple(page.file for page in self.pages if not page.is_new)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
-class Resumed:
+class Resumed(PagesAnew):
     """The rest of a job, written anew."""
 
     written: WrittenJob
@@ -75,16 +92,6 @@ class Resumed:
     pages: tuple[PageResult, ...]
     join: Join | None  # None: there is no page before
     findings: tuple[Finding, ...]
-
-    @property
-    def replaced(self) -> tuple[str, ...]:
-        """Pages whose bytes are others than those in the folder."""
-        return tuple(page.file for page in self.pages if page.is_new)
-
-    @property
-    def unchanged(self) -> tuple[str, ...]:
-        """Pages that are made anew and come out as they were."""
-        return tuple(page.file for page in self.pages if not page.is_new)
 
     @property
     def verdict(self) -> Verdict:

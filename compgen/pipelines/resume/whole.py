@@ -54,19 +54,13 @@ class Whole:
 
     def subset(self, rows: IntArray) -> "Whole":
         """The plan at some of its waypoints, rising."""
-        stops, trajectory = self.page_stops, self.trajectory
         return replace(
             self,
             path=self.path.subset(rows),
-            page_stops=replace(stops, stop=stops.stop[rows], added=stops.added[rows]),
+            page_stops=self.page_stops.at(rows),
             theta=self.theta[rows],
             motion=self.motion.at(rows),
-            trajectory=replace(
-                trajectory,
-                time=trajectory.time[rows],
-                speed=trajectory.speed[rows[1:] - 1],
-                driven_speed=trajectory.driven_speed[rows[1:] - 1],
-            ),
+            trajectory=self.trajectory.at(rows),
         )
 
 

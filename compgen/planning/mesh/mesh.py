@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_norms
 
 UPWARDS = 1e-3  # least z of a normal that counts as facing up: a wall is met by no place
 INSIDE = 1e-9  # relative, that a place may lie outside a facet's edge
@@ -132,8 +132,7 @@ class _Grid(NamedTuple):
             if touched.sum() <= PER_FACET * max(len(rows), 256) or shape == (1, 1):
                 break
             size *= 1.5
-        owner = np.repeat(np.arange(len(rows)), touched)
-        step = np.arange(len(owner)) - np.repeat(np.cumsum(touched) - touched, touched)
+        owner, step = numbered(touched)
         column, row = lowest[owner, 0] + step % across[owner, 0], lowest[owner, 1] + step // across[owner, 0]
         cell = row * shape[0] + column
         order = np.argsort(cell, kind="stable")

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM
 from compgen.planning.boundaries import Boundary
@@ -96,10 +96,8 @@ def _samples(pattern: PiecewiseCurve, step: float, source: str) -> tuple[IntArra
             f"{source}: the path over it needs {count.sum():.2g} points, more than {MOST_POINTS:.0e}; raise "
             "path.stepover_mm, or give a coarser mesh"
         )
-    first = np.cumsum(count) - count
-    piece = np.repeat(np.arange(K), count)
-    t = (np.arange(len(piece)) - first[piece]) / (count[piece] - 1)
-    return piece, t, first
+    piece, number = numbered(count)
+    return piece, number / (count[piece] - 1), np.cumsum(count) - count
 
 
 def _run_on(values: Array, under: BoolArray) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import BSpline, CubicHermiteSpline, CubicSpline
 from scipy.linalg import solveh_banded
 
-from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, numbered, row_norms
 from compgen.planning.curves import CUBIC, DEGREE, SEGMENTS, PiecewiseCurve, join
 
 FIRST_KNOTS = 32  # points from knot to knot, to begin with
@@ -208,8 +208,7 @@ def _first_knots(u: Array, place: Array, tolerance: Tolerance) -> BoolArray:
 
 def _parted(edges: IntArray, parts: IntArray) -> IntArray:
     """Rows that cut the stretches between edges (K + 1,) into so many parts, (K,), their beginnings among them."""
-    owner = np.repeat(np.arange(len(parts)), parts)
-    step = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    owner, step = numbered(parts)
     return np.asarray(edges[owner] + step * np.diff(edges)[owner] // parts[owner])
 
 

@@ -6,7 +6,7 @@ drives each block from state to state (``state_to_state``).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,11 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         own(self, time=("N",), speed=("S",), driven_speed=("S",), utilisation=(3, 6))
+
+    def at(self, rows: IntArray) -> "Trajectory":
+        """Of the waypoints at rising rows, both ends of every run among them; the motion in between stays."""
+        lines = rows[1:] - 1
+        return replace(self, time=self.time[rows], speed=self.speed[lines], driven_speed=self.driven_speed[lines])
 
 
 def driven_speed(time: Array, length: Array, speed: Array, stop: BoolArray) -> Array:

@@ -37,6 +37,6 @@ def test_rates_are_slopes_run_by_run():
     time = np.arange(0, 20, 0.008)
     run = 1 + (time > 10)
     clock = np.where(run == 1, 0.6 * time, 0.6 * time + 5.0)  # a stop between
-    found = window_rates(time, clock, run, np.ones(len(time), dtype=bool))
-    np.testing.assert_allclose(found.rate, 0.6, atol=1e-9)
-    assert not ((found.begin < 10) & (found.end > 10.01)).any()
+    windows = window_rates(time, clock, run, np.ones(len(time), dtype=bool))
+    np.testing.assert_allclose(windows.rate, 0.6, atol=1e-9)
+    assert not ((windows.begin < 10) & (windows.end > 10.01)).any()
