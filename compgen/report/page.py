@@ -1,36 +1,35 @@
-"""What all pages share: their look, the script that draws, findings, tables of the error."""
+"""What all pages share: their shell and look, the script that draws, findings, tables of the error."""
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from html import escape
+from importlib.resources import files
 
 from compgen.core.findings import Finding, Level
 from compgen.report.figure import Figure, div, library
+from compgen.report.table import table
 
-STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;color:#1e293b;max-width:1080px;margin:2rem auto;padding:0 1rem}
-h1{font-size:1.5rem;margin:0}h2{font-size:1.1rem;margin:2rem 0 .5rem}
-.lead{color:#64748b;margin:.2rem 0 1rem}
-.big{font-size:1.15rem;margin:1rem 0;padding:.7rem 1rem;border-left:5px solid}
-.inside{border-color:#0f766e;background:#f0fdfa}.outside{border-color:#b91c1c;background:#fef2f2}
-.predicted{border-color:#c2410c;background:#fff7ed}
-table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
-th,td{padding:.3rem .6rem;text-align:right;border-bottom:1px solid #e2e8f0}
-th:first-child,td:first-child{text-align:left}thead th{color:#64748b;font-weight:600}
-li.outside{color:#b91c1c;font-weight:600;background:none}li.warning{color:#b45309}li.note{color:#475569}
-footer{color:#64748b;font-size:.85rem;margin:2rem 0;overflow-wrap:anywhere}
-"""
+#: A sign beside the words, for who does not see the colour.
+MARKS = {"inside": "✓", "outside": "✗", "predicted": "≈", "warning": "!", "note": "·"}
+VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+
+
+@lru_cache(maxsize=1)
+def style() -> str:
+    """The look of every page, with the names of its colours; ``page.css`` has it."""
+    return (files("compgen.report") / "page.css").read_text("utf-8")
 
 
 def page(title: str, body: str) -> bytes:
     """One self-contained page, the same bytes for the same inputs."""
-    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-    rest = f"</script></head><body><h1>{escape(title)}</h1>{body}</body></html>\n"
-    return b"".join((f"{head}<style>{STYLE}</style><script>".encode(), library(), rest.encode()))
+    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8">{VIEWPORT}<title>{escape(title)}</title>'
+    rest = f"</script></head><body><main><h1>{escape(title)}</h1>{body}</main></body></html>\n"
+    return b"".join((f"{head}<style>{style()}</style><script>".encode(), library(), rest.encode()))
 
 
 def section(title: str, content: str) -> str:
     """A heading and what stands under it."""
-    return f"<h2>{title}</h2>{content}"
+    return f"<section><h2>{title}</h2>{content}</section>"
 
 
 def figure_section(title: str, figure: Figure, key: str, text: str = "") -> str:
@@ -40,16 +39,17 @@ def figure_section(title: str, figure: Figure, key: str, text: str = "") -> str:
 
 def verdict(kind: str, text: str) -> str:
     """A sentence in large letters, marked as ``inside``, ``outside`` or ``predicted``."""
-    return f'<p class="big {kind}">{text}</p>'
+    return f'<p class="big {kind}">{_mark(kind)} {text}</p>'
 
 
 def findings_list(findings: Iterable[Finding]) -> str:
-    """Findings as a list under a heading."""
+    """Findings as a list under a heading: a sign, the word for how bad it is, and the message."""
     rows = "".join(
-        f'<li class="{Level.OUTSIDE if f.level is Level.REFUSED else f.level}">{f.level}: {escape(f.message)}</li>'
+        f'<li class="{kind}">{_mark(kind)}{f.level}: {escape(f.message)}</li>'
         for f in findings
+        for kind in ("outside" if f.level in (Level.REFUSED, Level.OUTSIDE) else str(f.level),)
     )
-    return section("Findings", f"<ul>{rows or '<li class=note>none</li>'}</ul>")
+    return section("Findings", f'<ul class="findings">{rows or "<li class=note>none</li>"}</ul>')
 
 
 def error_table(
@@ -63,10 +63,13 @@ def error_table(
         labels: Part of the error to the text of its row.
     """
     sides = list(sides)
-    head = "".join(f"<th>{side} {statistic}</th>" for side, _ in sides for statistic in ("max", "p99", "rms"))
-    rows = ""
-    for part, label in labels.items():
-        cells = "".join(f"<td>{value:.2f}</td>" for _, statistics in sides for value in statistics[part].values())
-        rows += f"<tr><td>{label}</td>{cells}</tr>"
-    table = f"<table><thead><tr><th>{corner}</th>{head}</tr></thead><tbody>{rows}</tbody></table>"
-    return section("Error of the tool centre point", table)
+    head = [corner, *(f"{side} {statistic}" for side, _ in sides for statistic in ("max", "p99", "rms"))]
+    rows = [
+        [label, *(f"{value:.2f}" for _, statistics in sides for value in statistics[part].values())]
+        for part, label in labels.items()
+    ]
+    return section("Error of the tool centre point", table(head, rows))
+
+
+def _mark(kind: str) -> str:
+    return f'<span class="mark" aria-hidden="true">{MARKS[kind]}</span>'
