@@ -7,11 +7,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, frozen
+from compgen.core.arrays import Array, IntArray
+from compgen.core.csv_numbers import CellsOf, numbers_at_once
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 
@@ -31,8 +31,8 @@ class CsvTable:
     source: str  # the file, for messages
     header: tuple[str, ...]
     columns: Sequence[Sequence[str]]  # the cells of each column, one a row
-    line: Sequence[int]  # of each row in the file
-    values: Array | None = None  # (N, C) the numbers, where every cell is one
+    line: Sequence[int] | IntArray  # of each row in the file
+    values: Array | None = None  # (N, C) the numbers, where every cell is one or empty: NaN
 
     def has(self, column: str) -> bool:
         """Whether the header names a column."""
@@ -72,12 +72,11 @@ class CsvTable:
         if self.values is not None:
             numbers = self.values[:, self.header.index(column)].copy()
         else:
-            cells = self._cells(column)
-            numbers = np.array([float_of(cell) for cell in cells])
-            bad = np.flatnonzero(np.isinf(numbers) if gaps else ~np.isfinite(numbers))
-            if len(bad):
-                row = int(bad[0])
-                raise InputError(f"{self.location(row, column)}: {not_a_number(cells[row])}")
+            numbers = np.array([_float_of(cell) for cell in self._cells(column)])
+        bad = np.flatnonzero(np.isinf(numbers) if gaps else ~np.isfinite(numbers))
+        if len(bad):
+            row = int(bad[0])
+            raise InputError(f"{self.location(row, column)}: {_not_a_number(self._cells(column)[row])}")
         large = np.flatnonzero(np.abs(numbers) > largest)
         if len(large):
             row = int(large[0])
@@ -102,13 +101,16 @@ def text_cell(text: str) -> str:
     return f"'{text}"
 
 
-def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[str] | None = None) -> CsvTable:
+def read_csv(
+    source: str | Path, required: Sequence[str] = (), known: Sequence[str] | None = None, most_rows: int = MAX_ROWS
+) -> CsvTable:
     """Read a file: commas, a header with units in its names; lines that begin with # are remarks.
 
     Args:
         source: The file; UTF-8, with or without a byte order mark.
         required: Columns that must be there.
         known: All columns that may be there; None allows any.
+        most_rows: How many rows it may have.
 
     Raises:
         InputError: Not a regular file, not readable, not CSV, no rows, a column missing, unknown or double, a row of
@@ -116,7 +118,7 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
     """
     name = str(source)
     text = read_text(name)
-    table = _all_numbers(name, text, required, known) if len(text) > LONG else None
+    table = _all_numbers(name, text, required, known, most_rows) if len(text) > LONG else None
     if table is not None:
         return table
     rows = _rows(name, text)
@@ -128,8 +130,8 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
     body = rows[1:]
     if not body:
         raise InputError(f"{name}: empty: no rows below the header; give each row a line")
-    if len(body) > MAX_ROWS:
-        raise InputError(f"{name}: {len(body)} rows are over {MAX_ROWS}; thin them")
+    if len(body) > most_rows:
+        raise InputError(f"{name}: {len(body)} rows are over {most_rows}; thin them")
     for line, row in body:
         if len(row) != len(header):
             raise InputError(
@@ -138,37 +140,24 @@ def read_csv(source: str | Path, required: Sequence[str] = (), known: Sequence[s
     return CsvTable(name, header, tuple(zip(*(row for _, row in body))), tuple(line for line, _ in body))
 
 
-class _LateColumns(Sequence[Sequence[str]]):
-    """The cells of a file of numbers alone, parted when somebody wants them as text."""
-
-    def __init__(self, body: str, width: int) -> None:
-        self._body, self._width = body, width
-
-    def __len__(self) -> int:
-        return self._width
-
-    def __getitem__(self, index: Any) -> Any:
-        return tuple(line.split(",")[index] for line in self._body.splitlines())
-
-
-def _all_numbers(source: str, text: str, required: Sequence[str], known: Sequence[str] | None) -> CsvTable | None:
-    """A file whose every cell below a plain header is a finite number, in one go; None for any other."""
-    head, _, body = text.partition("\n")
-    plain = text.isascii() and not any(c in text for c in '"\v\f\x1c\x1d\x1e') and "#" not in head and head.strip()
-    if not plain or "#" in body or "\n\n" in body or body.startswith("\n"):
+def _all_numbers(
+    source: str, text: str, required: Sequence[str], known: Sequence[str] | None, most_rows: int
+) -> CsvTable | None:
+    """A file whose every cell below a plain header is a finite number or empty; None for any other."""
+    begin = 0
+    while text.startswith("#", begin):
+        begin = text.find("\n", begin) + 1 or len(text)
+    head, _, body = text[begin:].partition("\n")
+    if not head.strip() or not head.isascii() or any(c in head for c in '"#\v\f\x1c\x1d\x1e'):
         return None
     header = tuple(cell.strip() for cell in head.split(","))
-    rows = body.count("\n") + (not body.endswith("\n"))
-    if rows > MAX_ROWS:
+    read = numbers_at_once(body, len(header))
+    if read is None or len(read[0]) > most_rows:
         return None
-    try:
-        values = np.loadtxt(io.StringIO(body), delimiter=",", ndmin=2, comments=None)
-    except ValueError:
-        return None
-    if values.shape != (rows, len(header)) or not np.isfinite(values).all():
-        return None
-    check_header(source, 1, header, required, known)
-    return CsvTable(source, header, _LateColumns(body, len(header)), range(2, rows + 2), frozen(values))
+    first = text.count("\n", 0, begin) + 1
+    check_header(source, first, header, required, known)
+    values, rows = read
+    return CsvTable(source, header, CellsOf(body, rows, len(header)), rows + first + 1, values)
 
 
 def read_text(source: str) -> str:
@@ -240,7 +229,7 @@ def check_header(
         raise InputError(f"{source}: column {labels[header.index(others[0])]}: unknown; {mend}")
 
 
-def float_of(cell: str) -> float:
+def _float_of(cell: str) -> float:
     """A cell's number: NaN where it is empty, infinite where it is none."""
     if "_" in cell or not cell.isascii():  # float takes 1_0 for ten, and the digits of every alphabet
         return np.inf
@@ -250,7 +239,7 @@ def float_of(cell: str) -> float:
         return np.inf
 
 
-def not_a_number(cell: str) -> str:
+def _not_a_number(cell: str) -> str:
     """What is wrong with a cell, and the mend."""
     if not cell:
         return "empty; give a number with a decimal point, or remove the row"

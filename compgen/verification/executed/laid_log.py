@@ -152,7 +152,7 @@ def _refuse(log: PositionLog, course: Course, readings: list[_Reading]) -> NoRet
         first = int(np.argmax(track.on))
         where = (
             f"only {100 * track.share:.0f} % of it follows the path within 5 mm, from line "
-            f"{log.table.line(int(log.row[track.row[first]]))}"
+            f"{log.table.line[int(log.row[track.row[first]])]}"
         )
     raise InputError(
         f"{source}: it is of another program: {where}; give the log of one run of this program, or the program that ran"

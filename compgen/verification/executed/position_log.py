@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, frozen
+from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
-from compgen.core.long_csv import LongTable, read_long_csv
 from compgen.core.units import DEG, MM
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 TURN = ("w_deg", "p_deg", "r_deg")
 JOINTS = tuple(f"j{i}_deg" for i in range(1, 7))
 LEAST_ROWS = 10
+MOST_ROWS = 10_000_000
 LONGEST_STEP = 0.1  # s
 SHORTEST_STEP = 0.5e-3  # s
 SLACK = 1.05  # of a step: clocks jitter
@@ -27,7 +28,7 @@ SLACK = 1.05  # of a step: clocks jitter
 class PositionLog:
     """M rows of a log, as they were written: positions in some frame, or joints as the pendant has them."""
 
-    table: LongTable  # for messages
+    table: CsvTable  # for messages
     row: IntArray  # (M,) of the table: gaps are left out
     time: Array  # (M,) [s] as the log's clock shows it, never falling
     columns: tuple[str, ...]  # that hold the positions
@@ -61,9 +62,9 @@ def read_position_log(source: str | Path) -> PositionLog:
         InputError: Not readable, columns missing or without a number, a cell that is no number, fewer than ten rows,
             time that falls, rows more than 100 ms apart, or positions that never change.
     """
-    table = read_long_csv(source, ("time_s",))
+    table = read_csv(source, ("time_s",), most_rows=MOST_ROWS)
     columns = _columns(table)
-    values = table.columns(("time_s", *columns))
+    values = np.column_stack([table.numbers(name, gaps=True) for name in ("time_s", *columns)])
     filled = ~np.isnan(values)
     for k, name in enumerate(("time_s", *columns)):
         if not filled[:, k].any():
@@ -73,7 +74,9 @@ def read_position_log(source: str | Path) -> PositionLog:
     if partial.any():
         m = int(np.argmax(partial))
         name = ("time_s", *columns)[int(np.argmin(filled[m]))]
-        raise InputError(f"{table.location(m, name)}: empty; fill it in, or leave all of the row's positions empty")
+        raise InputError(
+            f"{table.location(m, name)}: empty or nan; fill it in, or leave all of the row's positions empty"
+        )
     rows = np.flatnonzero(~is_gap)
     if len(rows) < LEAST_ROWS:
         raise InputError(
@@ -87,7 +90,7 @@ def read_position_log(source: str | Path) -> PositionLog:
     return PositionLog(table, rows, frozen(time), columns, frozen(numbers * units), int(is_gap.sum()))
 
 
-def _columns(table: LongTable) -> tuple[str, ...]:
+def _columns(table: CsvTable) -> tuple[str, ...]:
     """The columns of positions that a log has: Cartesian ones where both kinds are whole."""
     header = table.header
     for columns in ((*PLACE, *TURN), JOINTS):
@@ -102,7 +105,7 @@ def _columns(table: LongTable) -> tuple[str, ...]:
     )
 
 
-def _check_clock(table: LongTable, rows: IntArray, time: Array) -> None:
+def _check_clock(table: CsvTable, rows: IntArray, time: Array) -> None:
     """Raises InputError where a clock falls, or its rows are too far apart."""
     step = np.diff(time)
     falling = np.flatnonzero(step < 0)
