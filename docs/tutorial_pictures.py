@@ -1,0 +1,157 @@
+"""Draws the pictures of the tutorials from the files that their commands leave.
+
+Two kinds: the path seen from above, coloured by the size of the error before and after, each on a scale of its own; and
+curves over an axis. Plain SVG, three decimals at most, so that the same files give the same picture.
+"""
+
+import csv
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+Row = dict[str, str]
+Point = tuple[float, float]
+Curve = tuple[str, Sequence[float], Sequence[float]]
+
+RAMP = [(0.0, "#0f766e"), (0.25, "#65a30d"), (0.5, "#facc15"), (0.75, "#f97316"), (1.0, "#b91c1c")]
+CURVES = [("#c2410c", ""), ("#0f766e", ""), ("#1d4ed8", "7 4"), ("#64748b", "2 3")]
+LEVELS = 24  # shades of a map
+INK, GREY, LINE = "#1e293b", "#475569", "#e2e8f0"
+
+
+def pictures(name: str, folder: Path) -> dict[str, str]:
+    """File name and SVG text of each picture of a tutorial, drawn from what its commands left in ``folder``."""
+    draw = DRAWN.get(name)
+    return {} if draw is None else {f"{name}.svg": draw(folder)}
+
+
+def rows(file: Path) -> list[Row]:
+    """A CSV file with a header."""
+    with file.open() as lines:
+        return list(csv.DictReader(lines))
+
+
+def svg(width: int, height: int, alt: str, body: list[str]) -> str:
+    """A whole picture."""
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" aria-label="{alt}" '
+        f'font-family="sans-serif" font-size="14">'
+    )
+    return "\n".join([head, f'<rect width="{width}" height="{height}" fill="white"/>', *body, "</svg>", ""])
+
+
+def text(x: float, y: float, words: str, *, anchor: str = "start", colour: str = GREY, size: int = 14) -> str:
+    """A line of text."""
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="{colour}" font-size="{size}">{words}</text>'
+
+
+def colour(share: float) -> str:
+    """Between the ramp's colours."""
+    for (a, low), (b, high) in zip(RAMP, RAMP[1:]):
+        if share <= b:
+            u = (max(share, 0.0) - a) / (b - a)
+            mix = [round(int(low[i : i + 2], 16) * (1 - u) + int(high[i : i + 2], 16) * u) for i in (1, 3, 5)]
+            return "#{:02x}{:02x}{:02x}".format(*mix)
+    return RAMP[-1][1]
+
+
+def ticks(least: float, most: float, count: int = 5) -> list[float]:
+    """Round numbers from least to most."""
+    raw = (most - least) / count
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(step * power for step in (1, 2, 5, 10) if step * power >= raw * 0.999)
+    return [k * step for k in range(math.ceil(least / step - 1e-9), math.floor(most / step + 1e-9) + 1)]
+
+
+def stretches(points: list[Point], shades: list[int]) -> list[tuple[int, list[Point]]]:
+    """The path in stretches of one shade, without the points that lie on a straight line between their neighbours."""
+    out: list[tuple[int, list[Point]]] = []
+    for k, (here, ahead) in enumerate(zip(points, points[1:])):
+        if k and shades[k] == out[-1][0]:
+            before = out[-1][1][-2]
+            turn = (here[0] - before[0]) * (ahead[1] - here[1]) - (here[1] - before[1]) * (ahead[0] - here[0])
+            if abs(turn) < 1e-3:
+                out[-1][1].pop()
+            out[-1][1].append(ahead)
+        else:
+            out.append((shades[k], [here, ahead]))
+    return out
+
+
+def maps(file: Path, alt: str) -> str:
+    """The path on the part, seen from above in World, by its error before (left) and after (right)."""
+    points = [row for row in rows(file) if row["contact"] == "1"]
+    x, y = ([float(row[f"{axis}_mm"]) for row in points] for axis in "xy")
+    scale = min(330 / (max(x) - min(x)), 250 / (max(y) - min(y)))
+    body, bottom = [], 60 + scale * (max(y) - min(y))
+    for left, side in ((30, "before"), (470, "after")):
+        size = [math.hypot(*(float(row[f"{side}_d{axis}_um"]) for axis in "xyz")) for row in points]
+        top = max(size)
+        places = 1 if top >= 10 else 2
+        body.append(text(left, 28, f"{side}: up to {top:.{places}f} µm on the part", colour=INK, size=17))
+        body.append('<g fill="none" stroke-width="2">')
+        flat = [(left + (a - min(x)) * scale, bottom - (b - min(y)) * scale) for a, b in zip(x, y)]
+        shades = [round(LEVELS * value / top) for value in size]
+        for shade, way in stretches(flat, shades):
+            line = " ".join(f"{a:.1f},{b:.1f}" for a, b in way)
+            body.append(f'<polyline points="{line}" stroke="{colour(shade / LEVELS)}"/>')
+        body.append("</g>")
+        bar = left + (max(x) - min(x)) * scale + 18
+        steps = 40
+        for k in range(steps):
+            h = (bottom - 60) / steps
+            body.append(
+                f'<rect x="{bar:.1f}" y="{bottom - (k + 1) * h:.1f}" width="12" height="{h + 0.5:.1f}" '
+                f'fill="{colour(k / (steps - 1))}"/>'
+            )
+        body += [
+            text(bar + 17, bottom, "0"),
+            text(bar + 17, 70, f"{top:.{places}f}"),
+            text(bar + 17, (bottom + 70) / 2, f"{top / 2:.{places}f}"),
+        ]
+    body.append(text(30, bottom + 28, "seen from above: World x to the right, y up; each side on a scale of its own"))
+    return svg(900, round(bottom + 44), alt, body)
+
+
+def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tuple[str, float] | None = None) -> str:
+    """Curves over an axis, told apart by their dashes too, with a limit as a line where there is one."""
+    least, most = min(min(x) for _, x, _ in curves), max(max(x) for _, x, _ in curves)
+    top = 1.08 * max([max(y) for _, _, y in curves] + ([limit[1]] if limit else []))
+    left, right, base, height = 64.0, 690.0, 330.0, 270.0
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        return left + (right - left) * (x - least) / (most - least), base - height * y / top
+
+    body = [
+        text(left - 44, 34, up, colour=INK),
+        text((left + right) / 2, base + 46, across, anchor="middle", colour=INK),
+    ]
+    for value in ticks(0.0, top):
+        _, y = place(least, value)
+        body.append(f'<line x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{LINE}"/>')
+        body.append(text(left - 8, y + 5, f"{value:g}", anchor="end"))
+    body += [text(place(value, 0)[0], base + 21, f"{value:g}", anchor="middle") for value in ticks(least, most, 8)]
+    if limit:
+        _, y = place(least, limit[1])
+        body.append(f'<line x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{INK}" stroke-dasharray="1 4"/>')
+        body.append(text(right + 8, y + 5, limit[0], colour=INK))
+    heights: list[float] = []
+    for (name, x, y), (tint, dashes) in zip(curves, CURVES):
+        line = " ".join("{:.1f},{:.1f}".format(*place(a, b)) for a, b in zip(x, y))
+        body.append(
+            f'<polyline points="{line}" fill="none" stroke="{tint}" stroke-width="2.5" stroke-dasharray="{dashes}"/>'
+        )
+        end = place(x[-1], y[-1])[1] + 5
+        while any(abs(end - other) < 17 for other in heights):
+            end -= 4
+        heights.append(end)
+        body.append(text(right + 8, end, name, colour=tint))
+    return svg(900, 390, alt, body)
+
+
+def my_raster(folder: Path) -> str:
+    """The plate, before and after."""
+    return maps(folder / "outputs/plate/waypoints.csv", "Error of the tool on the plate, before and after")
+
+
+DRAWN: dict[str, Callable[[Path], str]] = {"my_raster": my_raster}
