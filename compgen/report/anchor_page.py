@@ -9,6 +9,7 @@ from compgen.core.units import MINUTE, MM, UM
 from compgen.pipelines.anchor import Anchored
 from compgen.report.anchor_record import anchor_record
 from compgen.report.figure import COOL, GREY, WARM, axis, figure, trace
+from compgen.report.figure_words import curves_in_words
 from compgen.report.page import figure_section, findings_list, page, section, verdict
 
 
@@ -38,7 +39,8 @@ def _path(anchored: Anchored) -> str:
         trace("scatter", 100 * x, moved, name="the state moves it by", mode="lines", line={"color": GREY}),
     ]
     text = f"<p class=lead>{len(place)} places along the part; standard deviation, all directions together.</p>"
-    drawn = figure(traces, 300, xaxis=axis("along the part [%]"), yaxis=axis("[µm]", rangemode="tozero"))
+    alt = curves_in_words("Along the part", traces, "µm")
+    drawn = figure(traces, 300, alt, xaxis=axis("along the part [%]"), yaxis=axis("[µm]", rangemode="tozero"))
     return figure_section("Along the path", drawn, "path", text)
 
 

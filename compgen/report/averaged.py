@@ -9,6 +9,7 @@ from compgen.core.units import UM
 from compgen.pipelines.averaging import Averaged
 from compgen.pipelines.correct.starts import Residue, ServedStarts
 from compgen.report.figure import GREY, LINES, WARM, Figure, Trace, axis, figure, trace
+from compgen.report.figure_words import curves_in_words
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.deviation import Extent
 
@@ -72,7 +73,8 @@ def served_figure(served: ServedStarts) -> Figure:
     level = np.full(2, round(served.at_mean.largest / UM, 3))
     look = {"mode": "lines", "line": {"color": GREY, "dash": "dash"}}
     mean = trace("scatter", x[[0, -1]], level, name="with the mean of the rises", **look)
-    return figure([marks, mean], 300, xaxis=axis(title), yaxis=axis("largest error [µm]", rangemode="tozero"))
+    alt = curves_in_words("Largest error at each start", [marks, mean], "µm")
+    return figure([marks, mean], 300, alt, xaxis=axis(title), yaxis=axis("largest error [µm]", rangemode="tozero"))
 
 
 def averaged_figure(averaged: Averaged) -> Figure:
@@ -96,7 +98,8 @@ def averaged_figure(averaged: Averaged) -> Figure:
         if points:
             x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
             traces.append(trace("scatter", x, y, name=name, mode="markers", marker=marker))
-    return figure(traces, 340, xaxis=axis(title), yaxis=axis("largest error [µm]", rangemode="tozero"))
+    alt = curves_in_words("Largest error at each start", traces, "µm")
+    return figure(traces, 340, alt, xaxis=axis(title), yaxis=axis("largest error [µm]", rangemode="tozero"))
 
 
 def _abscissa(ensemble: Ensemble) -> tuple[str, str]:

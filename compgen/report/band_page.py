@@ -5,6 +5,7 @@ from typing import Any
 
 from compgen.report.band_words import known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, Figure, axis, figure, spans, trace
+from compgen.report.figure_words import curves_in_words
 from compgen.verification.band import ONE_SIDED
 
 BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
@@ -73,7 +74,12 @@ def budget_figure(record: dict[str, Any]) -> Figure:
         )  # fmt: skip
         layout["xaxis2"] = axis("not known; found elsewhere [µm]", domain=right, anchor="y2", rangemode="tozero")
         layout["yaxis2"] = {"anchor": "x2", "automargin": True}
-    return figure(traces, 120 + 30 * max(len(sources), len(sized)), **layout)
+    return figure(
+        traces,
+        120 + 30 * max(len(sources), len(sized)),
+        curves_in_words("What the part will see", traces, "µm"),
+        **layout,
+    )
 
 
 def _html(text: str) -> str:

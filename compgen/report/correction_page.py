@@ -19,11 +19,12 @@ from compgen.report.figure import (
     axis,
     figure,
     packed_array,
-    rise_figure,
     rows_to_draw,
     trace,
 )
+from compgen.report.figure_words import curves_in_words
 from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
+from compgen.report.rise_figure import rise_figure
 from compgen.verification.verdict import Verdict
 
 #: Parts of the error, as the summary and as the table name them.
@@ -121,7 +122,8 @@ def _error_over_time(result: Correction) -> Figure:
         x, y = np.round(time[rows], 3), np.round(may[rows] / UM, 3)
         look = {"fill": "tozeroy", "fillcolor": BAND, "line": {"color": BAND_LINE, "width": 1}}
         traces.append(trace("scatter", x, y, name="may be off (95 %), as far as known", mode="lines", **look))
-    return figure(traces, 320, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
+    alt = curves_in_words("Error over time", traces, "µm")
+    return figure(traces, 320, alt, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
 
 
 def _program_in_space(result: Correction) -> Figure:
@@ -145,4 +147,4 @@ def _program_in_space(result: Correction) -> Figure:
         "xaxis": axis("X [mm]"), "yaxis": axis("Y [mm]"), "zaxis": axis("Z [mm]"), "aspectmode": "data",
         "camera": {"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
     }  # fmt: skip
-    return figure([points], 480, scene=scene)
+    return figure([points], 480, "The program in space", scene=scene)

@@ -18,6 +18,7 @@ from compgen.report.figure import (
     rows_to_draw,
     trace,
 )
+from compgen.report.figure_words import curves_in_words
 from compgen.report.page import figure_section, findings_list, page, section, verdict
 from compgen.verification.executed.judgement import ExecutedRun
 
@@ -89,7 +90,7 @@ def _space(run: ExecutedRun) -> Figure:
         "xaxis": axis("X [mm]"), "yaxis": axis("Y [mm]"), "zaxis": axis("Z [mm]"), "aspectmode": "data",
         "camera": {"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
     }  # fmt: skip
-    return figure([points], 480, scene=scene)
+    return figure([points], 480, "The path in space", scene=scene)
 
 
 def _over_time(run: ExecutedRun) -> Figure:
@@ -98,7 +99,8 @@ def _over_time(run: ExecutedRun) -> Figure:
         rows = rows_to_draw(np.abs(values))
         x, y = np.round(d.time[rows], 3), np.round(values[rows] / UM, 3)
         traces.append(trace("scatter", x, y, name=name, line={"color": colour, "width": 1.2}))
-    return figure(traces, 320, yaxis=axis("deviation [µm]"), xaxis=axis("the log's clock [s]"))
+    alt = curves_in_words("Deviation over time", traces, "µm")
+    return figure(traces, 320, alt, yaxis=axis("deviation [µm]"), xaxis=axis("the log's clock [s]"))
 
 
 def _speed(run: ExecutedRun) -> Figure:
@@ -110,4 +112,5 @@ def _speed(run: ExecutedRun) -> Figure:
         trace("scatter", np.round(d.time[rows], 3), np.round(v / MM, 3), name=name, line={"color": c, "width": w})
         for name, v, c, w in (("written", written, GREY, 1.0), ("executed", d.speed[rows], WARM, 1.4))
     ]
-    return figure(traces, 300, yaxis=axis("speed [mm/s]", rangemode="tozero"), xaxis=axis("the log's clock [s]"))
+    alt = curves_in_words("Speed along the path", traces, "mm/s")
+    return figure(traces, 300, alt, yaxis=axis("speed [mm/s]", rangemode="tozero"), xaxis=axis("the log's clock [s]"))

@@ -1,9 +1,14 @@
-"""Figures as plotly.js reads them, in plain types: traces, axes, colours, and the curves that several pages show."""
+"""Figures as plotly.js reads them, in plain types: traces, axes, colours, and their place on a page.
+
+A figure is ``data`` (traces), ``layout`` and ``alt``, a sentence made from its numbers for who does not see it; one
+in space has ``still`` too, the same as a picture that needs no script. ``layout.meta.narrow`` is for a phone.
+"""
 
 import json
-from base64 import b64encode
+from base64 import b64decode, b64encode
 from collections.abc import Sequence
 from functools import lru_cache
+from html import escape
 from importlib.resources import files
 from typing import Any
 
@@ -13,11 +18,19 @@ from plotly.offline import get_plotlyjs
 from compgen.core.arrays import Array, IntArray
 
 Trace = dict[str, Any]
-Figure = dict[str, Any]  # data: traces, layout
+Figure = dict[str, Any]  # data: traces, layout, alt: a sentence; perhaps still: an SVG
 
 POINTS = 4000  # of a curve: what a screen can show
 WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"
 LINES = ("#c2410c", "#ca8a04", "#7c3aed", "#0f766e", "#1d4ed8", "#64748b")
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")  # of LINES, where colours cannot be told
+GRID = "#e2e8f0"
+CLEAR = "rgba(0,0,0,0)"
+VARIABLES = {  # of a page's style, by the colour they have on a light page
+    WARM: "--before", COOL: "--after", GREY: "--neutral", "#b91c1c": "--limit", "#ca8a04": "--amber",
+    "#7c3aed": "--violet", "#1d4ed8": "--blue", GRID: "--grid", "#ebf0f8": "--grid", "#dfe8f3": "--grid",
+    "#c8d4e3": "--grid", "#2a3f5f": "--text", "#506784": "--grid", "#cbd5e1": "--line",
+}  # fmt: skip
 DASHED = {"color": "#b91c1c", "dash": "dash", "width": 1}  # a limit
 _TURBO = (
     "#30123b", "#4145ab", "#4675ed", "#39a2fc", "#1bcfd4", "#24eca6", "#61fc6c", "#a4fc3b", "#d1e834", "#f3c63a",
@@ -43,6 +56,13 @@ def packed_array(values: Array) -> Any:
         return []
     record = {"dtype": "f8", "bdata": b64encode(np.asarray(values, dtype="<f8").tobytes()).decode("ascii")}
     return record if values.ndim == 1 else {**record, "shape": ", ".join(map(str, values.shape))}
+
+
+def unpacked(values: Any) -> Array:
+    """The numbers of a column of a trace, NaN for what is none."""
+    if isinstance(values, dict):
+        return np.frombuffer(b64decode(values["bdata"]), dtype="<f8")
+    return np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
 
 
 def trace(kind: str, *xyz: Any, **options: Any) -> Trace:
@@ -74,16 +94,29 @@ def spans(count: int, gap: float) -> list[list[float]]:
     return [[i * (width + gap), i * (width + gap) + width] for i in range(count)]
 
 
-def figure(traces: Sequence[Trace], height: int, **layout: Any) -> Figure:
-    """Traces in the look that all figures share."""
+def figure(
+    traces: Sequence[Trace], height: int, alt: str, narrow: dict[str, Any] | None = None, **layout: Any
+) -> Figure:
+    """Traces in the look that all figures share.
+
+    Args:
+        traces: What is drawn.
+        height: Of the figure [px].
+        alt: A sentence made from the numbers, for who does not see the figure.
+        narrow: What changes of the layout on a phone, merged into it.
+        layout: More of plotly's layout.
+    """
     look = {
         "template": _template(),
         "height": height,
         "margin": {"l": 60, "r": 20, "t": 40, "b": 45},
         "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0},
         "font": {"family": "system-ui, sans-serif", "size": 12},
+        "paper_bgcolor": CLEAR,
+        "plot_bgcolor": CLEAR,
     }
-    return {"data": list(traces), "layout": {**look, **layout}}
+    meta = {**layout.pop("meta", {}), "narrow": {"margin": {"l": 52, "r": 8}, **(narrow or {})}}
+    return {"data": list(traces), "layout": {**look, **layout, "meta": meta}, "alt": alt}
 
 
 def rows_to_draw(values: Array) -> IntArray:
@@ -98,30 +131,22 @@ def rows_to_draw(values: Array) -> IntArray:
     return np.unique(np.concatenate([[0], first, [count - 1]]))
 
 
-def rise_figure(names: Sequence[str], time: Array, rise: Array, time_title: str) -> Figure:
-    """Temperature rise of each node over time, rise (N, K) [K] at time (N,) [s]."""
-    rows = rows_to_draw(np.arange(len(time), dtype=float))
-    shown = np.round(time[rows], 3)
-    traces = []
-    for i, name in enumerate(names):
-        line = {"color": LINES[i % len(LINES)], "width": 1.6}
-        traces.append(trace("scatter", shown, np.round(rise[rows, i], 4), name=name, line=line))
-    return figure(traces, 320, yaxis=axis("rise [K]", rangemode="tozero"), xaxis=axis(time_title))
-
-
 def div(content: Figure, key: str) -> str:
-    """A figure as an element of a page, ``key`` its id."""
-    config = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"], "responsive": True}
-    parts = ",".join(_script(part) for part in (key, content["data"], content["layout"], config))
+    """A figure as an element of a page, ``key`` its id; without a script its words and its still picture."""
+    parts = ",".join(_script(part) for part in (key, content["data"], content["layout"]))
+    still = f'<div class="still">{content["still"]}</div>' if "still" in content else ""
+    words = escape(content["alt"])
     return (
-        f'<div id="{key}" class="plotly-graph-div" style="height:{content["layout"]["height"]}px; width:100%;"></div>'
-        f"<script>Plotly.newPlot({parts})</script>"
+        f'<figure class="chart" role="img" aria-label="{words}"><div id="{key}" class="plotly-graph-div"></div>{still}'
+        f"<noscript><p>{words}</p></noscript></figure><script>cgenFigures.draw({parts})</script>"
     )
 
 
 def library() -> bytes:
-    """The script that draws: plotly.js."""
-    return str(get_plotlyjs()).encode()
+    """The script that draws: plotly.js, and what adapts figures to a dark, narrow or printed page."""
+    colours = f"const cgenColours={json.dumps(VARIABLES)};\n"
+    adapting = (files("compgen.report") / "figure.js").read_text(encoding="utf-8")
+    return f"{get_plotlyjs()}\n{colours}{adapting}".encode()
 
 
 @lru_cache(maxsize=1)

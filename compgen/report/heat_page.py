@@ -12,6 +12,7 @@ from compgen.pipelines.job import Job
 from compgen.pipelines.study import Timeline
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
+from compgen.report.figure_words import curves_in_words
 from compgen.report.page import figure_section, page, verdict
 
 
@@ -103,8 +104,9 @@ def _rises(job: Job, day: Timeline) -> Figure:
     if day.air.any():
         line = {"color": GREY, "dash": "dash", "width": 1}
         traces.append(trace("scatter", hours, np.round(day.air, 4), name="air", line=line))
+    alt = curves_in_words("Temperature over the day", traces, "K")
     return figure(
-        traces, 420, shapes=[vertical_line(day.start / HOUR, WARM)],
+        traces, 420, alt, shapes=[vertical_line(day.start / HOUR, WARM)],
         xaxis=axis("time [h]; dashed: the program starts"), yaxis=axis("rise [K]"),
     )  # fmt: skip
 
@@ -122,4 +124,5 @@ def _runs(job: Job, day: Timeline) -> Figure:
             ("uncorrected", day.error, WARM), (f"with {_file_of(job)}", day.residual, LINES[3])
         )
     ]  # fmt: skip
-    return figure(traces, 380, xaxis=axis("run"), yaxis=axis("largest error [µm]", rangemode="tozero"))
+    alt = curves_in_words("Largest error of each run", traces, "µm")
+    return figure(traces, 380, alt, xaxis=axis("run"), yaxis=axis("largest error [µm]", rangemode="tozero"))

@@ -8,6 +8,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.identification.identifiability import correlations
 from compgen.identification.identify import Identification
 from compgen.report.figure import COOL, GREY, LINES, RED_TO_BLUE, WARM, Figure, axis, figure, rows_to_draw, trace
+from compgen.report.figure_words import curves_in_words
 from compgen.report.identification_summary import identification_summary, limits_sentence
 from compgen.report.page import figure_section, findings_list, page, section, verdict
 
@@ -106,7 +107,7 @@ def _residuals_in_space(identification: Identification) -> Figure:
         xyz = (np.round(np.column_stack([start[:, k], end[:, k], gap]).ravel() / MM, 2) for k in range(3))
         traces.append(trace("scatter3d", *xyz, mode="lines", name=name, line={"color": colour, "width": 3}))
     scene = {"xaxis": axis("x [mm]"), "yaxis": axis("y [mm]"), "zaxis": axis("z [mm]"), "aspectmode": "data"}
-    return figure(traces, 520, scene=scene)
+    return figure(traces, 520, "Residual vectors in space", scene=scene)
 
 
 def _residuals_over_time(identification: Identification) -> Figure:
@@ -125,7 +126,8 @@ def _residuals_over_time(identification: Identification) -> Figure:
     size = np.linalg.norm(identification.selected.fit.residual, axis=1)
     look = {"mode": "markers", "name": "set aside", "marker": {"color": GREY, "symbol": "x", "size": 9}}
     traces.append(trace("scatter", time[outliers], np.round(size[outliers] / UM, 2), **look))
-    return figure(traces, 340, yaxis=axis("residual [µm]", type="log"), xaxis=axis("time [s], or order"))
+    alt = curves_in_words("Residual over time", traces, "µm")
+    return figure(traces, 340, alt, yaxis=axis("residual [µm]", type="log"), xaxis=axis("time [s], or order"))
 
 
 def _residuals_over_joints(identification: Identification) -> Figure:
@@ -140,7 +142,8 @@ def _residuals_over_joints(identification: Identification) -> Figure:
         for k in range(6)
     ]  # fmt: skip
     title = "pendant angle [deg]; click the legend for another joint"
-    return figure(traces, 340, yaxis=axis("residual [µm]"), xaxis=axis(title))
+    alt = curves_in_words("Residual over each joint's angle", traces, "µm")
+    return figure(traces, 340, alt, yaxis=axis("residual [µm]"), xaxis=axis(title))
 
 
 def _correlation_map(identification: Identification) -> Figure:
@@ -151,6 +154,6 @@ def _correlation_map(identification: Identification) -> Figure:
     values = np.round(correlations(fit)[np.ix_(best, best)], 3)
     small = {"tickfont": {"size": 8}}
     return figure(
-        [trace("heatmap", names, names, values, colorscale=RED_TO_BLUE, zmin=-1, zmax=1)], 760,
+        [trace("heatmap", names, names, values, colorscale=RED_TO_BLUE, zmin=-1, zmax=1)], 760, "Correlations",
         yaxis={**small, "autorange": "reversed"}, xaxis=small, margin={"l": 190, "r": 20, "t": 40, "b": 190},
     )  # fmt: skip

@@ -24,14 +24,15 @@ from compgen.report.figure import (
     figure,
     horizontal_line,
     packed_array,
-    rise_figure,
     rows_to_draw,
     spans,
     trace,
 )
+from compgen.report.figure_words import curves_in_words
 from compgen.report.guaranteed import guaranteed_text
 from compgen.report.job_summary import band_of, job_summary
 from compgen.report.page import error_table, figure_section, findings_list, page, verdict
+from compgen.report.rise_figure import rise_figure
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
 
@@ -186,7 +187,7 @@ def _error_over_time(curves: list[_ErrorCurves], bound: float | None, radius: Ar
     axes["xaxis3"] = {"anchor": "y3", "domain": [0.0, 1.0], **axis("time from leaving P[1] [s]")}
     if len(rows) > 1 and bound is not None:
         axes["shapes"] = [horizontal_line(bound / UM, "2")]
-    return figure(traces, 230 * (len(rows) + 1), **axes)
+    return figure(traces, 230 * (len(rows) + 1), curves_in_words("Error over time", traces, "µm"), **axes)
 
 
 def _scene(path: ToolPath) -> dict[str, Any]:
@@ -226,7 +227,7 @@ def _path_in_space(curves: list[_ErrorCurves], path: ToolPath) -> Figure:
             {"text": name, "font": {"size": 16}, "showarrow": False, "x": sum(span) / 2, "xref": "paper", "y": 1.0,
             "xanchor": "center", "yref": "paper", "yanchor": "bottom"}
         )  # fmt: skip
-    return figure(traces, 460, annotations=titles, **scenes)
+    return figure(traces, 460, "The path in space", annotations=titles, **scenes)
 
 
 def _band_in_space(band: Band, path: ToolPath) -> Figure:
@@ -240,7 +241,7 @@ def _band_in_space(band: Band, path: ToolPath) -> Figure:
     }  # fmt: skip
     xyz = positions_at(path, path.arc[band.rows[rows]])
     points = trace("scatter3d", *xyz, mode="markers", marker=marker, showlegend=False)
-    return figure([points], 460, scene=_scene(path))
+    return figure([points], 460, "The path in space", scene=_scene(path))
 
 
 def positions_at(path: ToolPath, arc: Array) -> list[Array]:
@@ -255,4 +256,5 @@ def _joint_use(data: dict[str, Any]) -> Figure:
         trace("bar", list(shares), [round(100 * v, 2) for v in shares.values()], name=kind, marker={"color": colour})
         for (kind, shares), colour in zip(data["timing"]["joint_use"].items(), LINES[2:])
     ]
-    return figure(traces, 320, yaxis=axis("largest share of the limit [%]"), shapes=[horizontal_line(100)])
+    alt = curves_in_words("Use of the joints", traces, "% of the limit")
+    return figure(traces, 320, alt, yaxis=axis("largest share of the limit [%]"), shapes=[horizontal_line(100)])

@@ -13,6 +13,7 @@ from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
 from compgen.pipelines.executed import ProgramText
 from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace
+from compgen.report.figure_words import curves_in_words
 from compgen.report.page import figure_section, findings_list, page, section, verdict
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
@@ -107,4 +108,5 @@ def _bars(summary: dict[str, Any]) -> Figure:
     colours = [COOL if fit["as_well"] else GREY for fit in summary["tried"]]
     heights = [round(fit["held_out_um"], 3) for fit in summary["tried"]]
     bars = trace("bar", names, heights, marker={"color": colours}, showlegend=False)
-    return figure([bars], 320, yaxis=axis("held out, rms [µm]", type="log"))
+    alt = curves_in_words("What each kind leaves, held out", [bars], "µm")
+    return figure([bars], 320, alt, yaxis=axis("held out, rms [µm]", type="log"))

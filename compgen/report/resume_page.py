@@ -8,6 +8,7 @@ import numpy as np
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.resume.result import Resumed
 from compgen.report.figure import COOL, WARM, Figure, axis, figure, packed_array, rows_to_draw, trace
+from compgen.report.figure_words import curves_in_words
 from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
 from compgen.report.resume_summary import resume_summary
 
@@ -76,4 +77,5 @@ def _figure(resumed: Resumed) -> Figure:
         rows = rows_to_draw(size)
         time = packed_array(np.asarray(deviation.time[rows] / HOUR))
         traces.append(trace("scatter", time, packed_array(size[rows]), name=name, line={"color": colour, "width": 1}))
-    return figure(traces, 380, xaxis=axis("time from the page's start [h]"), yaxis=axis("error [um]"))
+    alt = curves_in_words("Error over time", traces, "µm")
+    return figure(traces, 380, alt, xaxis=axis("time from the page's start [h]"), yaxis=axis("error [µm]"))

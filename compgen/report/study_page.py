@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, spans, trace
+from compgen.report.figure_words import curves_in_words
 from compgen.report.page import figure_section, page, section, verdict
 from compgen.report.study_tables import band_caveat, column_names, headline
 
@@ -59,7 +60,8 @@ def error_against(study: Study, rows: list[Row], key: str) -> Figure:
                 mode = "lines+markers" if len(shown) < 60 else "lines"
                 xy = ([p[k] for p in shown] for k in range(2))
                 traces.append(trace("scatter", *xy, mode=mode, showlegend=n < 12, **look))
-    return figure(traces, 380, xaxis=axis(key), yaxis=axis("largest error [µm]", rangemode="tozero"))
+    alt = curves_in_words(f"Largest error against {key}", traces, "µm")
+    return figure(traces, 380, alt, xaxis=axis(key), yaxis=axis("largest error [µm]", rangemode="tozero"))
 
 
 def _number(value: Any) -> float | None:
@@ -77,12 +79,13 @@ def answer_figure(answer: Answer) -> Figure:
             trace("bar", list(answer.labels), np.round(answer.table[:, k], 3), marker={"color": colour}, name=name)
             for k, (name, colour) in enumerate(bars, 1)
         ]
-        return figure(traces, 380, yaxis=axis("µm"))
+        return figure(traces, 380, curves_in_words(TITLES[answer.key], traces, "µm"), yaxis=axis("µm"))
     if answer.key == "passes":
         text = [f"{w}, {f:g} mm/s" for w, f in zip(answer.labels, answer.table[:, 0])]
         xy = (np.round(answer.table[:, k], 4) for k in (1, 2))
         points = trace("scatter", *xy, mode="markers", text=text, marker={"color": WARM})
-        return figure([points], 380, xaxis=axis("minutes"), yaxis=axis("error_um"))
+        alt = curves_in_words(TITLES[answer.key], [points], "µm")
+        return figure([points], 380, alt, xaxis=axis("minutes"), yaxis=axis("error_um"))
     side_by_side = answer.key == "validity"  # two plots
     pairs = [(0, 1), (2, 3)] if side_by_side else [(0, k) for k in range(1, len(answer.columns))]
     traces, axes = [], {"yaxis": axis("µm", rangemode="tozero", anchor="x", domain=[0.0, 1.0])}
@@ -96,7 +99,7 @@ def answer_figure(answer: Answer) -> Figure:
         axes[f"xaxis{which}"] = axis(answer.columns[x], anchor=f"y{which}", domain=span)
     if side_by_side:
         axes["yaxis2"] = {"anchor": "x2", "domain": [0.0, 1.0], "matches": "y", "showticklabels": False}
-    return figure(traces, 380, **axes)
+    return figure(traces, 380, curves_in_words(TITLES[answer.key], traces, ""), **axes)
 
 
 def _table(study: Study, rows: list[Row]) -> str:

@@ -22,7 +22,7 @@ def figures(page):
     """Data and layout of each figure of a page, by its key."""
     page_figures, decoder = {}, json.JSONDecoder()
     text = page.decode()
-    for start in re.finditer(r'Plotly\.newPlot\("(\w+)",', text):
+    for start in re.finditer(r'cgenFigures\.draw\("(\w+)",', text):
         data, at = decoder.raw_decode(text, start.end())
         layout, _ = decoder.raw_decode(text, at + 1)
         page_figures[start[1]] = (data, layout)
@@ -63,9 +63,11 @@ def test_a_curve_shows_the_numbers(pages):
 
 
 def test_no_text_ends_the_script():
-    page = div(figure([trace("scatter", [1], [2], name="</script><b>")], 100, xaxis=axis("a/b<c>")), "key")
+    page = div(figure([trace("scatter", [1], [2], name="</script><b>")], 100, "a <i>", xaxis=axis("a/b<c>")), "key")
     assert page.count("</script>") == 1
     assert "<b>" not in page
+    assert "<i>" not in page
+    assert 'role="img" aria-label="a &lt;i&gt;"' in page
 
 
 def test_arrays_keep_shape_and_numbers():
