@@ -42,6 +42,7 @@ def lifted(job: Job, height: float) -> Job:
         title=f"{dry_run_words(height)}: {job.title}",
         plan=replace(job.plan, path=replace(job.plan.path, raised=height)),
         inputs_hash=sha256(f"{job.inputs_hash} lifted by {height!r} m".encode()).hexdigest(),
+        inputs={**job.inputs, "options": {"lift_all_mm": height / MM}},
         on_other_heat_model=None if other is None else lambda: lifted(other(), height),
     )
 

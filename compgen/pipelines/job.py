@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -55,6 +56,7 @@ class Cell:
     fit: FitLimits = field(default_factory=FitLimits)  # what its identification says that it cannot do
     drifting: Drifting = field(default_factory=Drifting)  # what touches shall tell of beside warmth and base
     state: AnchoredState | None = None  # that its heat begins with, and that its base and sources are moved by
+    inputs: Mapping[str, Any] = field(default_factory=dict)  # every key of the robot file, overrides in it
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +136,7 @@ class Job:
     on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
     log: TemperatureLog | None = None  # that its heat begins with, as it was read
     ensemble: Ensemble | None = None  # the starts that the file shall serve; None: the planned one alone
+    inputs: Mapping[str, Any] = field(default_factory=dict)  # keys of ``path`` and ``robot``, ``files`` that they name
 
     @property
     def source(self) -> str:

@@ -17,6 +17,7 @@ from compgen.compensation.tables import settings_of
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
 from compgen.core.pose import Pose
+from compgen.core.resolved import resolved_keys
 from compgen.core.rotations import from_wpr
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped
 from compgen.core.units import DEG, HOUR, MINUTE, MM, UM
@@ -119,7 +120,8 @@ def _job_of(files: _JobFiles) -> Job:
     state = load_state(state_file, cell, age) if state_file else None
     others = files_read(path, str(source))
     data = [_without_state_file(files.path_data), files.robot_text.tables]
-    inputs = json.dumps([__version__, source.stem, *data, *others], sort_keys=True, default=str)
+    hashes = [other["sha256"] for other in others.values()]
+    inputs = json.dumps([__version__, source.stem, *data, *hashes], sort_keys=True, default=str)
 
     def load(name: str) -> ProgramPlan:
         return _other_program(find_program(name, str(source)), cell)
@@ -157,6 +159,11 @@ def _job_of(files: _JobFiles) -> Job:
         bounds=bounds_of(path.bounds, str(source)),
         overrides=files.overrides,
         inputs_hash=sha256(inputs.encode()).hexdigest(),
+        inputs={
+            "path": {**resolved_keys(path), "robot": files.robot_source.stem},
+            "files": others,
+            "robot": cell.inputs,
+        },
         unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer, *notes),
         on_other_heat_model=None if other is None else replace(files, robot_text=other),
         log=read,
@@ -294,14 +301,24 @@ def find_program(name: str, path_file: str) -> str:
     raise InputError(f"{path_file}: program '{name}' is unknown: no {file} beside this file; give a path file")
 
 
-def files_read(path: PathFile, where: str) -> list[str]:
-    """Hashes of the other files that a path file reads: they are inputs as well."""
-    frame = path.frame.file if path.frame else None
-    points = path.path.file if isinstance(path.path, OwnPoints) else None
-    log, state = (table.file if table else None for table in (path.log, path.state))
-    names = [n for n in (path.ambient.file, log, state, frame, points, path.surface.file) if n]
-    sources = [Path(where).parent / n for n in names]
-    rows = (*path.before, *path.cycle, *path.after)
-    sources += [Path(find_program(row.program, where)) for row in rows if row.program]
-    contents = [re.sub(rb"\A#:schema [^\n]*\n", b"", s.read_bytes()) for s in sources]  # a line for editors alone
-    return [sha256(content).hexdigest() for content in contents]
+def files_read(path: PathFile, where: str) -> dict[str, dict[str, str]]:
+    """Name and sha256 of each other file that a path file reads, by the key that names it: they are inputs as well."""
+    folder = Path(where).parent
+    named = {
+        "ambient.file": path.ambient.file,
+        "log.file": path.log.file if path.log else None,
+        "state.file": path.state.file if path.state else None,
+        "frame.file": path.frame.file if path.frame else None,
+        "path.file": path.path.file if isinstance(path.path, OwnPoints) else None,
+        "surface.file": path.surface.file,
+    }
+    sources = {key: (name, folder / name) for key, name in named.items() if name}
+    for table, rows in (("before", path.before), ("cycle", path.cycle), ("after", path.after)):
+        programs = ((n, row.program) for n, row in enumerate(rows) if row.program)
+        sources |= {f"{table}.{n}.program": (name, Path(find_program(name, where))) for n, name in programs}
+    return {key: {"file": name, "sha256": _hash_of(source)} for key, (name, source) in sources.items()}
+
+
+def _hash_of(source: Path) -> str:
+    """Of a file's bytes without a first line that is for editors alone."""
+    return sha256(re.sub(rb"\A#:schema [^\n]*\n", b"", source.read_bytes())).hexdigest()

@@ -13,6 +13,7 @@ from compgen import __version__
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
+from compgen.core.resolved import resolved_keys
 from compgen.core.toml import TomlText, check, override, read_toml, read_toml_text, shipped, suggest
 from compgen.core.units import UM
 from compgen.core.unlikely import unlikely_values
@@ -169,6 +170,7 @@ def cell_of(text: TomlText, source: Path, overrides: Sequence[str]) -> Cell:
         posterior=posterior,
         fit=fit_limits_of(facts.identified),
         drifting=drifting_of(facts.anchor),
+        inputs=resolved_keys(facts),
     )
 
 

@@ -12,7 +12,7 @@ from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.proof import PoseErrors
 from compgen.report.averaged import served_record
 from compgen.report.band_words import band_record
-from compgen.report.provenance import SCHEMA, provenance
+from compgen.report.provenance import SCHEMA, correction_inputs, provenance
 from compgen.verification.deviation import percentile99, rms
 
 
@@ -46,6 +46,7 @@ def correction_summary(result: Correction) -> dict[str, Any]:
         },
         **({} if result.served is None else {"average_over": served_record(result.served)}),
         "provenance": provenance(result),
+        "inputs": correction_inputs(result),
     }
 
 

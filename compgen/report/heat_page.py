@@ -60,6 +60,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
             "robot_file": {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash},
             "overrides": list(job.overrides),
         },
+        "inputs": dict(job.inputs),
     }
     return (json.dumps(data, indent=2, allow_nan=False) + "\n").encode()
 

@@ -122,6 +122,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         ],
         "joint_range_deg": _joint_range(planned, corrected),
     }
+    report["inputs"] = dict(job.inputs)
     if (state := job.cell.state) is not None:
         report["provenance"]["state"] = {
             "sha256": state.digest, "verdict": state.verdict, "time_s": state.time, "window_s": state.window,

@@ -48,6 +48,19 @@ def provenance(result: Correction) -> dict[str, Any]:
     }
 
 
+def correction_inputs(result: Correction) -> dict[str, Any]:
+    """Every key of the robot file that a correction used, and all that was given beside it."""
+    made, options = provenance(result), result.options
+    given = {key: made[key] for key in ("frames", "registers", "before", "options")}
+    if options.bound is not None:
+        given["options"]["max_um"] = round(options.bound / UM, 9)
+    if options.raised:
+        given["options"]["lift_all_mm"] = round(options.raised / MM, 9)
+    state = {} if result.cell.state is None else {"state": {"sha256": made["state_sha256"]}}
+    program = {"file": result.name, "sha256": made["planned_sha256"]}
+    return {"program": program, **given, **state, "robot": dict(result.cell.inputs)}
+
+
 def _starts(ensemble: Ensemble) -> dict[str, list[float]]:
     """The starts that one file serves."""
     return {"delay_s": list(ensemble.delay), "override_percent": [100 * share for share in ensemble.overrides]}
