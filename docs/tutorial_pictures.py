@@ -15,7 +15,7 @@ Curve = tuple[str, Sequence[float], Sequence[float]]
 
 RAMP = [(0.0, "#0f766e"), (0.25, "#65a30d"), (0.5, "#facc15"), (0.75, "#f97316"), (1.0, "#b91c1c")]
 CURVES = [("#c2410c", ""), ("#0f766e", ""), ("#1d4ed8", "7 4"), ("#64748b", "2 3")]
-LEVELS = 24  # shades of a map
+LEVELS = 10  # shades of a map
 INK, GREY, LINE = "#1e293b", "#475569", "#e2e8f0"
 
 
@@ -70,7 +70,7 @@ def stretches(points: list[Point], shades: list[int]) -> list[tuple[int, list[Po
         if k and shades[k] == out[-1][0]:
             before = out[-1][1][-2]
             turn = (here[0] - before[0]) * (ahead[1] - here[1]) - (here[1] - before[1]) * (ahead[0] - here[0])
-            if abs(turn) < 1e-3:
+            if abs(turn) < 0.05:
                 out[-1][1].pop()
             out[-1][1].append(ahead)
         else:

@@ -70,8 +70,6 @@ def test_a_tutorial_has_the_parts_that_a_stranger_looks_for(page):
         assert wanted in headings
     assert "**At the end you have**" in text
     assert "**You need**" in text
-    for link in re.findall(r"\]\(([^)#:]+)[^)]*\)", text):
-        assert (tutorials.FOLDER / link).exists(), link
 
 
 def test_lines_left_out_are_the_only_freedom_of_an_output():
