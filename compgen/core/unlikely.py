@@ -7,6 +7,7 @@ A rule holds keys whose values cannot sensibly be so small, and why:
 - a tool lifts by millimetres: 0.02 is metres;
 - materials grow by 0.5 (invar) to 30 um/m/K: 12e-6 is 1/K, 0.012 mm/m/K;
 - tools travel at 1 mm/s or more: 0.2 is m/s; robots turn at 12 deg/s or more at their fastest: 3 is rad/s;
+- a controller smooths over an interpolation period at least: 0.2 ms is seconds;
 - an angle of a tool, a frame or an arm that is a multiple of pi/4 to three digits is in radians.
 """
 
@@ -39,6 +40,7 @@ _RULES = (
     _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 1e-3, 1e6, "1/K", "um/m/K"),
     _Rule(r"thermal\.cte_um_m_K(\.\w+)?", False, 0.1, 1e3, "mm/m/K", "um/m/K"),
     _Rule(r"(process|before|cycle|after)\.feed_mm_s", False, 1, 1e3, "m/s", "mm/s"),
+    _Rule(r"motion\.(moving_average|first_order)_ms", True, 1, 1e3, "seconds", "ms"),
     _Rule(r"limits\.speed_deg_s", True, 12, 1 / DEG, "rad/s", "deg/s"),
 )
 _ANGLES = r"(tool|u(frame|tool)\.\d+)\.([wpr]|spin)_deg|dh\.alpha_deg|pendant\.offset_deg"

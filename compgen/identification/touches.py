@@ -195,6 +195,7 @@ def read_touches(
                 f"{table.location(n, 'target')}: {quote_cell(name)} is no sphere of {artefact.source} (known: "
                 f"{', '.join(artefact.targets)})"
             )
+    _check_doubled(table)
     target = np.array([artefact.targets.index(name) for name in names])
     time = table.numbers("time_s") if table.has("time_s") else np.arange(N, dtype=float)
     return Touches(
@@ -206,6 +207,18 @@ def read_touches(
         *_directions(table, artefact, target),
         _sigma(table),
     )
+
+
+def _check_doubled(table: CsvTable) -> None:
+    """Raises InputError where a touch with a time stands twice: it would count twice."""
+    if not table.has("time_s"):
+        return
+    cells = list(zip(*(table.columns[k] for k in range(len(table.header)))))
+    first = {row: n for n, row in reversed(list(enumerate(cells)))}
+    doubled = next((n for n, row in enumerate(cells) if first[row] != n), None)
+    if doubled is not None:
+        line = table.line[first[cells[doubled]]]
+        raise InputError(f"{table.location(doubled)}: the same touch at the same time_s as in line {line}; keep one")
 
 
 def unit_of(place: Array, known: Array) -> str:

@@ -32,6 +32,11 @@ PATH = (ROOT / "paths/line_y.toml").read_text()
         (ROBOT, "thermal.cte_um_m_K=0.012", "did you mean 12? it looks like mm/m/K"),
         (ROBOT, "dh.a_mm=[0.15,0.87,0.17,0,0,0]", "dh.a_mm.1 = 0.87: did you mean 870?"),
         (ROBOT, "dh.alpha_deg=[-90,180,-1.5708,90,-90,180]", "dh.alpha_deg.2 = -1.5708: did you mean -90?"),
+        (
+            ROBOT,
+            "motion={moving_average_ms=[0.2,0.1]}",
+            "moving_average_ms.0 = 0.2: did you mean 200?",
+        ),
         (ROBOT, "limits.speed_deg_s=[3,3,3,4.4,4.4,6.2]", "did you mean 355.2? it looks like rad/s"),
     ],
 )

@@ -83,3 +83,10 @@ def test_turns_in_radians_are_named(tmp_path):
     with pytest.raises(InputError, match=r"w_deg, p_deg, r_deg: at most 3.142, .* they are radians; give W, P, R"):
         touches(tmp_path, upright, tilted)
     assert len(touches(tmp_path, "0,a,1200,100,200,180,0,0").target) == 1
+
+
+def test_a_touch_that_stands_twice_is_refused_and_a_repeated_one_is_not(tmp_path):
+    row = "7,a,1200,100,200,180,0,0"
+    assert len(touches(tmp_path, row, row.replace("7", "8", 1)).target) == 2
+    with pytest.raises(InputError, match="line 4: the same touch at the same time_s as in line 2; keep one"):
+        touches(tmp_path, row, "9,a,1200,100,200,180,0,0", row)

@@ -299,6 +299,15 @@ def test_a_base_that_has_moved_stays_moved_for_later_pages(copy, tmp_path):
         by_state(copy, 4, older)
 
 
+@pytest.mark.parametrize("verdict", ["anchored", "something moved"])
+def test_a_state_that_found_more_than_warmth_is_warned_of(made, tmp_path, verdict):
+    file, _ = moved_state(made, tmp_path, verdict=verdict)
+    warnings = [f.message for f in by_state(made, 3, file).findings if f.code == "state"]
+    assert [("(something moved" in message, "find what moved" in message) for message in warnings] == (
+        [(True, True)] if verdict == "something moved" else []
+    )
+
+
 def test_a_state_older_than_its_window_is_refused(made, tmp_path):
     file, _ = moved_state(made, tmp_path)
     assert by_state(made, 3, file, 1799.0).inside

@@ -115,6 +115,7 @@ def resume(
         *job_findings.below_feed(job, planned.feed, path, trajectory, text),
         *job_findings.clocks_apart(trajectory, read_motion(prepared, np.diff(path.arc), feed)),
         *_warmth_findings(planned),
+        *_moved_findings(beginning),
     )
     resumed = Resumed(
         written, from_page, beginning, whole.job.heat.outputs @ known.state, planned, text, pages, starts, deviation,
@@ -194,6 +195,14 @@ def _warmth_findings(planned: Planned) -> list[Finding]:
     job = planned.job
     texts = job.heat.extrapolations((), job.feed, planned.trajectory.time[-1], planned.rise)
     return [Finding(Level.WARNING, "thermal.box", text) for text in texts]
+
+
+def _moved_findings(beginning: Beginning) -> list[Finding]:
+    """A state that found more than warmth."""
+    if beginning.cause.get("verdict") != "something moved":
+        return []
+    message = f"{beginning.why}: the pages are for the base and the targets as touched; find what moved before they run"
+    return [Finding(Level.WARNING, "state", message)]
 
 
 def _page_results(
