@@ -17,7 +17,7 @@ INTRODUCTION = """\
 
 Made by `python docs/key_tables.py` from the schemas that `cgen schema path` and `cgen schema robot` print. Each key
 carries its unit in its name; a wrong unit is an unknown key. `*` marks what must be given, `n` any count. Frames and
-angles are in [conventions.md](conventions.md), heat in [heat.md](heat.md), error sources in [sources.md](sources.md).
+angles are in [conventions](conventions.md), heat in [heat](heat.md), error sources in [error sources](sources.md).
 
 An editor with TOML support (Even Better TOML, taplo) completes and checks these keys in a file whose first line is
 `#:schema ./path.schema.json` or `#:schema ./robot.schema.json`; `cgen init` lays the schemas down beside the files.
