@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from compgen.cli.messages import print_error
-from compgen.cli.options import FramesFile, JobRobot, Overrides, PathFile, Quiet, output_folder
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_error, print_record
+from compgen.cli.options import FramesFile, JobRobot, Json, Overrides, PathFile, Quiet, Workers, output_folder
 from compgen.cli.ownership import check_own_file, read_record
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
@@ -39,8 +40,9 @@ def anchor(
     frames: FramesFile = None,
     robot: JobRobot = None,
     overrides: Overrides = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON.")] = False,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Say what the robot is now, from a few touches: a state for --state, with a verdict."""
     from compgen.error_model.anchored_state import ACCEPTED, state_text
@@ -62,6 +64,7 @@ def anchor(
         for name in (PAGE, RECORD):
             if (folder / name).exists() and "anchored_state" not in read_record(folder / RECORD):
                 raise InputError(f"--html {folder}: {name} in it is not what cgen anchor wrote; give another folder")
+    use_cores(workers)
     result = anchor_files(path, robot, overrides or (), touches, artefact, log, reference, frames)
     is_written = result.verdict in ACCEPTED
     if is_written:
@@ -70,7 +73,7 @@ def anchor(
     if folder is not None:
         publish(folder, {}, {RECORD: record, PAGE: anchor_html(result)}, {RECORD, PAGE})
     if as_json:
-        sys.stdout.write(record.decode())
+        print_record(record)
     elif not quiet:
         _show(result, [str(target)] * is_written + ([] if folder is None else [str(folder / PAGE)]))
     if result.verdict in ("cannot tell", "something moved"):

@@ -13,4 +13,6 @@ def stdout_console() -> "Console":
     """Of the output stream, without markup or colours of its own in texts."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else UNWRAPPED, highlight=False, markup=False)
+    terminal = sys.stdout.isatty()
+    width = None if terminal else UNWRAPPED
+    return Console(width=width, highlight=False, markup=False, force_terminal=terminal)  # whatever FORCE_COLOR says

@@ -1,20 +1,25 @@
 """The command that corrects a program that exists."""
 
 import sys
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from compgen.cli.messages import print_error
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     FramesFile,
+    Json,
+    MaxUm,
     Overrides,
     ProgramFile,
     Quiet,
     RegistersFile,
     StateAge,
     StateFile,
+    Workers,
     output_folder,
 )
 from compgen.cli.ownership import check_correction_folder, check_restored
@@ -46,9 +51,7 @@ def correct(
     insert: Annotated[
         float | None, typer.Option("--insert", help="Put points into straight lines that stray by more [um].")
     ] = None,
-    max_um: Annotated[
-        float | None, typer.Option("--max-um", help="Largest error allowed after correction [um]; exit 1 without one.")
-    ] = None,
+    max_um: MaxUm = None,
     average_over: Annotated[
         str | None,
         typer.Option("--average-over", help="One file for many starts: 'delay_s=[0, 1200]', override_percent."),
@@ -64,8 +67,9 @@ def correct(
         float | None, typer.Option("--lift-all", help="Correct a dry run instead: NAME_DRY.LS, lifted by so much [mm].")
     ] = None,
     overrides: Overrides = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Correct an existing program in place: only the numbers of its positions change."""
     from compgen.cli.correction_table import show_correction
@@ -88,6 +92,7 @@ def correct(
     from compgen.report.files import correction_files
     from compgen.verification.verdict import Verdict
 
+    use_cores(workers)
     options = options_of(split, insert, strict, again, mark, max_um, average_over, lift_all)
     source = Path(program)
     folder = output_folder(program, output, "_dry" if options.raised else "")
@@ -95,7 +100,7 @@ def correct(
     if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
         raise InputError(f"{program}: the result would replace it; give another folder with -o")
     if restore:
-        _restore(source, content, folder, quiet)
+        _restore(source, content, folder, as_json, quiet)
         return
     file = source.name if not options.raised else f"{source.stem}{DRY}{source.suffix}"
     provenance = Path(file).stem + PROVENANCE
@@ -122,7 +127,7 @@ def correct(
         reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
         publish(folder, programs, reports, {*reports, provenance, file})
     if as_json:
-        sys.stdout.write(files["report.json"].decode())
+        print_record(files["report.json"])
     elif not quiet:
         show_correction(correction, folder, files)
     if not correction.inside:
@@ -133,7 +138,7 @@ def correct(
         raise typer.Exit(print_error(f"{outcome}: {broken}; {ending}", 1))
 
 
-def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
+def _restore(source: Path, content: bytes, folder: Path, as_json: bool, quiet: bool) -> None:
     """Write the planned program that a corrected one was made from."""
     from compgen.report.provenance import restore_planned
 
@@ -147,5 +152,7 @@ def _restore(source: Path, content: bytes, folder: Path, quiet: bool) -> None:
     planned = restore_planned(record, content, str(provenance))
     check_restored(folder, source.name, planned)
     publish(folder, {source.name: planned}, {}, {source.name})
-    if not quiet:
+    if as_json:
+        print_record({"restored": source.name, "folder": str(folder), "sha256": sha256(planned).hexdigest()})
+    elif not quiet:
         sys.stdout.write(f"wrote the planned {source.name} to {folder}\n")

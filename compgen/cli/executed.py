@@ -6,20 +6,24 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.messages import print_error
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     FramesFile,
     InWorld,
+    Json,
+    MaxUm,
     PositionLog,
     ProgramFile,
     Quiet,
     RegistersFile,
+    Workers,
+    checked_bound,
     output_folder,
     position_log,
 )
 from compgen.cli.ownership import EXECUTED, check_executed_folder
 from compgen.cli.publish import publish
-from compgen.core.exceptions import InputError
 from compgen.core.findings import Level, first_of
 
 
@@ -35,17 +39,15 @@ def executed(
     also: Annotated[
         list[str] | None, typer.Option("--also", help="A program that may have been run instead; repeatable.")
     ] = None,
-    max_um: Annotated[
-        float | None, typer.Option("--max-um", help="Largest deviation from the path allowed [um]; exit 1 beyond it.")
-    ] = None,
+    max_um: MaxUm = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>_executed.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Say whether a log of positions is of this program, at which override, in which time, and how true to the path."""
-    from compgen.core.units import UM
     from compgen.pipelines.executed import Situation, judge, read_text
     from compgen.pipelines.program_file import naming_program, read_frames, read_program, read_registers
     from compgen.pipelines.programs_beside import programs_beside
@@ -56,8 +58,7 @@ def executed(
     from compgen.verification.executed.position_log import read_position_log
 
     log = position_log(log)
-    if max_um is not None and not 0.1 <= max_um <= 1e6:
-        raise InputError(f"--max-um {max_um:g}: must be 0.1 to 1e+06 um")
+    bound = checked_bound(max_um)
     folder = output_folder(program, output, "_executed")
     content = read_program(program)
     with naming_program(program):
@@ -69,7 +70,7 @@ def executed(
     with naming_program(program):
         situation.course(content)  # what is wrong with the program is named before the log is read
     positions = read_position_log(log)
-    bound = None if max_um is None else max_um * UM
+    use_cores(workers)
     run = judge(text, positions, situation, others, bound)
     summary = executed_summary(run, text, arm, bound)
     files = {
@@ -79,7 +80,7 @@ def executed(
     }
     publish(folder, {}, files, set(files))
     if as_json:
-        sys.stdout.write(files[EXECUTED].decode())
+        print_record(files[EXECUTED])
     elif not quiet:
         sys.stdout.write("".join(f"{line}\n" for line in _lines(summary)))
         sys.stdout.write(f"wrote {', '.join(files)} to {folder}\n")

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.options import Json, Quiet
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
@@ -19,6 +20,8 @@ def export_robot(
     rises: Annotated[
         str | None, typer.Option("--rise-K", help="Rises of its nodes, j2=11,j3=13; default: a cold arm.")
     ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write an arm, identified or not, cold or hot, as URDF or JSON for other software."""
     from compgen.pipelines.robot_export import export_arm
@@ -32,14 +35,15 @@ def export_robot(
         check_own_file("-o", output, b'"rise_K"' if kind == ".json" else b"as its robot file knows it", "export-robot")
     exported = export_arm(robot, rises)
     facts = exported.arm.robot
-    if kind == ".json":
-        text = export_json(export_record(facts, exported.chain, exported.rise_K, Path(exported.arm.source).name))
-    else:
-        text = urdf_text(facts, exported.chain, exported.words())
-    if output is None:
-        sys.stdout.write(text)
+    record = export_json(export_record(facts, exported.chain, exported.rise_K, Path(exported.arm.source).name))
+    text = record if kind == ".json" else urdf_text(facts, exported.chain, exported.words())
+    if output is not None:
+        write_file(Path(output), text.encode())
+    if as_json or output is None:
+        sys.stdout.write(record if as_json else text)
         return
-    write_file(Path(output), text.encode())
+    if quiet:
+        return
     for word in exported.words():
         sys.stdout.write(f"{word}\n")
     sys.stdout.write(f"wrote {output}\n")

@@ -10,8 +10,9 @@ import typer
 
 from compgen.cli.durations import duration
 from compgen.cli.messages import print_error, print_note_once
-from compgen.cli.options import JobRobot, Quiet, StateFile, Workers
-from compgen.cli.resume import JobPath, PagesFolder, checked_moment
+from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateFile, Workers, checked_bound
+from compgen.cli.output import reader_has_left
+from compgen.cli.resume import JobPath, PagesFolder, checked_moment, within
 from compgen.cli.resume_files import put_pages
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
@@ -22,14 +23,18 @@ if TYPE_CHECKING:
     from compgen.pipelines.resume.result import Resumed
 
 LONGEST_POLL = 3600.0  # s
+WITHIN_UM = 5.0  # that a page may leave where nobody says
 
 
 def follow(
     folder: PagesFolder,
     log: Annotated[str, typer.Option("--log", help="Thermocouple log that grows while the job runs.")],
     within_um: Annotated[
-        float, typer.Option("--within-um", help="Largest error that a page may leave on the part by its forecast [um].")
-    ] = 5.0,
+        float | None,
+        typer.Option(
+            "--within-um", help="Error that a page may leave by its forecast [um]; default --max-um, or 5 without one."
+        ),
+    ] = None,
     poll: Annotated[str, typer.Option("--poll", help="How often to look: 10s.")] = "10s",
     pages: Annotated[
         str | None, typer.Option("--pages", help="CSV that the cell writes: time_s, page (0: stands), loaded.")
@@ -52,9 +57,10 @@ def follow(
     robot: JobRobot = None,
     date: Annotated[str | None, typer.Option("--date", help="When, for the record; default now (UTC).")] = None,
     force: Annotated[bool, typer.Option("--force", help="Write pages even outside the job's own bounds.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print each look as a line of JSON.")] = False,
+    max_um: MaxUm = None,
+    as_json: Json = False,
     quiet: Quiet = False,
-    workers: Workers = None,
+    workers: Workers = 0,
 ) -> None:
     """Follow a running job by its log: forecast the pages to come, and write the next one anew when it is due."""
     from compgen.cli.machine import use_machine
@@ -68,6 +74,8 @@ def follow(
     from compgen.pipelines.state_in_place import load_state
     from compgen.thermal.growing_log import read_growing_log
 
+    bound = checked_bound(max_um)
+    within_um = (max_um or WITHIN_UM) if within_um is None else within_um
     if not 0 < within_um < 1e4:
         raise InputError(f"--within-um {within_um:g}: outside 0 to 1e4; give micrometres, as 5")
     pause, first, ahead = duration(poll, "--poll"), duration(planned, "--planned"), duration(lead, "--lead")
@@ -86,7 +94,9 @@ def follow(
     if CORRECTED in written.record:
         raise InputError(f"{folder}: a corrected program's pages are not followed; resume them with --log or --late")
     use_machine(workers)
-    whole = plan_whole(job_of(written, path, robot), lambda stage, share: interrupts.raise_if_interrupted())
+    whole = plan_whole(
+        within(job_of(written, path, robot), bound), lambda stage, share: interrupts.raise_if_interrupted()
+    )
     job, spans, programs = whole.job, durations(written, whole), read_written(written, whole)
     anchored = load_state(state, job.cell) if state is not None else None
     if pages is not None and not Path(pages).exists():
@@ -123,7 +133,7 @@ def follow(
                     programs = read_written(written, whole)
             if not quiet or as_json:
                 _say(looked, resumed, within_um, as_json, force)
-        if once or (looked is not None and looked.over):
+        if once or (looked is not None and looked.over) or reader_has_left():
             break
         interrupts.raise_if_interrupted()
         time.sleep(pause)

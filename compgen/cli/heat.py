@@ -2,19 +2,28 @@
 
 import sys
 
+import typer
+
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     JobRobot,
+    Json,
+    MaxUm,
     OutputFolder,
     Overrides,
     PathFile,
     Quiet,
     StateAge,
     StateFile,
+    Workers,
+    checked_bound,
     output_folder,
     with_state,
 )
 from compgen.cli.ownership import HEAT, check_heat_folder
 from compgen.cli.publish import publish
+from compgen.core.units import UM
 
 
 def heat(
@@ -24,7 +33,10 @@ def heat(
     overrides: Overrides = None,
     state: StateFile = None,
     state_age: StateAge = None,
+    max_um: MaxUm = None,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run."""
     from compgen.pipelines.path_file import load_job
@@ -32,6 +44,8 @@ def heat(
     from compgen.report.heat_page import heat_csv, heat_html, heat_json, heat_sentences, runs_csv
 
     folder = output_folder(path, output, "_heat")
+    bound = checked_bound(max_um)
+    use_cores(workers)
     job = load_job(path, robot, with_state(path, overrides, state, state_age))
     check_heat_folder(folder, job.name)
     day = timeline(job)
@@ -42,7 +56,13 @@ def heat(
         "runs.csv": runs_csv(job, day),
     }
     publish(folder, {}, files, set(files))
-    if not quiet:
+    if as_json:
+        print_record(files[HEAT])
+    elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in heat_sentences(job, day)))
         sys.stdout.write("".join(f"{finding.level.value}: {finding.message}\n" for finding in job.unlikely))
         sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")
+    largest = float(day.residual.max())
+    if bound is not None and largest > bound:
+        run = int(day.residual.argmax()) + 1
+        raise typer.Exit(print_error(f"one file is off by {largest / UM:.2f} um in run {run}, --max-um {max_um:g}", 1))

@@ -1,6 +1,5 @@
 """Commands on measurements of the arm itself: identify, validate."""
 
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -8,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.messages import print_error
-from compgen.cli.options import Quiet
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_error, print_record
+from compgen.cli.options import Json, MaxUm, Quiet, Workers, checked_bound
 from compgen.cli.ownership import check_identified
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR
 from compgen.core.findings import Level, first_of
-from compgen.core.units import UM
 
 RobotArgument = Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)]
 Poses = Annotated[list[str] | None, typer.Option("--poses", help="CSV of joints and measured places; repeatable.")]
@@ -35,7 +34,6 @@ UserFrames = Annotated[
     str | None, typer.Option("--frames", help="Frames table or SYSFRAME.VA, for touches in a user frame.")
 ]
 NOTHING = "--poses: missing; give at least one CSV of measured poses, or --distances, or --touches"
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
 def identify(
@@ -57,6 +55,7 @@ def identify(
     force: Annotated[bool, typer.Option("--force", help="Write the robot file even if the verdict is no.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Fit the error sources of a robot to measurements, and judge the fit."""
     from compgen.cli.identification_table import show_identification
@@ -86,6 +85,7 @@ def identify(
     check_writable(target.absolute().parent)
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json", POSTERIOR)])
     check_identified(target)
+    use_cores(workers)
     measurements, of_log = read_measurements(arm, files, force, reference)
     with show_progress(quiet or as_json) as progress:
         identified = identification.identify(
@@ -107,7 +107,7 @@ def identify(
         reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
     publish(target.parent, robot_files, reports, {*robot_files, *reports})
     if as_json:
-        sys.stdout.write(identification_json(identified).decode())
+        print_record(reports[report.name])
     elif not quiet:
         show_identification(identified)
         robot_file = f", {target}" if is_written else ""
@@ -133,10 +133,10 @@ def validate(
     refit: Annotated[
         bool, typer.Option("--refit-frames", help="Fit where the instrument stands and the reflectors sit.")
     ] = False,
-    max_um: Annotated[
-        float | None, typer.Option("--max-um", help="Bound of the largest error; exit 1 beyond it.", min=0.0)
-    ] = None,
+    max_um: MaxUm = None,
     as_json: Json = False,
+    quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Compare an identified robot with measurements it has not seen. Fits nothing but frames, and those when asked."""
     from compgen.cli.identification_table import show_validation
@@ -148,19 +148,20 @@ def validate(
     if not (poses or hot or distances or touches):
         raise InputError(NOTHING)
     check_options_used(touches, artefact, frames)
+    bound = checked_bound(max_um)
+    use_cores(workers)
     if hot and temperatures is None:
         raise InputError("--hot: how warm the arm was must be known: give the log with --temperatures")
     arm = load_arm(robot)
     files = MeasurementFiles(poses or [], [], hot or [], distances or [], touches or [], artefact, frames, temperatures)
     measurements, of_log = read_measurements(arm, files, True, reference, frames_known=not refit)
     known_frames = None if refit else identified_frames(arm, measurements)
-    bound = None if max_um is None else max_um * UM
     result = validation.validate(arm.robot, arm.known, measurements, len(arm.nodes), known_frames, bound)
     result = replace(result, findings=(*result.findings, *of_log))
     summary = validation_summary(result)
     if as_json:
-        sys.stdout.write(json.dumps(summary, indent=2, allow_nan=False) + "\n")
-    else:
+        print_record(summary)
+    elif not quiet:
         show_validation(summary)
     outside = first_of(Level.OUTSIDE, result.findings)
     if outside is not None:

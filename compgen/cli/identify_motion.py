@@ -6,8 +6,19 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.messages import print_error
-from compgen.cli.options import FramesFile, InWorld, PositionLog, ProgramFile, Quiet, RegistersFile, position_log
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_error, print_record
+from compgen.cli.options import (
+    FramesFile,
+    InWorld,
+    Json,
+    PositionLog,
+    ProgramFile,
+    Quiet,
+    RegistersFile,
+    Workers,
+    position_log,
+)
 from compgen.cli.ownership import check_identified_motion
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
@@ -24,8 +35,9 @@ def identify_motion(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Fit how the controller smooths its commands to a log of a run, with a verdict on stretches held out."""
     from compgen.cli.progress_bar import show_progress
@@ -56,6 +68,7 @@ def identify_motion(
         nominal, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world
     )
     positions = read_position_log(log)
+    use_cores(workers)
     with show_progress(quiet or as_json) as progress:
         run, identified = identification(text, positions, situation, lambda share: progress("motion", share))
     summary = motion_summary(run, text, identified, nominal)
@@ -68,7 +81,7 @@ def identify_motion(
         robot_files = {target.name: motion_text(arm.text, nominal, run, text, identified).encode()}
     publish(target.parent, robot_files, reports, {*robot_files, *reports})
     if as_json:
-        sys.stdout.write(reports[report.name].decode())
+        print_record(reports[report.name])
     elif not quiet:
         lines = [
             *motion_sentences(summary),

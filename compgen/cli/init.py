@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from compgen.cli.messages import print_record
+from compgen.cli.options import Json, Quiet
 from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
 
@@ -22,32 +24,44 @@ def init(
         Literal["coupled", "alone"],
         typer.Option("--j3", help="Whether the URDF's joint 3 is the pendant's J2 + J3, as in ROS-Industrial's."),
     ] = "coupled",
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Lay down the robots, paths and schemas that come with compgen, or a robot file from a URDF file."""
     from compgen.core.toml import shipped
 
     if urdf is not None:
-        _from_urdf(Path(folder), urdf, j3 == "coupled")
+        target = _from_urdf(Path(folder), urdf, j3 == "coupled")
+        if as_json:
+            print_record({"written": [str(target)], "kept": []})
+        elif not quiet:
+            sys.stdout.write(f"wrote {target}; what is [assumed] in it you know better\n")
         return
     for kind in KINDS:
         check_writable((Path(folder) / kind).absolute())
-    count = 0
+    written: list[str] = []
+    kept: list[str] = []
     for kind in KINDS:
         target = Path(folder) / kind
         try:
             target.mkdir(parents=True, exist_ok=True)
             folder_files = (f for suffix in ("*.toml", "*.schema.json") for f in (shipped() / kind).glob(suffix))
             for source in sorted(folder_files):
-                if not os.path.lexists(target / source.name):
-                    write_file(target / source.name, source.read_bytes())
-                    count += 1
+                if os.path.lexists(target / source.name):
+                    kept.append(str(target / source.name))
+                    continue
+                write_file(target / source.name, source.read_bytes())
+                written.append(str(target / source.name))
         except OSError as failure:
             raise InputError(f"{target}: cannot be written: {failure.strerror}; give another folder") from failure
     robots, paths = (Path(folder) / kind for kind in KINDS)
-    sys.stdout.write(f"{count} files laid down in {robots} and {paths}; files already there are kept\n")
+    if as_json:
+        print_record({"written": written, "kept": kept})
+    elif not quiet:
+        sys.stdout.write(f"{len(written)} files laid down in {robots} and {paths}; files already there are kept\n")
 
 
-def _from_urdf(folder: Path, urdf: str, coupled: bool) -> None:
+def _from_urdf(folder: Path, urdf: str, coupled: bool) -> Path:
     """Write the robot file of a URDF file into ``robots/``; what is there is kept."""
     from compgen.pipelines.robot_from_urdf import robot_from_urdf
 
@@ -61,4 +75,4 @@ def _from_urdf(folder: Path, urdf: str, coupled: bool) -> None:
     except OSError as failure:
         raise InputError(f"{target.parent}: cannot be written: {failure.strerror}; give another folder") from failure
     write_file(target, text.encode())
-    sys.stdout.write(f"wrote {target}; what is [assumed] in it you know better\n")
+    return target

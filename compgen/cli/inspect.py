@@ -1,13 +1,12 @@
 """The command that says what a program is."""
 
-import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from compgen.cli.options import FramesFile, ProgramFile, RegistersFile
+from compgen.cli.messages import print_record
+from compgen.cli.options import FramesFile, Json, ProgramFile, Quiet, RegistersFile
 
 
 def inspect(
@@ -20,7 +19,8 @@ def inspect(
     ] = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Say what a program is, and what makes correcting it unsafe. Changes nothing."""
     from compgen import fanuc
@@ -48,6 +48,6 @@ def inspect(
     if report["mark"] == Mark.NONE and provenance_beside(Path(program), content):
         report["mark"] = Mark.RECORD.value
     if as_json:
-        sys.stdout.write(json.dumps(report, indent=2, allow_nan=False) + "\n")
-    else:
+        print_record(report)
+    elif not quiet:
         show_program(report)

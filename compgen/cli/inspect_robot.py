@@ -1,14 +1,14 @@
 """Command inspect-robot: what a robot file says, to be compared with a data sheet and a pendant."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from compgen.cli.console import stdout_console
-from compgen.cli.options import Quiet, output_folder
+from compgen.cli.messages import print_record
+from compgen.cli.options import Json, Quiet, output_folder
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import publish
 
@@ -20,7 +20,7 @@ def inspect_robot(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_inspect.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the sheet as JSON; writes nothing.")] = False,
+    as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Show a robot file's reach, limits and poses, to compare with the data sheet and the pendant."""
@@ -29,9 +29,6 @@ def inspect_robot(
     from compgen.report.robot_sheet import sheet_record, zero_svg
 
     arm = load_arm(robot)
-    if as_json:
-        sys.stdout.write(json.dumps(sheet_record(robot_sheet(arm)), indent=2, allow_nan=False) + "\n")
-        return
     folder = output_folder(f"{arm.robot.name}_inspect", output)
     check_own_file("-o", str(folder / RECORD), b'"inspected_robot"', "inspect-robot")
     check_own_file("-o", str(folder / PICTURE), b"<svg", "inspect-robot")
@@ -39,7 +36,9 @@ def inspect_robot(
     record = sheet_record(sheet)
     files = {RECORD: (json.dumps(record, indent=2, allow_nan=False) + "\n").encode(), PICTURE: zero_svg(sheet).encode()}
     publish(folder, {}, files, set(files))
-    if not quiet:
+    if as_json:
+        print_record(files[RECORD])
+    elif not quiet:
         _show(record, folder, list(files))
 
 

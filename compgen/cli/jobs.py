@@ -1,17 +1,17 @@
 """Commands on a path file: generate, predict, check."""
 
-import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from compgen.cli.messages import print_error
+from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     DEFAULT_DATE,
     Date,
     JobRobot,
+    Json,
+    MaxUm,
     OutputFolder,
     Overrides,
     PathFile,
@@ -20,14 +20,16 @@ from compgen.cli.options import (
     StateFile,
     Strict,
     Workers,
+    checked_bound,
     output_folder,
+    with_bound,
     with_state,
 )
 from compgen.cli.ownership import check_file
 from compgen.cli.publish import write_file
 from compgen.core.dates import checked_date
 from compgen.core.findings import Level
-from compgen.core.units import MM
+from compgen.core.units import MM, UM
 
 
 def generate(
@@ -47,8 +49,10 @@ def generate(
         float | None,
         typer.Option("--lift-all", help="Write a dry run instead: the whole program lifted by so much [mm]."),
     ] = None,
+    max_um: MaxUm = None,
+    as_json: Json = False,
     quiet: Quiet = False,
-    workers: Workers = None,
+    workers: Workers = 0,
 ) -> None:
     """Write the corrected program and its proof."""
     from compgen.cli.job_files import check_folder, publish_job
@@ -64,8 +68,9 @@ def generate(
     use_machine(workers)
     folder = output_folder(path, output, "" if lift_all is None else "_dry")
     lift = None if lift_all is None else lift_all * MM
-    with show_progress(quiet, GENERATE) as progress, naming_lift(lift):
-        job = load_job(path, robot, with_state(path, overrides, state, state_age))
+    changes = with_state(path, with_bound(overrides, max_um), state, state_age)
+    with show_progress(quiet or as_json, GENERATE) as progress, naming_lift(lift):
+        job = load_job(path, robot, changes)
         job = job if lift is None else lifted(job, lift)
         check_folder(folder, "generate", job)
         planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
@@ -75,7 +80,9 @@ def generate(
         written = corrected.inside or corrected.is_as_planned or force
         programs = dict(corrected.delivery.files) if written else {}
         publish_job(folder, programs, reports, job, progress)
-    if not quiet:
+    if as_json:
+        print_record(reports["report.json"])
+    elif not quiet:
         show_job(planned, corrected, folder, [*programs, *reports])
     if not corrected.inside:
         program = f"{corrected.program.name}.LS"
@@ -97,8 +104,10 @@ def predict(
     overrides: Overrides = None,
     state: StateFile = None,
     state_age: StateAge = None,
+    max_um: MaxUm = None,
+    as_json: Json = False,
     quiet: Quiet = False,
-    workers: Workers = None,
+    workers: Workers = 0,
 ) -> None:
     """Predict the error of the planned program, without correcting it."""
     from compgen.cli.job_files import check_folder, publish_job
@@ -111,15 +120,22 @@ def predict(
 
     use_machine(workers)
     folder = output_folder(path, output, "_predict")
-    with show_progress(quiet, PREDICT) as progress:
-        job = load_job(path, robot, with_state(path, overrides, state, state_age))
+    bound = checked_bound(max_um)
+    changes = with_state(path, with_bound(overrides, max_um), state, state_age)
+    with show_progress(quiet or as_json, PREDICT) as progress:
+        job = load_job(path, robot, changes)
         check_folder(folder, "predict", job)
         planned = pipeline.predict(job, progress)
         progress("report", 0.0)
         reports = job_reports(planned, None)
         publish_job(folder, {}, reports, job, progress)
-    if not quiet:
+    if as_json:
+        print_record(reports["report.json"])
+    elif not quiet:
         show_job(planned, None, folder, reports)
+    largest = planned.deviation().on_part["total"].max
+    if bound is not None and largest > bound:
+        raise typer.Exit(print_error(f"predicted: error of {largest / UM:.2f} um, --max-um {max_um:g}", 1))
 
 
 def check(
@@ -128,11 +144,12 @@ def check(
     overrides: Overrides = None,
     state: StateFile = None,
     state_age: StateAge = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file.")] = None,
     strict: Strict = False,
+    max_um: MaxUm = None,
+    as_json: Json = False,
     quiet: Quiet = False,
-    workers: Workers = None,
+    workers: Workers = 0,
 ) -> None:
     """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
     from compgen.cli.job_files import junit_xml
@@ -145,8 +162,9 @@ def check(
     from compgen.report import job_summary
 
     use_machine(workers)
+    changes = with_state(path, with_bound(overrides, max_um), state, state_age)
     with show_progress(quiet or as_json, CHECK) as progress:
-        job = load_job(path, robot, with_state(path, overrides, state, state_age))
+        job = load_job(path, robot, changes)
         if junit is not None:
             check_file("--junit", junit)
         planned, corrected = pipeline.generate(job, progress)
@@ -155,12 +173,12 @@ def check(
     if junit is not None:
         write_file(Path(junit), junit_xml(summary))
     if as_json:
-        sys.stdout.write(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+        print_record(summary)
     elif not quiet:
         show_job(planned, corrected, None, {})
     if not corrected.inside:
         broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
-        raise typer.Exit(1 if as_json else print_error(f"{_outcome(corrected.verdict)}: {broken}", 1))
+        raise typer.Exit(print_error(f"{_outcome(corrected.verdict)}: {broken}", 1))
 
 
 def _outcome(verdict: str) -> str:

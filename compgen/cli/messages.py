@@ -1,5 +1,6 @@
-"""One-line messages on the error stream."""
+"""What a command says: one-line messages on the error stream, its record on the output."""
 
+import json
 import sys
 
 from compgen.core import interrupts
@@ -12,6 +13,21 @@ def print_error(message: str, code: int) -> int:
     """Print why the command failed, in one line; returns the exit code to leave with."""
     sys.stderr.write(f"{one_line(f'cgen: {message}')}\n")
     return code
+
+
+def print_refusal(message: str, code: int) -> int:
+    """Print why the command ends without a result, with ``--json`` on the output as well; returns the exit code."""
+    if "--json" in sys.argv[1:]:
+        sys.stdout.write(json.dumps({"error": one_line(message), "exit_code": code}) + "\n")
+    return print_error(message, code)
+
+
+def print_record(record: object) -> None:
+    """Print what ``--json`` asks for: a record, or one that is text already."""
+    if isinstance(record, bytes):
+        sys.stdout.write(record.decode())
+    else:
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
 def print_note_once(note: str) -> None:

@@ -1,14 +1,27 @@
 """The command for shops that do not exchange programs: the one offset to type in, and what it leaves."""
 
-import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from compgen.cli.console import stdout_console
-from compgen.cli.options import FramesFile, JobRobot, Overrides, Quiet, RegistersFile, StateAge, StateFile, with_state
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_error, print_record
+from compgen.cli.options import (
+    FramesFile,
+    JobRobot,
+    Json,
+    MaxUm,
+    Overrides,
+    Quiet,
+    RegistersFile,
+    StateAge,
+    StateFile,
+    Workers,
+    checked_bound,
+    with_state,
+)
 from compgen.core.exceptions import InputError
 
 
@@ -28,14 +41,18 @@ def offsets(
         typer.Option("--before", help="Of a program: what went before, as cgen correct takes it; repeatable."),
     ] = None,
     overrides: Overrides = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    max_um: MaxUm = None,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Find the one position register or user frame that does best in place of a corrected program."""
     from compgen.cli.progress_bar import show_progress
     from compgen.pipelines.path_file import load_job
     from compgen.report.offset_record import offsets_record
 
+    checked_bound(max_um)
+    use_cores(workers)
     with show_progress(quiet or as_json) as progress:
         if log is not None and state is not None:
             raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
@@ -54,9 +71,13 @@ def offsets(
             result = offsets_of_job(load_job(path, robot, changed), progress)
     record = offsets_record(result)
     if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_record(record)
     elif not quiet:
         _show(record)
+    best = min((way for way in record["ways"] if way["type_in"] is not None), key=lambda way: way["leaves"]["max_um"])
+    left = best["leaves"]["max_um"]
+    if max_um is not None and left > max_um:
+        raise typer.Exit(print_error(f"the best offset ({best['kind']}) leaves {left:.2f} um, --max-um {max_um:g}", 1))
 
 
 def _of_program(

@@ -7,6 +7,7 @@ import typer
 
 from compgen.cli import publish
 from compgen.core.exceptions import InputError
+from compgen.core.units import UM
 
 PathFile = Annotated[str, typer.Argument(help="A path file, e.g. paths/spiral_1300.toml", show_default=False)]
 JobRobot = Annotated[str | None, typer.Option("--robot", help="Robot name or file; default: what the path file says.")]
@@ -22,10 +23,22 @@ StateFile = Annotated[
 StateAge = Annotated[
     str | None, typer.Option("--state-age", help="How long before the start that was, standing: 20min, 90s, 1.5h.")
 ]
-Workers = Annotated[
-    int | None, typer.Option("--workers", min=1, max=64, help="Threads; the results are the same for any number.")
+
+# These four mean the same wherever they are; docs/cli.md says where each one is, and why not elsewhere.
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the record as JSON, and nothing else on stdout; a refusal as well.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table; errors only.")]
+Workers = Annotated[
+    int,
+    typer.Option("--workers", min=0, max=256, help="Cores to use; 0: all. The results are the same for any number."),
+]
+MaxUm = Annotated[
+    float | None,
+    typer.Option("--max-um", help="Largest error allowed on the part [um], in place of the files' bound; else exit 1."),
+]
+LEAST_UM, MOST_UM = 0.001, 1e6  # of --max-um
+
 Strict = Annotated[
     bool, typer.Option("--strict", help="Refuse where assumed accelerations decide whether the bounds are kept.")
 ]
@@ -43,6 +56,21 @@ PositionLog = Annotated[
 InWorld = Annotated[
     bool, typer.Option("--in-world", help="The log's X to R are in World, not in the program's user frame.")
 ]
+
+
+def with_bound(overrides: list[str] | None, max_um: float | None) -> list[str]:
+    """The overrides of a path file, with the bound of ``--max-um`` in place of the file's own; raises InputError."""
+    bound = [] if checked_bound(max_um) is None else [f"bounds.max_um={max_um!r}"]
+    return [*(overrides or ()), *bound]
+
+
+def checked_bound(max_um: float | None) -> float | None:
+    """What ``--max-um`` gives [m]; raises InputError for what is no bound."""
+    if max_um is None:
+        return None
+    if not LEAST_UM <= max_um <= MOST_UM:
+        raise InputError(f"--max-um {max_um:g}: must be {LEAST_UM:g} to {MOST_UM:g} um")
+    return max_um * UM
 
 
 def position_log(log: str | None) -> str:

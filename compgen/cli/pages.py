@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.options import Overrides, ProgramFile, Quiet, output_folder
+from compgen.cli.messages import print_record
+from compgen.cli.options import Json, Overrides, ProgramFile, Quiet, output_folder
 from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.exceptions import InputError
@@ -27,6 +28,7 @@ def pages(
     taken: Annotated[
         list[str] | None, typer.Option("--taken", help="A program's name that pages must not get; repeatable.")
     ] = None,
+    as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Part an existing program into pages that the controller holds, with a main program and a manifest."""
@@ -51,7 +53,9 @@ def pages(
         arm = load_cell(robot if robot is not None else robot_of_program(content), overrides or ()).robot
     capacity = controller_capacity(arm)
     if program_size(whole).within(capacity):
-        if not quiet:
+        if as_json:
+            print_record({"name": whole.name, "pages": []})
+        elif not quiet:
             sys.stdout.write(unparted_text(whole))
         return
     marked = is_marked(whole, arm) or provenance_beside(Path(program), content) is not None
@@ -68,5 +72,7 @@ def pages(
     own_names = files_of_earlier_run(folder / manifest_name)
     check_pages_folder(folder, {*files}, own_names)
     publish(folder, files, {}, {*files} | own_names, manifest_name)
-    if not quiet:
+    if as_json:
+        print_record(manifest)
+    elif not quiet:
         sys.stdout.write(pages_text(whole, paged, folder))

@@ -4,7 +4,9 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.options import DEFAULT_DATE, Date, Quiet, output_folder
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_record
+from compgen.cli.options import DEFAULT_DATE, Date, Json, Quiet, Workers, output_folder
 from compgen.cli.ownership import check_planned_poses
 from compgen.cli.publish import publish
 from compgen.core.dates import checked_date
@@ -40,12 +42,14 @@ def plan_poses(
     wait: Annotated[float, typer.Option("--wait", help="Seconds at each pose.")] = 3.0,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_poses.")] = None,
     date: Date = DEFAULT_DATE,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Choose the poses that tell most of a robot's errors: a CSV, and a program that visits them."""
     import numpy as np
 
-    from compgen.cli.pose_plan_files import expected_csv, poses_csv, show_pose_plan
+    from compgen.cli.pose_plan_files import expected_csv, pose_plan_record, poses_csv, show_pose_plan
     from compgen.cli.progress_bar import show_progress
     from compgen.core.units import DEG, MM, UM
     from compgen.core.unlikely import unlikely_lengths
@@ -85,7 +89,8 @@ def plan_poses(
         if p.original.NAME != "joint_ripple"
     ]
     model = build_model(arm.robot, parts, len(arm.nodes))
-    with show_progress(quiet) as progress:
+    use_cores(workers)
+    with show_progress(quiet or as_json) as progress:
         plan = pose_planning.plan_poses(arm.robot, model, len(arm.nodes), site, count, progress)
     runs = pose_planning.plan_reversals(arm.robot, model, len(arm.nodes), site, plan) if reversals else []
     pendant = np.round(arm.robot.to_pendant(plan.theta) / DEG, 3)
@@ -101,8 +106,10 @@ def plan_poses(
         measuring[f"{turning}.LS"], tables["reversals.csv"] = text, poses_csv(turned, targets)
     files = {**measuring, **tables}
     publish(folder, measuring, tables, {*files, f"{turning}.LS", "reversals.csv"})
-    if not quiet:
-        unlikely = [*arm.unlikely, *(f for given in lengths for f in unlikely_lengths(*given))]
+    unlikely = [*arm.unlikely, *(f for given in lengths for f in unlikely_lengths(*given))]
+    if as_json:
+        print_record(pose_plan_record(model.parameters, plan, len(runs), sorted(files), unlikely))
+    elif not quiet:
         show_pose_plan(model.parameters, plan, len(runs), folder, sorted(files), unlikely)
 
 

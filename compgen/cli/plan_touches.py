@@ -2,23 +2,26 @@
 
 import json
 import re
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from compgen.cli.console import stdout_console
+from compgen.cli.machine import use_cores
+from compgen.cli.messages import print_record
 from compgen.cli.options import (
     DEFAULT_DATE,
     Date,
     FramesFile,
     JobRobot,
+    Json,
     Overrides,
     PathFile,
     Quiet,
     StateAge,
     StateFile,
+    Workers,
     output_folder,
     with_state,
 )
@@ -63,9 +66,10 @@ def plan_touches(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<path name>_touches.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
+    as_json: Json = False,
     date: Date = DEFAULT_DATE,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Choose the touches that tell most of where a path will be: a CSV to fill in, and a program that touches."""
     from compgen.cli.progress_bar import show_progress
@@ -97,6 +101,7 @@ def plan_touches(
     check_planned_touches(folder, f"{name}.LS", RECORD, TABLE)
     spheres = read_artefact(artefact)
     frame = frame_of_artefact(spheres, job.frame, frames)
+    use_cores(workers)
     with show_progress(quiet or as_json) as progress:
         search = Search(clearance * MM, beyond * MM)
         planned = plan_path_touches(job, spheres, frame, count, sigma * UM, search, centres, progress)
@@ -109,7 +114,7 @@ def plan_touches(
     }
     publish(folder, {f"{name}.LS": text}, reports, {f"{name}.LS", *reports})
     if as_json:
-        sys.stdout.write(reports[RECORD].decode())
+        print_record(reports[RECORD])
     elif not quiet:
         _show(record, folder, [f"{name}.LS", *reports])
 

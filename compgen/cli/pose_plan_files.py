@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.table import Table
 
@@ -30,6 +31,22 @@ def expected_csv(terms: Sequence[FreeParameter], plan: PosePlan) -> bytes:
         name = f'"{name}"' if "," in name else name
         lines.append(f"{name},{prior / term.unit:.6g},{sigma / term.unit:.6g}")
     return ("\n".join(lines) + "\n").encode()
+
+
+def pose_plan_record(
+    terms: Sequence[FreeParameter], plan: PosePlan, runs: int, files: list[str], findings: Sequence[Finding]
+) -> dict[str, Any]:
+    """What ``--json`` prints: how well each parameter will be known, the reversal runs, findings, and the files."""
+    return {
+        "poses": len(plan.theta),
+        "reversal_runs": runs,
+        "parameters": [
+            {"name": t.name, "prior_sigma": prior / t.unit, "expected_sigma": sigma / t.unit}
+            for t, prior, sigma in zip(terms, plan.prior.tolist(), plan.sigma.tolist())
+        ],
+        "findings": [f.record() for f in findings],
+        "files": files,
+    }
 
 
 def show_pose_plan(

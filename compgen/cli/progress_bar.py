@@ -1,6 +1,7 @@
 """What a terminal shows of a long run: the stage at work, the share of the whole, waypoints a second, the time left."""
 
 import re
+import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -36,7 +37,7 @@ def show_progress(quiet: bool, weights: Mapping[str, float] | None = None, delay
         weights: The stages in their order and what each takes of the whole; None where shares are of the whole run.
     """
     interrupts.raise_on_signal()
-    console = Console(stderr=True)
+    console = Console(stderr=True, force_terminal=sys.stderr.isatty())
     if quiet or not console.is_terminal:
         yield lambda stage, share: interrupts.raise_if_interrupted()
         return

@@ -1,6 +1,6 @@
 """The command that writes the rest of a job in pages anew, for what the robot is now."""
 
-import sys
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from compgen.cli.durations import duration
-from compgen.cli.messages import print_error
-from compgen.cli.options import JobRobot, Quiet, StateAge, StateFile, Workers
+from compgen.cli.messages import print_error, print_record
+from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateAge, StateFile, Workers, checked_bound
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 
 if TYPE_CHECKING:
-    pass
+    from compgen.pipelines.job import Job
 
 PagesFolder = Annotated[str, typer.Argument(help="The folder that cgen generate wrote pages into.", show_default=False)]
 JobPath = Annotated[
@@ -35,18 +35,16 @@ def resume(
     ] = None,
     loaded: Annotated[int, typer.Option("--loaded", help="The last page that the controller has.")] = 0,
     done: Annotated[int, typer.Option("--done", help="The last page that has run.")] = 0,
-    max_um: Annotated[
-        float | None, typer.Option("--max-um", help="Of a corrected program's pages: largest error allowed [um].")
-    ] = None,
+    max_um: MaxUm = None,
     path: JobPath = None,
     robot: JobRobot = None,
     date: Annotated[
         str | None, typer.Option("--date", help="When, for the record in the manifest; default now (UTC).")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    as_json: Json = False,
     quiet: Quiet = False,
-    workers: Workers = None,
+    workers: Workers = 0,
 ) -> None:
     """Write the remaining pages of a job anew, under their names, for what the robot is when the next one starts."""
     from compgen.cli.machine import use_machine
@@ -81,6 +79,7 @@ def resume(
     finish_replacing(place)
     written = read_written_job(place)
     require_free(written, from_page, loaded, done)
+    bound = checked_bound(max_um)
     use_machine(workers)
     if CORRECTED in written.record:
         resume_corrected_program(
@@ -89,7 +88,7 @@ def resume(
         )  # fmt: skip
         return
     with show_progress(quiet or as_json, RESUME) as progress:
-        whole = plan_whole(job_of(written, path, robot), progress)
+        whole = plan_whole(within(job_of(written, path, robot), bound), progress)
 
         def begin(known: Known) -> Beginning:
             if state is not None:
@@ -102,13 +101,18 @@ def resume(
         if is_written:
             put_pages(place, resumed)
     if as_json:
-        sys.stdout.write(resume_json(resumed).decode())
+        print_record(resume_json(resumed))
     elif not quiet:
         show_resumed(resumed, place, is_written)
     if not resumed.inside:
         broken = next(f.message for f in resumed.findings if f.level is Level.OUTSIDE)
         ending = "written all the same (--force)" if force else "nothing was written; --force writes the pages"
         raise typer.Exit(print_error(f"{resumed.verdict}: {broken}; {ending}", 1))
+
+
+def within(job: "Job", bound: float | None) -> "Job":
+    """A job whose error on the part may be so large [m], in place of what its path file says; None: as it says."""
+    return job if bound is None else replace(job, bounds=replace(job.bounds, max=bound))
 
 
 def checked_moment(date: str | None) -> str:

@@ -1,13 +1,12 @@
 """``resume`` for the pages of a corrected program: what it reads, writes and says."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 
-from compgen.cli.messages import print_error
+from compgen.cli.console import stdout_console
+from compgen.cli.messages import print_error, print_record
 from compgen.cli.progress_bar import CORRECT, show_progress
 from compgen.cli.resume_table import pages_table
 from compgen.core.exceptions import InputError
@@ -45,7 +44,7 @@ def resume_corrected_program(
             changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
             put_files(folder, changed, report, program_html(resumed))
     if as_json:
-        sys.stdout.write(report.decode())
+        print_record(report)
     elif not quiet:
         _show(resumed, folder, is_written)
     if not resumed.correction.inside:
@@ -57,7 +56,7 @@ def resume_corrected_program(
 def _show(resumed: "ResumedProgram", folder: Path, is_written: bool) -> None:
     from compgen.pipelines.resume.corrected import words_of
 
-    console = Console(width=None if sys.stdout.isatty() else 100)
+    console = stdout_console()
     console.print(pages_table(f"{resumed.correction.name} from page {resumed.from_page} on", resumed.pages))
     lines = [*words_of(resumed), *(f"{f.level.value}: {f.message}" for f in resumed.findings)]
     if is_written:
@@ -65,4 +64,4 @@ def _show(resumed: "ResumedProgram", folder: Path, is_written: bool) -> None:
     elif not resumed.replaced:
         lines.append("nothing to do: the pages in the folder are these already")
     for line in lines:
-        console.print(line, markup=False, highlight=False)
+        console.print(line)

@@ -1,5 +1,6 @@
 """The scenarios of a study: computed, kept on disk as they come, shown on a bar."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,7 +42,7 @@ def run_scenarios(study: Study, folder: Path, workers: int, cluster: str | None,
 @contextmanager
 def _scenario_bar(total: int, done: int, quiet: bool) -> Iterator[Callable[[int], None]]:
     """Scenarios done and the time left, on a terminal only."""
-    console = Console(stderr=True)
+    console = Console(stderr=True, force_terminal=sys.stderr.isatty())
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("scenarios", total=total, completed=done)

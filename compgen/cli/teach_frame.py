@@ -7,7 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.identify import Json, ReferenceOption, RobotArgument, Temperatures
+from compgen.cli.identify import ReferenceOption, RobotArgument, Temperatures
+from compgen.cli.messages import print_record
+from compgen.cli.options import Json, Quiet
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
@@ -31,6 +33,7 @@ def teach_frame(
         typer.Option("-o", "--output", help="The frame's file; default outputs/frames/<robot>_<number>.toml."),
     ] = None,
     as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compute a part's user frame from spheres that the identified, warm arm has touched."""
     from compgen.fanuc.frames import default_frames, load_frames
@@ -59,9 +62,9 @@ def teach_frame(
     reports = {report.name: (json.dumps(record, indent=2, allow_nan=False) + "\n").encode()}
     publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports, {target.name, *reports})
     if as_json:
-        sys.stdout.write(reports[report.name].decode())
-        return
-    sys.stdout.write("\n".join([*_lines(record), f"wrote {target}, {report}"]) + "\n")
+        print_record(reports[report.name])
+    elif not quiet:
+        sys.stdout.write("\n".join([*_lines(record), f"wrote {target}, {report}"]) + "\n")
 
 
 def _lines(record: dict[str, Any]) -> list[str]:

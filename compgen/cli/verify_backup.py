@@ -1,12 +1,12 @@
 """The command that compares what a controller gives back with what was written."""
 
-import json
 import sys
 from typing import Annotated
 
 import typer
 
-from compgen.cli.messages import print_error
+from compgen.cli.messages import print_error, print_record
+from compgen.cli.options import Json, Quiet
 
 
 def verify_backup(
@@ -15,8 +15,8 @@ def verify_backup(
         str, typer.Argument(help="What the controller saved as ASCII: NAME.LS, or the folder.", show_default=False)
     ],
     first: Annotated[int, typer.Option("--first", min=0, help="Differences that are printed of each program.")] = 20,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON, every difference.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compare a controller's ASCII backup with the written program, to the last digit; exit 1 where they differ."""
     from compgen.pipelines.backup_files import verify_backup as compare
@@ -24,8 +24,7 @@ def verify_backup(
     programs = compare(written, backup)
     count = sum(len(program.differences) for program in programs)
     if as_json:
-        record = {"same": count == 0, "programs": [program.record() for program in programs]}
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_record({"same": count == 0, "programs": [program.record() for program in programs]})
     elif not quiet:
         for program in programs:
             how = f"the same: {program.statements} statements, {program.positions} positions, to {program.step:g}"
@@ -39,4 +38,4 @@ def verify_backup(
     if count:
         worst = next(program for program in programs if program.differences)
         message = f"{worst.name}: {worst.differences[0]}; {count} in all: load it again, and compare again"
-        raise typer.Exit(1 if as_json else print_error(f"the backup differs: {message}", 1))
+        raise typer.Exit(print_error(f"the backup differs: {message}", 1))

@@ -1,25 +1,30 @@
 """The command that varies anything, and answers what people ask of a path's warmth."""
 
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from compgen.cli import study_journal
-from compgen.cli.messages import print_error
+from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     JobRobot,
+    Json,
+    MaxUm,
     OutputFolder,
     Overrides,
     PathFile,
     Quiet,
     StateAge,
     StateFile,
+    Workers,
+    checked_bound,
     output_folder,
+    with_bound,
     with_state,
 )
 from compgen.cli.publish import publish
-from compgen.cli.study_folder import QUESTIONS, own_files, study_folder
+from compgen.cli.study_folder import QUESTIONS, RECORD, own_files, study_folder
 
 
 def whatif(
@@ -37,7 +42,6 @@ def whatif(
         list[str] | None, typer.Option("--pass", help="Path files of the passes, for passes.")
     ] = None,
     feeds: Annotated[str | None, typer.Option("--feeds", help="Feeds for passes, mm/s: 20,100,200.")] = None,
-    workers: Annotated[int, typer.Option("--workers", help="Processes; 0: all cores.", min=0)] = 0,
     cluster: Annotated[
         str | None,
         typer.Option(
@@ -51,7 +55,10 @@ def whatif(
     overrides: Overrides = None,
     state: StateFile = None,
     state_age: StateAge = None,
+    max_um: MaxUm = None,
+    as_json: Json = False,
     quiet: Quiet = False,
+    workers: Workers = 0,
 ) -> None:
     """Vary any key, predict (and correct) every scenario, answer questions. Finished scenarios are kept."""
     from compgen.cli.study_run import run_scenarios
@@ -60,18 +67,21 @@ def whatif(
     from compgen.pipelines.study.answers import answer_questions, base_findings, check_study
     from compgen.report.files import study_files, study_sentences
 
-    overrides = with_state(path, overrides, state, state_age)
+    overrides = with_state(path, with_bound(overrides, max_um if correct else None), state, state_age)
+    checked_bound(max_um)
     check_study(questions or [], within_um, bool(vary or scenario_list))
     study = build(path, robot, overrides, vary or (), scenario_list, correct) if vary or scenario_list else None
     folder = output_folder(path, output, "_whatif")
     identity = study.identity if study else None
     folder = study_folder(folder, path, identity, set(questions or []), output is not None, fresh)
     answers = answer_questions(path, robot, overrides, questions or [], within_um * UM, pass_paths or [], feeds)
-    rows = run_scenarios(study, folder, workers, cluster, fresh, quiet) if study else []
+    rows = run_scenarios(study, folder, workers, cluster, fresh, quiet or as_json) if study else []
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
     files = study_files(path, overrides, study, rows, answers)
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
-    if not quiet:
+    if as_json:
+        print_record(files[RECORD])
+    elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
         for finding in base_findings(path, robot, overrides):
             sys.stdout.write(f"{finding.level.value}: {finding.message}\n")
@@ -80,3 +90,19 @@ def whatif(
         sys.stdout.write(f"wrote {', '.join(sorted([*journal, *files]))} to {folder}\n")
     if rows and all(row["state"] == "failed" for row in rows):
         raise typer.Exit(print_error(f"every scenario failed: {rows[0]['reason']}", 1))
+    if max_um is not None and rows:
+        _judge(rows, max_um)
+
+
+def _judge(rows: list[dict[str, Any]], max_um: float) -> None:
+    """Exit 1 where a scenario's error is beyond the bound, corrected where it was, or is not known."""
+    failed = next((row for row in rows if row["state"] == "failed"), None)
+    if failed is not None:
+        raise typer.Exit(print_error(f"scenario {failed['index']} failed: {failed['reason']}", 1))
+    outside = next((row for row in rows if not row.get("inside", True)), None)
+    if outside is not None:
+        raise typer.Exit(print_error(f"scenario {outside['index']}: {outside['reason']}", 1))
+    worst = max(rows, key=lambda row: row["before_max_um"])
+    if "inside" not in worst and worst["before_max_um"] > max_um:
+        message = f"scenario {worst['index']}: {worst['before_max_um']:.2f} um uncorrected, --max-um {max_um:g}"
+        raise typer.Exit(print_error(message, 1))

@@ -72,7 +72,7 @@ def test_time_left_counts_down_and_never_below_a_second(left, since, words):
 
 def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeypatch, capsys):
     clock = [100.0]
-    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(progress_bar.time, "monotonic", lambda: clock[0])
     with progress_bar.show_progress(False, {"path": 1, "text": 3}) as progress:
         progress("path: 1000 waypoints", 0.5)
@@ -91,7 +91,7 @@ def test_a_short_run_shows_nothing_and_a_long_one_a_bar_that_never_falls(monkeyp
 
 
 def test_quiet_shows_no_bar_on_a_terminal_either(monkeypatch, capsys):
-    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with progress_bar.show_progress(True, {"path": 1}, delay=0.0) as progress:
         progress("path", 0.5)
     assert capsys.readouterr().err == ""

@@ -57,9 +57,9 @@ def options_of(
     """
     if lift_all is not None:
         check_height(lift_all * MM)
-    for name, value, largest in (("--insert", insert_um, 1e4), ("--max-um", max_um, 1e6)):
-        if value is not None and not 0.1 <= value <= largest:
-            raise InputError(f"{name} {value:g}: must be 0.1 to {largest:g} um")
+    for name, value, least, most in (("--insert", insert_um, 0.1, 1e4), ("--max-um", max_um, 0.001, 1e6)):
+        if value is not None and not least <= value <= most:
+            raise InputError(f"{name} {value:g}: must be {least:g} to {most:g} um")
     if mark not in ("digits", "remark"):
         raise InputError(f"--mark {mark!r:.40}: must be digits or remark")
     return Options(
