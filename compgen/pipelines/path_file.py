@@ -179,6 +179,11 @@ def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "state": {k: v for k, v in state.items() if k != "file"}} if isinstance(state, dict) else data
 
 
+def programs_of(job: Job) -> Programs:
+    """Motions of a job's program and of those that its day names, at any feed."""
+    return Programs(job.plan, job.cell, lambda name: _other_program(find_program(name, job.source), job.cell))
+
+
 def _other_program(path_file: str, cell: Cell) -> ProgramPlan:
     """What the program of another path file does in a cell; its own robot and history are not looked at."""
     data = {k: v for k, v in read_toml(Path(path_file), "paths").items() if k not in HISTORY}

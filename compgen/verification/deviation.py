@@ -79,7 +79,7 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
         touching[rows] = on_part[execution.segment]
         arc[rows], error[rows], components = _compare(path, execution)
         feed[rows], cross[rows], normal[rows], angle[rows] = components.T
-    weight = _sample_lengths(arc)
+    weight = sample_lengths(arc)
     extents = {"total": _extent(row_norms(error), weight, arc)}
     for name, values in zip(COMPONENTS[1:], (feed, cross, normal, angle)):
         extents[name] = _extent(np.abs(values), weight, arc)
@@ -91,7 +91,7 @@ def deviation_from_path(path: ToolPath, executions: Iterable[Execution], samples
     return Deviation(frozen(arc), frozen(time), frozen(error), frozen(normal), extents, touched)
 
 
-def _sample_lengths(arc: Array) -> Array:
+def sample_lengths(arc: Array) -> Array:
     """Length of path that each sample stands for, (M,) [m]."""
     gaps = np.diff(arc)
     lengths = np.zeros_like(arc)

@@ -48,9 +48,13 @@ def lay_out(job: Job) -> Geometry:
     """Plan a job and execute its uncorrected text once, pinocchio confirming."""
     planned = generate.predict(job, lambda stage, share: None)
     program = planned_program(job, planned.path, planned.theta, planned.trajectory)
-    prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
+    return executed(job, planned.path, prepare(twin_of(job), program, job.history.before, job.history.air))
+
+
+def executed(job: Job, path: ToolPath, prepared: PreparedProgram) -> Geometry:
+    """A prepared text of a path, executed once."""
     execution = prepared.execute()
-    return Geometry(job, planned.path, prepared, execution.segment, execution.fraction, execution.time, execution.theta)
+    return Geometry(job, path, prepared, execution.segment, execution.fraction, execution.time, execution.theta)
 
 
 def execute_with(job: Job, geometry: Geometry) -> Execution:

@@ -1,0 +1,93 @@
+"""How far a living page's formula is from the full computation, at settings drawn with a seed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compgen.core.arrays import Array, own
+from compgen.core.units import UM
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study.live_build import LiveJob
+from compgen.pipelines.study.live_model import Setting, at, overrides_of, planned_setting
+from compgen.pipelines.study.live_places import Flown, fly, rises_after
+from compgen.pipelines.study.live_sliders import Slider
+from compgen.thermal import Duty
+from compgen.thermal.ensemble import Start, duties_before
+from compgen.verification.deviation import percentile99, rms, sample_lengths
+
+DRAWN = 20
+SEED = 19
+BOUND = 0.2 * UM
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Agreement:
+    """The formula less the full computation at D settings: largest, p99 and rms of the error on the part."""
+
+    settings: tuple[Setting, ...]
+    before: Array  # (D, 3) [m]
+    after: Array  # (D, 3) [m]
+
+    def __post_init__(self) -> None:
+        own(self, before=("D", 3), after=("D", 3))
+
+    @property
+    def largest(self) -> float:
+        """How far the two are apart at most, in any of the numbers that are shown [m]."""
+        return float(max(np.abs(self.before).max(), np.abs(self.after).max()))
+
+    @property
+    def is_close(self) -> bool:
+        """Whether that is within what a page promises."""
+        return self.largest <= BOUND
+
+
+def drawn_settings(sliders: tuple[Slider, ...], count: int = DRAWN, seed: int = SEED) -> tuple[Setting, ...]:
+    """Settings anywhere in the ranges of the sliders, at their steps; the same for the same sliders."""
+    generator = np.random.default_rng(seed)
+
+    def draw(slider: Slider) -> float:
+        if slider.stops:
+            return slider.stops[int(generator.integers(len(slider.stops)))]
+        steps = round((slider.high - slider.low) / slider.step)
+        return float(round(slider.low + slider.step * int(generator.integers(steps + 1)), 9))
+
+    return tuple(tuple(draw(slider) for slider in sliders) for _ in range(count))
+
+
+def check(live_job: LiveJob) -> Agreement:
+    """Compare at the planned setting and at drawn ones: the job read anew with each, both texts flown by the twin.
+
+    Raises:
+        CompgenError: A setting cannot be read or flown.
+    """
+    day = live_job.live.day
+    settings = (planned_setting(day), *drawn_settings(day.sliders))
+    before: list[Array] = []
+    after: list[Array] = []
+    for setting in settings:
+        job, duties = job_at(live_job, setting)
+        for rows, flown, places in (
+            (before, live_job.before, live_job.live.before), (after, live_job.after, live_job.live.after),
+        ):  # fmt: skip
+            shown = at(live_job.live, setting, places)
+            rows.append(np.array([shown.largest, shown.p99, shown.rms]) - full(job, flown, duties))
+    return Agreement(settings, np.array(before), np.array(after))
+
+
+def job_at(live_job: LiveJob, setting: Setting) -> tuple[Job, tuple[Duty, ...]]:
+    """The job of a setting, read from its files, and what the cell does until its program starts."""
+    overrides = overrides_of(live_job.live.day, setting, live_job.job.ensemble is not None)
+    job = load_job(live_job.path_file, live_job.robot, [*live_job.overrides, *overrides])
+    if job.ensemble is None:
+        return job, job.history.before
+    return job, duties_before(job.history, Start(job.ensemble.runs[0], job.ensemble.delay[0]))
+
+
+def full(job: Job, flown: Flown, duties: tuple[Duty, ...]) -> Array:
+    """Largest, p99 and rms of the error of a text on the part, flown by the twin in another state, (3,) [m]."""
+    actual = fly(job, flown.geometry, rises_after(job, flown.geometry, duties))
+    size = np.linalg.norm((flown.error + actual - flown.position)[flown.on_part], axis=1)
+    weight = sample_lengths(flown.arc)[flown.on_part]
+    return np.array([size.max(), percentile99(size, weight), rms(size, weight)])

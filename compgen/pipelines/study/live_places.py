@@ -1,0 +1,164 @@
+r"""Places of a program on which a living page computes: what stays, what each kelvin adds, and when the tool is there.
+
+The error is linear in the rises r, which are what the start left and what the program itself adds:
+
+    e(n) = e0(n) + (1 - x) d(j) + x d(j + 1)         at sample n, the share x of the way from place j to j + 1
+    d(p) = B(p) r(p),    B = B_c + (cte / cte_0) B_g
+    r(p) = O (e^{-rate t_p} z + a u(T + t_p)) + F(p)
+
+e0 is the twin's flight of the text less d of the state it was flown in, O the model's outputs, z its modes as the
+program starts, a u what the air does until then, F what the program's own motion adds. What heat does is smooth: places
+lie evenly along the part, and at both ends of each stretch of it. Chord and rounding are not: samples are many, evenly,
+each with the length that it stands for, and beside them those at which e0 lies farthest in some direction, without a
+length, so that the largest error is met.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.pose import Pose
+from compgen.error_model.direction_memory import direction_states, reversal_widths
+from compgen.error_model.knowledge import build_slopes, parameters_of
+from compgen.pipelines.job import Job
+from compgen.pipelines.study.geometry import Geometry, model_of
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.thermal import Duty, still_air
+from compgen.verification.deviation import deviation_from_path, sample_lengths
+from compgen.verification.twin import Execution
+
+LEAST, MOST, OF_PIECE = 1000, 4000, 16  # places along the part; on each stretch of it between two ways through the air
+SAMPLES = 16_000  # evenly along the part
+GOLDEN = (5**0.5 - 1) / 2
+STRETCHES = 400  # in which the farthest in each of some directions are kept
+DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Flown:
+    """A text as the twin flies it in the planned state, at M samples."""
+
+    geometry: Geometry
+    on_part: BoolArray  # (M,)
+    arc: Array  # (M,) [m]
+    rise: Array  # (M, K) [K]
+    position: Array  # (M, 3) [m] of the tool
+    error: Array  # (M, 3) [m]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Places:
+    """P places of one text and M samples between them, in the order of the path."""
+
+    arc: Array  # (P,) [m]
+    position: Array  # (P, 3) [m] World
+    time: Array  # (P,) [s] since the program's start
+    slope: Array  # (P, 3, K) [m/K] B_c, what does not go with the coefficient of expansion
+    growth: Array  # (P, 3, K) [m/K] B_g as planned
+    program: Array  # (P, K) [K] F
+    own: Array  # (M, 3) [m] e0
+    place: IntArray  # (M,) j, of the place before each sample
+    share: Array  # (M,) x, of the way to the next
+    length: Array  # (M,) [m] of part that each stands for; 0 of those that only the largest error asks for
+
+
+def fly(job: Job, geometry: Geometry, rise: Array) -> Array:
+    """Where the tool of an executed text is, (M, 3) [m], with a job's arm at rises (M, K) [K]."""
+    actual = twin_of(job).actual_pose(geometry.theta, rise, lambda share: None)
+    led = geometry.prepared.led
+    return (actual if led is None else led.moved(actual, slice(0, len(rise)))).position
+
+
+def rises_after(job: Job, geometry: Geometry, duties: Sequence[Duty]) -> Array:
+    """Rises at the samples after duties, by the twin's clock and heat, (M, K) [K]."""
+    heated = geometry.prepared.reheated(twin_of(job), duties, job.history.air)
+    return heated.rise_and_growth(geometry.segment, geometry.fraction, geometry.now)[0]
+
+
+def places_of(job: Job, flown: Flown, dearer: Job | None) -> Places:
+    """The places of a text that was executed.
+
+    Args:
+        job: As planned.
+        flown: The text then.
+        dearer: The job with twice the coefficient of expansion; None: no slider moves that.
+    """
+    geometry, on_part, arc = flown.geometry, flown.on_part, flown.arc
+    rows = _places_along(arc, on_part)
+    both = _slopes(job, geometry, rows)
+    growth = np.zeros_like(both) if dearer is None else _slopes(dearer, geometry, rows) - both
+    moved = np.einsum("pik,pk->pi", both, flown.rise[rows])
+    every = np.flatnonzero(on_part)
+    place = (np.searchsorted(rows, every, side="right") - 1).clip(0, max(len(rows) - 2, 0))
+    ahead = np.minimum(place + 1, len(rows) - 1)
+    span = arc[rows[ahead]] - arc[rows[place]]
+    share = np.divide(arc[every] - arc[rows[place]], span, out=np.zeros(len(every)), where=span > 0)
+    own = flown.error[every] - (moved[place] + share[:, None] * (moved[ahead] - moved[place]))
+    chosen, length = _chosen(own, sample_lengths(arc)[every], np.searchsorted(every, rows))
+    position = model_of(job).nominal_pose(geometry.theta[rows]).position
+    return Places(
+        arc[rows], position, geometry.now[rows], both - growth, growth, _own_heat(job, geometry)[rows], own[chosen],
+        place[chosen], share[chosen], length,
+    )  # fmt: skip
+
+
+def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
+    """A text flown as planned, at rises (M, K) [K]."""
+    position = fly(job, geometry, rise)
+    actual = Pose(position, np.broadcast_to(np.eye(3), (len(position), 3, 3)))
+    flown = Execution(geometry.segment, geometry.fraction, geometry.now, rise, geometry.theta, actual)
+    deviation = deviation_from_path(geometry.path, [flown], len(rise))
+    return Flown(geometry, samples_on_part(geometry), deviation.arc, rise, position, deviation.error)
+
+
+def samples_on_part(geometry: Geometry) -> BoolArray:
+    """Samples where the tool touches; all of a path that never does."""
+    path = geometry.path
+    touching = (path.contact[:-1] | path.contact[1:]) & path.exact.curve.working[path.piece]
+    touched = touching[geometry.segment]
+    return touched if touched.any() else np.ones_like(touched)
+
+
+def _places_along(arc: Array, on_part: BoolArray) -> IntArray:
+    """Samples that are places, (P,): evenly along the part, and both ends of each stretch of it."""
+    rows = np.flatnonzero(on_part)
+    leaves = np.flatnonzero(np.diff(rows) > 1)
+    ends = np.concatenate([rows[:1], rows[leaves], rows[leaves + 1], rows[-1:]])
+    count = int(np.clip(OF_PIECE * (len(leaves) + 1), LEAST, MOST))
+    passed = np.cumsum(sample_lengths(arc)[rows])
+    even = rows[np.searchsorted(passed, np.linspace(0, passed[-1], count)).clip(max=len(rows) - 1)]
+    return np.unique(np.concatenate([ends, even]))
+
+
+def _chosen(own: Array, weight: Array, places: IntArray) -> tuple[IntArray, Array]:
+    """Of samples on the part those that are kept, the places among them, and the length that each stands for [m]."""
+    parts = np.array_split(np.arange(len(own)), min(SAMPLES, len(own)))
+    length = np.zeros(len(own))
+    for n, part in enumerate(parts):  # not always the first: waypoints may lie as evenly as the parts do
+        length[part[int(n * GOLDEN % 1 * len(part))]] = weight[part].sum()
+    kept = length > 0
+    kept[places] = True
+    towards = own @ (DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]).T
+    for part in np.array_split(np.arange(len(own)), min(STRETCHES, len(own))):
+        kept[part[np.argmax(towards[part], axis=0)]] = True
+    chosen = np.flatnonzero(kept)
+    return chosen, length[chosen]
+
+
+def _slopes(job: Job, geometry: Geometry, rows: IntArray) -> Array:
+    """B of a job's sources, (P, 3, K) [m/K]."""
+    slopes = build_slopes(job.robot, parameters_of(job.sources), (0,), len(job.heat.names), job.tool.pose)
+    position = model_of(job).nominal_pose(geometry.theta).position
+    motion = direction_states(reversal_widths(job.sources), geometry.theta, position).at(rows)
+    return slopes(geometry.theta[rows], np.zeros((len(rows), len(job.heat.names))), motion)[1]
+
+
+def _own_heat(job: Job, geometry: Geometry) -> Array:
+    """What the program's own motion adds to the rises at the samples, (M, K) [K]: it starts cold, in still air."""
+    heat = job.cell.heat
+    cold = replace(twin_of(job), heat=heat if heat.start is None else replace(heat, start=None))
+    heated = geometry.prepared.reheated(cold, (), still_air())
+    return heated.rise_and_growth(geometry.segment, geometry.fraction, geometry.now)[0]

@@ -1,0 +1,233 @@
+"""What can be moved on a living page: the sliders of a path's day, and which are missing there and why."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.exceptions import CompgenError
+from compgen.core.toml import check, override, read_toml, read_toml_text
+from compgen.core.units import HOUR, MM
+from compgen.pipelines.job import Job
+from compgen.pipelines.path_file import programs_of
+from compgen.pipelines.robot_file import find_robot
+from compgen.pipelines.schema import PathFile
+from compgen.pipelines.study.live_day import Stage, Stops, fixed_stages
+from compgen.thermal import Duty, NodeModel
+from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.network import NetworkModel
+
+FEEDS = (10.0, 20.0, 30.0, 50.0, 75.0, 100.0, 125.0, 150.0, 175.0, 200.0, 250.0, 300.0)  # [mm/s] of a table
+MOST_FEED = 300.0  # [mm/s]
+LONGEST_DELAY = 120.0  # [min]
+AROUND = 10.0  # [K] that the air can be moved to either side
+MOST_RUNS = 200  # that a slider stops at
+MOST_STAGES = 2000
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Slider:
+    """One number of the day that can be moved."""
+
+    kind: str  # duration, repeat, feed, duty, air, delay, run or cte
+    key: str  # of the path or robot file; empty for a start, which compensation.average_over says
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    value: float  # as planned, in its unit
+    stops: tuple[float, ...] = ()  # the only values that it takes; any where there are none
+    stage: int = -1  # that it moves
+    knots: tuple[float, ...] = ()  # what a unit of it adds to the air at each knot [K]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Day:
+    """The day before a program, and the sliders that move it."""
+
+    stages: tuple[Stage, ...]
+    sliders: tuple[Slider, ...]
+    missing: tuple[str, ...]  # sentences: which sliders there are not, and why
+
+
+def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job) -> Day:
+    """The stages before a job, and its sliders.
+
+    Args:
+        path_file: That the job was read from.
+        robot: Robot name or file; None for what the path file says.
+        overrides: Of the job.
+        job: As planned.
+    """
+    data, robot_data = _tables(path_file, robot, overrides)
+    path = check(PathFile, data, path_file)
+    stages, sliders, missing = _before(path, job)
+    of_air, no_air = _air(path, job)
+    of_start, no_start = _start(job)
+    cte, no_cte = _cte(robot_data, job)
+    return Day(
+        tuple(stages),
+        (*sliders, *of_air, *of_start, *cte),
+        tuple(dict.fromkeys([*missing, *no_air, *no_start, *no_cte])),
+    )
+
+
+def _tables(path_file: str, robot: str | None, overrides: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Both files' tables with the overrides put in."""
+    source, of_robot = Path(path_file), [o for o in overrides if o.startswith("robot.")]
+    data = read_toml(source, "paths")
+    for item in overrides:
+        if item not in of_robot:
+            override(data, item, item)
+    tables = read_toml_text(find_robot(robot or data.get("robot", "m710ic50"), source), "robots").tables
+    for item in of_robot:
+        override(tables, item.removeprefix("robot."), item)
+    return data, tables
+
+
+def _before(path: PathFile, job: Job) -> tuple[list[Stage], list[Slider], list[str]]:
+    duties, heat = job.history.before, job.heat
+    goals = None if isinstance(heat, NodeModel) else {duty: heat.steady_state(duty) for duty in set(duties)}
+    if path.state is not None:
+        words = "Warm-up: the day begins with an anchored state, which stands in place of [[before]]."
+        return fixed_stages(duties, goals), [], [words]
+    if not path.before:
+        given = "begins as the temperature log left it" if path.log is not None else "starts cold"
+        return [], [], [f"Warm-up hours, feed and duty: the path has no [[before]], so that the robot {given}."]
+    if any(row.shifts for row in (*path.before, *path.cycle)):
+        words = "Warm-up: stretches with shifts = true are cut by the hours of [[shift]], which a slider would move."
+        return fixed_stages(duties, goals), [], [words]
+    stages: list[Stage] = []
+    sliders: list[Slider] = []
+    rest = list(duties)
+    for n, row in enumerate(path.before):
+        length = 2 * row.repeat if row.repeat is not None and row.dwell_s else 1
+        own, rest = rest[:length], rest[length:]
+        stage = _stage(own, row.repeat, goals)
+        if row.state == "moving":
+            stage = _with_stops(stage, row.program or "", job)
+        sliders += _sliders_of_stage(n, _name(n, path), stage)
+        stages.append(stage)
+    return stages, sliders, []
+
+
+def _name(n: int, path: PathFile) -> str:
+    """What a stretch is called beside its sliders."""
+    row, alone = path.before[n], len(path.before) == 1
+    what = {"moving": "warm-up", "idle": "standing, servo on", "off": "servo off"}[row.state]
+    return what.capitalize() if alone else f"Stretch {n + 1}, {what}"
+
+
+def _stage(duties: Sequence[Duty], repeat: int | None, goals: dict[Duty, Array] | None) -> Stage:
+    """The stage of a stretch's duties, which are one, or runs and dwells in turn."""
+    first = duties[0]
+    goal = None if goals is None else goals[first]
+    if repeat is None:
+        return Stage(first.state, first.duration, first.feed, first.share, goal=goal)
+    if len(duties) == 1:
+        return Stage(first.state, first.duration / repeat, first.feed, first.share, repeat, repeated=True, goal=goal)
+    dwell = duties[1]
+    return Stage(
+        first.state, first.duration, first.feed, first.share, repeat, dwell.duration, dwell.state, True, goal=goal
+    )
+
+
+def _mm_s(feed: float) -> float:
+    """A feed as it is typed."""
+    return round(feed / MM, 9)
+
+
+def _with_stops(stage: Stage, program: str, job: Job) -> Stage:
+    """A moving stage with what its program is at other feeds, where the model or its time asks for it."""
+    heat = job.heat
+    if isinstance(heat, NodeModel) and not stage.repeated:
+        return stage
+    programs = programs_of(job)
+    feeds, times, moving, held = [], [], [], []
+    planned = _mm_s(stage.feed)
+    for feed in sorted({*FEEDS, planned}):
+        try:
+            motion = programs.motion(program, stage.feed if feed == planned else feed * MM)
+        except CompgenError:
+            if feed == planned:
+                raise
+            continue  # the robot cannot drive it so fast: the slider has no such stop
+        feeds.append(feed * MM)
+        times.append(float(motion.time[-1]))
+        if isinstance(heat, NetworkModel):
+            losses = (np.array(loss) for loss in mean_losses(heat.robot, heat.drives, motion))
+            m, h = (heat.steady_state_of(loss) for loss in losses)
+            moving.append(m)
+            held.append(h)
+    shape = len(feeds), len(heat.rate) if moving else 0
+    stops = Stops(np.array(feeds), np.array(times), np.reshape(moving, shape), np.reshape(held, shape))
+    return replace(stage, stops=stops, goal=None)
+
+
+def _sliders_of_stage(n: int, name: str, stage: Stage) -> list[Slider]:
+    key, sliders = f"before.{n}", []
+    if stage.repeated:
+        most = float(max(2 * stage.count, 20))
+        sliders.append(Slider("repeat", f"{key}.repeat", f"{name}: runs", "", 1, most, 1, stage.count, stage=n))
+    else:
+        hours = round(stage.duration / HOUR, 9)
+        most = max(8.0, 2 * hours)
+        label = f"{name}: hours"
+        sliders.append(Slider("duration", f"{key}.duration_h", label, "h", 0, most, 0.05, hours, stage=n))
+    if stage.state != "moving":
+        return sliders
+    feed, stops = _mm_s(stage.feed), () if stage.stops is None else tuple(map(_mm_s, stage.stops.feed.tolist()))
+    low, high = (min(stops), max(stops)) if stops else (5.0, max(MOST_FEED, feed))
+    label = f"{name}: feed"
+    sliders.append(Slider("feed", f"{key}.feed_mm_s", label, "mm/s", min(low, feed), high, 1, feed, stops, n))
+    sliders.append(Slider("duty", f"{key}.duty", f"{name}: duty", "", 0, 1, 0.01, stage.share, stage=n))
+    return sliders
+
+
+def _air(path: PathFile, job: Job) -> tuple[list[Slider], list[str]]:
+    table, air = path.ambient, job.history.air
+    reference = table.reference_degC
+    if table.kind == "csv":
+        return [], ["Ambient: the air comes from a file of temperatures (ambient.kind = 'csv')."]
+    names: list[tuple[str, str, tuple[float, ...]]] = [("value_degC", "Ambient", (1.0,))]
+    if table.kind == "wave":
+        names = [("value_degC", "Ambient, mean of the wave", (1.0,))]
+    if table.kind == "ramp":
+        names = [("from_degC", "Ambient, first", (1.0, 0.0)), ("to_degC", "Ambient, last", (0.0, 1.0))]
+    sliders = []
+    for k, (key, label, knots) in enumerate(names):
+        value = round(reference + float(air.rise[k]), 9)
+        low, high = max(-20.0, np.floor(value) - AROUND), min(60.0, np.ceil(value) + AROUND)
+        sliders.append(Slider("air", f"ambient.{key}", label, "degC", low, high, 0.1, value, knots=knots))
+    return sliders, []
+
+
+def _start(job: Job) -> tuple[list[Slider], list[str]]:
+    runs = len(job.history.runs)
+    first = 0 if job.ensemble is None else job.ensemble.runs[0]
+    delay = 0.0 if job.ensemble is None else job.ensemble.delay[0] / 60
+    sliders = [
+        Slider("delay", "", "Start delay, servo on", "min", 0, max(LONGEST_DELAY, 2 * delay), 0.5, delay)
+    ]  # fmt: skip
+    if runs == 1:
+        return sliders, ["Run of the schedule: the path has no [[cycle]], so that the program runs once."]
+    stops = sorted({*np.linspace(0, runs - 1, min(runs, MOST_RUNS)).round().astype(int).tolist(), first})
+    label = f"Run of the schedule, of {runs}"
+    sliders.append(Slider("run", "", label, "", 1, runs, 1, first + 1, tuple(float(n + 1) for n in stops)))
+    return sliders, []
+
+
+def _cte(robot_data: dict[str, Any], job: Job) -> tuple[list[Slider], list[str]]:
+    value = robot_data.get("thermal", {}).get("cte_um_m_K")
+    if not isinstance(value, (int, float)):
+        reason = "a value for each length" if isinstance(value, dict) else "none"
+        return [], [f"Coefficient of expansion: the robot file gives {reason} (thermal.cte_um_m_K)."]
+    if not value:
+        return [], ["Coefficient of expansion: it is 0 in the robot file (thermal.cte_um_m_K)."]
+    low, high = sorted((0.6 * value, 1.6 * value))
+    key, label = "robot.thermal.cte_um_m_K", "Coefficient of expansion"
+    return [Slider("cte", key, label, "um/(m K)", round(low, 2), round(high, 2), 0.05, float(value))], []

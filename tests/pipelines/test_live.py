@@ -1,0 +1,148 @@
+"""The living page's formula: what it shows is what the whole pipeline finds, wherever the sliders stand."""
+
+import numpy as np
+import pytest
+from flawed import flawed_file
+from shipped import path_file, quiet
+
+from compgen.core.units import UM
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study.live_build import build_live
+from compgen.pipelines.study.live_check import check, drawn_settings
+from compgen.pipelines.study.live_model import at, overrides_of, planned_setting, state_of
+from compgen.thermal import state_after
+from compgen.thermal.ensemble import Start, duties_before
+from compgen.verification.deviation import deviation_from_path
+
+#: a schedule: runs of another program and a pause before, two shifts of own runs, air that swings
+SCHEDULE = (
+    'before=[{state="moving",program="line_x",repeat=40,dwell_s=30,dwell="off"},{state="idle",duration_h=0.5}]',
+    'cycle=[{state="moving",repeat=12,dwell_s=120},{state="off",duration_h=0.5},{state="moving",repeat=3}]',
+    'ambient={kind="wave",amplitude_K=3,value_degC=22}',
+)
+NETWORK = "robot.thermal.model=network"
+
+
+def built(name, *overrides, robot=None):
+    return build_live(path_file(name), robot, overrides, quiet)
+
+
+@pytest.fixture(scope="module")
+def spiral():
+    return built("spiral_1300")
+
+
+@pytest.fixture(scope="module")
+def schedule():
+    return built("line_y", *SCHEDULE, NETWORK)
+
+
+def kinds(live_job):
+    return [slider.kind for slider in live_job.live.day.sliders]
+
+
+def moved(live_job, **values):
+    """The planned setting with the first slider of some kinds at other values."""
+    sliders = live_job.live.day.sliders
+    first = {kind: next(n for n, s in enumerate(sliders) if s.kind == kind) for kind in values}
+    setting = list(planned_setting(live_job.live.day))
+    for kind, value in values.items():
+        setting[first[kind]] = value
+    return tuple(setting)
+
+
+def test_the_formula_is_the_full_computation_on_the_spiral(spiral):
+    agreement = check(spiral)
+    assert len(agreement.settings) == 21
+    assert agreement.largest < 0.1 * UM
+    errors = [at(spiral.live, setting, spiral.live.after).largest for setting in agreement.settings]
+    assert min(errors) < 3 * UM < 100 * UM < max(errors)  # the settings lie far from each other
+
+
+def test_the_formula_is_the_full_computation_in_a_schedule_by_the_network(schedule):
+    assert kinds(schedule) == ["repeat", "feed", "duty", "duration", "air", "delay", "run", "cte"]
+    assert check(schedule).largest < 0.02 * UM
+
+
+def test_the_formula_is_the_full_computation_with_every_error_source(tmp_path):
+    live_job = built("line_y", robot=flawed_file(tmp_path))
+    assert "cte" not in kinds(live_job)
+    assert any("a value for each length" in words for words in live_job.live.day.missing)
+    assert check(live_job).largest < 0.2 * UM
+
+
+def test_before_is_what_predict_says_with_the_overrides_of_the_setting(spiral):
+    setting = moved(spiral, duration=2.5, feed=80.0, duty=0.6, air=23.0, delay=20.0, cte=13.0)
+    overrides = overrides_of(spiral.live.day, setting)
+    assert overrides == [
+        "before.0.duration_h=2.5", "before.0.feed_mm_s=80.0", "before.0.duty=0.6", "ambient.value_degC=23.0",
+        "robot.thermal.cte_um_m_K=13.0", "compensation.average_over={delay_s=[1200.0, 1200.0]}",
+    ]  # fmt: skip
+    planned = generate.predict(load_job(path_file("spiral_1300"), overrides=overrides), quiet)
+    extent, shown = planned.deviation().on_part["total"], at(spiral.live, setting, spiral.live.before)
+    assert shown.largest == pytest.approx(extent.max, abs=0.1 * UM)
+    assert shown.p99 == pytest.approx(extent.p99, abs=0.1 * UM)
+    assert shown.rms == pytest.approx(extent.rms, abs=0.1 * UM)
+
+
+def test_after_is_the_one_written_text_flown_in_the_other_state(schedule):
+    setting = moved(schedule, run=14.0, delay=7.5, repeat=11.0, air=27.0)
+    overrides = overrides_of(schedule.live.day, setting)
+    assert overrides[-1] == "compensation.average_over={delay_s=[450.0, 450.0], runs=[14, 14]}"
+    job = load_job(path_file("line_y"), overrides=[*SCHEDULE, NETWORK, *overrides])
+    prepared = schedule.after.geometry.prepared.reheated(
+        schedule.corrected.twin, duties_before(job.history, Start(13, 450.0)), job.history.air
+    )
+    deviation = deviation_from_path(schedule.planned.path, prepared.chunks(), prepared.sample_count)
+    shown = at(schedule.live, setting, schedule.live.after)
+    assert shown.largest == pytest.approx(deviation.on_part["total"].max, abs=0.02 * UM)
+    assert shown.largest > 5 * UM
+
+
+def test_as_planned_before_and_after_are_the_report_s(spiral):
+    setting = planned_setting(spiral.live.day)
+    for places, deviation in (
+        (spiral.live.before, spiral.planned.deviation()), (spiral.live.after, spiral.corrected.deviation),
+    ):  # fmt: skip
+        assert at(spiral.live, setting, places).largest == pytest.approx(deviation.on_part["total"].max, abs=1e-10)
+    assert overrides_of(spiral.live.day, setting) == []
+
+
+def test_the_state_is_that_of_the_thermal_model(schedule):
+    setting = moved(schedule, run=14.0)
+    state, job = state_of(schedule.live, setting), schedule.job
+    heat, history = job.heat, job.history
+    expected = state_after(heat, duties_before(history, Start(13)), np.zeros(len(heat.rate)))
+    np.testing.assert_allclose(state.z, expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+    assert state.elapsed == pytest.approx(history.clock + history.runs[13])
+
+
+def test_settings_are_drawn_the_same_every_time_and_inside_the_ranges(schedule):
+    sliders = schedule.live.day.sliders
+    assert drawn_settings(sliders) == drawn_settings(sliders)
+    for setting in drawn_settings(sliders):
+        assert all(s.low <= v <= s.high and (not s.stops or v in s.stops) for s, v in zip(sliders, setting))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["before=[]"], "no [[before]]"),
+        (['before=[{state="moving",feed_mm_s=100,duration_h=40,shifts=true}]', "shift=[{from_h=6,to_h=14}]"], "shifts"),
+    ],
+)
+def test_a_slider_that_a_path_has_none_of_is_named_with_the_reason(overrides, words):
+    live_job = built("line_y", *overrides)
+    assert "duration" not in kinds(live_job)
+    assert any(words in sentence for sentence in live_job.live.day.missing)
+    assert any("no [[cycle]]" in sentence for sentence in live_job.live.day.missing)
+    assert check(live_job).largest < 0.05 * UM
+
+
+def test_a_file_for_several_starts_moves_from_their_mean():
+    live_job = built("line_y", "compensation.average_over.delay_s=[0, 3600]")
+    assert check(live_job).largest < 0.05 * UM
+    late, early = (at(live_job.live, moved(live_job, delay=d), live_job.live.after).largest for d in (60.0, 0.0))
+    mean = at(live_job.live, moved(live_job, delay=30.0), live_job.live.after).largest
+    assert mean < min(late, early)
