@@ -10,7 +10,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError
 from compgen.core.toml import check, override, read_toml, read_toml_text
-from compgen.core.units import HOUR, MM
+from compgen.core.units import HOUR, MINUTE, MM
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import programs_of
 from compgen.pipelines.robot_file import find_robot
@@ -209,7 +209,7 @@ def _air(path: PathFile, job: Job) -> tuple[list[Slider], list[str]]:
 def _start(job: Job) -> tuple[list[Slider], list[str]]:
     runs = len(job.history.runs)
     first = 0 if job.ensemble is None else job.ensemble.runs[0]
-    delay = 0.0 if job.ensemble is None else job.ensemble.delay[0] / 60
+    delay = 0.0 if job.ensemble is None else job.ensemble.delay[0] / MINUTE
     sliders = [
         Slider("delay", "", "Start delay, servo on", "min", 0, max(LONGEST_DELAY, 2 * delay), 0.5, delay)
     ]  # fmt: skip
