@@ -5,6 +5,7 @@ Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be don
 
 import os
 import sys
+from typing import Any
 
 import typer
 
@@ -15,6 +16,9 @@ from compgen.cli.messages import print_error, print_refusal
 from compgen.cli.output import let_readers_leave
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
+
+#: a wrong call, as typer and click name it; typer has a name of its own for it only from 0.28 on
+WrongCall: type[Any] = typer.BadParameter.__bases__[0]
 
 
 def main() -> None:
@@ -44,7 +48,7 @@ def _exit_code() -> int:
         return print_refusal(str(failure), failure.exit_code)
     except (KeyboardInterrupt, typer.Abort):
         return print_refusal("interrupted; nothing was written", 130)
-    except typer.TyperException as failure:
+    except WrongCall as failure:
         return print_refusal(f"{failure.format_message().rstrip('.')}; see cgen --help", 2)
     except MemoryError:
         return print_refusal("not enough memory; make the path smaller, or raise process.chord_um", 2)

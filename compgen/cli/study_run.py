@@ -43,7 +43,10 @@ def run_scenarios(study: Study, folder: Path, workers: int, cluster: str | None,
 def _scenario_bar(total: int, done: int, quiet: bool) -> Iterator[Callable[[int], None]]:
     """Scenarios done and the time left, on a terminal only."""
     console = Console(stderr=True, force_terminal=sys.stderr.isatty())
+    if quiet or not console.is_terminal:  # a bar that is disabled still ends its line before rich 14.3
+        yield lambda count: None
+        return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+    with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("scenarios", total=total, completed=done)
         yield lambda count: bar.advance(task, count)
