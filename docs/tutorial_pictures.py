@@ -78,18 +78,16 @@ def stretches(points: list[Point], shades: list[int]) -> list[tuple[int, list[Po
     return out
 
 
-def maps(file: Path, alt: str) -> str:
-    """The path on the part, seen from above in World, by its error before (left) and after (right)."""
-    points = [row for row in rows(file) if row["contact"] == "1"]
-    x, y = ([float(row[f"{axis}_mm"]) for row in points] for axis in "xy")
+def maps(x: list[float], y: list[float], sizes: dict[str, list[float]], alt: str, width: int = 2) -> str:
+    """A path [mm] seen from above, the robot at the top, twice beside each other, by the sizes of its error [um]."""
+    x, y = y, [-value for value in x]
     scale = min(330 / (max(x) - min(x)), 250 / (max(y) - min(y)))
     body, bottom = [], 60 + scale * (max(y) - min(y))
-    for left, side in ((30, "before"), (470, "after")):
-        size = [math.hypot(*(float(row[f"{side}_d{axis}_um"]) for axis in "xyz")) for row in points]
+    for left, (side, size) in zip((30, 470), sizes.items()):
         top = max(size)
         places = 1 if top >= 10 else 2
-        body.append(text(left, 28, f"{side}: up to {top:.{places}f} µm on the part", colour=INK, size=17))
-        body.append('<g fill="none" stroke-width="2">')
+        body.append(text(left, 28, f"{side}: up to {top:.{places}f} µm", colour=INK, size=17))
+        body.append(f'<g fill="none" stroke-width="{width}">')
         flat = [(left + (a - min(x)) * scale, bottom - (b - min(y)) * scale) for a, b in zip(x, y)]
         shades = [round(LEVELS * value / top) for value in size]
         for shade, way in stretches(flat, shades):
@@ -109,7 +107,13 @@ def maps(file: Path, alt: str) -> str:
             text(bar + 17, 70, f"{top:.{places}f}"),
             text(bar + 17, (bottom + 70) / 2, f"{top / 2:.{places}f}"),
         ]
-    body.append(text(30, bottom + 28, "seen from above: World x to the right, y up; each side on a scale of its own"))
+    body.append(
+        text(
+            30,
+            bottom + 28,
+            "on the part, seen from above, the robot at the top, World y to the right; each side on a scale of its own",
+        )
+    )
     return svg(900, round(bottom + 44), alt, body)
 
 
@@ -151,7 +155,21 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
 
 def my_raster(folder: Path) -> str:
     """The plate, before and after."""
-    return maps(folder / "outputs/plate/waypoints.csv", "Error of the tool on the plate, before and after")
+    points = [row for row in rows(folder / "outputs/plate/waypoints.csv") if row["contact"] == "1"]
+    x, y = ([float(row[f"{axis}_mm"]) for row in points] for axis in "xy")
+    sizes = {
+        side: [math.hypot(*(float(row[f"{side}_d{axis}_um"]) for axis in "xyz")) for row in points]
+        for side in ("before", "after")
+    }
+    return maps(x, y, sizes, "Error of the tool on the plate, before and after")
 
 
-DRAWN: dict[str, Callable[[Path], str]] = {"my_raster": my_raster}
+def robodk(folder: Path) -> str:
+    """The eight passes, before and after."""
+    points = rows(folder / "outputs/PASSES/positions.csv")[1:-1]  # above the part at both ends
+    x, y = ([float(row[f"{axis}_mm"]) for row in points] for axis in "xy")
+    sizes = {side: [float(row[f"{side}_um"]) for row in points] for side in ("before", "after")}
+    return maps(x, y, sizes, "Error of the tool on the passes, before and after", width=5)
+
+
+DRAWN: dict[str, Callable[[Path], str]] = {"my_raster": my_raster, "robodk": robodk}

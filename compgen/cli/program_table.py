@@ -5,7 +5,11 @@ from typing import Any
 from compgen.cli.console import stdout_console
 
 #: Where a program says that compgen has corrected it.
-MARKS = {"remark": "a remark", "digits": "the last digits of its positions", "record": "the provenance file beside it"}
+MARKS = {
+    "remark": "a remark says so",
+    "digits": "the last digits of its positions say so",
+    "record": "the provenance file beside it says so",
+}
 MOST_STATEMENTS = 40  # unsafe ones that are printed; a long program may have thousands
 
 
@@ -16,7 +20,7 @@ def show_program(report: dict[str, Any]) -> None:
     counts = ", ".join(f"{n} {letter}" for letter, n in sorted(motions.items())) or "none"
     console.print(f"{report['name']}  {report['comment']}".rstrip())
     if report["mark"] in MARKS:
-        console.print(f"corrected by compgen: {MARKS[report['mark']]} says so; correct refuses it")
+        console.print(f"corrected by compgen: {MARKS[report['mark']]}; correct refuses it")
     console.print(f"motions: {counts}; {report['disabled_motions']} disabled")
     console.print(
         f"positions: {positions['defined']} defined, {positions['used']} used, {len(positions['shared'])} shared, "

@@ -1,6 +1,7 @@
 """The shipped robots and paths, laid down for a user."""
 
-from command_line import run
+import pytest
+from command_line import refused, run
 from shipped import ROOT
 
 
@@ -20,3 +21,21 @@ def test_wheel_carries_robots_and_paths():
     text = (ROOT / "pyproject.toml").read_text()
     assert '"robots" = "compgen/data/robots"' in text
     assert '"paths" = "compgen/data/paths"' in text
+    assert '"docs/tutorials/data" = "compgen/data/docs/tutorials/data"' in text
+
+
+def test_init_lays_down_the_files_of_a_tutorial_and_keeps_those_there(tmp_path):
+    done = run("init", tmp_path, "--tutorial", "robodk")
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1] == f"2 files of the tutorial in {tmp_path}: PASSES.LS, frames.toml"
+    data = ROOT / "docs" / "tutorials" / "data" / "robodk"
+    assert all((tmp_path / file.name).read_bytes() == file.read_bytes() for file in data.iterdir())
+    (tmp_path / "frames.toml").write_text("mine")
+    assert "0 files of the tutorial" in run("init", tmp_path, "--tutorial", "robodk").stdout
+    assert (tmp_path / "frames.toml").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["robots", "..", ""])
+def test_a_tutorial_without_files_is_refused_by_the_names_there_are(name, tmp_path):
+    refused(run("init", tmp_path / "cell", "--tutorial", name), 2, "--tutorial", "robodk")
+    assert not (tmp_path / "cell").exists()

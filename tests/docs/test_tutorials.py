@@ -7,6 +7,7 @@ import pytest
 from shipped import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
+import tutorial_data
 import tutorial_pictures
 import tutorials
 
@@ -70,6 +71,14 @@ def test_a_tutorial_has_the_parts_that_a_stranger_looks_for(page):
         assert wanted in headings
     assert "**At the end you have**" in text
     assert "**You need**" in text
+
+
+def test_the_files_that_tutorials_begin_with_are_what_their_script_makes():
+    made = tutorial_data.files()
+    assert {name: (tutorial_data.FOLDER / name).read_text() for name in made} == made
+    shipped = {file.relative_to(tutorial_data.FOLDER).as_posix() for file in tutorial_data.FOLDER.glob("*/*")}
+    assert shipped == set(made)
+    assert {name.partition("/")[0] for name in made} <= {page.stem for page in PAGES}
 
 
 def test_lines_left_out_are_the_only_freedom_of_an_output():
