@@ -10,6 +10,7 @@ from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import FramesFile, JobRobot, Json, Overrides, PathFile, Quiet, Workers, output_folder
 from compgen.cli.ownership import check_own_file, read_record
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 
@@ -41,6 +42,8 @@ def anchor(
     robot: JobRobot = None,
     overrides: Overrides = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -59,6 +62,7 @@ def anchor(
         raise InputError(f"-o {target}: not the name of a state's file; give one that ends in .toml")
     check_own_file("-o", str(target), b"as cgen anchor wrote it", "anchor")
     folder = None if html is None else Path(html)
+    options = page_options(folder or target.parent, assets if folder else Assets.INLINE, date)
     if folder is not None:
         output_folder(path, html)
         for name in (PAGE, RECORD):
@@ -71,7 +75,8 @@ def anchor(
         publish(target.parent, {target.name: state_text(result.state).encode()}, {}, {target.name})
     record = anchor_json(result)
     if folder is not None:
-        publish(folder, {}, {RECORD: record, PAGE: anchor_html(result)}, {RECORD, PAGE})
+        share_script(folder, options)
+        publish(folder, {}, {RECORD: record, PAGE: anchor_html(result, options)}, {RECORD, PAGE})
     if as_json:
         print_record(record)
     elif not quiet:

@@ -23,6 +23,7 @@ from compgen.cli.options import (
     output_folder,
 )
 from compgen.cli.ownership import check_correction_folder, check_restored
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
@@ -68,6 +69,8 @@ def correct(
     ] = None,
     overrides: Overrides = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -99,6 +102,7 @@ def correct(
     content = read_program(program)
     if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
         raise InputError(f"{program}: the result would replace it; give another folder with -o")
+    of_page = page_options(folder, assets, date)
     if restore:
         _restore(source, content, folder, as_json, quiet)
         return
@@ -122,9 +126,10 @@ def correct(
             )
         progress("report", 0.0)
         written = correction.is_usable or force
-        files = correction_files(correction, file, written)
+        files = correction_files(correction, file, written, of_page)
         programs = {name: files[name] for name in (provenance, file) if name in files}
         reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
+        share_script(folder, of_page)
         publish(folder, programs, reports, {*reports, provenance, file})
     if as_json:
         print_record(files["report.json"])

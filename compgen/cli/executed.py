@@ -23,7 +23,9 @@ from compgen.cli.options import (
     position_log,
 )
 from compgen.cli.ownership import EXECUTED, check_executed_folder
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import publish
+from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_of
 
 
@@ -44,6 +46,8 @@ def executed(
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>_executed.")
     ] = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -52,9 +56,10 @@ def executed(
     from compgen.pipelines.program_file import naming_program, read_frames, read_program, read_registers
     from compgen.pipelines.programs_beside import programs_beside
     from compgen.pipelines.robot_choice import robot_of_program
-    from compgen.pipelines.robot_file import load_robot
+    from compgen.pipelines.robot_file import find_robot, load_robot
     from compgen.report.executed_page import executed_html
     from compgen.report.executed_summary import executed_csv, executed_json, executed_summary
+    from compgen.report.inputs import measured_inputs
     from compgen.verification.executed.position_log import read_position_log
 
     log = position_log(log)
@@ -62,9 +67,11 @@ def executed(
     folder = output_folder(program, output, "_executed")
     content = read_program(program)
     with naming_program(program):
-        arm = load_robot(robot if robot is not None else robot_of_program(content))
+        robot_file = str(find_robot(robot if robot is not None else robot_of_program(content)))
+        arm = load_robot(robot_file)
         text = read_text(program, content)
     check_executed_folder(folder, text.name)
+    options = page_options(folder, assets, date)
     others = [(name, read_program(name)) for name in also or []]
     situation = Situation(arm, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world)
     with naming_program(program):
@@ -73,11 +80,13 @@ def executed(
     use_cores(workers)
     run = judge(text, positions, situation, others, bound)
     summary = executed_summary(run, text, arm, bound)
+    inputs = measured_inputs(arm.name, [(file, file_hash(file)) for file in (robot_file, program, log)])
     files = {
         EXECUTED: executed_json(summary),
-        "executed.html": executed_html(run, summary),
+        "executed.html": executed_html(run, summary, inputs, options),
         "executed.csv": executed_csv(run),
     }
+    share_script(folder, options)
     publish(folder, {}, files, set(files))
     if as_json:
         print_record(files[EXECUTED])

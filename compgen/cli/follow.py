@@ -12,6 +12,7 @@ from compgen.cli.durations import duration
 from compgen.cli.messages import print_error, print_note_once
 from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateFile, Workers, checked_bound
 from compgen.cli.output import reader_has_left
+from compgen.cli.page_options import Assets, AssetsOption, page_options
 from compgen.cli.resume import JobPath, PagesFolder, checked_moment, within
 from compgen.cli.resume_files import put_pages
 from compgen.core import interrupts
@@ -59,6 +60,7 @@ def follow(
     force: Annotated[bool, typer.Option("--force", help="Write pages even outside the job's own bounds.")] = False,
     max_um: MaxUm = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -86,6 +88,7 @@ def follow(
     begun = duration(started, "--started") if started is not None else first
     checked_moment(date)
     place = Path(folder)
+    options = page_options(place, assets, date)
     finish_replacing(place)
     written = read_written_job(place)
     if not 0 <= loaded <= len(written.pages):
@@ -128,7 +131,7 @@ def follow(
                     looked.loaded, max(written.done, times.last(looked.time) - bool(looked.running)),
                 )  # fmt: skip
                 if resumed.replaced and (resumed.inside or force):
-                    put_pages(place, resumed)
+                    put_pages(place, resumed, options)
                     written = read_written_job(place)
                     programs = read_written(written, whole)
             if not quiet or as_json:

@@ -22,6 +22,7 @@ from compgen.cli.options import (
     with_state,
 )
 from compgen.cli.ownership import HEAT, check_heat_folder
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import publish
 from compgen.core.units import UM
 
@@ -35,6 +36,8 @@ def heat(
     state_age: StateAge = None,
     max_um: MaxUm = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -48,13 +51,15 @@ def heat(
     use_cores(workers)
     job = load_job(path, robot, with_state(path, overrides, state, state_age))
     check_heat_folder(folder, job.name)
+    options = page_options(folder, assets, date)
     day = timeline(job)
     files = {
         HEAT: heat_json(job, day),
         "heat.csv": heat_csv(job, day),
-        "heat.html": heat_html(job, day),
+        "heat.html": heat_html(job, day, options),
         "runs.csv": runs_csv(job, day),
     }
+    share_script(folder, options)
     publish(folder, {}, files, set(files))
     if as_json:
         print_record(files[HEAT])

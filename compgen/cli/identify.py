@@ -11,9 +11,10 @@ from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import Json, MaxUm, Quiet, Workers, checked_bound
 from compgen.cli.ownership import check_identified
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
-from compgen.core.files import POSTERIOR
+from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Level, first_of
 
 RobotArgument = Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)]
@@ -53,6 +54,8 @@ def identify(
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/identify/<robot>.toml.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write the robot file even if the verdict is no.")] = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     as_json: Json = False,
     quiet: Quiet = False,
     workers: Workers = 0,
@@ -71,6 +74,7 @@ def identify(
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_page import identification_html
     from compgen.report.identification_summary import identification_json
+    from compgen.report.inputs import measured_inputs
 
     if not (poses or warm_up or distances or touches):
         raise InputError(NOTHING)
@@ -86,6 +90,7 @@ def identify(
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json", POSTERIOR)])
     check_identified(target)
     use_cores(workers)
+    options = page_options(target.parent, assets, date)
     measurements, of_log = read_measurements(arm, files, force, reference)
     with show_progress(quiet or as_json) as progress:
         identified = identification.identify(
@@ -98,13 +103,16 @@ def identify(
     # a robot file that stands stays with its own reports
     stem = target.stem if is_written or not target.exists() else f"{target.stem}_refused"
     page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
-    reports = {report.name: identification_json(identified), page.name: identification_html(identified)}
+    inputs = measured_inputs(arm.robot.name, [(file, file_hash(file)) for file in (arm.source, *files.names)])
+    html = identification_html(identified, inputs, options)
+    reports = {report.name: identification_json(identified), page.name: html}
     robot_files = {}
     if is_written:
         posterior = target.with_suffix(POSTERIOR).name
         text, of_posterior = identified_texts(arm, identified, files.names, posterior)
         robot_files = robot_files_of(target, text)
         reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
+    share_script(target.parent, options)
     publish(target.parent, robot_files, reports, {*robot_files, *reports})
     if as_json:
         print_record(reports[report.name])

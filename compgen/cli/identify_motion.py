@@ -20,8 +20,10 @@ from compgen.cli.options import (
     position_log,
 )
 from compgen.cli.ownership import check_identified_motion
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
+from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_of
 
 
@@ -36,6 +38,8 @@ def identify_motion(
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
     ] = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -48,6 +52,7 @@ def identify_motion(
     from compgen.pipelines.programs_beside import programs_beside
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_arm, load_robot
+    from compgen.report.inputs import measured_inputs
     from compgen.report.motion_report import motion_html, motion_json, motion_sentences, motion_summary
     from compgen.verification.executed.position_log import read_position_log
 
@@ -62,6 +67,7 @@ def identify_motion(
     check_writable(target.absolute().parent)
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json")])
     check_identified_motion(target)
+    options = page_options(target.parent, assets, date)
     with naming_program(program):
         text = read_text(program, content)
     situation = Situation(
@@ -75,10 +81,12 @@ def identify_motion(
     # a robot file that stands stays with its own reports
     stem = target.stem if identified.accepted or not target.exists() else f"{target.stem}_refused"
     page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
-    reports = {report.name: motion_json(summary), page.name: motion_html(summary)}
+    inputs = measured_inputs(nominal.name, [(file, file_hash(file)) for file in (arm.source, program, log)])
+    reports = {report.name: motion_json(summary), page.name: motion_html(summary, inputs, options)}
     robot_files = {}
     if identified.accepted:
         robot_files = {target.name: motion_text(arm.text, nominal, run, text, identified).encode()}
+    share_script(target.parent, options)
     publish(target.parent, robot_files, reports, {*robot_files, *reports})
     if as_json:
         print_record(reports[report.name])

@@ -8,7 +8,6 @@ import typer
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     DEFAULT_DATE,
-    Date,
     JobRobot,
     Json,
     MaxUm,
@@ -26,6 +25,7 @@ from compgen.cli.options import (
     with_state,
 )
 from compgen.cli.ownership import check_file
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import write_file
 from compgen.core.dates import checked_date
 from compgen.core.findings import Level
@@ -39,7 +39,11 @@ def generate(
     overrides: Overrides = None,
     state: StateFile = None,
     state_age: StateAge = None,
-    date: Date = DEFAULT_DATE,
+    date: Annotated[
+        str | None,
+        typer.Option("--date", help="In the program's header, YY-MM-DD, there 26-01-01 unless given; on the page."),
+    ] = None,
+    assets: AssetsOption = Assets.INLINE,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
     pages: Annotated[
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
@@ -73,12 +77,15 @@ def generate(
         job = load_job(path, robot, changes)
         job = job if lift is None else lifted(job, lift)
         check_folder(folder, "generate", job)
-        planned, corrected = pipeline.generate(job, progress, checked_date(date), pages)
+        of_page = page_options(folder, assets, date)
+        in_header = DEFAULT_DATE if date is None else checked_date(date)
+        planned, corrected = pipeline.generate(job, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
-        reports = job_reports(planned, corrected)
+        reports = job_reports(planned, corrected, of_page)
         written = corrected.inside or corrected.is_as_planned or force
         programs = dict(corrected.delivery.files) if written else {}
+        share_script(folder, of_page)
         publish_job(folder, programs, reports, job, progress)
     if as_json:
         print_record(reports["report.json"])
@@ -106,6 +113,8 @@ def predict(
     state_age: StateAge = None,
     max_um: MaxUm = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -125,9 +134,11 @@ def predict(
     with show_progress(quiet or as_json, PREDICT) as progress:
         job = load_job(path, robot, changes)
         check_folder(folder, "predict", job)
+        of_page = page_options(folder, assets, date)
         planned = pipeline.predict(job, progress)
         progress("report", 0.0)
-        reports = job_reports(planned, None)
+        reports = job_reports(planned, None, of_page)
+        share_script(folder, of_page)
         publish_job(folder, {}, reports, job, progress)
     if as_json:
         print_record(reports["report.json"])

@@ -10,6 +10,7 @@ import typer
 from compgen.cli.durations import duration
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateAge, StateFile, Workers, checked_bound
+from compgen.cli.page_options import Assets, AssetsOption, page_options
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 
@@ -39,10 +40,12 @@ def resume(
     path: JobPath = None,
     robot: JobRobot = None,
     date: Annotated[
-        str | None, typer.Option("--date", help="When, for the record in the manifest; default now (UTC).")
+        str | None,
+        typer.Option("--date", help="When, for the record, default now (UTC); on the page if given."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -76,6 +79,7 @@ def resume(
         raise InputError("--state-age: is of a state; name its file with --state")
     when = checked_moment(date)
     place = Path(folder)
+    options = page_options(place, assets, date)
     finish_replacing(place)
     written = read_written_job(place)
     require_free(written, from_page, loaded, done)
@@ -84,7 +88,7 @@ def resume(
     if CORRECTED in written.record:
         resume_corrected_program(
             written, place, from_page, waits if late is not None else None, log, when, loaded, done, robot, max_um,
-            force, as_json, quiet,
+            force, as_json, quiet, options,
         )  # fmt: skip
         return
     with show_progress(quiet or as_json, RESUME) as progress:
@@ -99,7 +103,7 @@ def resume(
         progress("report", 0.0)
         is_written = bool(resumed.replaced) and (resumed.inside or force)
         if is_written:
-            put_pages(place, resumed)
+            put_pages(place, resumed, options)
     if as_json:
         print_record(resume_json(resumed))
     elif not quiet:

@@ -15,11 +15,13 @@ from compgen.pipelines.resume.written_job import WrittenJob
 
 if TYPE_CHECKING:
     from compgen.pipelines.resume.corrected import ResumedProgram
+    from compgen.report.page import PageOptions
 
 
 def resume_corrected_program(
     written: WrittenJob, folder: Path, from_page: int, late: float | None, log: str | None, date: str,
     loaded: int, done: int, robot: str | None, max_um: float | None, force: bool, as_json: bool, quiet: bool,
+    options: "PageOptions",
 ) -> None:  # fmt: skip
     """Write the remaining pages of a corrected program anew; the options are those of ``resume``."""
     from compgen.cli.resume_files import put_files
@@ -42,7 +44,7 @@ def resume_corrected_program(
         report = program_json(resumed)
         if is_written:
             changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-            put_files(folder, changed, report, program_html(resumed))
+            put_files(folder, changed, report, program_html(resumed, options))
     if as_json:
         print_record(report)
     elif not quiet:

@@ -4,19 +4,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compgen.cli.ownership import RESUME_FILES, read_record
+from compgen.cli.page_options import share_script
 from compgen.core.exceptions import InputError
 
 if TYPE_CHECKING:
     from compgen.pipelines.resume.result import Resumed
+    from compgen.report.page import PageOptions
 
 
-def put_pages(folder: Path, resumed: "Resumed") -> None:
+def put_pages(folder: Path, resumed: "Resumed", options: "PageOptions") -> None:
     """Put the new pages, the manifest and the report into their folder, all of them or none."""
     from compgen.report.resume_page import resume_html
     from compgen.report.resume_summary import resume_json
 
+    share_script(folder, options)
     changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-    put_files(folder, changed, resume_json(resumed), resume_html(resumed))
+    put_files(folder, changed, resume_json(resumed), resume_html(resumed, options))
 
 
 def put_files(folder: Path, changed: dict[str, bytes], report: bytes, page: bytes) -> None:

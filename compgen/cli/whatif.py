@@ -23,6 +23,7 @@ from compgen.cli.options import (
     with_bound,
     with_state,
 )
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
 from compgen.cli.publish import publish
 from compgen.cli.study_folder import QUESTIONS, RECORD, own_files, study_folder
 
@@ -57,6 +58,8 @@ def whatif(
     state_age: StateAge = None,
     max_um: MaxUm = None,
     as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -74,10 +77,12 @@ def whatif(
     folder = output_folder(path, output, "_whatif")
     identity = study.identity if study else None
     folder = study_folder(folder, path, identity, set(questions or []), output is not None, fresh)
+    of_page = page_options(folder, assets, date)
     answers = answer_questions(path, robot, overrides, questions or [], within_um * UM, pass_paths or [], feeds)
     rows = run_scenarios(study, folder, workers, cluster, fresh, quiet or as_json) if study else []
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
-    files = study_files(path, overrides, study, rows, answers)
+    files = study_files(path, overrides, study, rows, answers, of_page)
+    share_script(folder, of_page)
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if as_json:
         print_record(files[RECORD])

@@ -3,6 +3,7 @@
 import os
 import stat
 from errno import EFBIG, EINVAL, EISDIR
+from hashlib import sha256
 from pathlib import Path
 
 from compgen.core.units import MB
@@ -11,6 +12,11 @@ MOST_BYTES = 2_000_000_000
 PROVENANCE = ".compgen.json"  # behind a program's name: what it was corrected from, beside a corrected program
 POSTERIOR = ".posterior.json"  # behind a robot file's name: how well its parameters are known together, beside it
 MOST_TABLE_BYTES = 16_000_000  # of a TOML file or another that people write by hand
+
+
+def file_hash(source: str | Path) -> str:
+    """The sha256 of a file's bytes, in hexadecimal digits; raises as ``read_regular``."""
+    return sha256(read_regular(source)).hexdigest()
 
 
 def read_regular(source: str | Path, most: int = MOST_BYTES) -> bytes:

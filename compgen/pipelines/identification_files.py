@@ -3,7 +3,6 @@
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 
@@ -12,7 +11,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
-from compgen.core.files import read_regular
+from compgen.core.files import file_hash
 from compgen.core.findings import Finding
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, HOUR, MM
@@ -195,7 +194,7 @@ def identified_robot_text(
     arm: Arm, identified: Identification, files: Sequence[str], posterior: Mapping[str, str] = MappingProxyType({})
 ) -> str:
     """The robot file with the error sources that were identified, the files that they are from, and its posterior."""
-    checksums = ", ".join(f"{Path(f).name} ({sha256(read_regular(f)).hexdigest()[:12]})" for f in files)
+    checksums = ", ".join(f"{Path(f).name} ({file_hash(f)[:12]})" for f in files)
     model = identified.selected.candidate.name
     provenance = f"{len(identified.data.theta)} poses, model '{model}', from {checksums}"
     known = [replace(k, provenance=provenance) if k.sigma else k for k in identified.known]

@@ -10,11 +10,15 @@ from compgen.pipelines.anchor import Anchored
 from compgen.report.anchor_record import anchor_record
 from compgen.report.figure import COOL, GREY, WARM, axis, figure, trace
 from compgen.report.figure_words import curves_in_words
-from compgen.report.page import figure_section, findings_list, page, section, verdict
+from compgen.report.inputs import SHORT, Inputs, job_inputs
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
+from compgen.report.table import table
+
+REMARK = "The state holds for the robot as it was touched, standing since, for as long as it says."
 
 
-def anchor_html(anchored: Anchored) -> bytes:
-    """One page."""
+def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
+    """One page, the same bytes for the same inputs."""
     data = anchor_record(anchored)
     before, after = data["path"]["before"]["rms_um"], data["path"]["after"]["rms_um"]
     kind = {"anchored": "inside", "leave it": "inside"}.get(data["verdict"], "outside")
@@ -23,11 +27,17 @@ def anchor_html(anchored: Anchored) -> bytes:
         f"&micro;m rms before the touches and {after:.0f} &micro;m after; the state holds "
         f"{data['state']['window_s'] / MINUTE:.0f} min."
     )
-    body = verdict(kind, lead) + _path(anchored) + _rises(data) + _touches(data) + _hypotheses(data)
-    return page(
-        f"What {anchored.job.robot.name} is now: {anchored.job.title or anchored.job.name}",
-        body + findings_list(anchored.findings),
-    )
+    body = findings_list(anchored.findings)
+    body += _path(anchored) + _rises(data) + _touches(data) + _hypotheses(data)
+    title = f"What {anchored.job.robot.name} is now: {anchored.job.title or anchored.job.name}"
+    return page(title, body, verdict(kind, lead), _inputs(anchored), REMARK, options)
+
+
+def _inputs(anchored: Anchored) -> Inputs:
+    """The job's, and what was touched."""
+    of_job, made_from = job_inputs(anchored.job), anchored.state.made_from
+    rows = [(name, f"sha256 {digest[:SHORT]}") for name, digest in made_from.items() if name != "path"]
+    return Inputs((*of_job.rows, *rows), (*of_job.hashes, *made_from.items()))
 
 
 def _path(anchored: Anchored) -> str:
@@ -46,52 +56,47 @@ def _path(anchored: Anchored) -> str:
 
 def _rises(data: dict[str, Any]) -> str:
     state = data["state"]
-    rows = "".join(
-        f"<tr><td>{escape(name)}</td><td>{state['forecast_K'][name]:.2f}</td><td>{rise:.2f}</td>"
-        f"<td>{2 * state['sigma_K'][name]:.2f}</td></tr>"
+    rows = [
+        [f"rise of {escape(name)} [K]", f"{state['forecast_K'][name]:.2f}", f"{rise:.2f}",
+         f"{2 * state['sigma_K'][name]:.2f}"]
         for name, rise in state["rise_K"].items()
-    )
-    head = "<tr><th>rise [K]</th><th>forecast</th><th>state</th><th>k = 2</th></tr>"
-    base = "".join(
-        f"<tr><td>base {name}</td><td>0</td><td>{value:.1f}</td><td>{2 * sigma:.1f}</td></tr>"
+    ]  # fmt: skip
+    rows += [
+        [f"base {name}", "0", f"{value:.1f}", f"{2 * sigma:.1f}"]
         for name, value, sigma in zip(
             ("x [&micro;m]", "y [&micro;m]", "z [&micro;m]", "about x [mdeg]", "about y [mdeg]", "about z [mdeg]"),
             (*state["base_shift_um"], *state["base_turn_mdeg"]), (*state["base_sigma_um"], *state["base_sigma_mdeg"]),
         )
-    )  # fmt: skip
-    drift = "".join(
-        f"<tr><td>{escape(name)}</td><td>0</td><td>{d['change']:.4g}</td><td>{2 * d['sigma']:.2g}</td></tr>"
-        for name, d in state["drifting"].items()
-    )
-    return section("The state", f"<table><thead>{head}</thead><tbody>{rows}{base}{drift}</tbody></table>")
+    ]  # fmt: skip
+    rows += [
+        [escape(name), "0", f"{d['change']:.4g}", f"{2 * d['sigma']:.2g}"] for name, d in state["drifting"].items()
+    ]
+    return section("The state", table(["", "forecast", "state", "k = 2"], rows))
 
 
 def _touches(data: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{escape(t['at'].rsplit('/', 1)[-1])}</td><td>{escape(t['target'])}</td>"
-        f"<td>{', '.join(f'{v:.0f}' for v in t['from_forecast_um'])}</td>"
-        + (f"<td>{t['left_out_um']:.0f}</td><td>{t['E_n']:.2f}</td>" if t["used"] else "<td>left out</td><td></td>")
-        + "</tr>"
+    rows = [
+        [
+            escape(t["at"].rsplit("/", 1)[-1]), escape(t["target"]),
+            ", ".join(f"{v:.0f}" for v in t["from_forecast_um"]),
+            *((f"{t['left_out_um']:.0f}", f"{t['E_n']:.2f}") if t["used"] else ("left out", "")),
+        ]
         for t in data["touches"]
-    )
-    head = (
-        "<tr><th>touch</th><th>target</th><th>from the forecast [&micro;m]</th><th>predicted by the others to "
-        "[&micro;m]</th><th>E_n</th></tr>"
-    )
-    return section("Touches", f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>")
+    ]  # fmt: skip
+    head = ["touch", "target", "from the forecast [&micro;m]", "predicted by the others to [&micro;m]", "E_n"]
+    return section("Touches", table(head, rows))
 
 
 def _hypotheses(data: dict[str, Any]) -> str:
-    rows = ""
+    rows = []
     for h in data["hypotheses"]:
         wrong = h["knocked"] or (h["wrong_touch"] or "").rsplit("/", 1)[-1]
-        rows += (
-            f"<tr><td>{h['times_the_forecast']:g} times the forecast</td><td>{h['base_moved']}</td>"
-            f"<td>{escape(wrong)}</td><td>{h['times_the_noise']:g}</td><td>{h['log_evidence']:.1f}</td>"
-            f"<td>{h['chi2']:.0f}</td></tr>"
-        )
-    head = (
-        "<tr><th>what is open</th><th>base</th><th>left out</th><th>times the noise</th><th>log evidence</th>"
-        f"<th>chi&sup2; of {data['innovation']['coordinates']}</th></tr>"
-    )
-    return section("What may have happened", f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>")
+        rows.append(
+            [
+                f"{h['times_the_forecast']:g} times the forecast", str(h["base_moved"]), escape(wrong),
+                f"{h['times_the_noise']:g}", f"{h['log_evidence']:.1f}", f"{h['chi2']:.0f}",
+            ]
+        )  # fmt: skip
+    chi2 = f"chi&sup2; of {data['innovation']['coordinates']}"
+    head = ["what is open", "base", "left out", "times the noise", "log evidence", chi2]
+    return section("What may have happened", table(head, rows))

@@ -6,6 +6,7 @@ from typing import Any
 from compgen.report.band_words import known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, Figure, axis, figure, spans, trace
 from compgen.report.figure_words import curves_in_words
+from compgen.report.table import table
 from compgen.verification.band import ONE_SIDED
 
 BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
@@ -35,18 +36,17 @@ def band_explained(record: dict[str, Any]) -> str:
             f"<p class=lead>{ONE_SIDED.capitalize()}: the file says that a number is anywhere between two limits, "
             "and the program uses one that is not in their middle.</p>"
         )
-    rows = "".join(
-        f"<tr><td>{escape(source)}</td><td>{rounded(size)}</td><td>{rounded(record['budget_rms_um'][source])}</td></tr>"
+    rows = [
+        [escape(source), rounded(size), rounded(record["budget_rms_um"][source])]
         for source, size in record["budget_um"].items()
-    )
-    rows += f"<tr><td><b>all that this file knows</b></td><td><b>{whole}</b></td><td></td></tr>"
+    ]
+    rows.append(["<b>all that this file knows</b>", f"<b>{whole}</b>", ""])
     for row in record["unknown"]:
         size = row["size_um"]
         extent = "nobody said" if size is None else f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
         origin = f" <small>{escape(row['from'])}</small>" if row["from"] else ""
-        rows += f"<tr><td>not known: {escape(row['what'])}{origin}</td><td>{extent}</td><td></td></tr>"
-    head = "<th>source</th><th>largest on the part [&micro;m]</th><th>rms [&micro;m]</th>"
-    return f"{text}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+        rows.append([f"not known: {escape(row['what'])}{origin}", extent, ""])
+    return text + table(["source", "largest on the part [&micro;m]", "rms [&micro;m]"], rows)
 
 
 def budget_figure(record: dict[str, Any]) -> Figure:

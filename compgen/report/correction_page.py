@@ -23,8 +23,10 @@ from compgen.report.figure import (
     trace,
 )
 from compgen.report.figure_words import curves_in_words
-from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
+from compgen.report.inputs import correction_inputs
+from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, section, verdict
 from compgen.report.rise_figure import rise_figure
+from compgen.report.table import table
 from compgen.verification.verdict import Verdict
 
 #: Parts of the error, as the summary and as the table name them.
@@ -43,11 +45,12 @@ FIGURES = {
     "space": "The program, coloured by its error before",
     "heat": "Temperature while the program runs",
 }
+REMARK = "CNT is taken as passing through the points; jumps and calls are not followed."
 MAX_STATEMENTS = 500  # unsafe ones on the page
 
 
-def correction_html(result: Correction) -> bytes:
-    """One self-contained page, the same bytes for the same inputs."""
+def correction_html(result: Correction, options: PageOptions = PLAIN) -> bytes:
+    """One page, the same bytes for the same inputs."""
     data, plan = correction_summary(result), result.plan
     lead = (
         f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
@@ -62,24 +65,19 @@ def correction_html(result: Correction) -> bytes:
             f"proven from the written text: <b>{VERDICTS[result.verdict]}</b>"
             + (f"; {known_html(data['band'])}." if data["band"] else ".")
         )
-        table = error_table("", [(side, data[side]) for side in ("before", "after")], PARTS)
+        errors = error_table("error", [(side, data[side]) for side in ("before", "after")], PARTS)
     else:
-        kind, table = "outside", ""
+        kind, errors = "outside", ""
         text = "<b>Nothing corrected</b>: no position of this program can be, and it is unchanged."
-    body = f"{lead}{verdict(kind, text)}{findings_list(result.findings)}{table}"
+    body = f"{findings_list(result.findings)}{errors}"
     figures = correction_figures(result) if len(result.execution.station) else {}
     explained = {"budget": band_explained(data["band"])} if data["band"] else {}
     body += "".join(figure_section(FIGURES[k], content, k, explained.get(k, "")) for k, content in figures.items())
     if plan.scope.unsafe:
         body += _unsafe_statements(plan.scope.unsafe)
     made = data["provenance"]
-    body += (
-        f"<footer>compgen {made['compgen']}, robot file {escape(made['robot_file']['path'])} sha256 "
-        f"{made['robot_file']['sha256']}, planned program sha256 "
-        f"{made['planned_sha256']}, corrected {made['corrected_sha256']}. CNT is taken as passing through the points; "
-        "jumps and calls are not followed.</footer>"
-    )
-    return page(f"{data['name']}: correction", body)
+    inputs = correction_inputs(result, made["planned_sha256"], made["corrected_sha256"])
+    return page(f"{data['name']}: correction", body, lead + verdict(kind, text), inputs, REMARK, options)
 
 
 def correction_figures(result: Correction) -> dict[str, Figure]:
@@ -97,16 +95,8 @@ def correction_figures(result: Correction) -> dict[str, Figure]:
 
 def _unsafe_statements(unsafe: Sequence[Unsafe]) -> str:
     """Statements that are passed through untouched or cast doubt, with the reason of each, as a table."""
-    rows = "".join(
-        f"<tr><td>{u.line}</td><td style='text-align:left'><code>{escape(u.text)}</code></td>"
-        f"<td style='text-align:left'>{escape(u.reason)}</td></tr>"
-        for u in unsafe[:MAX_STATEMENTS]
-    )
-    head = (
-        "<thead><tr><th>line</th><th style='text-align:left'>statement</th>"
-        "<th style='text-align:left'>why</th></tr></thead>"
-    )
-    return section("Passed through untouched, or casting doubt", f"<table>{head}{rows}</table>")
+    rows = [[str(u.line), f"<code>{escape(u.text)}</code>", escape(u.reason)] for u in unsafe[:MAX_STATEMENTS]]
+    return section("Passed through untouched, or casting doubt", table(["line", "statement", "why"], rows, (1, 2)))
 
 
 def _error_over_time(result: Correction) -> Figure:

@@ -19,7 +19,9 @@ from compgen.report.figure import (
     trace,
 )
 from compgen.report.figure_words import curves_in_words
-from compgen.report.page import figure_section, findings_list, page, section, verdict
+from compgen.report.inputs import Inputs
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
+from compgen.report.table import table
 from compgen.verification.executed.judgement import ExecutedRun
 
 FIGURES = {
@@ -27,12 +29,18 @@ FIGURES = {
     "time": "Deviation over time",
     "speed": "Speed along the path",
 }
+REMARK = (
+    "The log shows what the controller knows of its joints, not where the tool was: heat, geometry, compliance and "
+    "play are not in it."
+)
 LABELS = {"total": "off the path", "across": "across, in the surface", "normal": "along the tool's axis"}
 
 
-def executed_html(run: ExecutedRun, summary: dict[str, Any]) -> bytes:
-    """One self-contained page, the same bytes for the same inputs."""
-    log, program, time = summary["log"], summary["program"], summary["time"]
+def executed_html(
+    run: ExecutedRun, summary: dict[str, Any], inputs: Inputs | None = None, options: PageOptions = PLAIN
+) -> bytes:
+    """One page, the same bytes for the same inputs."""
+    log, time = summary["log"], summary["time"]
     overrides = ", then ".join(f"{s['percent']:.0f} %" for s in summary["override"]) or "not known"
     lead = (
         f'<p class="lead">{escape(summary["name"])} by {escape(log["file"])} &middot; {log["rows"]} rows every '
@@ -46,26 +54,19 @@ def executed_html(run: ExecutedRun, summary: dict[str, Any]) -> bytes:
         f"Override <b>{overrides}</b>; <b>{time['took_s']:.2f} s</b> where the plan has {time['expected_s']:.2f} s{off}"
         f"; off the path: <b>{largest}</b>: <b>{summary['verdict']}</b>."
     )
-    body = lead + verdict("inside" if run.inside else "outside", text) + findings_list(run.findings) + _table(summary)
+    body = findings_list(run.findings) + _table(summary)
     for key, content in executed_figures(run).items():
         body += figure_section(FIGURES[key], content, key)
-    body += (
-        f"<footer>compgen {summary['provenance']['compgen']}, robot {escape(summary['provenance']['robot'])}, program "
-        f"sha256 {program['sha256']}. The log shows what the controller knows of its joints, not where the tool was: "
-        "heat, geometry, compliance and play are not in it.</footer>"
-    )
-    return page(f"{summary['name']}: executed", body)
+    opening = lead + verdict("inside" if run.inside else "outside", text)
+    return page(f"{summary['name']}: executed", body, opening, inputs, REMARK, options)
 
 
 def _table(summary: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{LABELS[name]}</td>"
-        + "".join(f"<td>{d[key]:.2f}</td>" for key in ("max_um", "p99_um", "rms_um"))
-        + f"<td>{escape(d['at'])}</td></tr>"
+    rows = [
+        [LABELS[name], *(f"{d[key]:.2f}" for key in ("max_um", "p99_um", "rms_um")), escape(d["at"])]
         for name, d in summary["deviation"].items()
-    )
-    head = "<thead><tr><th>&micro;m</th><th>max</th><th>p99</th><th>rms</th><th>largest at</th></tr></thead>"
-    return section("How far off the path", f"<table>{head}<tbody>{rows}</tbody></table>")
+    ]
+    return section("How far off the path", table(["deviation [&micro;m]", "max", "p99", "rms", "largest at"], rows))
 
 
 def executed_figures(run: ExecutedRun) -> dict[str, Figure]:

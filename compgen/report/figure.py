@@ -8,12 +8,13 @@ import json
 from base64 import b64decode, b64encode
 from collections.abc import Sequence
 from functools import lru_cache
+from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from plotly.offline import get_plotlyjs
+from plotly.offline import get_plotlyjs, get_plotlyjs_version
 
 from compgen.core.arrays import Array, IntArray
 
@@ -147,6 +148,12 @@ def library() -> bytes:
     colours = f"const cgenColours={json.dumps(VARIABLES)};\n"
     adapting = (files("compgen.report") / "figure.js").read_text(encoding="utf-8")
     return f"{get_plotlyjs()}\n{colours}{adapting}".encode()
+
+
+@lru_cache(maxsize=1)
+def library_name() -> str:
+    """What the script's file is called where it lies outside the pages: its version, and what its bytes hash to."""
+    return f"plotly-{get_plotlyjs_version()}-{sha256(library()).hexdigest()[:12]}.min.js"
 
 
 @lru_cache(maxsize=1)

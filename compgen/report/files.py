@@ -14,33 +14,39 @@ from compgen.report.correction_page import correction_html
 from compgen.report.correction_summary import correction_csv, correction_json
 from compgen.report.job_page import job_html
 from compgen.report.job_summary import job_json
+from compgen.report.page import PLAIN, PageOptions
 from compgen.report.provenance import provenance_json
 from compgen.report.study_page import study_html
 from compgen.report.study_tables import answer_csv, band_caveat, headline, study_csv, study_json
 from compgen.report.waypoints_csv import waypoints_blocks
 
 
-def job_reports(planned: Planned, corrected: Corrected | None) -> dict[str, bytes | Iterable[bytes]]:
+def job_reports(
+    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN
+) -> dict[str, bytes | Iterable[bytes]]:
     """The reports of a planned program, or of a corrected one."""
     return {
         "report.json": job_json(planned, corrected),
-        "report.html": job_html(planned, corrected),
+        "report.html": job_html(planned, corrected, options),
         "waypoints.csv": waypoints_blocks(planned, corrected),
     }
 
 
-def correction_files(correction: Correction, name: str, with_program: bool) -> dict[str, bytes]:
+def correction_files(
+    correction: Correction, name: str, with_program: bool, options: PageOptions = PLAIN
+) -> dict[str, bytes]:
     """The reports of a program that existed, and the program with its provenance.
 
     Args:
         correction: Of the program.
         name: The program's file.
         with_program: Whether it may be loaded.
+        options: Of the page.
     """
     files = {
         "report.json": correction_json(correction),
         "positions.csv": correction_csv(correction),
-        "report.html": correction_html(correction),
+        "report.html": correction_html(correction, options),
     }
     if with_program:
         files[PurePath(name).stem + PROVENANCE] = provenance_json(correction)
@@ -49,15 +55,16 @@ def correction_files(correction: Correction, name: str, with_program: bool) -> d
 
 
 def study_files(
-    path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], answers: list[Answer]
-) -> dict[str, bytes]:
+    path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], answers: list[Answer],
+    options: PageOptions = PLAIN,
+) -> dict[str, bytes]:  # fmt: skip
     """The tables and the page of a study of a path file, and of the answers to its questions."""
     sentences = study_sentences(study, rows, answers)
     return {
         "whatif.json": study_json(path, overrides, study, rows, sentences),
         **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
         **{f"{answer.key}.csv": answer_csv(answer) for answer in answers},
-        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers),
+        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers, options),
     }
 
 

@@ -1,6 +1,7 @@
 """The temperatures of a job's day, and the error of each run: as a page, CSV tables, JSON and sentences."""
 
 import json
+from html import escape
 
 import numpy as np
 
@@ -13,7 +14,10 @@ from compgen.pipelines.study import Timeline
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.figure_words import curves_in_words
-from compgen.report.page import figure_section, page, verdict
+from compgen.report.inputs import day_inputs
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, verdict
+
+REMARK = "Warmth by the robot file's heat model; errors by the sources active in it."
 
 
 def heat_csv(job: Job, day: Timeline) -> bytes:
@@ -87,13 +91,14 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
     return sentences
 
 
-def heat_html(job: Job, day: Timeline) -> bytes:
-    """One self-contained page."""
-    body = "".join(verdict("predicted", sentence) for sentence in heat_sentences(job, day))
-    body += figure_section("Temperature over the day", _rises(job, day), "rises")
+def heat_html(job: Job, day: Timeline, options: PageOptions = PLAIN) -> bytes:
+    """One page, the same bytes for the same inputs."""
+    opening = "".join(verdict("predicted", escape(sentence)) for sentence in heat_sentences(job, day))
+    body = figure_section("Temperature over the day", _rises(job, day), "rises")
     if len(day.run) > 1:
         body += figure_section("Each run of the program", _runs(job, day), "runs")
-    return page(f"Heat: {job.title or job.name}", body)
+    findings = findings_list(job.unlikely) if job.unlikely else ""
+    return page(f"Heat: {job.title or job.name}", findings + body, opening, day_inputs(job), REMARK, options)
 
 
 def _rises(job: Job, day: Timeline) -> Figure:

@@ -10,7 +10,9 @@ from compgen.identification.identify import Identification
 from compgen.report.figure import COOL, GREY, LINES, RED_TO_BLUE, WARM, Figure, axis, figure, rows_to_draw, trace
 from compgen.report.figure_words import curves_in_words
 from compgen.report.identification_summary import identification_summary, limits_sentence
-from compgen.report.page import figure_section, findings_list, page, section, verdict
+from compgen.report.inputs import Inputs
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
+from compgen.report.table import table
 
 FIGURES = {
     "space": "Residual vectors in space, 100 times larger",
@@ -18,10 +20,13 @@ FIGURES = {
     "joints": "Residual over each joint, after",
     "correlation": "Correlation of the parameters that the data knows best",
 }
+REMARK = "What the measurements do not excite stays at the robot file's value, and is known no better than it says."
 MAX_PARAMETERS = 60  # that a figure of correlations can show
 
 
-def identification_html(identification: Identification) -> bytes:
+def identification_html(
+    identification: Identification, inputs: Inputs | None = None, options: PageOptions = PLAIN
+) -> bytes:
     """One page: the verdict, the ladder, residuals before and after, parameters, correlations."""
     data = identification_summary(identification)
     held_out, nominal = data["held_out_um"], data["ladder"][0]["held_out_um"]
@@ -34,12 +39,13 @@ def identification_html(identification: Identification) -> bytes:
         f"Held-out error <b>{held_out['mean']:.1f} &micro;m</b> (95 %: {held_out['low']:.1f} to "
         f"{held_out['high']:.1f}) where the nominal arm has <b>{nominal['mean']:.1f} &micro;m</b>: {data['verdict']}."
     )
-    lead += verdict("outside" if identification.refused else "inside", sentence)
+    opening = lead + verdict("outside" if identification.refused else "inside", sentence)
     figures = identification_figures(identification)
-    lead += f"<p>{limits_sentence(data)}</p>"
-    body = lead + findings_list(identification.findings) + _ladder(data) + _kinds(data)
+    opening += f"<p>{limits_sentence(data)}</p>"
+    body = findings_list(identification.findings) + _ladder(data) + _kinds(data)
     body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
-    return page(f"Identification of {identification.robot.name}", body + _parameters(data))
+    body += _parameters(data)
+    return page(f"Identification of {identification.robot.name}", body, opening, inputs, REMARK, options)
 
 
 def identification_figures(identification: Identification) -> dict[str, Figure]:
@@ -53,42 +59,34 @@ def identification_figures(identification: Identification) -> dict[str, Figure]:
 
 
 def _ladder(data: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{s['model']}</td><td>{s['parameters']}</td><td>{s['effective']:.1f}</td>"
-        f"<td>{s['held_out_um']['mean']:.1f}</td>"
-        f"<td>{s['held_out_um']['low']:.1f} to {s['held_out_um']['high']:.1f}</td>"
-        f"<td>{s['noise_um']:.1f}</td></tr>"
+    rows = [
+        [
+            s["model"], str(s["parameters"]), f"{s['effective']:.1f}", f"{s['held_out_um']['mean']:.1f}",
+            f"{s['held_out_um']['low']:.1f} to {s['held_out_um']['high']:.1f}", f"{s['noise_um']:.1f}",
+        ]
         for s in data["ladder"]
-    )
-    head = (
-        "<tr><th>model</th><th>parameters</th><th>effective</th>"
-        "<th>held-out [&micro;m]</th><th>95 %</th><th>noise [&micro;m]</th></tr>"
-    )
-    return section("Models", f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>")
+    ]  # fmt: skip
+    head = ["model", "parameters", "effective", "held-out [&micro;m]", "95 %", "noise [&micro;m]"]
+    return section("Models", table(head, rows))
 
 
 def _kinds(data: dict[str, Any]) -> str:
     """What each kind of rows left, where there are several or none is a place."""
     if list(data["kinds"]) == ["places"]:
         return ""
-    rows = "".join(
-        f"<tr><td>{kind}</td><td>{k['rows']}</td><td>{k['noise_um']:.1f}</td><td>{k['held_out_um']:.1f}</td></tr>"
-        for kind, k in data["kinds"].items()
-    )
+    rows = [
+        [kind, str(k["rows"]), f"{k['noise_um']:.1f}", f"{k['held_out_um']:.1f}"] for kind, k in data["kinds"].items()
+    ]
     lead = "<p class=lead>A distance or a touch from one side counts &radic;3 times, as one coordinate of a place.</p>"
-    head = "<tr><th>rows</th><th>count</th><th>noise [&micro;m]</th><th>held-out [&micro;m]</th></tr>"
-    return section("Measured", f"{lead}<table><thead>{head}</thead><tbody>{rows}</tbody></table>")
+    return section("Measured", lead + table(["rows", "count", "noise [&micro;m]", "held-out [&micro;m]"], rows))
 
 
 def _parameters(data: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{p['name']}</td><td>{p['value']:.4g}</td><td>{p['sigma']:.3g}</td>"
-        f"<td>{100 * p['told']:.0f} %</td></tr>"
-        for p in data["parameters"]
-    )
+    rows = [
+        [p["name"], f"{p['value']:.4g}", f"{p['sigma']:.3g}", f"{100 * p['told']:.0f} %"] for p in data["parameters"]
+    ]
     lead = "<p class=lead>Known: how much of the prior's variance the data has taken away.</p>"
-    head = "<tr><th>parameter</th><th>value</th><th>sigma</th><th>known</th></tr>"
-    return section("Parameters", f"{lead}<table><thead>{head}</thead><tbody>{rows}</tbody></table>")
+    return section("Parameters", lead + table(["parameter", "value", "sigma", "known"], rows))
 
 
 def _residuals_in_space(identification: Identification) -> Figure:

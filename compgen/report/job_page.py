@@ -30,8 +30,9 @@ from compgen.report.figure import (
 )
 from compgen.report.figure_words import curves_in_words
 from compgen.report.guaranteed import guaranteed_text
+from compgen.report.inputs import job_inputs
 from compgen.report.job_summary import band_of, job_summary
-from compgen.report.page import error_table, figure_section, findings_list, page, verdict
+from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, verdict
 from compgen.report.rise_figure import rise_figure
 from compgen.verification.band import Band
 from compgen.verification.deviation import Deviation
@@ -55,6 +56,8 @@ FIGURES = {
     "joints": "Use of the joints",
 }
 
+REMARK = "CNT is taken as passing through the points; only the error sources active in the robot file are known here."
+
 VERDICTS = {
     "inside": "inside its bounds",
     "outside": "outside its bounds",
@@ -64,8 +67,8 @@ VERDICTS = {
 }
 
 
-def job_html(planned: Planned, corrected: Corrected | None) -> bytes:
-    """One self-contained page, the same bytes for the same inputs."""
+def job_html(planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN) -> bytes:
+    """One page, the same bytes for the same inputs."""
     data = job_summary(planned, corrected)
     figures = job_figures(planned, corrected, data)
     body = "".join(
@@ -78,7 +81,10 @@ def job_html(planned: Planned, corrected: Corrected | None) -> bytes:
         f"{data['timing']['duration_s']:.1f} s, {100 * data['timing']['at_feed']:.1f} % of the length at feed</p>"
     )
     findings = findings_list(corrected.findings if corrected else planned.findings)
-    return page(data["title"] or data["name"], f"{lead}{_verdict(data)}{findings}{_table(data)}{body}{_footer(data)}")
+    return page(
+        data["title"] or data["name"], f"{findings}{_table(data)}{body}", lead + _verdict(data),
+        job_inputs(planned.job), REMARK, options,
+    )  # fmt: skip
 
 
 def job_figures(planned: Planned, corrected: Corrected | None, summary: dict[str, Any]) -> dict[str, Figure]:
@@ -129,16 +135,6 @@ def _table(data: dict[str, Any]) -> str:
     bounds = ", ".join(f"{key} = {bound:g}" for key, bound in data["bounds"].items())
     guaranteed = f"; {escape(guaranteed_text(data['guaranteed']))}" if data.get("guaranteed") else ""
     return f"{error_table('component', sides, PARTS)}<p class=lead>Bounds: {bounds or 'none'}{guaranteed}</p>"
-
-
-def _footer(data: dict[str, Any]) -> str:
-    made = data["provenance"]
-    overrides = "; overrides " + escape(", ".join(made["overrides"])) if made["overrides"] else ""
-    return (
-        f"<footer>compgen {made['compgen']}, inputs sha256 {made['inputs_sha256']}, robot file "
-        f"{escape(made['robot_file']['path'])} sha256 {made['robot_file']['sha256']}{overrides}. CNT is taken as "
-        "passing through the points; only the error sources active in the robot file are known to it.</footer>"
-    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

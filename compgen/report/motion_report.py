@@ -14,9 +14,13 @@ from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMot
 from compgen.pipelines.executed import ProgramText
 from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace
 from compgen.report.figure_words import curves_in_words
-from compgen.report.page import figure_section, findings_list, page, section, verdict
+from compgen.report.inputs import Inputs
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
+from compgen.report.table import table
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
+
+REMARK = "Of the motion that the log shows: how the controller smooths what it is told, not where the tool was."
 
 
 def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMotion, robot: Robot) -> dict[str, Any]:
@@ -82,25 +86,23 @@ def motion_sentences(summary: dict[str, Any]) -> list[str]:
     ]
 
 
-def motion_html(summary: dict[str, Any]) -> bytes:
-    """One self-contained page, the same bytes for the same inputs."""
+def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: PageOptions = PLAIN) -> bytes:
+    """One page, the same bytes for the same inputs."""
     is_accepted = summary["verdict"] == "accepted"
-    body = f'<p class="lead">{escape(summary["program"]["name"])} by {escape(summary["log"]["file"])}</p>'
-    body += "".join(verdict("inside" if is_accepted else "outside", escape(s)) for s in motion_sentences(summary))
-    rows = "".join(
-        f"<tr><td>{fit['kind']}</td><td>{', '.join(f'{t:.1f}' for t in fit['times_ms'])}</td>"
-        f"<td>{fit['sigma_ms']:.2f}</td><td>{fit['held_out_um']:.2f}</td>"
-        f"<td>{'yes' if fit['as_well'] else 'no'}</td></tr>"
+    opening = f'<p class="lead">{escape(summary["program"]["name"])} by {escape(summary["log"]["file"])}</p>'
+    opening += "".join(verdict("inside" if is_accepted else "outside", escape(s)) for s in motion_sentences(summary))
+    rows = [
+        [
+            fit["kind"], ", ".join(f"{t:.1f}" for t in fit["times_ms"]), f"{fit['sigma_ms']:.2f}",
+            f"{fit['held_out_um']:.2f}", "yes" if fit["as_well"] else "no",
+        ]
         for fit in summary["tried"]
-    )
-    head = (
-        "<thead><tr><th>kind</th><th>times [ms]</th><th>sigma [ms]</th><th>held out, rms [&micro;m]</th>"
-        "<th>foretells as well</th></tr></thead>"
-    )
+    ]  # fmt: skip
+    head = ["kind", "times [ms]", "sigma [ms]", "held out, rms [&micro;m]", "foretells as well"]
     findings = (Finding(Level(f["level"]), f["code"], f["message"]) for f in summary["findings"])
-    body += findings_list(findings) + section("What was tried", f"<table>{head}<tbody>{rows}</tbody></table>")
+    body = findings_list(findings) + section("What was tried", table(head, rows))
     body += figure_section("What each kind leaves on stretches that it was not fitted to", _bars(summary), "kinds")
-    return page(f"{summary['name']}: the controller's motion", body)
+    return page(f"{summary['name']}: the controller's motion", body, opening, inputs, REMARK, options)
 
 
 def _bars(summary: dict[str, Any]) -> Figure:

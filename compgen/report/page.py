@@ -1,17 +1,32 @@
 """What all pages share: their shell and look, the script that draws, findings, tables of the error."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
 from importlib.resources import files
 
 from compgen.core.findings import Finding, Level
 from compgen.report.figure import Figure, div, library
+from compgen.report.inputs import Inputs, inputs_html, provenance_html
 from compgen.report.table import table
 
 #: A sign beside the words, for who does not see the colour.
 MARKS = {"inside": "✓", "outside": "✗", "predicted": "≈", "warning": "!", "note": "·"}
-VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+HEAD = (
+    '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+    '<meta name="viewport" content="width=device-width, initial-scale=1">'
+)
+NO_SCRIPTS = (
+    "<noscript><p class=lead>The figures of this page are drawn by a script, and this browser runs none. Every result "
+    "stands in the words and tables.</p></noscript>"
+)
+#: Stands in for the script of figures where its file is not found: words in place of each figure.
+MISSING = """<script>typeof cgenFigures=="undefined"&&(window.cgenFigures={draw(key){
+const place=document.getElementById(key);place.classList.add("missing");place.textContent="This figure is drawn by "+
+"%s, which is not found: it belongs into the folder above this page's. Copy it there, or write the page anew "+
+"with --assets inline. Every result stands in the words and tables."}})</script>"""
+SIGNATURE = '<div class="sign"><span>name</span><span>date</span><span>signature</span></div>'
 
 
 @lru_cache(maxsize=1)
@@ -20,11 +35,51 @@ def style() -> str:
     return (files("compgen.report") / "page.css").read_text("utf-8")
 
 
-def page(title: str, body: str) -> bytes:
-    """One self-contained page, the same bytes for the same inputs."""
-    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8">{VIEWPORT}<title>{escape(title)}</title>'
-    rest = f"</script></head><body><main><h1>{escape(title)}</h1>{body}</main></body></html>\n"
-    return b"".join((f"{head}<style>{style()}</style><script>".encode(), library(), rest.encode()))
+@dataclass(frozen=True, slots=True)
+class PageOptions:
+    """What whoever asks for a page may choose."""
+
+    date: str = ""  # on the page, as it shall read; "" for none
+    script: str = ""  # where plotly.js lies, seen from the page; "" for inside the page
+
+
+PLAIN = PageOptions()
+
+
+def page(
+    title: str,
+    body: str,
+    opening: str = "",
+    inputs: Inputs | None = None,
+    remark: str = "",
+    options: PageOptions = PLAIN,
+) -> bytes:
+    """One page, the same bytes for the same inputs; of one file unless the options say where its script lies.
+
+    Args:
+        title: Its name.
+        body: Its sections, as HTML.
+        opening: The lead and the verdict, as HTML: they stand before the inputs.
+        inputs: What it was made from.
+        remark: What the result does not know, as HTML, for its foot.
+        options: Date and script.
+    """
+    made = Inputs() if inputs is None else inputs
+    head = f"{HEAD}<title>{escape(title)}</title><style>{style()}</style>".encode()
+    draws = 'class="plotly-graph-div"' in body
+    content = (
+        f"</head><body><main><h1>{escape(title)}</h1>{opening}{inputs_html(made, options.date)}"
+        f"{NO_SCRIPTS if draws else ''}{body}{SIGNATURE}</main>{provenance_html(made, remark)}</body></html>\n"
+    )
+    return b"".join((head, *(_drawing(options.script) if draws else ()), content.encode()))
+
+
+def _drawing(script: str) -> Iterable[bytes]:
+    """The script of figures itself, or where it lies and what to say when it is not there."""
+    if not script:
+        return b"<script>", library(), b"</script>"
+    name = script.rsplit("/", 1)[-1]
+    return (f'<script src="{escape(script)}"></script>{MISSING % name}'.encode(),)
 
 
 def section(title: str, content: str) -> str:

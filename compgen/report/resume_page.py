@@ -9,8 +9,10 @@ from compgen.core.units import HOUR, UM
 from compgen.pipelines.resume.result import Resumed
 from compgen.report.figure import COOL, WARM, Figure, axis, figure, packed_array, rows_to_draw, trace
 from compgen.report.figure_words import curves_in_words
-from compgen.report.page import error_table, figure_section, findings_list, page, section, verdict
+from compgen.report.inputs import job_inputs
+from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, section, verdict
 from compgen.report.resume_summary import resume_summary
+from compgen.report.table import table
 
 PARTS = {
     "total": "position [&micro;m]",
@@ -21,8 +23,8 @@ PARTS = {
 }
 
 
-def resume_html(resumed: Resumed) -> bytes:
-    """One self-contained page, the same bytes for the same inputs."""
+def resume_html(resumed: Resumed, options: PageOptions = PLAIN) -> bytes:
+    """One page, the same bytes for the same inputs."""
     data = resume_summary(resumed)
     before, after = (data["on_part"][side]["total"]["max_um"] for side in ("before", "after"))
     kind = "inside" if resumed.inside else "outside"
@@ -32,8 +34,8 @@ def resume_html(resumed: Resumed) -> bytes:
         f"<b>{escape(data['verdict'])}</b>."
     )
     sides = [(side, data["on_part"][side]) for side in ("before", "after")]
-    body = f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])}</p>'
-    body += verdict(kind, text) + findings_list(resumed.findings) + _pages_table(data) + error_table("", sides, PARTS)
+    opening = f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])}</p>'
+    body = findings_list(resumed.findings) + _pages_table(data) + error_table("component", sides, PARTS)
     body += section("The join", _join_words(data))
     body += figure_section("Error over time", _figure(resumed), "time")
     made = data["provenance"]
@@ -41,19 +43,20 @@ def resume_html(resumed: Resumed) -> bytes:
         f"<footer>compgen {made['compgen']}, inputs sha256 {made['inputs_sha256']}, robot file "
         f"{escape(made['robot_file']['path'])} sha256 {made['robot_file']['sha256']}</footer>"
     )
-    return page(f"Resumed: {data['name']}", body)
+    inputs = job_inputs(resumed.planned.job).with_rows(("manifest", resumed.written.manifest_file))
+    return page(f"Resumed: {data['name']}", body, opening + verdict(kind, text), inputs, options=options)
 
 
 def _pages_table(data: dict[str, Any]) -> str:
-    head = "".join(
-        f"<th>{side} {statistic}</th>" for side in ("before", "after") for statistic in ("max", "p99", "rms")
-    )
-    rows = ""
-    for row in data["pages"]:
-        cells = "".join(f"<td>{value:.2f}</td>" for side in ("before", "after") for value in row[side].values())
-        rows += f"<tr><td>{escape(row['file'])}</td><td>{row['start_s'] / HOUR:.2f}</td>{cells}</tr>"
-    table = f"<thead><tr><th>page</th><th>starts [h]</th>{head}</tr></thead><tbody>{rows}</tbody>"
-    return section("Each page on the part [&micro;m]", f"<table>{table}</table>")
+    rows = [
+        [
+            escape(row["file"]), f"{row['start_s'] / HOUR:.2f}",
+            *(f"{value:.2f}" for side in ("before", "after") for value in row[side].values()),
+        ]
+        for row in data["pages"]
+    ]  # fmt: skip
+    head = [f"{side} {statistic}" for side in ("before", "after") for statistic in ("max", "p99", "rms")]
+    return section("Each page on the part [&micro;m]", table(["page", "starts [h]", *head], rows))
 
 
 def _join_words(data: dict[str, Any]) -> str:

@@ -6,7 +6,10 @@ from typing import Any
 
 from compgen import __version__
 from compgen.pipelines.resume.corrected import ResumedProgram, words_of
-from compgen.report.page import findings_list, page, section, verdict
+from compgen.report.inputs import correction_inputs
+from compgen.report.page import PLAIN, PageOptions, findings_list, page, section, verdict
+from compgen.report.provenance import provenance
+from compgen.report.table import table
 
 
 def program_summary(resumed: ResumedProgram) -> dict[str, Any]:
@@ -46,15 +49,17 @@ def program_json(resumed: ResumedProgram) -> bytes:
     return (json.dumps(program_summary(resumed), indent=2, allow_nan=False) + "\n").encode()
 
 
-def program_html(resumed: ResumedProgram) -> bytes:
-    """One self-contained page."""
+def program_html(resumed: ResumedProgram, options: PageOptions = PLAIN) -> bytes:
+    """One page, the same bytes for the same inputs."""
     data = program_summary(resumed)
-    head = "".join(f"<th>{side} {key}</th>" for side in ("before", "after") for key in ("max", "p99", "rms"))
-    rows = ""
-    for row in data["pages"]:
-        cells = "".join(f"<td>{value:.2f}</td>" for side in ("before", "after") for value in row[side].values())
-        rows += f"<tr><td>{escape(row['file'])}</td>{cells}</tr>"
-    table = f"<table><thead><tr><th>page</th>{head}</tr></thead><tbody>{rows}</tbody></table>"
-    body = verdict("inside" if resumed.correction.inside else "outside", escape("; ".join(words_of(resumed))))
-    body += findings_list(resumed.findings) + section("Each page at corrected places [&micro;m]", table)
-    return page(f"Resumed: {data['name']}", body)
+    rows = [
+        [escape(row["file"]), *(f"{value:.2f}" for side in ("before", "after") for value in row[side].values())]
+        for row in data["pages"]
+    ]
+    head = ["page", *(f"{side} {key}" for side in ("before", "after") for key in ("max", "p99", "rms"))]
+    opening = verdict("inside" if resumed.correction.inside else "outside", escape("; ".join(words_of(resumed))))
+    body = findings_list(resumed.findings) + section("Each page at corrected places [&micro;m]", table(head, rows))
+    made = provenance(resumed.correction)
+    inputs = correction_inputs(resumed.correction, made["planned_sha256"], made["corrected_sha256"])
+    inputs = inputs.with_rows(("manifest", resumed.written.manifest_file))
+    return page(f"Resumed: {data['name']}", body, opening, inputs, options=options)

@@ -8,7 +8,7 @@ import numpy as np
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, spans, trace
 from compgen.report.figure_words import curves_in_words
-from compgen.report.page import figure_section, page, section, verdict
+from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
 from compgen.report.study_tables import band_caveat, column_names, headline
 
 TITLES = {
@@ -21,8 +21,10 @@ TITLES = {
 MOST_ROWS = 500  # of the table on the page; the CSV file has all
 
 
-def study_html(title: str, study: Study | None, rows: list[Row], answers: list[Answer]) -> bytes:
-    """One self-contained page."""
+def study_html(
+    title: str, study: Study | None, rows: list[Row], answers: list[Answer], options: PageOptions = PLAIN
+) -> bytes:
+    """One page, the same bytes for the same inputs."""
     body = "".join(verdict("predicted", escape(a.sentence)) for a in answers)
     if study is not None and study.scenarios:
         body = verdict("predicted", escape(headline(study, rows))) + body
@@ -36,7 +38,7 @@ def study_html(title: str, study: Study | None, rows: list[Row], answers: list[A
         body += figure_section(TITLES[answer.key], answer_figure(answer), answer.key)
     if study is not None and study.scenarios:
         body += _table(study, rows)
-    return page(title, body)
+    return page(title, body, options=options)
 
 
 def error_against(study: Study, rows: list[Row], key: str) -> Figure:

@@ -55,7 +55,7 @@ def test_a_run_as_planned_is_inside_and_has_a_page(folder, course):
     assert data["deviation"]["total"]["rms_um"] == pytest.approx(2 * np.sqrt(2), rel=0.1)
     page = (folder / "outputs" / "PART_executed" / "executed.html").read_text()
     assert "not where the tool was" in page
-    assert page.count("Plotly.newPlot(") >= 3
+    assert page.count("cgenFigures.draw(") >= 3
     assert (folder / "outputs" / "PART_executed" / "executed.csv").read_text().startswith("time_s,along_mm,off_um")
 
 

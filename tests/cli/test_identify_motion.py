@@ -50,7 +50,7 @@ def test_two_moving_means_are_written_into_a_copy_that_keeps_all_else(folder, ro
     report = json.loads((folder / "new.json").read_text())
     for (low, high), true in zip(report["motion"]["interval_ms"], (200, 100)):
         assert low - 1 < true < high + 1
-    assert "Plotly.newPlot(" in (folder / "new.html").read_text()
+    assert "cgenFigures.draw(" in (folder / "new.html").read_text()
 
 
 def test_first_order_lags_are_told_from_means(folder, robot):

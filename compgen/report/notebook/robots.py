@@ -6,7 +6,7 @@ from typing import Any
 
 from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
-from compgen.core.files import POSTERIOR
+from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Finding, Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.identification import identify as pipeline
@@ -15,6 +15,7 @@ from compgen.pipelines.identification_files import MeasurementFiles, identified_
 from compgen.pipelines.robot_file import load_arm
 from compgen.report.identification_page import FIGURES, identification_figures, identification_html
 from compgen.report.identification_summary import identification_json, identification_summary
+from compgen.report.inputs import Inputs, measured_inputs
 from compgen.report.notebook.arguments import (
     File,
     file_name,
@@ -37,6 +38,7 @@ class IdentifiedRobot:
     report: dict[str, Any]  # as the JSON file has it
     robot_file: bytes  # with the sources that were identified; whatever the verdict
     posterior: bytes  # the covariance of their parameters, which the robot file names
+    inputs: Inputs  # the files that it was identified from
 
     @property
     def accepted(self) -> bool:
@@ -82,7 +84,7 @@ class IdentifiedRobot:
             force: Give the robot file also when it was refused.
         """
         reports = {
-            f"{self.name}.html": identification_html(self.result),
+            f"{self.name}.html": identification_html(self.result, self.inputs),
             f"{self.name}.json": identification_json(self.result),
         }
         of_robot = {f"{self.name}{POSTERIOR}": self.posterior, f"{self.name}.toml": self.robot_file}
@@ -154,7 +156,8 @@ def identify(
         result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.unlikely))
         text, posterior = identified_texts(arm, result, files.names, f"{arm.robot.name}{POSTERIOR}")
     report = identification_summary(result)
-    identified = IdentifiedRobot(arm.robot.name, result, report, text.encode(), posterior.encode())
+    inputs = measured_inputs(arm.robot.name, [(file, file_hash(file)) for file in (arm.source, *files.names)])
+    identified = IdentifiedRobot(arm.robot.name, result, report, text.encode(), posterior.encode(), inputs)
     logger.info("%r", identified)
     log_findings(identified.name, result.findings)
     return identified
