@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from compgen.core.findings import Finding as Finding
     from compgen.fanuc.listing.listing import LsProgram as LsProgram
     from compgen.pipelines.job import Job as Job
+    from compgen.report.notebook.comparisons import ComparedOutputs as ComparedOutputs
+    from compgen.report.notebook.comparisons import compare as compare
     from compgen.report.notebook.jobs import GeneratedProgram as GeneratedProgram
     from compgen.report.notebook.jobs import Prediction as Prediction
     from compgen.report.notebook.jobs import generate as generate
@@ -61,6 +63,7 @@ _SHOWN = {
     "correct": "compgen.report.notebook.programs",
     "identify": "compgen.report.notebook.robots",
     "study": "compgen.report.notebook.studies",
+    "compare": "compgen.report.notebook.comparisons",
     "read_program": "compgen.report.notebook.programs",
     "write_program": "compgen.cli.write_program",
     "Prediction": "compgen.report.notebook.jobs",
@@ -68,6 +71,7 @@ _SHOWN = {
     "CorrectedProgram": "compgen.report.notebook.programs",
     "IdentifiedRobot": "compgen.report.notebook.robots",
     "StudyResult": "compgen.report.notebook.studies",
+    "ComparedOutputs": "compgen.report.notebook.comparisons",
 }
 #: what else is public: types of arguments and results, exceptions, and where a run's compiler and cores come from
 _MODULES = _SHOWN | {

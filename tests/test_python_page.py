@@ -44,7 +44,7 @@ def test_the_examples_run_and_print_what_they_say(tmp_path, monkeypatch):
                 continue
             exec(block, names)
     promised = re.findall(r"print\(.*\)  # (.*)", "".join(BLOCKS))
-    assert len(promised) == 2
+    assert len(promised) == 3
     for line in promised:
         assert line in printed.getvalue().splitlines()
     assert (tmp_path / "LINE_Y.LS").read_bytes() == names["result"].text
@@ -52,7 +52,7 @@ def test_the_examples_run_and_print_what_they_say(tmp_path, monkeypatch):
 
 
 def test_every_public_function_and_exception_is_on_the_page():
-    for name in compgen.__all__[:9]:
+    for name in compgen.__all__[:10]:
         assert f"compgen.{name}(" in "".join(BLOCKS) or name == "load_robot"
     for name in ("InputError", "ShapeError", "FrozenError", "ImpossibleError", "CompgenError"):
         assert issubclass(getattr(compgen, name), compgen.CompgenError)

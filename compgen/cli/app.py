@@ -10,6 +10,7 @@ import typer
 
 from compgen import __version__
 from compgen.cli.anchor import anchor
+from compgen.cli.compare import compare
 from compgen.cli.correct import correct
 from compgen.cli.executed import executed
 from compgen.cli.export_robot import export_robot
@@ -36,7 +37,7 @@ from compgen.cli.whatif import whatif
 SECTIONS = {
     "Programs": (generate, predict, check, inspect, correct, pages, verify_backup, executed),
     "While a job runs": (resume, follow, anchor, offsets),
-    "What if": (heat, whatif),
+    "What if": (heat, whatif, compare),
     "Measurements": (plan_poses, identify, validate, plan_touches, teach_frame, identify_motion),
     "Files": (inspect_robot, export_robot, init, schema),
 }

@@ -18,6 +18,7 @@ EXAMPLES = {
     "follow": "cgen follow outputs/optic_spiral --log temperatures.csv --within-um 5",
     "heat": "cgen heat paths/spiral_1300.toml",
     "whatif": "cgen whatif paths/spiral_1300.toml --vary process.feed_mm_s=20:200:7 -o out",
+    "compare": "cgen compare out/before out/after --max-um 20",
     "identify": "cgen identify m710ic50 --poses poses.csv -o mine.toml",
     "validate": "cgen validate mine.toml --poses other_poses.csv",
     "identify-motion": "cgen identify-motion out/SPIRAL_1300.LS --log run.csv --robot mine.toml -o smooth.toml",

@@ -19,6 +19,7 @@ from compgen.core.files import MOST_TABLE_BYTES, POSTERIOR, read_regular
 REPORT = "report.json"
 HEAT = "heat.json"
 EXECUTED = "executed.json"
+COMPARE = "compare.json"
 RESUME_FILES = ("resume.json", "resume.html")
 _PROGRAM_LINE = re.compile(rb"^/PROG[ \t]+([A-Za-z0-9_-]+)", re.MULTILINE)
 
@@ -69,6 +70,13 @@ def check_heat_folder(folder: Path, name: str) -> None:
         _check_foreign(folder, "heat", [HEAT])
     if record.get("name") != name:
         raise _refusal(folder, f"it holds what cgen heat wrote about {str(record.get('name'))[:40]!a};")
+
+
+def check_compare_folder(folder: Path) -> None:
+    """Raises InputError when a folder has files that ``compare`` would replace and has not written."""
+    record = read_record(folder / COMPARE)
+    if not {"kind", "a", "b", "equal"} <= set(record):
+        _check_foreign(folder, "compare", [COMPARE, "compare.html"])
 
 
 def check_executed_folder(folder: Path, name: str) -> None:

@@ -67,7 +67,7 @@ def whatif(
     from compgen.cli.study_run import run_scenarios
     from compgen.core.units import UM
     from compgen.pipelines.study import build
-    from compgen.pipelines.study.answers import answer_questions, base_findings, check_study
+    from compgen.pipelines.study.answers import answer_questions, base_job, check_study
     from compgen.report.files import study_files, study_sentences
 
     overrides = with_state(path, with_bound(overrides, max_um if correct else None), state, state_age)
@@ -81,14 +81,15 @@ def whatif(
     answers = answer_questions(path, robot, overrides, questions or [], within_um * UM, pass_paths or [], feeds)
     rows = run_scenarios(study, folder, workers, cluster, fresh, quiet or as_json) if study else []
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
-    files = study_files(path, overrides, study, rows, answers, of_page)
+    base = base_job(path, robot, overrides)
+    files = study_files(path, overrides, study, rows, answers, base, of_page)
     share_script(folder, of_page)
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if as_json:
         print_record(files[RECORD])
     elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
-        for finding in base_findings(path, robot, overrides):
+        for finding in base.unlikely if base is not None else ():
             sys.stdout.write(f"{finding.level.value}: {finding.message}\n")
         for row in [row for row in rows if row["state"] == "failed"][:10]:
             sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")

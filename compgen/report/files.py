@@ -8,6 +8,7 @@ from pathlib import PurePath
 
 from compgen.core.files import PROVENANCE
 from compgen.pipelines.correct import Correction
+from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.correction_page import correction_html
@@ -56,15 +57,18 @@ def correction_files(
 
 def study_files(
     path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], answers: list[Answer],
-    options: PageOptions = PLAIN,
+    base: Job | None, options: PageOptions = PLAIN,
 ) -> dict[str, bytes]:  # fmt: skip
-    """The tables and the page of a study of a path file, and of the answers to its questions."""
+    """The tables and the page of a study of a path file, and of the answers to its questions.
+
+    ``base`` is the job that all scenarios share, None where none can be read without their values.
+    """
     sentences = study_sentences(study, rows, answers)
     return {
-        "whatif.json": study_json(path, overrides, study, rows, sentences),
+        "whatif.json": study_json(path, overrides, study, rows, sentences, base),
         **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
         **{f"{answer.key}.csv": answer_csv(answer) for answer in answers},
-        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers, options),
+        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers, base, options),
     }
 
 

@@ -1,6 +1,7 @@
 """A job as data; its schema is documented in docs/report.md and changes only with ``schema``."""
 
 import json
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -117,6 +118,13 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
             "position_mm": (job.tool.pose.position / MM).tolist(),
             "rotation": job.tool.pose.rotation.tolist(),
         },
+        "frame": None
+        if job.frame is None
+        else {
+            "number": job.frame.number,
+            "position_mm": (job.frame.register.position / MM).tolist(),
+            "rotation": job.frame.register.rotation.tolist(),
+        },
         "before": [
             {"state": d.state, "feed_mm_s": d.feed / MM, "duration_h": d.duration / HOUR} for d in job.history.before
         ],
@@ -161,6 +169,7 @@ def _program(corrected: Corrected) -> dict[str, Any]:
         "memory_kB": fanuc.estimated_memory(program) / KB,
         "largest_feed_error": feed_error,
         "largest_time_error_s": time_error,
+        "sha256": {name: sha256(text).hexdigest() for name, text in delivered.files if name.endswith(".LS")},
         "rounding_um": float(np.sqrt(3) / 2 * 10.0 ** (3 - program.decimals)),
         "pages": [],
     }

@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, spans, trace
 from compgen.report.figure_words import curves_in_words
+from compgen.report.inputs import job_inputs
 from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
 from compgen.report.study_tables import band_caveat, column_names, headline
 
@@ -22,9 +24,10 @@ MOST_ROWS = 500  # of the table on the page; the CSV file has all
 
 
 def study_html(
-    title: str, study: Study | None, rows: list[Row], answers: list[Answer], options: PageOptions = PLAIN
-) -> bytes:
-    """One page, the same bytes for the same inputs."""
+    title: str, study: Study | None, rows: list[Row], answers: list[Answer], base: Job | None = None,
+    options: PageOptions = PLAIN,
+) -> bytes:  # fmt: skip
+    """One page, the same bytes for the same inputs; ``base`` is the job that all scenarios share."""
     body = "".join(verdict("predicted", escape(a.sentence)) for a in answers)
     if study is not None and study.scenarios:
         body = verdict("predicted", escape(headline(study, rows))) + body
@@ -38,7 +41,7 @@ def study_html(
         body += figure_section(TITLES[answer.key], answer_figure(answer), answer.key)
     if study is not None and study.scenarios:
         body += _table(study, rows)
-    return page(title, body, options=options)
+    return page(title, body, inputs=None if base is None else job_inputs(base), options=options)
 
 
 def error_against(study: Study, rows: list[Row], key: str) -> Figure:

@@ -4,10 +4,13 @@ import csv
 import io
 import json
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from compgen import __version__
 from compgen.core.csv_table import text_cell
+from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.band_words import NO_BAND, rounded
 
@@ -47,7 +50,12 @@ def column_names(study: Study, rows: list[Row]) -> list[str]:
 
 
 def study_json(
-    path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], sentences: list[str]
+    path: str,
+    overrides: Sequence[str],
+    study: Study | None,
+    rows: list[Row],
+    sentences: list[str],
+    base: Job | None,
 ) -> bytes:
     """Study, answers and scenarios as JSON; without a study, where only questions are asked, no scenarios."""
     data = {
@@ -58,8 +66,19 @@ def study_json(
         "overrides": list(overrides),
         "answers": sentences,
         "scenarios": rows,
+        "provenance": {"compgen": __version__, **({} if base is None else _made_from(base))},
+        "inputs": None if base is None else dict(base.inputs),
     }
     return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+
+
+def _made_from(base: Job) -> dict[str, Any]:
+    cell = base.cell
+    return {
+        "inputs_sha256": base.inputs_hash,
+        "robot": base.robot.name,
+        "robot_file": {"path": cell.robot_file, "sha256": cell.robot_file_hash},
+    }
 
 
 def band_caveat(rows: list[Row]) -> str:

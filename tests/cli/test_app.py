@@ -17,7 +17,7 @@ from compgen.cli.app import app
 COMMANDS = (
     "generate", "predict", "check", "inspect", "correct", "pages", "verify-backup", "executed",
     "resume", "follow", "anchor", "offsets",
-    "heat", "whatif",
+    "heat", "whatif", "compare",
     "plan-poses", "identify", "validate", "plan-touches", "teach-frame", "identify-motion",
     "inspect-robot", "export-robot", "init", "schema",
 )  # fmt: skip

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from compgen.core.exceptions import CompgenError, InputError
-from compgen.core.findings import Finding
 from compgen.core.units import MM
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
@@ -23,12 +22,12 @@ def check_study(questions: Sequence[str], within_um: float, varied: bool) -> Non
         raise InputError("nothing to study; give --vary KEY=V1,V2, --list FILE.csv or --ask QUESTION")
 
 
-def base_findings(path: str, robot: str | None, overrides: Sequence[str]) -> tuple[Finding, ...]:
-    """What looks like another unit's in the files that all scenarios share; none where only scenarios can be read."""
+def base_job(path: str, robot: str | None, overrides: Sequence[str]) -> Job | None:
+    """The job that all scenarios share; None where only scenarios can be read."""
     try:
-        return load_job(path, robot, overrides).unlikely
+        return load_job(path, robot, overrides)
     except CompgenError:
-        return ()
+        return None
 
 
 def answer_questions(

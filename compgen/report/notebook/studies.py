@@ -11,8 +11,9 @@ from compgen.core.findings import Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.core.toml import brief_value
 from compgen.core.units import UM
+from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study, build, run
-from compgen.pipelines.study.answers import answer_questions, check_study
+from compgen.pipelines.study.answers import answer_questions, base_job, check_study
 from compgen.report.files import study_files, study_sentences
 from compgen.report.notebook.arguments import (
     File,
@@ -47,6 +48,7 @@ class StudyResult:
     study: Study | None  # None where only questions were asked
     rows: tuple[Row, ...]
     answers: tuple[Answer, ...]
+    base: Job | None = None  # that all scenarios share; None where it cannot be read without their values
 
     @property
     def sentences(self) -> list[str]:
@@ -96,7 +98,7 @@ class StudyResult:
 
     def files(self) -> dict[str, bytes]:
         """Name to content of what ``cgen whatif`` writes, byte for byte but for its journal; nothing is written."""
-        return study_files(self.path, self.overrides, self.study, list(self.rows), list(self.answers))
+        return study_files(self.path, self.overrides, self.study, list(self.rows), list(self.answers), self.base)
 
     def __repr__(self) -> str:
         return f"<StudyResult of {self.path}: {'; '.join(self.sentences)}>"
@@ -159,7 +161,7 @@ def study(
         grid = build(name, robot_name, base, axes, listed, correct) if axes or listed else None
         answers = answer_questions(name, robot_name, base, questions, limit_um * UM, pass_files, feeds)
         rows = _rows(grid, processes, report_progress) if grid is not None else []
-    result = StudyResult(name, tuple(base), grid, tuple(rows), tuple(answers))
+    result = StudyResult(name, tuple(base), grid, tuple(rows), tuple(answers), base_job(name, robot_name, base))
     for sentence in result.sentences:
         logger.info("%s: %s", name, sentence)
     return result

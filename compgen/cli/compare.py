@@ -1,0 +1,50 @@
+"""The command that sets two outputs side by side."""
+
+from typing import Annotated
+
+import typer
+
+from compgen.cli.messages import print_error, print_record
+from compgen.cli.options import Json, MaxUm, Quiet, checked_bound, output_folder
+from compgen.cli.ownership import check_compare_folder
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.publish import publish
+
+
+def compare(
+    a: Annotated[str, typer.Argument(help="An output's folder, or its JSON report.", show_default=False)],
+    b: Annotated[str, typer.Argument(help="Another one of the same command.", show_default=False)],
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for compare.html and compare.json; default: none.")
+    ] = None,
+    max_um: MaxUm = None,
+    as_json: Json = False,
+    assets: AssetsOption = Assets.INLINE,
+    date: PageDate = None,
+    quiet: Quiet = False,
+) -> None:
+    """Set two outputs side by side. Exit 0, equal or not; with --max-um 1 where B's largest error is beyond it."""
+    from compgen.cli.compare_table import show_comparison
+    from compgen.pipelines.comparison.comparison import compare as pipeline
+    from compgen.report.compare_page import comparison_files
+    from compgen.report.compare_record import comparison_json
+
+    checked_bound(max_um)
+    folder = None if output is None else output_folder("", output)
+    comparison = pipeline(a, b)
+    written = ""
+    if folder is not None:
+        check_compare_folder(folder)
+        options = page_options(folder, assets, date)
+        files = comparison_files(comparison, max_um, options)
+        share_script(folder, options)
+        publish(folder, {}, files, set(files))
+        written = f"wrote {', '.join(sorted(files))} to {folder}"
+    if as_json:
+        print_record(comparison_json(comparison))
+    elif not quiet:
+        show_comparison(comparison, written)
+    final = comparison.final_error
+    if max_um is not None and (final is None or final > max_um):
+        reason = "no error of B is known" if final is None else f"B is {final:.2f} um off, --max-um {max_um:g}"
+        raise typer.Exit(print_error(f"outside bounds: {reason}", 1))

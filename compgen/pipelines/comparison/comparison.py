@@ -1,0 +1,149 @@
+"""Two outputs of one kind, side by side: what changed in what went in, and in what came out."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from compgen.core.exceptions import InputError
+from compgen.core.resolved import flat_keys
+from compgen.pipelines.comparison import numbers
+from compgen.pipelines.comparison.course import Course, course_of
+from compgen.pipelines.comparison.outputs import Output, naming_damage, read_output
+from compgen.pipelines.comparison.positions import Movement, movement
+from compgen.pipelines.comparison.scenarios import MatchedScenarios, match_scenarios
+
+Told = tuple[str, str, str]  # of a finding: level, code, message
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """A value of both; None where one has none."""
+
+    key: str
+    a: Any
+    b: Any
+
+    @property
+    def change(self) -> float | None:
+        """b - a of two numbers."""
+        both = (self.a, self.b)
+        if not all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in both):
+            return None
+        return float(self.b) - float(self.a)
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedFindings:
+    """Findings that one output has alone: level, code, message; those of B that A has with other numbers in them."""
+
+    gone: tuple[Told, ...]
+    new: tuple[Told, ...]
+    changed: tuple[Told, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Comparison:
+    """What differs between outputs A and B."""
+
+    a: Output
+    b: Output
+    notes: tuple[str, ...]  # what makes the two less alike than they look
+    inputs: tuple[Pair, ...]  # that differ
+    error: tuple[Pair, ...]
+    time: tuple[Pair, ...]
+    program: tuple[Pair, ...]
+    movement: Movement | str  # of the commanded positions, or why it is not known
+    findings: ChangedFindings
+    scenarios: MatchedScenarios | None  # of two studies
+    courses: tuple[Course | None, Course | None]  # the errors over the path
+
+    @property
+    def kind(self) -> str:
+        """The command that wrote both."""
+        return self.a.kind
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether inputs, numbers, positions and findings are the same."""
+        pairs = (*self.error, *self.time, *self.program)
+        moved = isinstance(self.movement, Movement) and self.movement.moved
+        told = self.findings.gone or self.findings.new or self.findings.changed
+        differs = any(pair.a != pair.b for pair in pairs) or moved or told or self.inputs
+        return not (differs or (self.scenarios is not None and not self.scenarios.is_equal))
+
+    @property
+    def final_error(self) -> float | None:
+        """The largest error that B leaves [um]."""
+        return numbers.final_error(self.b)
+
+
+def compare(first: str, second: str) -> Comparison:
+    """Compare two outputs.
+
+    Args:
+        first: Folder of an output, or its JSON report: A.
+        second: The other: B.
+
+    Raises:
+        InputError: One is none, damaged, edited since, of another kind or schema; or both are one.
+    """
+    a, b = read_output(first), read_output(second)
+    if a.file.resolve() == b.file.resolve():
+        raise InputError(f"{first} and {second}: both are {a.file}; give two outputs")
+    if a.kind != b.kind:
+        raise InputError(f"{first} is of cgen {a.kind}, {second} of cgen {b.kind}: not of one kind; give two of one")
+    inputs = _changed_inputs(a, b)
+    return Comparison(
+        a=a,
+        b=b,
+        notes=tuple(_notes(a, b, inputs)),
+        inputs=inputs or (),
+        error=_pairs(numbers.error_of(a), numbers.error_of(b)),
+        time=_pairs(numbers.time_of(a), numbers.time_of(b)),
+        program=_pairs(numbers.program_of(a), numbers.program_of(b)),
+        movement=movement(a, b),
+        findings=_changed_findings(numbers.findings_of(a), numbers.findings_of(b)),
+        scenarios=match_scenarios(a, b) if a.kind == "whatif" else None,
+        courses=(course_of(a), course_of(b)),
+    )
+
+
+def _pairs(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[Pair, ...]:
+    return tuple(Pair(key, a.get(key), b.get(key)) for key in dict.fromkeys([*a, *b]))
+
+
+def _changed_findings(a: list[Told], b: list[Told]) -> ChangedFindings:
+    only_a, only_b = Counter(a) - Counter(b), Counter(b) - Counter(a)
+    kinds = [{told[:2] for told in only} for only in (only_a, only_b)]
+    return ChangedFindings(
+        gone=tuple(told for told in only_a.elements() if told[:2] not in kinds[1]),
+        new=tuple(told for told in only_b.elements() if told[:2] not in kinds[0]),
+        changed=tuple(told for told in only_b.elements() if told[:2] in kinds[0]),
+    )
+
+
+def _changed_inputs(a: Output, b: Output) -> tuple[Pair, ...] | None:
+    """Keys with other values; None where a report has no inputs."""
+    flat = []
+    for output in (a, b):
+        with naming_damage(output):
+            inputs = output.record.get("inputs")
+            if not inputs:
+                return None
+            keys = {**inputs.get("path", {}), **{k: v for k, v in inputs.items() if k not in ("path", "robot")}}
+            named = flat_keys(keys) | flat_keys({"robot": inputs["robot"]})  # as --set takes them
+            flat.append({key: value for key, value in named.items() if value is not None})
+    return tuple(pair for pair in _pairs(*flat) if pair.a != pair.b)
+
+
+def _notes(a: Output, b: Output, inputs: tuple[Pair, ...] | None) -> list[str]:
+    notes = []
+    if a.version != b.version:
+        notes.append(f"A is of compgen {a.version}, B of {b.version}: numbers may differ for that alone")
+    if a.record.get("name") != b.record.get("name"):
+        notes.append(f"A is of {a.record.get('name')}, B of {b.record.get('name')}")
+    if inputs is None:
+        older = a if not a.record.get("inputs") else b
+        notes.append(f"{older.name}: its report has no inputs, so that what changed in them is not known; run it anew")
+    return notes

@@ -1,0 +1,127 @@
+"""The numbers of a report that a comparison looks at, by kind, under the keys that the report has them by."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from compgen.pipelines.comparison.outputs import Output, naming_damage
+
+Numbers = dict[str, Any]
+_SIZES = ("max_um", "p99_um", "rms_um")
+
+
+def error_of(output: Output) -> Numbers:
+    """Sizes of the error, the verdict and the band."""
+    with naming_damage(output):
+        return _ERRORS[output.kind](output.record)
+
+
+def time_of(output: Output) -> Numbers:
+    """Duration and the share at feed."""
+    record = output.record
+    with naming_damage(output):
+        if output.kind == "correct":
+            return {"duration_s": record["duration_s"]}
+        if output.kind == "whatif":
+            return _extremes(_done(record), ("duration_s",))
+        if output.kind == "heat":
+            return {"start_s": record["start_s"], "duration_s": record["duration_s"]}
+        window = {"thermal.start_window_s": record["thermal"].get("start_window_s")} if record["after"] else {}
+        return {f"timing.{key}": record["timing"][key] for key in ("duration_s", "at_feed")} | window
+
+
+def program_of(output: Output) -> Numbers:
+    """What is loaded, or how many scenarios and runs there are."""
+    record = output.record
+    with naming_damage(output):
+        if output.kind == "correct":
+            return {f"positions.{key}": record["positions"][key] for key in ("corrected", "new", "unchanged")}
+        if output.kind == "whatif":
+            return {"scenarios": len(record["scenarios"]), "failed": len(record["scenarios"]) - len(_done(record))}
+        if output.kind == "heat":
+            return {"runs.count": record["runs"]["count"]}
+        path = {f"path.{key}": record["path"][key] for key in ("waypoints", "length_m")}
+        program = record.get("program")
+        if program is None:
+            return path
+        sizes = {f"program.{key}": program[key] for key in ("positions", "arcs", "bytes")}
+        return path | sizes | {"program.pages": len(program["pages"])}
+
+
+def findings_of(output: Output) -> list[tuple[str, str, str]]:
+    """Level, code and message of each finding."""
+    with naming_damage(output):
+        return [(str(f["level"]), str(f["code"]), str(f["message"])) for f in output.record.get("findings", [])]
+
+
+def final_error(output: Output) -> float | None:
+    """The largest error that is left [um]: what ``--max-um`` judges; None where nothing was computed.
+
+    On the part: after correction, before where nothing is corrected. Of a study the worst scenario's, of a day what one
+    corrected file leaves in its worst run.
+    """
+    errors = error_of(output)
+    if output.kind == "heat":
+        return float(errors["runs.residual_max_um"])
+    keys = {
+        "whatif": ("largest.after_max_um", "largest.before_max_um"),
+        "correct": ("after.total.max_um", "before.total.max_um"),
+    }.get(output.kind, ("on_part.after.total.max_um", "on_part.before.total.max_um"))
+    return next((float(errors[key]) for key in keys if errors.get(key) is not None), None)
+
+
+def _of_job(record: Mapping[str, Any]) -> Numbers:
+    numbers: Numbers = {"verdict": record["verdict"]}
+    for prefix, sides in (("on_part.", record["on_part"]), ("", record)):
+        for side in ("before", "after"):
+            if sides[side] is not None:
+                numbers |= {f"{prefix}{side}.total.{size}": float(sides[side]["total"][size]) for size in _SIZES}
+    return numbers | {"band.p95_um": record["band"]["p95_um"]}
+
+
+def _of_correction(record: Mapping[str, Any]) -> Numbers:
+    numbers: Numbers = {"verdict": record["verdict"]}
+    for side in ("before", "after"):
+        for kind, unit in (("total", "um"), ("turn", "mdeg")):
+            if kind in record[side]:
+                sizes = record[side][kind]
+                numbers |= {f"{side}.{kind}.{name}_{unit}": sizes[f"{name}_{unit}"] for name in ("max", "p99", "rms")}
+    return numbers | {"band.p95_um": None if record["band"] is None else record["band"]["p95_um"]}
+
+
+def _of_study(record: Mapping[str, Any]) -> Numbers:
+    done = _done(record)
+    numbers = _extremes(done, ("before_max_um", "after_max_um", "band_um"))
+    inside = [row["inside"] for row in done if "inside" in row]
+    return numbers | ({"outside": inside.count(False)} if inside else {})
+
+
+def _of_day(record: Mapping[str, Any]) -> Numbers:
+    runs = {f"runs.{key}": record["runs"][key] for key in ("error_max_um", "residual_max_um")}
+    bands = {f"band.{name}.p95_um": band["p95_um"] for name, band in record["band"].items()}
+    warmth = {
+        f"rise_K.{when}.{node}": rise for when in ("start", "end") for node, rise in record["rise_K"][when].items()
+    }
+    return runs | bands | warmth
+
+
+def _done(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [row for row in record["scenarios"] if row["state"] == "done"]
+
+
+def _extremes(rows: list[Mapping[str, Any]], columns: tuple[str, ...]) -> Numbers:
+    """The least and the largest of each column that any row has."""
+    numbers: Numbers = {}
+    for column in columns:
+        values = [float(row[column]) for row in rows if column in row]
+        if values:
+            numbers |= {f"least.{column}": min(values), f"largest.{column}": max(values)}
+    return numbers
+
+
+_ERRORS: Mapping[str, Callable[[Mapping[str, Any]], Numbers]] = {
+    "generate": _of_job,
+    "predict": _of_job,
+    "correct": _of_correction,
+    "whatif": _of_study,
+    "heat": _of_day,
+}

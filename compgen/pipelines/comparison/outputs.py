@@ -1,0 +1,110 @@
+"""What a command left in a folder, read again: its report, whose it is, and the tables beside it."""
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from compgen.core.csv_table import CsvTable, read_csv
+from compgen.core.exceptions import InputError
+from compgen.core.files import read_regular
+
+SCHEMA = 1
+RECORDS = ("report.json", "whatif.json", "heat.json")
+#: a command by the keys that only its report has
+KINDS = {
+    "correct": {"unsafe", "positions", "provenance"},
+    "whatif": {"scenarios", "keys"},
+    "heat": {"runs", "rise_K"},
+    "generate": {"path", "timing", "before", "after"},
+}
+_MEND = "give the folder that cgen generate, predict, correct, whatif or heat wrote, or the JSON report in it"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Output:
+    """A report, and the folder that it lies in."""
+
+    name: str  # as it was typed
+    kind: str  # generate, predict, correct, whatif or heat
+    record: Mapping[str, Any]
+    file: Path  # the report
+    is_alone: bool  # the report was given and not its folder: what is not beside it is not missed
+
+    @property
+    def folder(self) -> Path:
+        """That has the tables and the program."""
+        return self.file.parent
+
+    @property
+    def version(self) -> str:
+        """The compgen that wrote it."""
+        made = self.record.get("provenance")
+        version = made.get("compgen") if isinstance(made, dict) else self.record.get("compgen")
+        return str(version or "unknown")[:20]
+
+    def table(self, name: str) -> CsvTable | None:
+        """A table beside the report; None where the report was given alone and there is none.
+
+        Raises:
+            InputError: It is missing in an output's folder, or damaged.
+        """
+        file = self.folder / name
+        if not file.is_file():
+            if self.is_alone:
+                return None
+            raise InputError(
+                f"{file}: not there, and {self.file.name} beside it is of a run that wrote it; run it anew"
+            )
+        return read_csv(file, most_rows=10_000_000)
+
+
+def read_output(name: str) -> Output:
+    """The output that a folder or a report is of.
+
+    Raises:
+        InputError: There is none, it is damaged, or of another schema.
+    """
+    if not name.strip() or "\0" in name:
+        raise InputError(f"output {name!r}: an empty name; {_MEND}")
+    place = Path(name)
+    if place.is_dir():
+        reports = [place / report for report in RECORDS if (place / report).is_file()]
+        if not reports:
+            raise InputError(f"{name}: no {', '.join(RECORDS[:2])} or {RECORDS[2]} in it: not an output; {_MEND}")
+        if len(reports) > 1:
+            names = ", ".join(report.name for report in reports)
+            raise InputError(f"{name}: it holds several outputs ({names}); name the report that is meant")
+        file = reports[0]
+    else:
+        file = place
+    try:
+        record = json.loads(read_regular(file))
+    except OSError as failure:
+        raise InputError(f"{file}: cannot be read: {failure.strerror}; {_MEND}") from None
+    except (ValueError, RecursionError):
+        raise InputError(f"{file}: damaged: it is not JSON; {_MEND}, or run the command anew") from None
+    if not isinstance(record, dict) or not isinstance(record.get("schema"), int):
+        raise InputError(f"{file}: not a report of compgen; {_MEND}")
+    if record["schema"] != SCHEMA:
+        raise InputError(
+            f"{file}: schema {record['schema']:.6g}, and this compgen compares schema {SCHEMA}; run the command anew"
+        )
+    kind = next((kind for kind, keys in KINDS.items() if keys <= set(record)), None)
+    if kind is None:
+        raise InputError(f"{file}: not a report of generate, predict, correct, whatif or heat; {_MEND}")
+    if kind == "generate" and record["after"] is None:
+        kind = "predict"
+    return Output(name, kind, record, file, file == place)
+
+
+@contextmanager
+def naming_damage(output: Output) -> Iterator[None]:
+    """Let what is not in a report, or is of another type, be an InputError that names it."""
+    try:
+        yield
+    except (KeyError, TypeError, AttributeError, ValueError, IndexError) as failure:
+        what = f"no key {failure}" if isinstance(failure, KeyError) else "a value of another type"
+        raise InputError(f"{output.file}: damaged: {what[:80]} where its command writes one; run it anew") from None

@@ -1,0 +1,93 @@
+"""The positions that the programs of an output command, as their texts print them."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array, IntArray
+from compgen.core.exceptions import InputError
+from compgen.core.files import PROVENANCE, read_regular
+from compgen.core.rotations import from_wpr
+from compgen.core.units import DEG, MM
+from compgen.fanuc import LsProgram, loads
+from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
+from compgen.pipelines.comparison.outputs import Output, naming_damage
+
+_POSE = slice(0, 6)  # X Y Z W P R in the columns of a text's positions
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Commanded:
+    """Positions of a program, or of all its pages together."""
+
+    number: IntArray  # (N,) of the undivided program
+    position: Array  # (N, 3) [m] in the program's user frame; NaN for joint angles
+    rotation: Array  # (N, 3, 3)
+
+
+def commanded_positions(output: Output) -> Commanded | None:
+    """The positions of an output's program; None where it is not there: not written, or taken elsewhere.
+
+    Raises:
+        InputError: A text is damaged, or another than the one that the report is of.
+    """
+    with naming_damage(output):
+        files = _files(output)
+    texts = []
+    for name, first, checksum in files:
+        file = output.folder / name
+        if not file.is_file():
+            return None
+        texts.append((_read(file, checksum, output.file.name), first))
+    if not texts:
+        return None
+    parts = [(program.positions, first) for program, first in texts]
+    number = np.concatenate([p.number + first - 1 for p, first in parts])
+    value = np.concatenate([p.value[:, _POSE] for p, _ in parts])
+    _, rows = np.unique(number, return_index=True)  # pages share the position at which one ends and the next begins
+    w, p, r = value[rows, 3:].T * DEG
+    return Commanded(number[rows], value[rows, :3] * MM, from_wpr(w, p, r))
+
+
+def _files(output: Output) -> list[tuple[str, int, str | None]]:
+    """Name of each text with positions, the number that its P[1] has in the undivided program, and its sha256."""
+    record = output.record
+    if output.kind == "correct":
+        checksum = str(record["provenance"]["corrected_sha256"])
+        return [(name, 1, checksum) for name in _corrected_file(output.folder, checksum)]
+    program = record.get("program")
+    if program is None:
+        return []
+    checksums: Mapping[str, Any] = program.get("sha256", {})
+    if not program["pages"]:
+        return [(str(program["file"]), 1, checksums.get(program["file"]))]
+    manifest = output.folder / f"{Path(program['file']).stem}{MANIFEST_SUFFIX}"
+    if not manifest.is_file():
+        return []
+    pages = json.loads(read_regular(manifest))["pages"]
+    return [(str(page["file"]), int(page["first_position"]), str(page["sha256"])) for page in pages]
+
+
+def _corrected_file(folder: Path, checksum: str) -> list[str]:
+    """The program beside a correction's report: it has the source's file name, and its provenance beside it."""
+    named = [f for f in sorted(folder.iterdir()) if f.suffix.lower() == ".ls" and f.with_suffix(PROVENANCE).is_file()]
+    same = [f for f in named if sha256(read_regular(f)).hexdigest() == checksum]
+    return [file.name for file in (same or named)[:1]]
+
+
+def _read(file: Path, checksum: str | None, report: str) -> LsProgram:
+    try:
+        content = read_regular(file)
+    except OSError as failure:
+        raise InputError(f"{file}: cannot be read: {failure.strerror}; put it back") from None
+    if checksum is not None and sha256(content).hexdigest() != checksum:
+        raise InputError(f"{file}: it is not the program that {report} is of: edited since; run its command anew")
+    try:
+        return loads(content)
+    except InputError as failure:
+        raise InputError(f"{file}: {failure}") from None

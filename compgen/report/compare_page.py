@@ -1,0 +1,144 @@
+"""Two outputs side by side as one page: what changed in what went in, and in what came out."""
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from compgen.core.units import UM
+from compgen.pipelines.comparison.comparison import Comparison, Pair
+from compgen.report.compare_record import (
+    cell,
+    change_of,
+    comparison_json,
+    headline,
+    label_of,
+    positions_sentence,
+    printed_unit,
+    whose_output,
+)
+from compgen.report.figure import COOL, WARM, Figure, Trace, axis, figure, horizontal_line, rows_to_draw, spans, trace
+from compgen.report.figure_limits import limit_label
+from compgen.report.figure_words import curves_in_words
+from compgen.report.inputs import Inputs
+from compgen.report.key_words import capital, title_of
+from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
+from compgen.report.table import table
+
+A, B = "A", "B"
+_MARKERS = ("circle", "diamond")
+FEW = 60  # points of a curve, up to which each is marked
+
+
+def comparison_files(
+    comparison: Comparison, max_um: float | None = None, options: PageOptions = PLAIN
+) -> dict[str, bytes]:
+    """The record and the page of a comparison, by name."""
+    return {"compare.json": comparison_json(comparison), "compare.html": comparison_html(comparison, max_um, options)}
+
+
+def comparison_html(comparison: Comparison, max_um: float | None = None, options: PageOptions = PLAIN) -> bytes:
+    """One page; ``max_um`` is the largest error allowed of B [um], drawn as a limit."""
+    final, kind = comparison.final_error, "predicted"
+    if max_um is not None and final is not None:
+        kind = "inside" if final <= max_um else "outside"
+    opening = verdict(kind, f"{_words(headline(comparison))}.")
+    body = section("What changed in the inputs", _inputs(comparison.inputs))
+    body += section("Error, verdict and band", _pairs(comparison.error))
+    drawn = courses_figure(comparison, max_um)
+    if drawn is not None:
+        body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses")
+    body += section("Commanded positions", f"<p>{_words(positions_sentence(comparison))}.</p>")
+    body += section("Time and size", _pairs((*comparison.time, *comparison.program)))
+    body += section("Findings that came and went", _findings(comparison))
+    if comparison.notes:
+        notes = "".join(f'<li class="warning">{escape(note)}</li>' for note in comparison.notes)
+        opening += f'<ul class="findings">{notes}</ul>'
+    return page("Two outputs compared", body, opening, _whose(comparison), options=options)
+
+
+def _whose(comparison: Comparison) -> Inputs:
+    """Both outputs, for the block of inputs and the foot of the page."""
+    rows, hashes = [("of", f"cgen {comparison.kind}")], []
+    for letter, whose in zip((A, B), (whose_output(comparison.a), whose_output(comparison.b))):
+        rows.append((letter, f"{whose['name']} in {whose['output']}, by compgen {whose['compgen']}"))
+        if whose["inputs_sha256"]:
+            hashes.append((f"{letter}: inputs", str(whose["inputs_sha256"])))
+    return Inputs(tuple(rows), tuple(hashes))
+
+
+def _words(text: str) -> str:
+    return escape(capital(text)).replace(" um", " µm")
+
+
+def courses_figure(comparison: Comparison, max_um: float | None = None) -> Figure | None:
+    """The errors of both over the path: before, and under it after on its own scale; None where no table has them."""
+    sides = [
+        (side, [None if course is None else getattr(course, side) for course in comparison.courses])
+        for side in ("before", "after")
+    ]
+    sides = [(side, both) for side, both in sides if any(values is not None for values in both)]
+    if not sides:
+        return None
+    traces: list[Trace] = []
+    axes: dict[str, Any] = {}
+    lowest = "" if len(sides) == 1 else str(len(sides))
+    for n, ((side, both), span) in enumerate(zip(sides, reversed(spans(len(sides), 0.1)))):
+        which = "" if n == 0 else str(n + 1)
+        for letter, values, course, colour, dash, marker in zip(
+            (A, B), both, comparison.courses, (WARM, COOL), ("solid", "dash"), _MARKERS
+        ):
+            if values is None or course is None:
+                continue
+            rows = rows_to_draw(np.nan_to_num(values))
+            look = {"line": {"color": colour, "dash": dash, "width": 1.4}, "marker": {"symbol": marker, "size": 6}}
+            mode = "lines+markers" if len(rows) <= FEW else "lines"
+            xy = np.round(course.at[rows], 5), np.round(values[rows] / UM, 4)
+            place = {"xaxis": f"x{which}", "yaxis": f"y{which}", "legendgroup": letter, "showlegend": n == 0}
+            traces.append(trace("scatter", *xy, name=letter, mode=mode, **look, **place))
+        axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
+        axes[f"xaxis{which}"] = {"anchor": f"y{which}", "domain": [0.0, 1.0]}
+        if which != lowest:
+            axes[f"xaxis{which}"].update(matches=f"x{lowest}", showticklabels=False)
+    limits = [] if max_um is None else [limit_label(f"--max-um {max_um:g}", max_um, lowest)]
+    shapes = [horizontal_line(max_um, lowest)] if max_um is not None else []
+    title = next(course.title for course in comparison.courses if course is not None)
+    axes[f"xaxis{lowest}"] |= axis(title)
+    alt = curves_in_words(f"Errors over the {_over(comparison)}, before and then after", traces, "µm")
+    return figure(traces, 240 * len(sides) + 60, alt, shapes=shapes, annotations=limits, **axes)
+
+
+def _over(comparison: Comparison) -> str:
+    """What the errors are drawn over."""
+    return {"correct": "stations", "heat": "runs", "whatif": "scenarios"}.get(comparison.kind, "path")
+
+
+def _inputs(inputs: tuple[Pair, ...]) -> str:
+    if not inputs:
+        return "<p>None: every key of the files has the same value.</p>"
+    rows = [[escape(capital(title_of(p.key))), *_cells(p), f"<code>{escape(p.key)}</code>"] for p in inputs]
+    return table(["what", A, B, "key"], rows, words=(0, 3))
+
+
+def _pairs(pairs: tuple[Pair, ...]) -> str:
+    rows = []
+    for pair in pairs:
+        unit = printed_unit(pair.key)
+        label = capital(label_of(pair.key)) + (f" [{unit}]" if unit else "")
+        rows.append([escape(label), *_cells(pair), escape(change_of(pair))])
+    return table(["", A, B, "change"], rows)
+
+
+def _cells(pair: Pair) -> list[str]:
+    return [escape(cell(value, pair.key)) for value in (pair.a, pair.b)]
+
+
+def _findings(comparison: Comparison) -> str:
+    findings = comparison.findings
+    kinds = (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed))
+    rows = "".join(
+        f'<li class="{escape(level)}">{words}: {escape(level)} {escape(code)}: {escape(message)}</li>'
+        for words, told in kinds
+        for level, code, message in told
+    )
+    return f'<ul class="findings">{rows or "<li class=note>none</li>"}</ul>'

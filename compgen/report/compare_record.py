@@ -1,0 +1,204 @@
+"""Two outputs side by side as data; docs/compare.md has the keys."""
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.units import MDEG, UM
+from compgen.pipelines.comparison.comparison import Comparison, Pair, Told
+from compgen.pipelines.comparison.outputs import Output
+from compgen.pipelines.comparison.positions import Movement
+from compgen.pipelines.comparison.scenarios import MatchedScenarios
+from compgen.report.key_words import unit_of, words_of
+
+SCHEMA = 1
+_SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on the part", "before": "before",
+          "after": "after", "largest": "largest of all scenarios", "least": "least of all scenarios",
+          "band.first": "first run", "band.largest": "run that errs most"}  # fmt: skip
+_STATISTICS = {"max": "max", "p99": "p99", "rms": "rms"}
+
+
+def comparison_record(comparison: Comparison) -> dict[str, Any]:
+    """Everything a comparison says, in plain types."""
+    scenarios = comparison.scenarios
+    return {
+        "schema": SCHEMA,
+        "kind": comparison.kind,
+        "a": whose_output(comparison.a),
+        "b": whose_output(comparison.b),
+        "equal": comparison.is_equal,
+        "notes": list(comparison.notes),
+        "inputs": [{"key": p.key, "a": p.a, "b": p.b, "unit": unit_of(p.key)} for p in comparison.inputs],
+        **{name: [_pair(p) for p in getattr(comparison, name)] for name in ("error", "time", "program")},
+        "final_error_um": comparison.final_error,
+        "positions": _positions(comparison.movement),
+        "scenarios": None if scenarios is None else _scenarios(scenarios),
+        "findings": {name: _told(getattr(comparison.findings, name)) for name in ("gone", "new", "changed")},
+    }
+
+
+def comparison_json(comparison: Comparison) -> bytes:
+    """The record as text, the same bytes for the same outputs."""
+    return (json.dumps(comparison_record(comparison), indent=2, allow_nan=False) + "\n").encode()
+
+
+def printed_unit(key: str) -> str:
+    """The unit that ``cell`` writes a value in."""
+    return "%" if key.endswith(".at_feed") else unit_of(key)
+
+
+def label_of(key: str) -> str:
+    """A key of a report in words, for a table of two outputs."""
+    *tables, last = key.split(".")
+    side = next((words for start, words in _SIDES.items() if key.startswith(f"{start}.")), "")
+    name = words_of(last)
+    if tables[-1:] in (["total"], ["turn"]):
+        statistic = _STATISTICS[last.split("_")[0]]
+        return f"{'error' if tables[-1] == 'total' else 'tool axis'} {side}: {statistic}"
+    if tables[:1] == ["rise_K"]:
+        return f"rise of {last} at the {tables[1]}"
+    if last == "p95_um":
+        return f"may be off (95 %){f', {side}' if side else ''}"
+    return f"{name}, {side}" if side else words_of(key).replace(", ", " ")
+
+
+def cell(value: Any, key: str, signed: bool = False) -> str:
+    """A value for a table, with so many digits as its unit deserves."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and unit_of(key) in ("µm", "mdeg", "s"):
+        return f"{value:+.2f}" if signed else f"{value:.2f}"
+    if key.endswith(".at_feed"):
+        return f"{100 * value:{'+' if signed else ''}.2f}"
+    if isinstance(value, int | float):
+        return f"{value:+.4g}" if signed else (str(value) if isinstance(value, int) else f"{value:.6g}")
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def change_of(pair: Pair) -> str:
+    """What B has more than A, signed; empty where they are the same."""
+    if pair.a == pair.b:
+        return ""
+    text = "changed" if pair.change is None else cell(pair.change, pair.key, signed=True)
+    return text.lstrip("+-") if text in ("+0.00", "-0.00") else text
+
+
+def headline(comparison: Comparison) -> str:
+    """What changed, in one sentence."""
+    if comparison.is_equal:
+        return "the two are equal: inputs, errors, times, positions and findings"
+    count = len(comparison.inputs)
+    keys = (
+        f"{count} {'key' if count == 1 else 'keys'} of the inputs changed" if count else "no key of the inputs changed"
+    )
+    return f"{keys}; {error_sentence(comparison)}; {positions_sentence(comparison)}"
+
+
+def error_sentence(comparison: Comparison) -> str:
+    """The largest error that is left, of both."""
+    key = next(
+        (
+            pair.key
+            for wanted in FINAL
+            for pair in comparison.error
+            if pair.key == wanted and pair.a is not None and pair.b is not None
+        ),
+        None,
+    )
+    if key is None:
+        return "no error of both is known"
+    pair = next(p for p in comparison.error if p.key == key)
+    change = "unchanged" if pair.a == pair.b else f"{pair.change:+.2f}"
+    return f"{label_of(key)} {pair.a:.2f} um, then {pair.b:.2f} ({change})"
+
+
+#: what a comparison is about, by kind: the largest error that is left
+FINAL = (
+    "on_part.after.total.max_um", "on_part.before.total.max_um", "after.total.max_um", "before.total.max_um",
+    "largest.after_max_um", "largest.before_max_um", "runs.residual_max_um",
+)  # fmt: skip
+
+
+def positions_sentence(comparison: Comparison) -> str:
+    """How far the commanded positions moved."""
+    movement = comparison.movement
+    if isinstance(movement, str):
+        if comparison.scenarios is not None:
+            return _scenarios_sentence(comparison.scenarios)
+        return f"positions are not compared: {movement}"
+    record = _positions(movement)
+    if not record["moved"]:
+        return f"all {record['count']} commanded positions are the same"
+    turned = "" if not record.get("largest_mdeg") else f", {record['largest_mdeg']:.3g} mdeg"
+    by = "" if movement.matched == "number" else ", matched by the length along the path"
+    return (
+        f"{record['moved']} of {record['count']} commanded positions moved, by up to {record['largest_um']:.3g} um"
+        f"{turned} ({record['rms_um']:.3g} um rms){by}"
+    )
+
+
+def _scenarios_sentence(scenarios: MatchedScenarios) -> str:
+    text = f"{scenarios.both} scenarios are in both"
+    if scenarios.only_a or scenarios.only_b:
+        text += f", {scenarios.only_a} in A alone, {scenarios.only_b} in B alone"
+    for side, change in scenarios.changes.items():
+        text += f"; error {side} changed by up to {np.abs(change).max() / UM:.3g} um"
+    return text
+
+
+def whose_output(output: Output) -> dict[str, Any]:
+    """Where an output is, and what made it."""
+    made = output.record.get("provenance") or {}
+    return {
+        "output": output.name,
+        "name": output.record.get("name") or output.record.get("path"),
+        "compgen": output.version,
+        "inputs_sha256": made.get("inputs_sha256") or made.get("robot_sha256") or output.record.get("study_sha256"),
+    }
+
+
+def _pair(pair: Pair) -> dict[str, Any]:
+    return {"key": pair.key, "a": pair.a, "b": pair.b, "change": pair.change, "unit": unit_of(pair.key)}
+
+
+def _told(findings: Iterable[Told]) -> list[dict[str, str]]:
+    return [dict(zip(("level", "code", "message"), told)) for told in findings]
+
+
+def _positions(movement: Movement | str) -> dict[str, Any]:
+    if isinstance(movement, str):
+        return {"matched": None, "reason": movement}
+    record = {
+        "matched": movement.matched,
+        "count": len(movement.distance),
+        "moved": movement.moved,
+        "largest_um": _figure(movement.distance.max() / UM),
+        "rms_um": _figure(_rms(movement.distance) / UM),
+    }
+    if movement.angle is not None:
+        record |= {
+            "largest_mdeg": _figure(movement.angle.max() / MDEG),
+            "rms_mdeg": _figure(_rms(movement.angle) / MDEG),
+        }
+    return record
+
+
+def _scenarios(scenarios: MatchedScenarios) -> dict[str, Any]:
+    changes = {
+        side: {"largest_um": _figure(np.abs(change).max() / UM), "at": dict(scenarios.worst[side])}
+        for side, change in scenarios.changes.items()
+    }
+    return {"both": scenarios.both, "only_a": scenarios.only_a, "only_b": scenarios.only_b, "changes": changes}
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _figure(value: float) -> float:
+    return float(f"{value:.9g}")

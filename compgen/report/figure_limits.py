@@ -1,0 +1,12 @@
+"""Limits in figures: dashed lines with the words of what they are."""
+
+from typing import Any
+
+LIMIT = "#b91c1c"
+
+
+def limit_label(text: str, y: float, axis_number: str = "") -> dict[str, Any]:
+    """The words of a limit, at the right end of its line; ``axis_number`` is the number of the plot's axes, from 2."""
+    place = {"xref": f"x{axis_number} domain", "x": 1, "yref": f"y{axis_number}", "y": y}
+    look = {"showarrow": False, "xanchor": "right", "yanchor": "bottom", "font": {"color": LIMIT, "size": 11}}
+    return {"text": text, **place, **look}

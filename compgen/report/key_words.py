@@ -1,0 +1,111 @@
+"""Keys of files, columns and reports in words, each with the unit that its name carries."""
+
+#: what ends a name, as people write it
+UNITS = {
+    "um_m_K": "µm/(m K)", "urad_Nm": "µrad/(N m)", "W_mm_K": "W/(mm K)", "J_kgK": "J/(kg K)", "arcsec_K": "arcsec/K",
+    "um_mm": "µm/mm", "um_K": "µm/K", "W_K": "W/K", "m_s2": "m/s²", "deg_s2": "deg/s²", "deg_s3": "deg/s³",
+    "deg_s": "deg/s", "mm_s": "mm/s", "mm": "mm", "um": "µm", "nm": "nm", "m": "m", "mdeg": "mdeg", "deg": "deg",
+    "degC": "°C", "K": "K", "percent": "%", "ppm": "ppm", "kg": "kg", "N": "N", "W": "W", "kB": "kB",
+    "h": "h", "min": "min", "ms": "ms", "s": "s",
+}  # fmt: skip
+#: names without their units; what is not here is read as it is spelt
+WORDS = {
+    "ambient.value": "air temperature",
+    "bounds.max": "bound of the largest error",
+    "bounds.p99": "bound of the 99th percentile",
+    "bounds.rms": "bound of the rms error",
+    "before_max": "largest error before",
+    "before_p99": "99th percentile before",
+    "before_rms": "rms error before",
+    "before_normal_max": "largest normal error before",
+    "after_max": "largest error after",
+    "after_p99": "99th percentile after",
+    "after_rms": "rms error after",
+    "after_normal_max": "largest normal error after",
+    "band": "may be off beside that (95 %)",
+    "index": "scenario",
+    "start_window": "start window",
+    "warmup": "warm-up",
+    "cte": "expansion coefficient",
+    "acc": "acceleration",
+    "thermal.model": "heat model",
+    "tau": "time constant",
+    "at_feed": "length at feed",
+    "lift_all": "lift of a dry run",
+    "residual": "one corrected file leaves",
+    "residual_max": "one corrected file leaves",
+    "error_max": "largest error, uncorrected",
+    "p95": "may be off (95 %)",
+    "late": "a late start adds",
+    "delay": "late by",
+    "ambient_K": "air warmer by",
+    "ambient_um": "another air adds",
+    "to_go": "still to come",
+    "of_largest": "of the largest error",
+    "own_largest": "its own largest",
+    "hours": "time",
+}
+#: tables whose keys say enough without them
+PLAIN = {"path", "robot", "process", "thermal", "compensation", "sources", "options", "timing", "program", "runs"}
+STRETCH = {"before": "warm-up", "cycle": "stretch of the cycle", "after": "stretch after"}
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
+
+
+def unit_of(key: str) -> str:
+    """The unit that a key's name ends with; empty without one."""
+    names = [step for step in _steps(key) if not step.isdigit()]  # an entry of a list has the list's
+    return _parted(names[-1])[1] if names else ""
+
+
+def words_of(key: str) -> str:
+    """A key in words, without its unit: ``before.0.duration_h`` is the first warm-up."""
+    *tables, last = _steps(key)
+    if last.isdigit() and tables:  # an entry of a list
+        return f"{words_of('.'.join(tables))} {int(last) + 1}"
+    stem, _ = _parted(last)
+    name = WORDS.get(last) or WORDS.get(stem, stem.replace("_", " "))
+    if not tables:
+        return name
+    if len(tables) > 1 and tables[-2] in STRETCH and tables[-1].isdigit():
+        stretch = f"{ordinal(int(tables[-1]))} {STRETCH[tables[-2]]}"
+        return stretch if stem == "duration" else f"{name} of the {stretch}"
+    if whole := WORDS.get(f"{tables[-1]}.{stem}"):
+        return whole
+    named = [str(int(t) + 1) if t.isdigit() else t.replace("_", " ") for t in tables if t not in PLAIN]
+    return ", ".join([" ".join(named), name] if named else [name])
+
+
+def title_of(key: str) -> str:
+    """A key in words with its unit in brackets, as an axis or a column has it."""
+    unit = unit_of(key)
+    return f"{words_of(key)} [{unit}]" if unit else words_of(key)
+
+
+def value_of(key: str, value: object) -> str:
+    """A value of a key in words, with its unit."""
+    unit = unit_of(key)
+    number = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{number} {unit}" if unit else number
+
+
+def capital(text: str) -> str:
+    """A text that begins a heading."""
+    return text[:1].upper() + text[1:]
+
+
+def ordinal(n: int) -> str:
+    """The word for row n of a table, from 0."""
+    return _ORDINALS[n] if n < len(_ORDINALS) else f"{n + 1}th"
+
+
+def _steps(key: str) -> list[str]:
+    return key.strip().split(".")
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """A name without its unit, and the unit."""
+    for ending, unit in UNITS.items():
+        stem = name.removesuffix(f"_{ending}")
+        if stem != name and stem:
+            return stem, unit
+    return name, ""

@@ -1,0 +1,256 @@
+"""Two outputs side by side: what changed is shown, nothing else is, and what cannot be compared is refused."""
+
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+from command_line import refused, run
+from shipped import ROOT
+
+LINE = str(ROOT / "paths" / "line_y.toml")
+RUNS = {
+    "six": ("generate", LINE),
+    "two": ("generate", LINE, "--set", "before.0.duration_h=2"),
+    "dense": ("generate", LINE, "--set", "process.spacing_mm=5"),
+    "moved": ("generate", LINE, "--set", "path.z_mm=190"),
+    "warm": ("generate", LINE, "--set", "robot.thermal.cte_um_m_K=12"),
+    "cold": ("predict", LINE, "--set", "before.0.duration_h=1"),
+    "hot": ("predict", LINE),
+    "grid": ("whatif", LINE, "--vary", "before.0.duration_h=1,2", "--workers", "1"),
+    "more": (
+        "whatif",
+        LINE,
+        "--vary",
+        "before.0.duration_h=1,2,3",
+        "--set",
+        "process.feed_mm_s=100",
+        "--workers",
+        "1",
+    ),
+    "day": ("heat", LINE),
+    "duty": ("heat", LINE, "--set", "before.0.duty=0.5"),
+}
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """A folder with outputs of all kinds."""
+    folder = tmp_path_factory.mktemp("outputs")
+    for name, (command, *arguments) in RUNS.items():
+        done = run(command, *arguments, "-o", folder / name, "-q")
+        assert done.returncode == 0, done.stderr
+    return folder
+
+
+def compared(home, a, b, *options):
+    done = run("compare", a, b, "--json", *options, cwd=home)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def printed_positions(text):
+    """X Y Z W P R of each P[n] of a program, by regular expressions alone, (N, 6) [mm] and [deg]."""
+    number = r"=\s*(-?[\d.]+)\s*(?:mm|deg)"
+    row = re.compile(r"P\[(\d+)\].*?" + ".*?".join(axis + r"\s*" + number for axis in "XYZWPR"), re.DOTALL)
+    rows = {int(m[1]): [float(v) for v in m.groups()[1:]] for m in row.finditer(text[text.index("/POS") :])}
+    return np.array([rows[n] for n in sorted(rows)])
+
+
+def test_one_key_changed_shows_that_key_alone(home):
+    for other, key, a, b in (
+        ("two", "before.0.duration_h", 6.0, 2.0),
+        ("dense", "process.spacing_mm", None, 5.0),
+        ("moved", "path.z_mm", None, 190.0),
+        ("warm", "robot.thermal.cte_um_m_K", None, 12.0),
+    ):
+        record = compared(home, "six", other)
+        assert [pair["key"] for pair in record["inputs"]] == [key]
+        assert record["inputs"][0]["b"] == b
+        assert a in (None, record["inputs"][0]["a"])
+        assert not record["equal"]
+
+
+def test_moved_positions_are_those_of_the_two_texts(home):
+    """An oracle that shares no code: regular expressions and numpy on the programs."""
+    a, b = (printed_positions((home / name / "LINE_Y.LS").read_text()) for name in ("six", "two"))
+    distance = 1e3 * np.sqrt(((b - a)[:, :3] ** 2).sum(axis=1))
+    positions = compared(home, "six", "two")["positions"]
+    assert positions["matched"] == "number"
+    assert positions["count"] == len(a)
+    assert positions["moved"] == np.count_nonzero(np.any(a != b, axis=1)) > 100
+    assert positions["largest_um"] == pytest.approx(distance.max(), abs=1e-6)
+    assert positions["rms_um"] == pytest.approx(np.sqrt(np.mean(distance**2)), abs=1e-6)
+    turned = np.abs((b - a)[:, 3:] + 180) % 360 - 180
+    assert positions["largest_mdeg"] <= 1e3 * np.abs(turned).sum(axis=1).max() + 1e-6
+
+
+def test_another_spacing_is_matched_by_length(home):
+    """The correction is smooth: between other points on one line it is the same to the last digit that is printed."""
+    positions = compared(home, "six", "dense")["positions"]
+    assert positions["matched"] == "length"
+    assert positions["count"] == len((home / "six" / "waypoints.csv").read_text().splitlines()) - 1
+    assert 0 < positions["largest_um"] < 3
+    both = compared(home, "two", "dense")["positions"]["largest_um"]
+    assert both == pytest.approx(compared(home, "two", "six")["positions"]["largest_um"], abs=3)
+
+
+def test_a_path_that_was_moved_is_not_matched(home):
+    positions = compared(home, "six", "moved")["positions"]
+    assert positions["matched"] is None
+    assert "mm apart" in positions["reason"]
+
+
+def test_errors_and_times_are_those_of_the_reports(home):
+    record = compared(home, "six", "two")
+    reports = [json.loads((home / name / "report.json").read_text()) for name in ("six", "two")]
+    error = {pair["key"]: pair for pair in record["error"]}
+    for side, report in zip("ab", reports):
+        assert error["on_part.after.total.max_um"][side] == report["on_part"]["after"]["total"]["max_um"]
+        assert error["before.total.rms_um"][side] == report["before"]["total"]["rms_um"]
+        assert error["verdict"][side] == report["verdict"]
+        assert error["band.p95_um"][side] == report["band"]["p95_um"]
+    pair = next(pair for pair in record["time"] if pair["key"] == "timing.duration_s")
+    assert pair["change"] == pair["b"] - pair["a"]
+    assert record["final_error_um"] == reports[1]["on_part"]["after"]["total"]["max_um"]
+
+
+def test_findings_that_came_went_or_changed(home, tmp_path):
+    for name in ("a", "b"):
+        shutil.copytree(home / "six", tmp_path / name)
+    report = tmp_path / "b" / "report.json"
+    data = json.loads(report.read_text())
+    gone = data["findings"].pop(0)
+    data["findings"].append({"level": "note", "code": "made.up", "message": "new"})
+    data["findings"][0]["message"] = "other numbers"
+    report.write_text(json.dumps(data))
+    findings = compared(tmp_path, "a", "b")["findings"]
+    assert findings["gone"] == [gone]
+    assert [f["code"] for f in findings["new"]] == ["made.up"]
+    assert [f["message"] for f in findings["changed"]] == ["other numbers"]
+
+
+def test_equal_outputs_are_equal(home, tmp_path):
+    shutil.copytree(home / "six", tmp_path / "six")
+    record = compared(home, "six", tmp_path / "six")
+    assert record["equal"]
+    assert record["inputs"] == []
+    assert record["positions"]["moved"] == 0
+    done = run("compare", "six", tmp_path / "six", cwd=home)
+    assert "the two are equal" in done.stdout
+
+
+def test_max_um_is_the_largest_error_that_b_may_leave(home):
+    final = compared(home, "six", "two")["final_error_um"]
+    assert run("compare", "six", "two", "-q", "--max-um", f"{final + 0.01}", cwd=home).returncode == 0
+    over = run("compare", "six", "two", "-q", "--max-um", f"{final - 0.01}", cwd=home)
+    refused(over, 1, "--max-um")
+    assert over.stdout == ""
+    refused(run("compare", "six", "two", "--max-um", "0", cwd=home), 2, "--max-um 0")
+
+
+def test_predictions_studies_and_days_are_compared_with_their_like(home):
+    record = compared(home, "cold", "hot")
+    assert record["positions"] == {"matched": None, "reason": "predict writes no program"}
+    study = compared(home, "grid", "more")
+    assert study["scenarios"]["both"] == 2
+    assert (study["scenarios"]["only_a"], study["scenarios"]["only_b"]) == (0, 1)
+    assert [pair["key"] for pair in study["inputs"]] == ["process.feed_mm_s"]
+    day = compared(home, "day", "duty")
+    assert [(pair["key"], pair["b"]) for pair in day["inputs"]] == [("before.0.duty", 0.5)]
+    assert day["final_error_um"] is not None
+
+
+def test_corrections_are_compared_position_by_position(home, tmp_path):
+    planned = tmp_path / "PLAIN.LS"
+    lines = (home / "six" / "LINE_Y.LS").read_text().splitlines(keepends=True)
+    planned.write_text("".join(line for line in lines if "compgen" not in line and "!" not in line))
+    for name, hours in (("a", "5h"), ("b", "2h")):
+        given = ("--robot", "m710ic50", "--before", f"moving 200mm/s {hours}", "--again", "--force")
+        done = run("correct", planned, *given, "-o", tmp_path / name, "-q")
+        assert (tmp_path / name / "PLAIN.LS").is_file(), done.stderr
+    record = compared(tmp_path, "a", "b")
+    a, b = (printed_positions((tmp_path / name / "PLAIN.LS").read_text()) for name in ("a", "b"))
+    distance = 1e3 * np.sqrt(((b - a)[:, :3] ** 2).sum(axis=1))
+    assert record["positions"]["largest_um"] == pytest.approx(distance.max(), abs=1e-6)
+    assert [pair["key"] for pair in record["inputs"]] == ["before.0.duration_h"]
+    (tmp_path / "b" / "PLAIN.LS").write_text((tmp_path / "b" / "PLAIN.LS").read_text().replace("CNT100", "CNT90", 1))
+    refused(run("compare", "a", "b", cwd=tmp_path), 2, "PLAIN.LS", "edited")
+
+
+def test_reports_alone_are_compared_without_what_lies_beside_them(home, tmp_path):
+    for name in ("six", "two"):
+        shutil.copy(home / name / "report.json", tmp_path / f"{name}.json")
+    record = compared(tmp_path, "six.json", "two.json")
+    assert record["positions"]["matched"] is None
+    assert [pair["key"] for pair in record["inputs"]] == ["before.0.duration_h"]
+
+
+def test_another_version_is_compared_with_a_warning(home, tmp_path):
+    shutil.copytree(home / "six", tmp_path / "six")
+    report = tmp_path / "six" / "report.json"
+    data = json.loads(report.read_text())
+    data["provenance"]["compgen"] = "0.0.9"
+    report.write_text(json.dumps(data))
+    done = run("compare", tmp_path / "six", "six", cwd=home)
+    assert done.returncode == 0
+    assert "warning: A is of compgen 0.0.9" in done.stdout
+
+
+def test_what_cannot_be_compared_is_refused_in_one_line(home, tmp_path):
+    refused(run("compare", "six", "hot", cwd=home), 2, "generate", "predict")
+    refused(run("compare", "six", "six/report.json", cwd=home), 2, "both are")
+    refused(run("compare", "six", "nowhere", cwd=home), 2, "nowhere")
+    (tmp_path / "empty").mkdir()
+    refused(run("compare", home / "six", "empty", cwd=tmp_path), 2, "not an output")
+    shutil.copytree(home / "six", tmp_path / "six")
+    report, text = tmp_path / "six" / "report.json", (home / "six" / "report.json").read_text()
+    for damaged, words in (
+        (text[:-200], "not JSON"),
+        ("[]", "not a report"),
+        (text.replace('"schema": 1', '"schema": 2', 1), "schema 2"),
+        (text.replace('"max_um"', '"largest"'), "damaged"),
+        (text.replace('"timing"', '"clock"'), "not a report"),
+        (json.dumps({**json.loads(text), "inputs": {"path": 3}}), "damaged"),
+        (json.dumps({**json.loads(text), "findings": 3}), "damaged"),
+    ):
+        report.write_text(damaged)
+        refused(run("compare", home / "six", "six", cwd=tmp_path), 2, "report.json", words)
+    report.write_text(text)
+    program = tmp_path / "six" / "LINE_Y.LS"
+    program.write_bytes(program.read_bytes().replace(b"CNT100", b"CNT90", 1))
+    refused(run("compare", home / "six", "six", cwd=tmp_path), 2, "LINE_Y.LS", "edited")
+    program.unlink()
+    assert "has no program" in compared(tmp_path, home / "six", "six")["positions"]["reason"]
+    (tmp_path / "six" / "waypoints.csv").unlink()
+    refused(run("compare", home / "six", "six", cwd=tmp_path), 2, "waypoints.csv", "not there")
+
+
+def test_a_page_and_a_record_go_into_a_folder_and_replace_nothing_else(home, tmp_path):
+    done = run("compare", "six", "two", "-o", tmp_path / "page", "--max-um", "3", cwd=home)
+    assert done.returncode == 0, done.stderr
+    assert {file.name for file in (tmp_path / "page").iterdir()} == {"compare.html", "compare.json"}
+    assert json.loads((tmp_path / "page" / "compare.json").read_text()) == compared(home, "six", "two")
+    page = (tmp_path / "page" / "compare.html").read_text()
+    body = page[page.index("<main>") : page.index("</main>")]
+    assert "First warm-up [h]" in body
+    assert "before.0.duration_h" in body
+    assert "--max-um 3" in body
+    first = (tmp_path / "page" / "compare.html").read_bytes()
+    assert run("compare", "six", "two", "-o", tmp_path / "page", "--max-um", "3", "-q", cwd=home).returncode == 0
+    assert (tmp_path / "page" / "compare.html").read_bytes() == first
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "compare.json").write_text("{}")
+    refused(run("compare", "six", "two", "-o", tmp_path / "mine", cwd=home), 2, "compare.json")
+
+
+def test_pages_of_a_long_program_are_one_program(tmp_path):
+    short = ("--set", "robot.controller.max_positions=60", "--set", "process.page_stops=anywhere")
+    for name, more in (("whole", ()), ("paged", short)):
+        assert run("generate", LINE, *more, "-o", tmp_path / name, "-q").returncode == 0
+    assert len(list((tmp_path / "paged").glob("*.LS"))) > 2
+    record = compared(tmp_path, "whole", "paged")
+    assert record["positions"]["matched"] == "number"
+    assert record["positions"]["moved"] == 0
+    assert record["positions"]["count"] == len((tmp_path / "whole" / "waypoints.csv").read_text().splitlines()) - 1
