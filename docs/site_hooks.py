@@ -57,7 +57,7 @@ def _links(origin: str) -> Iterator[str]:
 
 def _is_text(target: str) -> bool:
     """Whether the target is a file that the site has no page of its own for."""
-    inside = target.startswith("docs/") and not target.endswith((".py", ".csv"))
+    inside = target.startswith("docs/") and target.endswith((".md", ".svg", ".png"))
     return not inside and target not in PAGES and (ROOT / target).is_file()
 
 

@@ -1,0 +1,37 @@
+"""The gallery is what its commands give: captions, words of pictures. To renew it: python docs/gallery.py."""
+
+import re
+import sys
+
+import pytest
+from shipped import ROOT
+
+sys.path.insert(0, str(ROOT / "docs"))
+import gallery
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("gallery")
+    gallery.prepare(place)
+    return place, set()
+
+
+def words_of(svg):
+    return re.findall(r">([^<>\n]+)</text>", svg)
+
+
+@pytest.mark.parametrize("picture", gallery.PICTURES, ids=lambda picture: picture.name)
+def test_a_picture_is_what_its_commands_give(picture, folder):
+    svg, numbers = gallery.make(picture, *folder)
+    assert gallery.section(picture, numbers) in (ROOT / "docs" / "gallery.md").read_text()
+    shown = (ROOT / "docs" / "gallery" / f"{picture.name}.svg").read_text()
+    assert words_of(svg) == words_of(shown)
+    assert words_of(svg)
+    assert abs(len(svg) - len(shown)) < 0.05 * len(shown)
+
+
+def test_the_pictures_are_small_and_each_is_on_the_page():
+    files = sorted((ROOT / "docs" / "gallery").glob("*.svg"))
+    assert sorted(picture.name for picture in gallery.PICTURES) == [file.stem for file in files]
+    assert sum(file.stat().st_size for file in files) < 500_000
