@@ -3,9 +3,14 @@
 from html import escape
 from typing import Any
 
+import numpy as np
+
+from compgen.core.arrays import Array
+from compgen.core.units import UM
 from compgen.report.band_words import known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, Figure, axis, figure, spans, trace
-from compgen.report.figure_words import curves_in_words
+from compgen.report.figure_rows import Row
+from compgen.report.figure_words import sentence
 from compgen.report.table import table
 from compgen.verification.band import ONE_SIDED
 
@@ -49,6 +54,14 @@ def band_explained(record: dict[str, Any]) -> str:
     return text + table(["source", "largest on the part [&micro;m]", "rms [&micro;m]"], rows)
 
 
+def radius_row(time: Array, radius: Array) -> Row:
+    """How far off the tool may be, (K,) [m], as a row of a figure over time (K,) [s]."""
+    look = {"mode": "lines", "fill": "tozeroy", "fillcolor": BAND, "line": {"color": BAND_LINE, "width": 1}}
+    name = "may be off (95 %), as far as known"
+    curve = trace("scatter", np.round(time, 4), np.round(radius / UM, 3), name=name, showlegend=True, **look)
+    return Row("may be off [µm]", [curve], options={"rangemode": "tozero"})
+
+
 def budget_figure(record: dict[str, Any]) -> Figure:
     """Bars: what each source of the file leaves open, and beside them what is not known, with a scale of its own."""
     sources = list(record["budget_um"].items())[::-1]
@@ -57,29 +70,37 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     traces = [
         trace(
             "bar", [size for _, size in sources], [name for name, _ in sources], orientation="h", showlegend=False,
-            marker={"color": LINES[0]}, text=[rounded(size) for _, size in sources],
+            marker={"color": LINES[0]}, text=[rounded(size) for _, size in sources], cliponaxis=False,
         )
     ]  # fmt: skip
     layout: dict[str, Any] = {
         "xaxis": axis("known so well [µm], 95 %", domain=left), "yaxis": {"automargin": True},
     }  # fmt: skip
+    height, narrow = 120 + 30 * max(len(sources), len(sized)), {}
+    words = [f"{name} {rounded(size)} µm" for name, size in record["budget_um"].items()]
     if sized:
         low, high = zip(*(row["size_um"] for row in sized))
+        extents = [f"{rounded(a) if a else '0'} to {rounded(b)}" for a, b in zip(low, high)]
         traces.append(
             trace(
                 "bar", [b - a for a, b in zip(low, high)], [row["what"] for row in sized], base=list(low),
-                orientation="h", showlegend=False, xaxis="x2", yaxis="y2", marker={"color": GREY},
-                text=[f"{rounded(a) if a else '0'} to {rounded(b)}" for a, b in zip(low, high)],
+                orientation="h", showlegend=False, xaxis="x2", yaxis="y2", text=extents, cliponaxis=False,
+                marker={"color": GREY, "pattern": {"shape": "/"}},
             )
         )  # fmt: skip
         layout["xaxis2"] = axis("not known; found elsewhere [µm]", domain=right, anchor="y2", rangemode="tozero")
         layout["yaxis2"] = {"anchor": "x2", "automargin": True}
-    return figure(
-        traces,
-        120 + 30 * max(len(sources), len(sized)),
-        curves_in_words("What the part will see", traces, "µm"),
-        **layout,
-    )
+        words += [f"not known: {row['what']}, {extent} µm" for row, extent in zip(sized[::-1], extents[::-1])]
+        below = 75 + 30 * len(sized)
+        tall = 75 + 30 * len(sources) + below
+        split = below / tall
+        narrow = {
+            "height": tall + 60,
+            "xaxis": {"domain": [0.0, 1.0]}, "yaxis": {"domain": [split, 1.0]},
+            "xaxis2": {"domain": [0.0, 1.0]}, "yaxis2": {"domain": [0.0, max(split - 75 / tall, 0.05)]},
+        }  # fmt: skip
+    alt = sentence("What the part will see beyond the arithmetic", words)
+    return figure(traces, height, alt, narrow, **layout)
 
 
 def _html(text: str) -> str:

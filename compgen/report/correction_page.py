@@ -9,24 +9,17 @@ from compgen.core.units import MM, UM
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.pipelines.correct import Correction
 from compgen.report.averaged import served_figure
-from compgen.report.band_page import BAND, BAND_LINE, band_explained, budget_figure, known_html
+from compgen.report.band_page import band_explained, budget_figure, known_html, radius_row
 from compgen.report.correction_summary import band_of_correction, correction_summary
-from compgen.report.figure import (
-    COOL,
-    TURBO,
-    WARM,
-    Figure,
-    axis,
-    figure,
-    packed_array,
-    rows_to_draw,
-    trace,
-)
-from compgen.report.figure_words import curves_in_words
+from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace
+from compgen.report.figure_in_space import Coloured, figure_in_space
+from compgen.report.figure_rows import Row, figure_in_rows
+from compgen.report.figure_words import course, sentence
 from compgen.report.inputs import correction_inputs
 from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, section, verdict
 from compgen.report.rise_figure import rise_figure
 from compgen.report.table import table
+from compgen.report.view import close_together
 from compgen.verification.verdict import Verdict
 
 #: Parts of the error, as the summary and as the table name them.
@@ -42,7 +35,7 @@ FIGURES = {
     "average": "Error at each start that this file serves",
     "time": "Error over time",
     "budget": "What the part will see beyond the arithmetic",
-    "space": "The program, coloured by its error before",
+    "space": "The program, coloured by its error",
     "heat": "Temperature while the program runs",
 }
 REMARK = "CNT is taken as passing through the points; jumps and calls are not followed."
@@ -100,41 +93,41 @@ def _unsafe_statements(unsafe: Sequence[Unsafe]) -> str:
 
 
 def _error_over_time(result: Correction) -> Figure:
-    traces = []
-    for name, values, colour in (("before", result.error.distance, WARM), ("after", result.residual.distance, COOL)):
-        rows = rows_to_draw(values)
-        look = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"color": colour, "width": 1.4}}
-        x, y = np.round(result.execution.time[rows], 3), np.round(values[rows] / UM, 3)
-        traces.append(trace("scatter", x, y, name=name, **look))
+    rows, words = [], []
+    for name, error, colour, symbol in (
+        ("before", result.error, WARM, "circle"),
+        ("after", result.residual, COOL, "diamond"),
+    ):
+        drawn = rows_to_draw(error.distance)
+        size = np.round(error.distance[drawn] / UM, 3)
+        look = {
+            "mode": "lines+markers", "marker": {"size": 4, "symbol": symbol}, "line": {"color": colour, "width": 1.4},
+        }  # fmt: skip
+        curve = trace("scatter", np.round(result.execution.time[drawn], 3), size, name=name, showlegend=True, **look)
+        limit = result.options.bound if name == "after" else None
+        bound = None if limit is None else (limit / UM, f"bound {limit / UM:g} µm")
+        rows.append(Row(f"{name} [µm]", [curve], bound, {"rangemode": "tozero"}))
+        words += [course(name, size, "µm"), bound[1] if bound else ""]
     if result.band is not None:
-        time, may = result.plan.stations.time[result.band.rows], result.band.radius
-        rows = rows_to_draw(may)
-        x, y = np.round(time[rows], 3), np.round(may[rows] / UM, 3)
-        look = {"fill": "tozeroy", "fillcolor": BAND, "line": {"color": BAND_LINE, "width": 1}}
-        traces.append(trace("scatter", x, y, name="may be off (95 %), as far as known", mode="lines", **look))
-    alt = curves_in_words("Error over time", traces, "µm")
-    return figure(traces, 320, alt, yaxis=axis("error [µm]", rangemode="tozero"), xaxis=axis("time from the start [s]"))
+        shown = rows_to_draw(result.band.radius)
+        radius = result.band.radius[shown]
+        rows.append(radius_row(result.plan.stations.time[result.band.rows[shown]], radius))
+        words.append(course("may be off (95 %)", radius / UM, "µm"))
+    return figure_in_rows(rows, "time from the start [s]", sentence("Error over time", words))
 
 
 def _program_in_space(result: Correction) -> Figure:
+    """Stations before and after; the view is chosen by those that are corrected and stand close together."""
     plan = result.plan
     rows = np.flatnonzero(result.execution.fraction == 1)
-    rows = rows[rows_to_draw(result.error.distance[rows])]
     pose = plan.drive.pose[result.execution.station[rows]]
-    xyz = (np.round(v / MM, 2) for v in plan.poses.tcp.position[pose].T)
-    marker = {
-        "size": 3,
-        "color": packed_array(np.round(result.error.distance[rows] / UM, 3)),
-        "colorscale": TURBO,
-        "colorbar": {"title": {"text": "µm"}, "thickness": 12},
-        "cmin": 0,
-        "cmax": max(float(np.max(result.error.distance[rows], initial=0.0)) / UM, 1e-3),
-    }
-    text = [f"P[{n}]" for n in plan.poses.number[pose].tolist()]
-    line = {"color": "#cbd5e1", "width": 2}
-    points = trace("scatter3d", *xyz, mode="lines+markers", marker=marker, line=line, text=text, showlegend=False)
-    scene = {
-        "xaxis": axis("X [mm]"), "yaxis": axis("Y [mm]"), "zaxis": axis("Z [mm]"), "aspectmode": "data",
-        "camera": {"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
-    }  # fmt: skip
-    return figure([points], 480, "The program in space", scene=scene)
+    places = plan.poses.in_cell(pose) / MM
+    part = result.judged[rows].copy()
+    part[part] = close_together(places[part])
+    shown = rows_to_draw(result.error.distance[rows])
+    labels = [f"P[{n}]" for n in plan.poses.number[pose[shown]].tolist()]
+    paths = [
+        Coloured(name, places[shown], np.round(error.distance[rows[shown]] / UM, 3), labels)
+        for name, error in (("before", result.error), ("after", result.residual))
+    ]
+    return figure_in_space("Error of the program's positions in space", paths, places, part)

@@ -6,18 +6,8 @@ from typing import Any
 import numpy as np
 
 from compgen.core.units import MM, UM
-from compgen.report.figure import (
-    COOL,
-    GREY,
-    TURBO,
-    WARM,
-    Figure,
-    axis,
-    figure,
-    packed_array,
-    rows_to_draw,
-    trace,
-)
+from compgen.report.figure import COOL, GREY, WARM, Figure, axis, figure, rows_to_draw, trace
+from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.figure_words import curves_in_words
 from compgen.report.inputs import Inputs
 from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
@@ -77,21 +67,10 @@ def executed_figures(run: ExecutedRun) -> dict[str, Figure]:
 def _space(run: ExecutedRun) -> Figure:
     d = run.deviation
     rows = rows_to_draw(np.where(d.judged, d.distance, 0.0))
-    xyz = (np.round(v / MM, 2) for v in run.laid.position[d.row[rows]].T)
-    marker = {
-        "size": 3,
-        "color": packed_array(np.round(d.distance[rows] / UM, 3)),
-        "colorscale": TURBO,
-        "colorbar": {"title": {"text": "µm"}, "thickness": 12},
-        "cmin": 0,
-        "cmax": max(float(d.distance[d.judged].max(initial=0.0)) / UM, 1e-3),
-    }
-    points = trace("scatter3d", *xyz, mode="markers", marker=marker, showlegend=False)
-    scene = {
-        "xaxis": axis("X [mm]"), "yaxis": axis("Y [mm]"), "zaxis": axis("Z [mm]"), "aspectmode": "data",
-        "camera": {"eye": {"x": 1.3, "y": -1.9, "z": 1.3}},
-    }  # fmt: skip
-    return figure([points], 480, "The path in space", scene=scene)
+    places = run.laid.position[d.row] / MM
+    off = np.round(np.where(d.judged, d.distance, np.nan)[rows] / UM, 3)
+    path = Coloured("off the path", places[rows], off)
+    return figure_in_space("How far the motion is off the path, in space", [path], places, d.judged)
 
 
 def _over_time(run: ExecutedRun) -> Figure:

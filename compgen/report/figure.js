@@ -3,7 +3,8 @@
 // layout.meta.extent how far the box of each scene reaches from its middle as its camera looks at it: [right, up].
 const cgenFigures = (() => {
   const PRINTED = 680; // width on paper [px]: A4 and Letter within their margins
-  const NARROW = 600; // a width below which the narrow layout is taken [px]
+  const NARROW = 720; // a width below which the narrow layout is taken [px]
+  const LABELS = 48; // around the box of a scene [px]
   const PRINTED_INK = "#1e293b";
   const CONFIG = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
   const specifications = new Map();
@@ -35,8 +36,9 @@ const cgenFigures = (() => {
       const share = (k) => scene.domain?.[k] ?? [0, 1];
       const width = (layout.width - layout.margin.l - layout.margin.r) * (share("x")[1] - share("x")[0]);
       const height = (layout.height - layout.margin.t - layout.margin.b) * (share("y")[1] - share("y")[0]);
-      const size = Math.min(1 / extent[1], width / height / extent[0]);
-      const ratio = Object.fromEntries(Object.entries(scene.aspectratio).map(([k, v]) => [k, v * size]));
+      const size = Math.min((1 - (2 * LABELS) / height) / extent[1], (width - 2 * LABELS) / height / extent[0]);
+      const longest = Math.max(...Object.values(scene.aspectratio));
+      const ratio = Object.fromEntries(Object.entries(scene.aspectratio).map(([k, v]) => [k, (v / longest) * size]));
       layout[name] = { ...scene, aspectratio: ratio };
     }
   }
@@ -59,7 +61,10 @@ const cgenFigures = (() => {
     place.dataset.state = state;
     const { data, layout } = adapted(specifications.get(key), width, ink);
     Plotly.react(place, data, layout, CONFIG);
-    place.parentElement.classList.add("drawn");
+    const { classList } = place.parentElement;
+    classList.add("drawn");
+    place.removeAllListeners("plotly_webglcontextlost");
+    place.on("plotly_webglcontextlost", () => classList.remove("drawn"));
   }
 
   const redrawAll = () => specifications.forEach((_, key) => redraw(key));

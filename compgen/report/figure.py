@@ -19,7 +19,7 @@ from plotly.offline import get_plotlyjs, get_plotlyjs_version
 from compgen.core.arrays import Array, IntArray
 
 Trace = dict[str, Any]
-Figure = dict[str, Any]  # data: traces, layout, alt: a sentence; perhaps still: an SVG
+Figure = dict[str, Any]  # data: traces, layout, alt: a sentence; perhaps still: an SVG for each scene
 
 POINTS = 4000  # of a curve: what a screen can show
 WARM, COOL, GREY = "#c2410c", "#0f766e", "#64748b"
@@ -30,13 +30,11 @@ CLEAR = "rgba(0,0,0,0)"
 VARIABLES = {  # of a page's style, by the colour they have on a light page
     WARM: "--before", COOL: "--after", GREY: "--neutral", "#b91c1c": "--limit", "#ca8a04": "--amber",
     "#7c3aed": "--violet", "#1d4ed8": "--blue", GRID: "--grid", "#ebf0f8": "--grid", "#dfe8f3": "--grid",
-    "#c8d4e3": "--grid", "#2a3f5f": "--text", "#506784": "--grid", "#cbd5e1": "--line",
+    "#c8d4e3": "--grid", "#2a3f5f": "--text", "#506784": "--grid", "#94a3b8": "--neutral", "#cbd5e1": "--line",
 }  # fmt: skip
 DASHED = {"color": "#b91c1c", "dash": "dash", "width": 1}  # a limit
-_TURBO = (
-    "#30123b", "#4145ab", "#4675ed", "#39a2fc", "#1bcfd4", "#24eca6", "#61fc6c", "#a4fc3b", "#d1e834", "#f3c63a",
-    "#fe9b2d", "#f36315", "#d93806", "#b11901", "#7a0402",
-)  # fmt: skip
+# viridis without its ends, which a dark and a white page swallow; light is little: even greys on paper
+LIGHT_TO_DARK = ("#b5de2b", "#6ece58", "#35b779", "#1f9e89", "#26828e", "#31688e", "#3e4989")
 _RED_TO_BLUE = (
     "#67001f", "#b2182b", "#d6604d", "#f4a582", "#fddbc7", "#f7f7f7", "#d1e5f0", "#92c5de", "#4393c3", "#2166ac",
     "#053061",
@@ -48,7 +46,7 @@ def scale(colours: Sequence[str]) -> list[list[Any]]:
     return [[i / (len(colours) - 1), colour] for i, colour in enumerate(colours)]
 
 
-TURBO, RED_TO_BLUE = scale(_TURBO), scale(_RED_TO_BLUE)
+RED_TO_BLUE = scale(_RED_TO_BLUE)
 
 
 def packed_array(values: Array) -> Any:
@@ -135,7 +133,7 @@ def rows_to_draw(values: Array) -> IntArray:
 def div(content: Figure, key: str) -> str:
     """A figure as an element of a page, ``key`` its id; without a script its words and its still picture."""
     parts = ",".join(_script(part) for part in (key, content["data"], content["layout"]))
-    still = f'<div class="still">{content["still"]}</div>' if "still" in content else ""
+    still = f'<div class="still">{"".join(content["still"])}</div>' if "still" in content else ""
     words = escape(content["alt"])
     return (
         f'<figure class="chart" role="img" aria-label="{words}"><div id="{key}" class="plotly-graph-div"></div>{still}'

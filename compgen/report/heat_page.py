@@ -12,8 +12,9 @@ from compgen.pipelines.band import not_known
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Timeline
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
-from compgen.report.figure import GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
-from compgen.report.figure_words import curves_in_words
+from compgen.report.figure import COOL, DASHES, GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
+from compgen.report.figure_rows import Row, figure_in_rows
+from compgen.report.figure_words import course, curves_in_words, sentence
 from compgen.report.inputs import day_inputs
 from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, verdict
 
@@ -105,7 +106,7 @@ def _rises(job: Job, day: Timeline) -> Figure:
     hours = np.round(day.time / HOUR, 5)
     traces = []
     for i, name in enumerate(job.heat.names):
-        line = {"color": LINES[i % len(LINES)], "width": 1.5, "dash": "solid" if i < len(LINES) else "dot"}
+        line = {"color": LINES[i % len(LINES)], "width": 1.5, "dash": DASHES[i % len(DASHES)]}
         traces.append(trace("scatter", hours, np.round(day.rise[:, i], 4), name=name, line=line))
     if day.air.any():
         line = {"color": GREY, "dash": "dash", "width": 1}
@@ -123,12 +124,15 @@ def _file_of(job: Job) -> str:
 
 
 def _runs(job: Job, day: Timeline) -> Figure:
-    runs = np.arange(1, len(day.run) + 1)
-    traces = [
-        trace("scatter", runs, np.round(values / UM, 3), name=name, mode="lines+markers", line={"color": colour})
-        for name, values, colour in (
-            ("uncorrected", day.error, WARM), (f"with {_file_of(job)}", day.residual, LINES[3])
+    runs, rows, words = np.arange(1, len(day.run) + 1), [], []
+    for title, name, values, colour, symbol in (
+        ("before", "uncorrected", day.error, WARM, "circle"),
+        ("after", f"with {_file_of(job)}", day.residual, COOL, "diamond"),
+    ):
+        size = np.round(values / UM, 3)
+        look = {"mode": "lines+markers", "line": {"color": colour}, "marker": {"symbol": symbol}, "showlegend": True}
+        rows.append(
+            Row(f"{title} [µm]", [trace("scatter", runs, size, name=name, **look)], options={"rangemode": "tozero"})
         )
-    ]  # fmt: skip
-    alt = curves_in_words("Largest error of each run", traces, "µm")
-    return figure(traces, 380, alt, xaxis=axis("run"), yaxis=axis("largest error [µm]", rangemode="tozero"))
+        words.append(course(name, size, "µm"))
+    return figure_in_rows(rows, "run", sentence("Largest error of each run", words))

@@ -4,18 +4,21 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.arrays import Array
 from compgen.core.units import DEG, MM, UM
 from compgen.identification.identifiability import correlations
 from compgen.identification.identify import Identification
 from compgen.report.figure import COOL, GREY, LINES, RED_TO_BLUE, WARM, Figure, axis, figure, rows_to_draw, trace
-from compgen.report.figure_words import curves_in_words
+from compgen.report.figure_in_space import Coloured, figure_in_space
+from compgen.report.figure_rows import Row, figure_in_rows
+from compgen.report.figure_words import course, curves_in_words, sentence
 from compgen.report.identification_summary import identification_summary, limits_sentence
 from compgen.report.inputs import Inputs
 from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
 from compgen.report.table import table
 
 FIGURES = {
-    "space": "Residual vectors in space, 100 times larger",
+    "space": "Residual vectors in space",
     "time": "Residual over time, before and after",
     "joints": "Residual over each joint, after",
     "correlation": "Correlation of the parameters that the data knows best",
@@ -90,42 +93,57 @@ def _parameters(data: dict[str, Any]) -> str:
 
 
 def _residuals_in_space(identification: Identification) -> Figure:
+    """Residuals as lines from where they were measured, before and after, each as long as can be seen."""
     data, fit = identification.data, identification.selected.fit
-    traces = []
     located = np.flatnonzero(data.numbers == 3)  # a distance has no place to be drawn at
     rows = located[rows_to_draw(np.linalg.norm(fit.residual[located], axis=1))]
-    places = fit.frames.far_ends(data, *identification.model.pose(data, fit.p))
-    for step, colour, name in (
-        (identification.candidates[0], WARM, "before"),
-        (identification.selected, COOL, "after"),
-    ):
-        start = places[rows]
-        end = start + 100 * step.fit.residual[rows]
-        gap = np.full(len(start), np.nan)
-        xyz = (np.round(np.column_stack([start[:, k], end[:, k], gap]).ravel() / MM, 2) for k in range(3))
-        traces.append(trace("scatter3d", *xyz, mode="lines", name=name, line={"color": colour, "width": 3}))
-    scene = {"xaxis": axis("x [mm]"), "yaxis": axis("y [mm]"), "zaxis": axis("z [mm]"), "aspectmode": "data"}
-    return figure(traces, 520, "Residual vectors in space", scene=scene)
+    places = fit.frames.far_ends(data, *identification.model.pose(data, fit.p))[rows]
+    paths, ends = [], [places]
+    for name, step in (("before", identification.candidates[0]), ("after", identification.selected)):
+        residual = step.fit.residual[rows]
+        size = np.linalg.norm(residual, axis=1)
+        times = magnification(places, size)
+        tips = places + times * residual
+        gap = np.full_like(places, np.nan)
+        line = np.stack([places, tips, gap], axis=1).reshape(-1, 3)
+        paths.append(Coloured(f"{name}, {times:,} times larger", line / MM, np.repeat(np.round(size / UM, 2), 3)))
+        ends.append(tips)
+    everywhere = np.vstack(ends) / MM
+    return figure_in_space("Residuals in space", paths, everywhere, np.ones(len(everywhere), dtype=bool))
+
+
+def magnification(places: Array, size: Array) -> int:
+    """A round number by which residuals of these sizes can be seen among places, the largest about a tenth of them."""
+    largest = float(size.max(initial=0.0))
+    if largest == 0:
+        return 1
+    spread = max(float(np.ptp(places, axis=0).max()), 0.1)
+    wanted = max(0.12 * spread / largest, 1.0)
+    power = 10 ** int(np.floor(np.log10(wanted)))
+    return int(max(step * power for step in (1, 2, 5) if step * power <= wanted))
 
 
 def _residuals_over_time(identification: Identification) -> Figure:
     data = identification.data
     time = data.time[data.pose]
-    traces = []
-    for step, colour, name in (
-        (identification.candidates[0], WARM, "before"),
-        (identification.selected, COOL, "after"),
+    rows, words = [], []
+    for step, colour, name, symbol in (
+        (identification.candidates[0], WARM, "before", "circle"),
+        (identification.selected, COOL, "after", "diamond"),
     ):
         size = np.linalg.norm(step.fit.residual, axis=1)
-        rows = rows_to_draw(size)
-        look = {"mode": "markers", "name": name, "marker": {"color": colour, "size": 5}}
-        traces.append(trace("scatter", time[rows], np.round(size[rows] / UM, 2), **look))
-    outliers = np.flatnonzero(identification.selected.fit.outlier)
-    size = np.linalg.norm(identification.selected.fit.residual, axis=1)
-    look = {"mode": "markers", "name": "set aside", "marker": {"color": GREY, "symbol": "x", "size": 9}}
-    traces.append(trace("scatter", time[outliers], np.round(size[outliers] / UM, 2), **look))
-    alt = curves_in_words("Residual over time", traces, "µm")
-    return figure(traces, 340, alt, yaxis=axis("residual [µm]", type="log"), xaxis=axis("time [s], or order"))
+        shown = rows_to_draw(size)
+        look = {"mode": "markers", "name": name, "marker": {"color": colour, "size": 5, "symbol": symbol}}
+        drawn = np.round(size[shown] / UM, 2)
+        traces = [trace("scatter", time[shown], drawn, showlegend=True, **look)]
+        words.append(course(name, drawn, "µm"))
+        outliers = np.flatnonzero(step.fit.outlier) if step is identification.selected else np.zeros(0, dtype=int)
+        if len(outliers):
+            cross = {"mode": "markers", "name": "set aside", "marker": {"color": GREY, "symbol": "x", "size": 9}}
+            traces.append(trace("scatter", time[outliers], np.round(size[outliers] / UM, 2), **cross))
+            words.append(f"{len(outliers)} set aside")
+        rows.append(Row(f"{name} [µm]", traces, options={"rangemode": "tozero"}))
+    return figure_in_rows(rows, "time [s], or order", sentence("Residual over time", words))
 
 
 def _residuals_over_joints(identification: Identification) -> Figure:

@@ -3,12 +3,11 @@
 from html import escape
 from typing import Any
 
-import numpy as np
-
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.resume.result import Resumed
-from compgen.report.figure import COOL, WARM, Figure, axis, figure, packed_array, rows_to_draw, trace
-from compgen.report.figure_words import curves_in_words
+from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace
+from compgen.report.figure_rows import Row, figure_in_rows
+from compgen.report.figure_words import course, sentence
 from compgen.report.inputs import job_inputs
 from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, section, verdict
 from compgen.report.resume_summary import resume_summary
@@ -71,14 +70,15 @@ def _join_words(data: dict[str, Any]) -> str:
 
 
 def _figure(resumed: Resumed) -> Figure:
-    traces = []
+    rows, words = [], []
     for name, deviation, colour in (
         ("pages so far", resumed.planned.deviation(), WARM),
         ("new pages", resumed.deviation, COOL),
     ):
         size = deviation.total() / UM
-        rows = rows_to_draw(size)
-        time = packed_array(np.asarray(deviation.time[rows] / HOUR))
-        traces.append(trace("scatter", time, packed_array(size[rows]), name=name, line={"color": colour, "width": 1}))
-    alt = curves_in_words("Error over time", traces, "µm")
-    return figure(traces, 380, alt, xaxis=axis("time from the page's start [h]"), yaxis=axis("error [µm]"))
+        shown = rows_to_draw(size)
+        line = {"color": colour, "width": 1}
+        curve = trace("scatter", deviation.time[shown] / HOUR, size[shown], name=name, line=line, showlegend=True)
+        rows.append(Row(f"{name} [µm]", [curve], options={"rangemode": "tozero"}))
+        words.append(course(name, size, "µm"))
+    return figure_in_rows(rows, "time from the page's start [h]", sentence("Error over time", words))

@@ -1,6 +1,7 @@
 """Figures as plain data: plotly's own classes must take every one of them as it is."""
 
 import base64
+import html
 import json
 import re
 
@@ -13,7 +14,7 @@ from shipped import path_file, quiet
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import timeline
-from compgen.report.figure import RED_TO_BLUE, TURBO, axis, div, figure, packed_array, spans, trace
+from compgen.report.figure import LIGHT_TO_DARK, RED_TO_BLUE, axis, div, figure, packed_array, spans, trace
 from compgen.report.heat_page import heat_html
 from compgen.report.job_page import job_html
 
@@ -55,6 +56,20 @@ def test_plotly_takes_every_figure_as_it_is(pages):
             assert [t["type"] for t in accepted["data"]] == [t["type"] for t in data]
 
 
+def test_every_figure_of_the_pages_says_its_numbers(pages):
+    for page, keys in pages[1]:
+        words = [
+            html.unescape(w)
+            for w in re.findall(r'<figure class="chart" role="img" aria-label="([^"]*)"', page.decode())
+        ]
+        assert len(words) == len(keys)
+        for sentence in words:
+            assert re.search(r"\d", sentence), sentence
+            assert sentence.endswith(".")
+            assert "nan" not in sentence.lower()
+        assert len(set(words)) == len(words)
+
+
 def test_a_curve_shows_the_numbers(pages):
     planned, ((page, _), *_) = pages
     curve = figures(page)["heat"][0][0]
@@ -79,16 +94,36 @@ def test_arrays_keep_shape_and_numbers():
     assert packed_array(np.zeros(0)) == []
 
 
-def test_scales_are_plotlys():
-    for scale, name in ((TURBO, "Turbo"), (RED_TO_BLUE, "RdBu")):
-        reference = get_colorscale(name)
-        assert np.allclose([place for place, _ in scale], [place for place, _ in reference], rtol=0, atol=1e-15)
-        shown = [tuple(int(c[i : i + 2], 16) for i in (1, 3, 5)) for _, c in scale]
-        accepted = [
-            tuple(map(int, re.findall(r"\d+", c))) if c.startswith("rgb") else tuple(bytes.fromhex(c[1:]))
-            for _, c in reference
-        ]
-        assert shown == accepted
+def rgb(colour):
+    values = re.findall(r"\d+", colour) if colour.startswith("rgb") else bytes.fromhex(colour[1:])
+    return tuple(map(int, values))
+
+
+def test_two_sided_scale_is_plotlys():
+    reference = get_colorscale("RdBu")
+    assert np.allclose([p for p, _ in RED_TO_BLUE], [p for p, _ in reference], rtol=0, atol=1e-15)
+    assert [rgb(c) for _, c in RED_TO_BLUE] == [rgb(c) for _, c in reference]
+
+
+def lightness(colour, seen=None):
+    """CIE L* of a colour, as it is or as one without red or green cones sees it (Vienot, Brettel, Mollon 1999)."""
+    share = np.array(rgb(colour)) / 255
+    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    linear = linear if seen is None else np.array(seen) @ linear
+    y = linear @ [0.2126, 0.7152, 0.0722]
+    return 116 * np.cbrt(y) - 16
+
+
+PROTANOPE = [[0.11238, 0.88762, 0], [0.11238, 0.88762, 0], [0.00401, -0.00401, 1]]
+DEUTERANOPE = [[0.29275, 0.70725, 0], [0.29275, 0.70725, 0], [-0.02234, 0.02234, 1]]
+
+
+@pytest.mark.parametrize("seen", [None, PROTANOPE, DEUTERANOPE])
+def test_scale_of_a_path_darkens_evenly_in_grey_and_for_the_colour_blind(seen):
+    steps = np.diff([lightness(colour, seen) for colour in LIGHT_TO_DARK])
+    assert (steps < -3).all()
+    assert lightness(LIGHT_TO_DARK[0]) < 85, "seen on white"
+    assert lightness(LIGHT_TO_DARK[-1]) > 30, "seen on a dark page"
 
 
 def test_shares_of_a_page_leave_gaps():

@@ -17,7 +17,8 @@ from compgen.pipelines.program_text import DATE
 from compgen.pipelines.robot_file import load_robot as read_robot
 from compgen.pipelines.state_in_place import seconds_of_age, state_overrides
 from compgen.report.files import job_reports
-from compgen.report.job_page import FIGURES, job_figures
+from compgen.report.job_figures import job_figures
+from compgen.report.job_page import FIGURES
 from compgen.report.job_summary import job_summary
 from compgen.report.notebook.arguments import (
     STATE,

@@ -1,0 +1,177 @@
+"""A path in space as a picture that needs no script: for paper, for browsers without WebGL, and as a file.
+
+The same view, the same colours and the same ranges as plotly's figure beside it has.
+"""
+
+from collections.abc import Callable, Sequence
+from html import escape
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.report.view import View, ticks
+
+Pixels = Callable[[Array], Array]  # places (N, 3) to their pixels (N, 2)
+
+WIDTH, HEIGHT = 340, 330  # [px]
+TOP, EDGE = 58, 36  # for the scale of colours, and around the box [px]
+PIECES = 400  # of the path, each in one colour
+CHORD = 0.25  # how far a drawn line is from the path at most [px]
+BAR_LEFT, BAR_WIDTH = 60, WIDTH - 120
+
+
+def still_svg(title: str, view: View, places: Array, values: Array, largest: float, colours: Sequence[str]) -> str:
+    """One scene: the scale of its colours, the box with its axes, and the path.
+
+    Args:
+        title: Above the scale of colours.
+        view: The box, and from where it is seen.
+        places: (N, 3) [mm]; a row of NaN interrupts the path.
+        values: What colours it, (N,).
+        largest: Of the scale, which starts from zero.
+        colours: From zero to the largest.
+    """
+    right, up = view.extent
+    scale = min((WIDTH - 2 * EDGE) / right, (HEIGHT - TOP - 2 * EDGE) / up) / 2
+
+    def pixels(points: Array) -> Array:
+        flat = scale * view.project(points)
+        return np.column_stack([WIDTH / 2 + flat[:, 0], TOP + (HEIGHT - TOP) / 2 - flat[:, 1]])
+
+    share = np.nan_to_num(values) / max(largest, 1e-12)
+    level: IntArray = np.clip(share * len(colours), 0, len(colours) - 1).astype(int)
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '
+        'font-family="system-ui,sans-serif" font-size="11" fill="currentColor">',
+        *_colour_bar(title, largest, colours),
+        *_box(view, pixels),
+        *_path(pixels(places), level, colours),
+        "</svg>",
+    ]
+    return "".join(parts)
+
+
+def side_by_side(panels: Sequence[str], note: str) -> str:
+    """Several scenes as one picture on white, for a file."""
+    width, height = WIDTH * len(panels), HEIGHT + (20 if note else 0)
+    inner = "".join(panel.replace("<svg ", f'<svg x="{k * WIDTH}" ', 1) for k, panel in enumerate(panels))
+    words = f'<text x="10" y="{HEIGHT + 10}" font-family="system-ui,sans-serif" font-size="11">{escape(note)}</text>'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
+        f'color="#1e293b" fill="#1e293b"><rect width="{width}" height="{height}" fill="#ffffff"/>{inner}'
+        f"{words if note else ''}</svg>\n"
+    )
+
+
+def _colour_bar(title: str, largest: float, colours: Sequence[str]) -> list[str]:
+    step = BAR_WIDTH / len(colours)
+    parts = [f'<text x="{WIDTH / 2:g}" y="16" text-anchor="middle" font-size="12">{escape(title)}</text>']
+    for k, colour in enumerate(colours):
+        parts.append(
+            f'<rect x="{BAR_LEFT + k * step:.1f}" y="24" width="{step + 0.5:.1f}" height="10" fill="{colour}"/>'
+        )
+    for value in ticks(0.0, largest, 5):
+        x = BAR_LEFT + (BAR_WIDTH * value / largest if largest > 0 else 0.0)
+        parts.append(f'<path d="M{x:.1f} 34v4" stroke="currentColor"/>')
+        parts.append(f'<text x="{x:.1f}" y="49" text-anchor="middle">{value:g}</text>')
+    return parts
+
+
+def _box(view: View, pixels: Pixels) -> list[str]:
+    """The floor and the far edges of the box, its three axes with numbers, and their names."""
+    corner = np.array([view.low, view.high])
+    near = (view.eye > 0).astype(int)  # which side of each axis is nearer to the eye
+    floor = np.array([[corner[i, 0], corner[j, 1], view.low[2]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    roof = floor + np.array([0.0, 0.0, view.size[2]])
+    outline, top = pixels(floor), pixels(roof)
+    grey = 'stroke="currentColor" stroke-opacity="0.35" fill="none"'
+    parts = [f'<path d="{_line(np.vstack([outline, outline[:1]]))}" {grey}/>']
+    hidden = np.array([corner[1 - near[0], 0], corner[1 - near[1], 1]])
+    for foot, head, place in zip(outline, top, floor):
+        if (place[:2] == hidden).any():
+            parts.append(f'<path d="{_line(np.array([foot, head]))}" {grey}/>')
+    back = [k for k in np.argsort(-(floor @ view.eye)) if (floor[k, :2] == hidden).any()]
+    order = sorted(back, key=lambda k: top[k, 0])
+    parts.append(f'<path d="{_line(top[order])}" {grey}/>')
+    left = floor[np.argmin(outline[:, 0])]
+    middle = pixels((view.low + view.high)[None] / 2)[0]
+    for k, name in enumerate("XYZ"):
+        start = left.copy() if k == 2 else np.array([corner[near[0], 0], corner[near[1], 1], view.low[2]])
+        start[k] = view.low[k]
+        end = start.copy()
+        end[k] = view.high[k]
+        parts += _axis(f"{name} [mm]", start, end, k, pixels, middle)
+    return parts
+
+
+def _axis(name: str, start: Array, end: Array, k: int, pixels: Pixels, middle: Array) -> list[str]:
+    ends = pixels(np.array([start, end]))
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    direction = (ends[1] - ends[0]) / max(length, 1e-9)
+    outward = np.array([direction[1], -direction[0]])
+    if outward @ (ends.mean(axis=0) - middle) < 0:
+        outward = -outward
+    anchor = "middle" if abs(outward[0]) < 0.3 else "start" if outward[0] > 0 else "end"
+    parts = [f'<path d="{_line(ends)}" stroke="currentColor" fill="none"/>']
+    for value in ticks(start[k], end[k], max(1, int(length / 42))):
+        place = start.copy()
+        place[k] = value
+        x, y = pixels(place[None])[0]
+        (dx, dy), (tx, ty) = 4 * outward, 7 * outward
+        parts.append(f'<path d="M{x:.1f} {y:.1f}l{dx:.1f} {dy:.1f}" stroke="currentColor"/>')
+        parts.append(f'<text x="{x + tx:.1f}" y="{y + ty + 4:.1f}" text-anchor="{anchor}">{value:g}</text>')
+    x, y = ends.mean(axis=0) + (30 if k < 2 else 26) * outward
+    if k == 2:
+        x, y, anchor = ends[1, 0], ends[1, 1] - 7, "middle"
+    parts.append(f'<text x="{x:.1f}" y="{y + 4:.1f}" text-anchor="{anchor}" font-weight="600">{name}</text>')
+    return parts
+
+
+def _path(flat: Array, level: IntArray, colours: Sequence[str]) -> list[str]:
+    """Lines of one colour each: that of the largest value on the piece."""
+    drawn: BoolArray = np.isfinite(flat[:, 0])
+    step = np.where(drawn[1:] & drawn[:-1], np.linalg.norm(np.diff(flat, axis=0), axis=1), 0.0)
+    way = np.concatenate([[0.0], np.cumsum(step)])
+    piece = np.minimum((PIECES * way / max(way[-1], 1e-9)).astype(int), PIECES - 1)
+    highest = np.zeros(PIECES, dtype=int)
+    np.maximum.at(highest, piece[drawn], level[drawn])
+    colour = highest[piece]
+    parts = []
+    starts = np.flatnonzero(np.concatenate([[True], (np.diff(colour) != 0) | (drawn[1:] != drawn[:-1])]))
+    for first, beyond in zip(starts, [*starts[1:], len(flat)]):
+        if not drawn[first]:
+            continue
+        last = beyond + 1 if beyond < len(flat) and drawn[beyond] else beyond  # up to the next piece
+        points = flat[first:last]
+        shade = colours[colour[first]]
+        if len(points) == 1:
+            parts.append(f'<circle cx="{points[0, 0]:.1f}" cy="{points[0, 1]:.1f}" r="3" fill="{shade}"/>')
+        else:
+            line = _line(points[_simplified(points)])
+            parts.append(f'<path d="{line}" stroke="{shade}" stroke-width="2.2" stroke-linecap="round" fill="none"/>')
+    return parts
+
+
+def _simplified(points: Array) -> IntArray:
+    """Rows of a line's points that it cannot do without, by Douglas and Peucker."""
+    keep = {0, len(points) - 1}
+    open_ways = [(0, len(points) - 1)]
+    while open_ways:
+        a, b = open_ways.pop()
+        if b - a < 2:
+            continue
+        chord, inner = points[b] - points[a], points[a + 1 : b] - points[a]
+        length = float(np.hypot(*chord))
+        if length > 0:
+            along = np.clip(inner @ chord / length**2, 0.0, 1.0)
+            inner = inner - along[:, None] * chord
+        distance = np.hypot(inner[:, 0], inner[:, 1])
+        k = int(np.argmax(distance))
+        if distance[k] > CHORD:
+            keep.add(a + 1 + k)
+            open_ways += [(a, a + 1 + k), (a + 1 + k, b)]
+    return np.array(sorted(keep))
+
+
+def _line(points: Array) -> str:
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
