@@ -10,6 +10,7 @@ import typer
 
 from compgen import __version__
 from compgen.cli.anchor import anchor
+from compgen.cli.check import check
 from compgen.cli.compare import compare
 from compgen.cli.correct import correct
 from compgen.cli.executed import executed
@@ -22,7 +23,7 @@ from compgen.cli.identify_motion import identify_motion
 from compgen.cli.init import init
 from compgen.cli.inspect import inspect
 from compgen.cli.inspect_robot import inspect_robot
-from compgen.cli.jobs import check, generate, predict
+from compgen.cli.jobs import generate, predict
 from compgen.cli.offsets import offsets
 from compgen.cli.pages import pages
 from compgen.cli.plan_poses import plan_poses

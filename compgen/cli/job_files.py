@@ -1,9 +1,7 @@
-"""The files that a job leaves: reports, programs, and what CI reads."""
+"""The files that a job leaves: reports and programs."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
-from xml.sax.saxutils import escape, quoteattr
 
 from compgen.cli.ownership import check_job_folder, resume_files
 from compgen.cli.publish import publish
@@ -11,7 +9,6 @@ from compgen.core.findings import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines.job import Job
 from compgen.pipelines.program_text import program_name_of
-from compgen.report.band_words import headline, unknown_words
 
 
 def check_folder(folder: Path, command: str, job: Job) -> None:
@@ -37,27 +34,3 @@ def _with_progress(content: bytes | Iterable[bytes], progress: Progress, share: 
     for block in [content] if isinstance(content, bytes) else content:
         progress("report", share)
         yield block
-
-
-def junit_xml(summary: dict[str, Any]) -> bytes:
-    """A test case for each bound, failed by its finding; the band as properties and in words."""
-    broken = {f["code"]: f["message"] for f in summary["findings"] if f["level"] == "outside"}
-    cases = [f"bounds.{key}" for key in summary["bounds"]]
-    guaranteed = summary.get("guaranteed") or {"bounds": {}}
-    cases += [f"bounds.guaranteed.{key}" for key in guaranteed["bounds"]]
-    cases += [code for code in broken if code not in cases]
-    suite = quoteattr(f"compgen.{summary['name']}")
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
-    lines.append(f'<testsuite name={suite} tests="{len(cases)}" failures="{len(broken)}">')
-    properties = {"band.p95_um": f"{summary['band']['p95_um']:g}", "band.not_known": unknown_words(summary["band"])}
-    lines.append("  <properties>")
-    lines += [f'    <property name="{name}" value={quoteattr(value)}/>' for name, value in properties.items()]
-    lines.append("  </properties>")
-    for case in cases:
-        start = f"  <testcase classname={suite} name={quoteattr(case)}"
-        if case in broken:
-            lines.append(f"{start}><failure message={quoteattr(broken[case])}/></testcase>")
-        else:
-            lines.append(f"{start}/>")
-    lines.append(f"  <system-out>{escape(headline(summary))}</system-out>")
-    return ("\n".join([*lines, "</testsuite>"]) + "\n").encode()

@@ -1,7 +1,7 @@
 """The table that a job prints at its end."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from compgen.cli.console import stdout_console
+from compgen.cli.junit import KINDS, Outcome
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.report import job_summary
 from compgen.report.band_words import headline
@@ -64,6 +65,26 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
     console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
     if folder is not None:
         console.print(f"wrote {name_list(files)} to {folder}")
+
+
+def show_outcomes(outcomes: Sequence[Outcome]) -> None:
+    """Print what became of each of several paths, and how many are inside."""
+    console = stdout_console()
+    table = Table("path", "outcome", "before max, um", "after max, um", "bound, um", "s")
+    for column in table.columns[2:]:
+        column.justify = "right"
+    for outcome in outcomes:
+        report = outcome.summary
+        words = KINDS.get(outcome.code or 0, "") if report is None else report["verdict"]
+        sizes = ["", "", ""]
+        if report is not None:
+            bound = report["bounds"].get("max_um")
+            sizes = [f"{report[side]['total']['max_um']:.2f}" for side in ("before", "after")]
+            sizes.append("" if bound is None else f"{bound:g}")
+        table.add_row(Text(outcome.path), words, *sizes, f"{outcome.seconds:.1f}")
+    console.print(table)
+    inside = sum(outcome.code == 0 for outcome in outcomes)
+    console.print(f"{inside} of {len(outcomes)} paths inside their bounds")
 
 
 def _starts_table(average: dict[str, Any]) -> Table:

@@ -1,6 +1,5 @@
-"""Commands on a path file: generate, predict, check."""
+"""Commands that write the files of a path: generate, predict."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -24,9 +23,7 @@ from compgen.cli.options import (
     with_bound,
     with_state,
 )
-from compgen.cli.ownership import check_file
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
-from compgen.cli.publish import write_file
 from compgen.core.dates import checked_date
 from compgen.core.findings import Level
 from compgen.core.units import MM, UM
@@ -99,7 +96,7 @@ def generate(
         elif force:
             ending = "written all the same (--force)"
         broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
-        raise typer.Exit(print_error(f"{_outcome(corrected.verdict)}: {broken}; {ending}", 1))
+        raise typer.Exit(print_error(f"{outcome_words(corrected.verdict)}: {broken}; {ending}", 1))
 
 
 def predict(
@@ -149,49 +146,6 @@ def predict(
         raise typer.Exit(print_error(f"predicted: error of {largest / UM:.2f} um, --max-um {max_um:g}", 1))
 
 
-def check(
-    path: PathFile,
-    robot: JobRobot = None,
-    overrides: Overrides = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
-    junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file.")] = None,
-    strict: Strict = False,
-    max_um: MaxUm = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
-) -> None:
-    """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
-    from compgen.cli.job_files import junit_xml
-    from compgen.cli.job_table import show_job
-    from compgen.cli.machine import use_machine
-    from compgen.cli.progress_bar import CHECK, show_progress
-    from compgen.pipelines import generate as pipeline
-    from compgen.pipelines.assumed_ramps import judge_ramps
-    from compgen.pipelines.path_file import load_job
-    from compgen.report import job_summary
-
-    use_machine(workers)
-    changes = with_state(path, with_bound(overrides, max_um), state, state_age)
-    with show_progress(quiet or as_json, CHECK) as progress:
-        job = load_job(path, robot, changes)
-        if junit is not None:
-            check_file("--junit", junit)
-        planned, corrected = pipeline.generate(job, progress)
-        corrected = judge_ramps(planned, corrected) if strict else corrected
-    summary = job_summary(planned, corrected)
-    if junit is not None:
-        write_file(Path(junit), junit_xml(summary))
-    if as_json:
-        print_record(summary)
-    elif not quiet:
-        show_job(planned, corrected, None, {})
-    if not corrected.inside:
-        broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
-        raise typer.Exit(print_error(f"{_outcome(corrected.verdict)}: {broken}", 1))
-
-
-def _outcome(verdict: str) -> str:
+def outcome_words(verdict: str) -> str:
     """What a run that is not inside its bounds ends with, for the error line."""
     return "outside bounds" if verdict == "outside" else verdict

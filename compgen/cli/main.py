@@ -1,10 +1,12 @@
 """Run the command line: every refusal is one line and an exit code.
 
-Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be done, 130 interrupted.
+Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be done, 130 interrupted,
+70 a fault of compgen.
 """
 
 import os
 import sys
+import traceback
 from typing import Any
 
 import typer
@@ -12,6 +14,7 @@ import typer
 import compgen.cli.blas_threads  # noqa: F401  (before numpy is loaded)
 from compgen.cli.app import app
 from compgen.cli.console import UNWRAPPED
+from compgen.cli.junit import CRASHED
 from compgen.cli.messages import print_error, print_refusal
 from compgen.cli.output import let_readers_leave
 from compgen.core import interrupts
@@ -54,6 +57,10 @@ def _exit_code() -> int:
         return print_refusal("not enough memory; make the path smaller, or raise process.chord_um", 2)
     except OSError as failure:
         return print_error(f"output: cannot be written: {failure.strerror}; see where it goes", 2)
+    except Exception as failure:  # noqa: BLE001  a fault of compgen must not end with the code of a verdict
+        interrupts.raise_if_interrupted()
+        traceback.print_exc(file=sys.stderr)
+        return print_refusal(f"a fault of compgen: {type(failure).__name__}: {failure}", CRASHED)
 
 
 def _exit(code: int) -> None:

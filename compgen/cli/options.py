@@ -10,6 +10,9 @@ from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 
 PathFile = Annotated[str, typer.Argument(help="A path file, e.g. paths/spiral_1300.toml", show_default=False)]
+PathFiles = Annotated[
+    list[str], typer.Argument(metavar="PATH...", help="Path files, e.g. paths/*.toml", show_default=False)
+]
 JobRobot = Annotated[str | None, typer.Option("--robot", help="Robot name or file; default: what the path file says.")]
 OutputFolder = Annotated[
     str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>.")

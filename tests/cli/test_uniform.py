@@ -19,7 +19,8 @@ WITHOUT = {
     "--workers": {
         name: NO_ROWS
         for name in (
-            "inspect", "pages", "verify-backup", "inspect-robot", "export-robot", "init", "schema", "teach-frame",
+            "inspect", "compare", "pages", "verify-backup", "inspect-robot", "export-robot", "init", "schema",
+            "teach-frame",
         )
     },
     "--max-um": {

@@ -1,0 +1,171 @@
+"""The command for CI: path files judged in memory, an outcome for each, and one exit code."""
+
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from compgen.cli.junit import CRASHED, INTERRUPTED, Outcome, junit_xml
+from compgen.cli.messages import print_error, print_note_once, print_record, print_refusal
+from compgen.cli.options import (
+    JobRobot,
+    Json,
+    MaxUm,
+    Overrides,
+    PathFiles,
+    Quiet,
+    StateAge,
+    StateFile,
+    Strict,
+    Workers,
+    with_bound,
+    with_state,
+)
+from compgen.cli.ownership import check_own_file
+from compgen.cli.publish import write_file
+from compgen.core import interrupts
+from compgen.core.exceptions import CompgenError
+
+Judge = Callable[[str], tuple[dict[str, Any], str]]  # the report of a path, and why it is not inside
+
+
+def check(
+    paths: PathFiles,
+    robot: JobRobot = None,
+    overrides: Overrides = None,
+    state: StateFile = None,
+    state_age: StateAge = None,
+    junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file, whatever the outcome.")] = None,
+    strict: Strict = False,
+    max_um: MaxUm = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    workers: Workers = 0,
+) -> None:
+    """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
+    bounded = with_bound(overrides, max_um)
+    if junit is not None:
+        check_own_file("--junit", junit, b"<testsuite", "check --junit")
+    names = _distinct(paths)
+    alone = len(names) == 1
+    _write(junit, _stopped([], names, 0.0))  # a run that is killed leaves no older file behind
+
+    from compgen.cli.job_table import show_job, show_outcomes
+    from compgen.cli.jobs import outcome_words
+    from compgen.cli.machine import use_machine
+    from compgen.cli.progress_bar import CHECK, show_progress
+    from compgen.core.findings import Level
+    from compgen.pipelines import generate as pipeline
+    from compgen.pipelines.assumed_ramps import judge_ramps
+    from compgen.pipelines.path_file import load_job
+    from compgen.report import job_summary
+
+    use_machine(workers)
+
+    def judge(path: str) -> tuple[dict[str, Any], str]:
+        with show_progress(quiet or as_json, CHECK) as progress:
+            job = load_job(path, robot, with_state(path, bounded, state, state_age))
+            planned, corrected = pipeline.generate(job, progress)
+            corrected = judge_ramps(planned, corrected) if strict else corrected
+        if alone and not (as_json or quiet):
+            show_job(planned, corrected, None, {})
+        broken = next((f.message for f in corrected.findings if f.level is Level.OUTSIDE), "")
+        return job_summary(planned, corrected), f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
+
+    outcomes = judge_all(names, judge, junit)
+    worst = max(outcome.code or 0 for outcome in outcomes)
+    if alone and outcomes[0].summary is None:
+        raise typer.Exit(print_refusal(outcomes[0].message, worst))
+    if as_json:
+        print_record(outcomes[0].summary if alone else [_record(outcome) for outcome in outcomes])
+    elif not (quiet or alone):
+        show_outcomes(outcomes)
+    for outcome in outcomes:
+        if outcome.code:
+            named = alone or outcome.message.startswith(outcome.path)
+            print_error(outcome.message if named else f"{outcome.path}: {outcome.message}", outcome.code)
+    if worst:
+        raise typer.Exit(worst)
+
+
+def judge_all(paths: list[str], judge: Judge, junit: str | None) -> list[Outcome]:
+    """The outcome of each path, one after the other; the JUnit file is written also when the run is stopped.
+
+    Args:
+        paths: Each once.
+        judge: Returns a path's report, and why it is not inside.
+        junit: The file, or None.
+
+    Raises:
+        Interrupted: The run was stopped.
+    """
+    interrupts.raise_on_signal()
+    outcomes: list[Outcome] = []
+    begun = time.monotonic()
+    try:
+        for path in paths:
+            begun = time.monotonic()
+            outcomes.append(_outcome(path, judge, begun))
+            interrupts.raise_if_interrupted()
+    except (interrupts.Interrupted, KeyboardInterrupt):
+        _write(junit, _stopped(outcomes, paths, time.monotonic() - begun))
+        interrupts.set_outcome(
+            f"{len(outcomes)} of {len(paths)} paths were checked" + (f", see {junit}" if junit else "")
+        )
+        raise
+    _write(junit, outcomes)
+    return outcomes
+
+
+def _write(junit: str | None, outcomes: list[Outcome]) -> None:
+    if junit is not None:
+        write_file(Path(junit), junit_xml(outcomes))
+
+
+def _stopped(outcomes: list[Outcome], paths: list[str], seconds: float) -> list[Outcome]:
+    """What a run that ends in the middle of a path leaves: that one as an error, those after it as not begun."""
+    at_work = [
+        Outcome(path, INTERRUPTED, seconds, message="the run did not end") for path in paths[len(outcomes) :][:1]
+    ]
+    return [*outcomes, *at_work, *(Outcome(path, None, 0.0) for path in paths[len(outcomes) + 1 :])]
+
+
+def _outcome(path: str, judge: Judge, begun: float) -> Outcome:
+    """What becomes of a path; what one of them does wrong stops no other."""
+    from compgen.core.evaluation import stop_background
+
+    summary = None
+    try:
+        summary, message = judge(path)
+        code = 1 if message else 0
+    except CompgenError as failure:
+        code, message = failure.exit_code, str(failure)
+    except MemoryError:
+        code, message = 2, "not enough memory; make the path smaller, or raise process.chord_um"
+    except Exception as failure:  # noqa: BLE001  a fault of compgen: the other paths are judged all the same
+        interrupts.raise_if_interrupted()
+        traceback.print_exc(file=sys.stderr)
+        code, message = CRASHED, f"a fault of compgen: {type(failure).__name__}: {failure}"
+    stop_background()
+    return Outcome(path, code, time.monotonic() - begun, summary, message)
+
+
+def _distinct(paths: list[str]) -> list[str]:
+    """Each file once, by its first name."""
+    by_file: dict[str, str] = {}
+    for path in paths:
+        first = by_file.setdefault(os.path.realpath(path), path)
+        if first is not path:
+            print_note_once(f"{path}: given twice; it is checked once")
+    return list(by_file.values())
+
+
+def _record(outcome: Outcome) -> dict[str, Any]:
+    """One of several paths under ``--json``; without its time, so that the same inputs give the same bytes."""
+    record: dict[str, Any] = {"path": outcome.path, "exit_code": outcome.code}
+    return record | ({"error": outcome.message} if outcome.summary is None else {"report": outcome.summary})
