@@ -3,7 +3,17 @@
 python docs/tutorial_data.py
 """
 
+import csv
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import compgen
 
 HERE = Path(__file__).parent
 FOLDER = HERE / "tutorials" / "data"
@@ -88,14 +98,104 @@ r_deg = 0
 """
 
 
-def files() -> dict[str, str]:
-    """Each file by its path in docs/tutorials/data/."""
-    return {"robodk/PASSES.LS": passes(), "robodk/frames.toml": FRAMES}
+#: the arm that was "measured": what it has other than the robot file, by joint or DH row
+TRUE_ZERO_MDEG = (0, 18, -24, 30, 0, 0)
+TRUE_D_UM = (0, 0, 0, -300, 0, 0)
+TRUE_A_UM = (0, 400, 0, 0, 0, 0)
+TRUE_BETA_MDEG = (0, -12, 0, 0, 0, 0)  # J3's axis against J2's
+REFLECTORS_MM = {"r1": (60, 0, 120), "r2": (-60, 50, 120)}
+#: where the tracker stands: turned by 0.4 rad about z, and moved
+TRACKER_TURN, TRACKER_MM = 0.4, (2500.0, -1800.0, -400.0)
+NOISE_UM = 25.0
+WILD_ROW, WILD_UM = 33, 800.0  # a reflector that was bumped, and set back
+
+
+PLAN = (
+    *("plan-poses", "m710ic50", "-n", "50", "--box", "900 -700 -100 1700 700 500"),
+    *("--reflector", "60 0 120", "--reflector", "-60 50 120", "--range", "0.7", "--no-reversals"),
+)
+
+
+def measurements(poses: Sequence[Sequence[float]], seed: int, wild: bool) -> str:
+    """What a tracker says of poses (pendant, deg) of an arm other than the robot file: places of two reflectors.
+
+    In numpy of its own, T = prod Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta), with the robot file's facts alone.
+    """
+    robot, rng = compgen.load_robot("m710ic50"), np.random.default_rng(seed)
+    rows = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
+    tracker = _turn("z", TRACKER_TURN)
+    for n, pendant in enumerate(poses):
+        flange = _true_flange(robot, robot.to_theta(np.radians([pendant]))[0])
+        for name, place in REFLECTORS_MM.items():
+            seen = tracker.T @ (flange[:3, 3] * 1000 + flange[:3, :3] @ np.array(place) - TRACKER_MM)
+            seen += rng.normal(scale=NOISE_UM / 1000, size=3)
+            if wild and len(rows) == WILD_ROW:
+                seen[2] += WILD_UM / 1000
+            angles = ",".join(f"{angle:.3f}" for angle in pendant)
+            rows.append(f"{n},{name},{angles},{','.join(f'{value:.4f}' for value in seen)}")
+    return "\n".join(rows) + "\n"
+
+
+def planned_poses() -> list[list[float]]:
+    """The poses that `cgen plan-poses` chooses in the tutorial (pendant, deg)."""
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, "-m", "compgen", *PLAN, "-q", "-o", folder], check=True)
+        return poses_of(Path(folder) / "poses.csv")
+
+
+def poses_of(file: Path) -> list[list[float]]:
+    """The poses of a file of measurements (pendant, deg), each once."""
+    with file.open() as lines:
+        rows = [row for row in csv.DictReader(lines) if row["target"] == "r1"]
+    return [[float(row[f"j{i}_deg"]) for i in range(1, 7)] for row in rows]
+
+
+def other_poses(count: int) -> list[list[float]]:
+    """Poses over the place of work that nobody planned (pendant, deg)."""
+    rng = np.random.default_rng(3)
+    low, high = np.array([-40, -30, -50, -120, 30, -150]), np.array([40, 35, 5, 120, 105, 150])
+    poses = np.round(rng.uniform(low, high, (count, 6)), 3)
+    poses[:, 4] *= rng.choice([-1, 1], count)
+    return poses.tolist()
+
+
+def _true_flange(robot: Any, theta: np.ndarray) -> np.ndarray:
+    """The flange of the true arm in World, (4, 4), lengths in m."""
+    theta = theta + np.radians(np.array(TRUE_ZERO_MDEG) / 1000)
+    d, a = robot.d + np.array(TRUE_D_UM) * 1e-6, robot.a + np.array(TRUE_A_UM) * 1e-6
+    pose = np.eye(4)
+    for i in range(6):
+        row = np.eye(4)
+        turn = _turn("z", theta[i])
+        row[:3, 3] = turn @ [a[i], 0, d[i]]
+        row[:3, :3] = turn @ _turn("x", robot.alpha[i]) @ _turn("y", np.radians(TRUE_BETA_MDEG[i] / 1000))
+        pose = pose @ row
+    return pose
+
+
+def _turn(axis: str, angle: float) -> np.ndarray:
+    """The rotation about an axis."""
+    c, s = np.cos(angle), np.sin(angle)
+    if axis == "x":
+        return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    if axis == "y":
+        return np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def files(planned: list[list[float]]) -> dict[str, str]:
+    """Each file by its path in docs/tutorials/data/, measured at the planned poses."""
+    return {
+        "robodk/PASSES.LS": passes(),
+        "robodk/frames.toml": FRAMES,
+        "identify_my_robot/cold.csv": measurements(planned, seed=1, wild=True),
+        "identify_my_robot/fresh.csv": measurements(other_poses(15), seed=2, wild=False),
+    }
 
 
 def main() -> None:
     """Write them."""
-    for name, text in files().items():
+    for name, text in files(planned_poses()).items():
         (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
         (FOLDER / name).write_text(text)
 

@@ -5,6 +5,7 @@ curves over an axis. Plain SVG, three decimals at most, so that the same files g
 """
 
 import csv
+import json
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -153,6 +154,27 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
     return svg(900, 390, alt, body)
 
 
+def bars(heights: Sequence[tuple[str, float, float, float]], alt: str, up: str) -> str:
+    """A bar for each name, with its interval: name, height, low, high."""
+    top = 1.08 * max(high for *_, high in heights)
+    left, base, height, step = 64.0, 330.0, 270.0, 150.0
+    body = [text(left - 44, 34, up, colour=INK)]
+    for value in ticks(0.0, top):
+        y = base - height * value / top
+        body.append(f'<line x1="{left}" x2="830" y1="{y:.1f}" y2="{y:.1f}" stroke="{LINE}"/>')
+        body.append(text(left - 8, y + 5, f"{value:g}", anchor="end"))
+    for n, (name, size, low, high) in enumerate(heights):
+        x = left + step * (n + 0.5)
+        y, y_low, y_high = (base - height * value / top for value in (size, low, high))
+        body += [
+            f'<rect x="{x - 36:.1f}" y="{y:.1f}" width="72" height="{base - y:.1f}" fill="{CURVES[1][0]}"/>',
+            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{y_low:.1f}" y2="{y_high:.1f}" stroke="{INK}" stroke-width="2"/>',
+            text(x + 8, y - 6, f"{size:.0f}", colour=INK),
+            text(x, base + 22, name, anchor="middle"),
+        ]
+    return svg(900, 366, alt, body)
+
+
 def my_raster(folder: Path) -> str:
     """The plate, before and after."""
     points = [row for row in rows(folder / "outputs/plate/waypoints.csv") if row["contact"] == "1"]
@@ -172,4 +194,15 @@ def robodk(folder: Path) -> str:
     return maps(x, y, sizes, "Error of the tool on the passes, before and after", width=5)
 
 
-DRAWN: dict[str, Callable[[Path], str]] = {"my_raster": my_raster, "robodk": robodk}
+def identify_my_robot(folder: Path) -> str:
+    """The ladder of models by their error at poses left out."""
+    ladder = json.loads((folder / "robots/mine.json").read_text())["ladder"]
+    heights = [(step["model"], *(step["held_out_um"][key] for key in ("mean", "low", "high"))) for step in ladder]
+    return bars(heights, "Error at poses left out, model by model", "held-out error [µm]")
+
+
+DRAWN: dict[str, Callable[[Path], str]] = {
+    "my_raster": my_raster,
+    "robodk": robodk,
+    "identify_my_robot": identify_my_robot,
+}

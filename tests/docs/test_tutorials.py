@@ -1,5 +1,6 @@
 """The tutorials, pasted into bash from top to bottom in an empty folder: what comes is what their pages show."""
 
+import json
 import re
 import sys
 
@@ -74,11 +75,29 @@ def test_a_tutorial_has_the_parts_that_a_stranger_looks_for(page):
 
 
 def test_the_files_that_tutorials_begin_with_are_what_their_script_makes():
-    made = tutorial_data.files()
+    measured = tutorial_data.FOLDER / "identify_my_robot" / "cold.csv"
+    made = tutorial_data.files(tutorial_data.poses_of(measured))
     assert {name: (tutorial_data.FOLDER / name).read_text() for name in made} == made
     shipped = {file.relative_to(tutorial_data.FOLDER).as_posix() for file in tutorial_data.FOLDER.glob("*/*")}
     assert shipped == set(made)
     assert {name.partition("/")[0] for name in made} <= {page.stem for page in PAGES}
+
+
+def test_the_true_arm_of_a_tutorial_is_identified_within_two_sigmas(outputs):
+    (page,) = [page for page in PAGES if page.stem == "identify_my_robot"]
+    folder, _ = outputs(page)
+    known = {p["name"]: p for p in json.loads((folder / "robots" / "mine.json").read_text())["parameters"]}
+    true = {
+        **{f"joint_zeros.offset_mdeg[{i}]": v for i, v in enumerate(tutorial_data.TRUE_ZERO_MDEG, 1)},
+        **{f"link_offsets.d_um[{i}]": v for i, v in enumerate(tutorial_data.TRUE_D_UM, 1)},
+        **{f"link_offsets.a_um[{i}]": v for i, v in enumerate(tutorial_data.TRUE_A_UM, 1)},
+        **{f"link_offsets.beta_mdeg[{i}]": v for i, v in enumerate(tutorial_data.TRUE_BETA_MDEG, 1)},
+    }
+    wrong = {name: value for name, value in true.items() if value}
+    assert len(wrong) == 6
+    for name, value in wrong.items():
+        assert abs(known[name]["value"] - value) < 2 * known[name]["sigma"] < abs(value) / 3, name
+        assert f"{value:g}" in page.read_text()
 
 
 def test_lines_left_out_are_the_only_freedom_of_an_output():
