@@ -80,7 +80,11 @@ def executed(
     use_cores(workers)
     run = judge(text, positions, situation, others, bound)
     summary = executed_summary(run, text, arm, bound)
-    inputs = measured_inputs(arm.name, [(file, file_hash(file)) for file in (robot_file, program, log)])
+    inputs = measured_inputs(
+        arm.name,
+        (robot_file, file_hash(robot_file)),
+        [("program", program, file_hash(program)), ("log", log, file_hash(log))],
+    )
     files = {
         EXECUTED: executed_json(summary),
         "executed.html": executed_html(run, summary, inputs, options),

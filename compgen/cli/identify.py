@@ -103,7 +103,11 @@ def identify(
     # a robot file that stands stays with its own reports
     stem = target.stem if is_written or not target.exists() else f"{target.stem}_refused"
     page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
-    inputs = measured_inputs(arm.robot.name, [(file, file_hash(file)) for file in (arm.source, *files.names)])
+    inputs = measured_inputs(
+        arm.robot.name,
+        (arm.source, file_hash(arm.source)),
+        [("measured", file, file_hash(file)) for file in files.names],
+    )
     html = identification_html(identified, inputs, options)
     reports = {report.name: identification_json(identified), page.name: html}
     robot_files = {}

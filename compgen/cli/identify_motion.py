@@ -81,7 +81,11 @@ def identify_motion(
     # a robot file that stands stays with its own reports
     stem = target.stem if identified.accepted or not target.exists() else f"{target.stem}_refused"
     page, report = target.with_name(f"{stem}.html"), target.with_name(f"{stem}.json")
-    inputs = measured_inputs(nominal.name, [(file, file_hash(file)) for file in (arm.source, program, log)])
+    inputs = measured_inputs(
+        nominal.name,
+        (arm.source, file_hash(arm.source)),
+        [("program", program, file_hash(program)), ("log", log, file_hash(log))],
+    )
     reports = {report.name: motion_json(summary), page.name: motion_html(summary, inputs, options)}
     robot_files = {}
     if identified.accepted:

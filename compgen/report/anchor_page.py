@@ -17,6 +17,9 @@ from compgen.report.table import table
 REMARK = "The state holds for the robot as it was touched, standing since, for as long as it says."
 
 
+OF_JOB = ("path", "robot_file")  # files that the job's inputs have already
+
+
 def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
     """One page, the same bytes for the same inputs."""
     data = anchor_record(anchored)
@@ -36,8 +39,9 @@ def anchor_html(anchored: Anchored, options: PageOptions = PLAIN) -> bytes:
 def _inputs(anchored: Anchored) -> Inputs:
     """The job's, and what was touched."""
     of_job, made_from = job_inputs(anchored.job), anchored.state.made_from
-    rows = [(name, f"sha256 {digest[:SHORT]}") for name, digest in made_from.items() if name != "path"]
-    return Inputs((*of_job.rows, *rows), (*of_job.hashes, *made_from.items()))
+    rows = [(name, f"sha256 {digest[:SHORT]}") for name, digest in made_from.items() if name not in OF_JOB]
+    hashes = [(name, digest) for name, digest in made_from.items() if name not in OF_JOB]
+    return Inputs((*of_job.rows, *rows), (*of_job.hashes, *hashes))
 
 
 def _path(anchored: Anchored) -> str:

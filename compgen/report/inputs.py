@@ -12,6 +12,7 @@ from compgen.pipelines.averaging_findings import ensemble_words
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.job import Cell, Job
 from compgen.thermal import Duty
+from compgen.thermal.ambient import Ambient
 
 SHORT = 12  # characters of a hash that tell two files apart
 STRETCHES = 4  # of duty that are named one by one
@@ -40,6 +41,7 @@ def job_inputs(job: Job) -> Inputs:
         ("part frame", "World" if frame is None else f"UFRAME {frame.number}: {pose_words(frame.register)}"),
         ("feed", f"{job.feed / MM:g} mm/s"),
         ("history", history_words(job)),
+        *([] if job.history.air.is_still else [("air", air_words(job.history.air))]),
         *([] if job.ensemble is None else [("serves", ensemble_words(job.ensemble))]),
         overrides_row(job.overrides),
     ]
@@ -81,11 +83,11 @@ def correction_inputs(result: Correction, planned_sha256: str, corrected_sha256:
     return Inputs(tuple(rows), hashes)
 
 
-def measured_inputs(robot: str, files: Sequence[tuple[str, str]]) -> Inputs:
-    """Of measurements of a robot: the name and the sha256 of each file, its own first."""
-    (robot_file, digest), *measured = files
-    rows = [robot_row(robot, robot_file, digest), *(("measured", f"{f}, sha256 {h[:SHORT]}") for f, h in measured)]
-    return Inputs(tuple(rows), ((f"robot file {robot_file}", digest), *measured))
+def measured_inputs(robot: str, robot_file: tuple[str, str], files: Sequence[tuple[str, str, str]]) -> Inputs:
+    """Of measurements of a robot: name and sha256 of its file; what each other file is, its name and sha256."""
+    rows = [robot_row(robot, *robot_file), *((kind, f"{name}, sha256 {h[:SHORT]}") for kind, name, h in files)]
+    hashes = [(f"{kind} {name}", digest) for kind, name, digest in (("robot file", *robot_file), *files)]
+    return Inputs(tuple(rows), tuple(hashes))
 
 
 def robot_row(name: str, file: str, sha256: str) -> tuple[str, str]:
@@ -110,6 +112,14 @@ def history_words(job: Job) -> str:
     if job.log is not None:
         return f"temperature log of {_time(float(job.log.time[-1] - job.log.time[0]))}, in place of a history"
     return _with_state(job.cell, duties_words(job.history.before), job.history.clock)
+
+
+def air_words(air: Ambient) -> str:
+    """How far the air is from the temperature at which the robot counts as cold."""
+    low, high = (f"{_number(value, 1)}" for value in (air.rise.min(), air.rise.max()))
+    level = f"{low} K" if low == high else f"{low} to {high} K"
+    wave = f", and a wave of {_number(air.amplitude, 1)} K over {_time(air.period)}" if air.amplitude else ""
+    return f"{level} above the cold robot{wave}"
 
 
 def duties_words(duties: Sequence[Duty]) -> str:

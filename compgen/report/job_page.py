@@ -32,6 +32,17 @@ FIGURES = {
 
 REMARK = "CNT is taken as passing through the points; only the error sources active in the robot file are known here."
 
+#: Bounds as the summary names them, and as the page does.
+BOUNDS = {
+    "max_um": "largest {} &micro;m",
+    "p99_um": "99th percentile {} &micro;m",
+    "rms_um": "rms {} &micro;m",
+    "feed_um": "along feed {} &micro;m",
+    "cross_um": "cross feed {} &micro;m",
+    "normal_um": "normal to the surface {} &micro;m",
+    "axis_mdeg": "tool axis {} mdeg",
+}
+
 VERDICTS = {
     "inside": "inside its bounds",
     "outside": "outside its bounds",
@@ -88,6 +99,6 @@ def _verdict(data: dict[str, Any]) -> str:
 
 def _table(data: dict[str, Any]) -> str:
     sides = [(name, data[name]) for name in ("before", "after") if data[name]]
-    bounds = ", ".join(f"{key} = {bound:g}" for key, bound in data["bounds"].items())
+    bounds = ", ".join(BOUNDS[key].format(f"{bound:g}") for key, bound in data["bounds"].items())
     guaranteed = f"; {escape(guaranteed_text(data['guaranteed']))}" if data.get("guaranteed") else ""
     return f"{error_table('component', sides, PARTS)}<p class=lead>Bounds: {bounds or 'none'}{guaranteed}</p>"

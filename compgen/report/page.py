@@ -12,7 +12,7 @@ from compgen.report.inputs import Inputs, inputs_html, provenance_html
 from compgen.report.table import table
 
 #: A sign beside the words, for who does not see the colour.
-MARKS = {"inside": "✓", "outside": "✗", "predicted": "≈", "warning": "!", "note": "·"}
+MARKS = {"inside": "✓", "outside": "✗", "predicted": "≈", "warning": "!", "note": "•"}
 HEAD = (
     '<!doctype html><html lang="en"><head><meta charset="utf-8">'
     '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -22,6 +22,9 @@ PARTS = {
 }
 
 
+REMARK = "CNT is taken as passing through the points; only the error sources active in the robot file are known here."
+
+
 def resume_html(resumed: Resumed, options: PageOptions = PLAIN) -> bytes:
     """One page, the same bytes for the same inputs."""
     data = resume_summary(resumed)
@@ -37,13 +40,8 @@ def resume_html(resumed: Resumed, options: PageOptions = PLAIN) -> bytes:
     body = findings_list(resumed.findings) + _pages_table(data) + error_table("component", sides, PARTS)
     body += section("The join", _join_words(data))
     body += figure_section("Error over time", _figure(resumed), "time")
-    made = data["provenance"]
-    body += (
-        f"<footer>compgen {made['compgen']}, inputs sha256 {made['inputs_sha256']}, robot file "
-        f"{escape(made['robot_file']['path'])} sha256 {made['robot_file']['sha256']}</footer>"
-    )
     inputs = job_inputs(resumed.planned.job).with_rows(("manifest", resumed.written.manifest_file))
-    return page(f"Resumed: {data['name']}", body, opening + verdict(kind, text), inputs, options=options)
+    return page(f"Resumed: {data['name']}", body, opening + verdict(kind, text), inputs, REMARK, options)
 
 
 def _pages_table(data: dict[str, Any]) -> str:

@@ -156,7 +156,11 @@ def identify(
         result = replace(fitted, findings=(*fitted.findings, *of_log, *arm.unlikely))
         text, posterior = identified_texts(arm, result, files.names, f"{arm.robot.name}{POSTERIOR}")
     report = identification_summary(result)
-    inputs = measured_inputs(arm.robot.name, [(file, file_hash(file)) for file in (arm.source, *files.names)])
+    inputs = measured_inputs(
+        arm.robot.name,
+        (arm.source, file_hash(arm.source)),
+        [("measured", file, file_hash(file)) for file in files.names],
+    )
     identified = IdentifiedRobot(arm.robot.name, result, report, text.encode(), posterior.encode(), inputs)
     logger.info("%r", identified)
     log_findings(identified.name, result.findings)
