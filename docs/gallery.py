@@ -75,9 +75,10 @@ def section(picture: Picture, numbers: dict[str, str]) -> str:
     """A picture's part of the page."""
     commands = "\n".join(command + (f" > {picture.output}" if picture.output else "") for command in picture.commands)
     caption = picture.caption.format(**numbers)
+    title = (HERE / picture.more.partition("#")[0]).read_text().partition("\n")[0].lstrip("# ")
     return (
         f"## {picture.title}\n\n![{picture.title}](gallery/{picture.name}.svg)\n\n{caption}\n\n"
-        f"```sh\n{commands}\n```\n\n[More]({picture.more})\n"
+        f"```sh\n{commands}\n```\n\n[{title}]({picture.more})\n"
     )
 
 

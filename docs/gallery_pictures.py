@@ -95,17 +95,17 @@ def raster(folder: Path) -> Drawn:
     # from the front above: World y to the right, x away from the eye, z five times as high
     flat = [
         (60 + 560 * (p[1] - low[1]) / span[1] + 170 * (p[0] - low[0]) / span[0],
-         470 - 300 * (p[0] - low[0]) / span[0] - 5 * 0.35 * (p[2] - low[2]))
+         380 - 300 * (p[0] - low[0]) / span[0] - 5 * 0.35 * (p[2] - low[2]))
         for p in place
     ]  # fmt: skip
     top = max(sizes)
     body = [
         text(30, 34, f"predicted error, up to {number(top)} µm; depth five times as large", colour=INK, size=18),
         *way(flat, [value / top for value in sizes]),
-        *bar_of_colours(830, 150, 430, top),
-        text(60, 505, "World y to the right, x away from the eye"),
+        *bar_of_colours(830, 90, 350, top),
+        text(60, 412, "World y to the right, x away from the eye"),
     ]
-    return svg(900, 520, "The raster on the optic in space, coloured by the predicted error", body), {
+    return svg(900, 430, "The raster on the optic in space, coloured by the predicted error", body), {
         "least": number(min(sizes)), "most": number(top),
     }  # fmt: skip
 

@@ -57,3 +57,9 @@ def test_every_public_function_and_exception_is_on_the_page():
     for name in ("InputError", "ShapeError", "FrozenError", "ImpossibleError", "CompgenError"):
         assert issubclass(getattr(compgen, name), compgen.CompgenError)
         assert f"| `{name}` |" in PAGE
+
+
+def test_every_public_name_is_in_the_reference():
+    """And no name that is gone."""
+    listed = set(re.findall(r"^::: compgen\.(\w+)$", (ROOT / "docs" / "api.md").read_text(), re.MULTILINE))
+    assert listed == {name for name in dir(compgen) if not name.startswith("_")}
