@@ -50,6 +50,9 @@ def whatif(
             help="A Dask scheduler's address; it is trusted (pickles go both ways); tls:// by Dask's settings.",
         ),
     ] = None,
+    live: Annotated[
+        bool, typer.Option("--live/--no-live", help="Sliders on the page; they take one corrected program.")
+    ] = True,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished scenarios of an earlier run.")] = False,
     robot: JobRobot = None,
     output: OutputFolder = None,
@@ -63,16 +66,18 @@ def whatif(
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
-    """Vary any key, predict (and correct) every scenario, answer questions. Finished scenarios are kept."""
+    """Move the day with sliders; vary any key, predict (and correct) every scenario, answer questions."""
+    from compgen.cli.live import sliders
     from compgen.cli.study_run import run_scenarios
     from compgen.core.units import UM
     from compgen.pipelines.study import build
     from compgen.pipelines.study.answers import answer_questions, base_job, check_study
     from compgen.report.files import study_files, study_sentences
+    from compgen.report.live import NONE
 
     overrides = with_state(path, with_bound(overrides, max_um if correct else None), state, state_age)
     checked_bound(max_um)
-    check_study(questions or [], within_um, bool(vary or scenario_list))
+    check_study(questions or [], within_um, bool(vary or scenario_list) or live)
     study = build(path, robot, overrides, vary or (), scenario_list, correct) if vary or scenario_list else None
     folder = output_folder(path, output, "_whatif")
     identity = study.identity if study else None
@@ -80,15 +85,17 @@ def whatif(
     of_page = page_options(folder, assets, date)
     answers = answer_questions(path, robot, overrides, questions or [], within_um * UM, pass_paths or [], feeds)
     rows = run_scenarios(study, folder, workers, cluster, fresh, quiet or as_json) if study else []
+    living = sliders(path, robot, overrides, quiet or as_json, study is None and not answers) if live else NONE
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
     base = base_job(path, robot, overrides)
-    files = study_files(path, overrides, study, rows, answers, base, of_page)
+    files = study_files(path, overrides, study, rows, answers, base, of_page, living)
     share_script(folder, of_page)
     publish(folder, journal, files, own_files() if fresh else {*journal, *files})
     if as_json:
         print_record(files[RECORD])
     elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
+        sys.stdout.write(f"{living.sentence}\n" if living.sentence else "")
         for finding in base.unlikely if base is not None else ():
             sys.stdout.write(f"{finding.level.value}: {finding.message}\n")
         for row in [row for row in rows if row["state"] == "failed"][:10]:

@@ -171,7 +171,7 @@ def columns_at(
         model: The error, with the places' tool.
         by_delay: What each second of a late start adds to the rises, (M, K) [K/s].
     """
-    quantities, parameters = _by_source(uncertainty), uncertainty.parameters
+    quantities, parameters = by_source(uncertainty), uncertainty.parameters
     changes = np.array([q.cause.parameters for q in quantities]).reshape(len(quantities), len(parameters.entries))
     which = tuple(np.flatnonzero(changes.any(axis=0)).tolist())
     slopes = build_slopes(cell.robot, parameters, which, len(cell.heat.names), places.tool)
@@ -192,7 +192,7 @@ def columns_at(
             column[:, :, k] += np.einsum("mij,mj->mi", D, places.turned * width)
     pair = (model.actual_pose(places.theta, rise, places.motion).position for rise in (places.rise, 0 * places.rise))
     warm = row_norms(next(pair) - next(pair))
-    fit, missing = cell.fit, cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, LEAST_MISSING)
+    fit, missing = cell.fit, least_missing(cell)
     undirected = {MISSING: missing * warm, "fit noise": np.full(len(warm), fit.noise)}
     if fit.repeatability is not None:
         undirected["repeatability"] = np.full(len(warm), fit.repeatability)
@@ -202,7 +202,12 @@ def columns_at(
     )  # fmt: skip
 
 
-def _by_source(uncertainty: JobUncertainty) -> list[Quantity]:
+def least_missing(cell: Cell) -> float:
+    """Of the thermal error, what the physics of the model leaves out: as the file or its identification says."""
+    return cell.warmth.missing if cell.fit.missing is None else max(cell.fit.missing, LEAST_MISSING)
+
+
+def by_source(uncertainty: JobUncertainty) -> list[Quantity]:
     """The quantities, with a name in the budget for each: that of the source whose parameters it changes."""
     budgets = uncertainty.parameters.budgets()
     named = []

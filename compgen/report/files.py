@@ -15,6 +15,7 @@ from compgen.report.correction_page import correction_html
 from compgen.report.correction_summary import correction_csv, correction_json
 from compgen.report.job_page import job_html
 from compgen.report.job_summary import job_json
+from compgen.report.live import NONE, LiveSection
 from compgen.report.page import PLAIN, PageOptions
 from compgen.report.provenance import provenance_json
 from compgen.report.study_page import study_html
@@ -57,7 +58,7 @@ def correction_files(
 
 def study_files(
     path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], answers: list[Answer],
-    base: Job | None, options: PageOptions = PLAIN,
+    base: Job | None, options: PageOptions = PLAIN, live: LiveSection = NONE,
 ) -> dict[str, bytes]:  # fmt: skip
     """The tables and the page of a study of a path file, and of the answers to its questions.
 
@@ -65,10 +66,10 @@ def study_files(
     """
     sentences = study_sentences(study, rows, answers)
     return {
-        "whatif.json": study_json(path, overrides, study, rows, sentences, base),
+        "whatif.json": study_json(path, overrides, study, rows, sentences, base, live.record),
         **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
         **{f"{answer.key}.csv": answer_csv(answer) for answer in answers},
-        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers, base, options),
+        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers, base, options, live.html),
     }
 
 

@@ -25,9 +25,12 @@ MOST_ROWS = 500  # of the table on the page; the CSV file has all
 
 def study_html(
     title: str, study: Study | None, rows: list[Row], answers: list[Answer], base: Job | None = None,
-    options: PageOptions = PLAIN,
+    options: PageOptions = PLAIN, live: str = "",
 ) -> bytes:  # fmt: skip
-    """One page, the same bytes for the same inputs; ``base`` is the job that all scenarios share."""
+    """One page, the same bytes for the same inputs.
+
+    ``base`` is the job that all scenarios share, ``live`` the part of the page that lives.
+    """
     body = "".join(verdict("predicted", escape(a.sentence)) for a in answers)
     if study is not None and study.scenarios:
         body = verdict("predicted", escape(headline(study, rows))) + body
@@ -39,6 +42,7 @@ def study_html(
         )
     for answer in answers:
         body += figure_section(TITLES[answer.key], answer_figure(answer), answer.key)
+    body += live
     if study is not None and study.scenarios:
         body += _table(study, rows)
     return page(title, body, inputs=None if base is None else job_inputs(base), options=options)

@@ -56,6 +56,7 @@ def study_json(
     rows: list[Row],
     sentences: list[str],
     base: Job | None,
+    live: dict[str, Any] | None = None,
 ) -> bytes:
     """Study, answers and scenarios as JSON; without a study, where only questions are asked, no scenarios."""
     data = {
@@ -65,6 +66,7 @@ def study_json(
         "keys": list(study.keys) if study else [],
         "overrides": list(overrides),
         "answers": sentences,
+        **({} if live is None else {"live": live}),
         "scenarios": rows,
         "provenance": {"compgen": __version__, **({} if base is None else _made_from(base))},
         "inputs": None if base is None else dict(base.inputs),

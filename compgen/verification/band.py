@@ -136,11 +136,11 @@ def radius_of(moment: Array) -> Array:
     square = xx**2 + yy**2 + zz**2 + 2 * (xy**2 + xz**2 + yz**2)
     safe = np.where(trace > 0, trace, 1.0)
     freedom = np.clip(np.where(trace > 0, safe**2 / np.where(trace > 0, square, 1.0), 1.0), 1.0, 3.0)
-    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / freedom * np.interp(freedom, *_quantiles())))
+    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / freedom * np.interp(freedom, *quantiles())))
 
 
 @lru_cache(maxsize=1)
-def _quantiles() -> tuple[Array, Array]:
+def quantiles() -> tuple[Array, Array]:
     """Degrees of freedom from 1 to 3, and the quantile of chi^2 at 95 % for each; a line between them errs by 1e-6."""
     freedom = np.linspace(1.0, 3.0, 1001)
     return freedom, 2 * gammaincinv(freedom / 2, SHARE)
@@ -149,25 +149,25 @@ def _quantiles() -> tuple[Array, Array]:
 def directed_moment(columns: Columns) -> Array:
     """Second moment of the quantities alone about what the program uses, (M, 6) [m^2]."""
     offset = (columns.column @ columns.mean)[:, :, None]
-    return _squares(np.concatenate([columns.column * columns.deviation, offset], axis=2))
+    return squares(np.concatenate([columns.column * columns.deviation, offset], axis=2))
 
 
 def _moments(columns: Columns) -> dict[str, Array]:
     """Second moment of each source alone about its mean, and of the means together, (M, 6) [m^2]."""
     sources = dict.fromkeys([*columns.source, *columns.undirected])
     moments = {source: _moment(columns, source) for source in sources}
-    return {**moments, ONE_SIDED: _squares((columns.column @ columns.mean)[:, :, None])}
+    return {**moments, ONE_SIDED: squares((columns.column @ columns.mean)[:, :, None])}
 
 
 def _moment(columns: Columns, source: str) -> Array:
     """Second moment of one source alone about its mean, (M, 6) [m^2]."""
     of_source = np.array([name == source for name in columns.source], dtype=bool)
-    moment = _squares(columns.column[:, :, of_source] * columns.deviation[of_source])
+    moment = squares(columns.column[:, :, of_source] * columns.deviation[of_source])
     if source in columns.undirected:
         moment[:, [0, 3, 5]] += columns.undirected[source][:, None] ** 2
     return moment
 
 
-def _squares(C: Array) -> Array:
+def squares(C: Array) -> Array:
     """C C^T of columns (M, 3, Q), (M, 6)."""
     return np.stack([np.einsum("mq,mq->m", C[:, i], C[:, j]) for i, j in _PAIRS], axis=1)

@@ -17,7 +17,8 @@ GRID = ("--vary", "before.0.duration_h=1,2", "--workers", "1")
 
 
 def whatif(folder, *arguments):
-    return run("whatif", ROOT / "paths" / "line_y.toml", *arguments, cwd=folder)
+    """A study without sliders: they are looked at in test_live.py."""
+    return run("whatif", ROOT / "paths" / "line_y.toml", "--no-live", *arguments, cwd=folder)
 
 
 def content(folder):

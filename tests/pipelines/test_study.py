@@ -398,7 +398,7 @@ def test_the_command_says_its_answers_and_writes_them(tmp_path):
     assert len(told["scenarios"]) == 2
     assert told["keys"] == ["before.0.duration_h"]
     small = ["--ask", "steady", "--within-um", "0"]
-    for wrong, word in ((["--ask", "everything"], "unknown"), ([], "nothing to study"), (small, "above 0")):
+    for wrong, word in ((["--ask", "everything"], "unknown"), (["--no-live"], "nothing to study"), (small, "above 0")):
         refused = compgen("whatif", "paths/line_y.toml", *wrong, "-o", str(tmp_path / "x"))
         assert refused.returncode == 2
         assert word in refused.stderr

@@ -152,7 +152,7 @@ def test_the_files_of_correct_are_those_of_the_command_line(tmp_path, stranger, 
 
 def test_the_files_of_a_study_are_those_of_the_command_line(tmp_path, grid):
     options = ("--vary", "duty=0.2,0.5", "--vary", "feed=50,100", "--ask", "warmup", "--workers", "1")
-    assert run("whatif", LINE, *options, "-q", "-o", tmp_path / "w").returncode == 0
+    assert run("whatif", LINE, *options, "--no-live", "-q", "-o", tmp_path / "w").returncode == 0
     assert grid.files() == files_in(tmp_path / "w")
 
 

@@ -13,7 +13,8 @@ from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study.geometry import Geometry, executed, lay_out
-from compgen.pipelines.study.live_day import NodeLaw
+from compgen.pipelines.study.live_band import LiveBand, band_places
+from compgen.pipelines.study.live_day import NodeLaw, fixed_stages
 from compgen.pipelines.study.live_model import Heat, Live
 from compgen.pipelines.study.live_places import Flown, fly_planned, places_of, rises_after
 from compgen.pipelines.study.live_sliders import Day, day_of
@@ -37,6 +38,7 @@ class LiveJob:
     before: Flown  # the planned text
     after: Flown  # the corrected one
     live: Live
+    band: LiveBand
 
 
 def build_live(path_file: str, robot: str | None, overrides: Sequence[str], progress: Progress) -> LiveJob:
@@ -60,7 +62,8 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
         dearer = load_job(path_file, robot, [*overrides, f"robot.thermal.cte_um_m_K={2 * cte!r}"])
     places = [places_of(job, flown, dearer) for flown in (before, after)]
     live = Live(day, _heat(job, day), places[0], places[1], 1.0 if cte is None else cte)
-    return LiveJob(path_file, robot, tuple(overrides), job, planned, corrected, before, after, live)
+    band = band_places(job, live, planned_text, dearer)
+    return LiveJob(path_file, robot, tuple(overrides), job, planned, corrected, before, after, live, band)
 
 
 def rises_as_planned(job: Job, geometry: Geometry) -> Array:
@@ -77,9 +80,11 @@ def _heat(job: Job, day: Day) -> Heat:
     heat, history = job.cell.heat, job.history
     stops = next((slider.stops for slider in day.sliders if slider.kind == "run"), (1.0,))
     run = np.array([history.runs[int(n) - 1] for n in stops])
-    cycle = np.array([state_after(heat, cycle_until(history, t), np.zeros(len(heat.rate))) for t in run.tolist()])
+    until = [cycle_until(history, t) for t in run.tolist()]
+    cycle = np.array([state_after(heat, duties, np.zeros(len(heat.rate))) for duties in until])
+    stages = tuple(tuple(fixed_stages(duties)) for duties in until)
     law = NodeLaw.of(heat) if isinstance(heat, NodeModel) else None
-    return Heat(heat, law, history.air, heat.steady_state(history.standing), run, cycle)
+    return Heat(heat, law, history.air, heat.steady_state(history.standing), run, cycle, stages)
 
 
 def cycle_until(history: History, time: float) -> tuple[Duty, ...]:

@@ -1,6 +1,6 @@
 """How far a living page's formula is from the full computation, at settings drawn with a seed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,10 +8,12 @@ from compgen.core.arrays import Array, own
 from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import LiveJob
 from compgen.pipelines.study.live_model import Setting, at, overrides_of, planned_setting
 from compgen.pipelines.study.live_places import Flown, fly, rises_after
 from compgen.pipelines.study.live_sliders import Slider
+from compgen.pipelines.study.sample_band import band_at_samples, some_samples
 from compgen.thermal import Duty
 from compgen.thermal.ensemble import Start, duties_before
 from compgen.verification.deviation import percentile99, rms, sample_lengths
@@ -28,14 +30,15 @@ class Agreement:
     settings: tuple[Setting, ...]
     before: Array  # (D, 3) [m]
     after: Array  # (D, 3) [m]
+    band: Array  # (D,) [m] of its largest radius
 
     def __post_init__(self) -> None:
-        own(self, before=("D", 3), after=("D", 3))
+        own(self, before=("D", 3), after=("D", 3), band=("D",))
 
     @property
     def largest(self) -> float:
         """How far the two are apart at most, in any of the numbers that are shown [m]."""
-        return float(max(np.abs(self.before).max(), np.abs(self.after).max()))
+        return float(max(np.abs(rows).max() for rows in (self.before, self.after, self.band)))
 
     @property
     def is_close(self) -> bool:
@@ -66,6 +69,7 @@ def check(live_job: LiveJob) -> Agreement:
     settings = (planned_setting(day), *drawn_settings(day.sliders))
     before: list[Array] = []
     after: list[Array] = []
+    band: list[float] = []
     for setting in settings:
         job, duties = job_at(live_job, setting)
         for rows, flown, places in (
@@ -73,7 +77,12 @@ def check(live_job: LiveJob) -> Agreement:
         ):  # fmt: skip
             shown = at(live_job.live, setting, places)
             rows.append(np.array([shown.largest, shown.p99, shown.rms]) - full(job, flown, duties))
-    return Agreement(settings, np.array(before), np.array(after))
+        geometry = live_job.before.geometry
+        rise = rises_after(job, geometry, duties)[some_samples(geometry)]
+        history = replace(job.history, before=job.duties_before())
+        whole = band_at_samples(job, geometry, history, rise).largest
+        band.append(band_at(live_job.live, live_job.band, setting).largest - whole)
+    return Agreement(settings, np.array(before), np.array(after), np.array(band))
 
 
 def job_at(live_job: LiveJob, setting: Setting) -> tuple[Job, tuple[Duty, ...]]:

@@ -36,6 +36,7 @@ class Heat:
     standing: Array  # (S,) w
     run: Array  # (R,) [s] tau_n, of those that a slider stops at
     cycle: Array  # (R, S) C_n
+    cycle_stages: tuple[tuple[Stage, ...], ...]  # (R,) what the cycle does until then
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -133,13 +134,18 @@ def air_since(model: ThermalModel, air: Ambient, time: Array) -> Array:
 def at(live: Live, setting: Setting, places: Places) -> Shown:
     """The error of one text with the sliders at a setting."""
     rise = rises_at(live, state_of(live, setting), places)
-    factor = next((v / live.cte for s, v in zip(live.day.sliders, setting) if s.kind == "cte"), 1.0)
+    factor = expansion_factor(live, setting)
     moved = np.einsum("pik,pk->pi", places.slope + factor * places.growth, rise)
     j, x = places.place, places.share[:, None]
     size = np.linalg.norm(places.own + (1 - x) * moved[j] + x * moved[np.minimum(j + 1, len(moved) - 1)], axis=1)
     even = places.length > 0
     weights = places.length[even]
     return Shown(size, rise, float(size.max()), percentile99(size[even], weights), rms(size[even], weights))
+
+
+def expansion_factor(live: Live, setting: Setting) -> float:
+    """cte / cte_0."""
+    return next((v / live.cte for s, v in zip(live.day.sliders, setting) if s.kind == "cte"), 1.0)
 
 
 def overrides_of(day: Day, setting: Setting, always_start: bool = False) -> list[str]:

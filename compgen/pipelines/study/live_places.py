@@ -99,10 +99,19 @@ def places_of(job: Job, flown: Flown, dearer: Job | None) -> Places:
     own = flown.error[every] - (moved[place] + share[:, None] * (moved[ahead] - moved[place]))
     chosen, length = _chosen(own, sample_lengths(arc)[every], np.searchsorted(every, rows))
     position = model_of(job).nominal_pose(geometry.theta[rows]).position
+    carried = (
+        single(x)
+        for x in (position, both - growth, growth, own_heat(job, geometry)[rows], own[chosen], share[chosen], length)
+    )
+    position, slope, growth, program, own, share, length = carried
     return Places(
-        arc[rows], position, geometry.now[rows], both - growth, growth, _own_heat(job, geometry)[rows], own[chosen],
-        place[chosen], share[chosen], length,
+        arc[rows], position, geometry.now[rows], slope, growth, program, own, place[chosen], share, length
     )  # fmt: skip
+
+
+def single(values: Array) -> Array:
+    """Numbers as a page carries them, of single precision: 1e-7 of each."""
+    return np.asarray(values).astype("<f4").astype(float)
 
 
 def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
@@ -156,7 +165,7 @@ def _slopes(job: Job, geometry: Geometry, rows: IntArray) -> Array:
     return slopes(geometry.theta[rows], np.zeros((len(rows), len(job.heat.names))), motion)[1]
 
 
-def _own_heat(job: Job, geometry: Geometry) -> Array:
+def own_heat(job: Job, geometry: Geometry) -> Array:
     """What the program's own motion adds to the rises at the samples, (M, K) [K]: it starts cold, in still air."""
     heat = job.cell.heat
     cold = replace(twin_of(job), heat=heat if heat.start is None else replace(heat, start=None))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, IntArray
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.pipelines.band import Places, columns_at
 from compgen.pipelines.job import Job
@@ -21,16 +21,26 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
         job: Its warmth may be another than the geometry's.
         geometry: The path, executed.
         history: What went before, where it is not the job's.
-        rise: Then, (K,) [K]; None: as the job's rises run.
+        rise: Then, (K,) or at the samples (n, K) [K]; None: as the job's rises run.
     """
-    some = np.unique(np.linspace(0, len(geometry.now) - 1, SAMPLES).astype(int))
+    some = some_samples(geometry)
     thin, model = geometry.thinned(SAMPLES), model_of(job)
     position = model.nominal_pose(geometry.theta).position
     motion = direction_states(reversal_widths(job.sources), geometry.theta, position).at(some)
-    rises = thin.rises(job) if rise is None else np.tile(rise, (len(some), 1))
+    rises = thin.rises(job) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
     low, high = position.min(axis=0), position.max(axis=0)
     uncertainty = quantities_of(job, middle=(low + high) / 2)
     places = Places(thin.theta, thin.now, rises, motion, job.tool.pose)
     columns = columns_at(job.cell, history or job.history, job.feed, uncertainty, places, model)
-    on_part = (geometry.path.contact[:-1] | geometry.path.contact[1:])[thin.segment].astype(float)
-    return band_of([columns], np.arange(len(some)), on_part, job.cell.fit.scale)
+    return band_of([columns], np.arange(len(some)), part_weight(geometry, thin), job.cell.fit.scale)
+
+
+def some_samples(geometry: Geometry) -> IntArray:
+    """Which samples of a geometry stand for it, both ends among them."""
+    return np.asarray(np.unique(np.linspace(0, len(geometry.now) - 1, SAMPLES).astype(int)))
+
+
+def part_weight(geometry: Geometry, thin: Geometry) -> Array:
+    """One where the tool touches, zero elsewhere, at the samples of a thinned geometry."""
+    path = geometry.path
+    return np.asarray((path.contact[:-1] | path.contact[1:])[thin.segment].astype(float))

@@ -97,7 +97,7 @@ class StudyResult:
         return plotly_figure(figures, titles, next(iter(figures)) if which is None and figures else which)
 
     def files(self) -> dict[str, bytes]:
-        """Name to content of what ``cgen whatif`` writes, byte for byte but for its journal; nothing is written."""
+        """Name to content of what ``cgen whatif --no-live`` writes, but for its journal; nothing is written."""
         return study_files(self.path, self.overrides, self.study, list(self.rows), list(self.answers), self.base)
 
     def __repr__(self) -> str:
@@ -121,7 +121,7 @@ def study(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Vary any key, predict (and correct) every scenario, answer questions; the same as ``cgen whatif``.
+    """Vary any key, predict (and correct) every scenario, answer questions; as ``cgen whatif --no-live``.
 
     Args:
         path: A path file.
