@@ -3,25 +3,28 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from compgen.cli.ownership import check_job_folder, resume_files
+from compgen.cli.ownership import check_job_folder, check_planned_program, resume_files
 from compgen.cli.publish import publish
 from compgen.core.findings import Progress
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines.job import Job
+from compgen.pipelines.planned_delivery import COMMENT, planned_name_of
 from compgen.pipelines.program_text import program_name_of
 
 
 def check_folder(folder: Path, command: str, job: Job) -> None:
     """Raises InputError when a job's files would replace what another command, or a run of another job, has written."""
     check_job_folder(folder, command, job.name, f"{program_name_of(job)}.LS")
+    if command == "predict":
+        check_planned_program(folder, f"{planned_name_of(job)}.LS", COMMENT)
 
 
 def publish_job(
     folder: Path, programs: Mapping[str, bytes], reports: Mapping[str, bytes | Iterable[bytes]], job: Job,
-    progress: Progress,
+    progress: Progress, is_planned: bool = False,
 ) -> None:  # fmt: skip
     """Put a job's files into its folder; an earlier run's program and pages go where this run writes none."""
-    program = program_name_of(job)
+    program = planned_name_of(job) if is_planned else program_name_of(job)
     contents = {
         name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))
         for k, (name, content) in enumerate(reports.items())

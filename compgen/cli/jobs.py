@@ -23,9 +23,9 @@ from compgen.cli.options import (
     with_bound,
     with_state,
 )
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_options, share_script
 from compgen.core.dates import checked_date
-from compgen.core.findings import Level
+from compgen.core.findings import Level, first_of
 from compgen.core.units import MM, UM
 
 
@@ -112,6 +112,9 @@ def predict(
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
     date: PageDate = None,
+    program: Annotated[
+        bool, typer.Option("--program", help="Write the planned program as well, named ..._PLAN: not corrected.")
+    ] = False,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -122,6 +125,7 @@ def predict(
     from compgen.cli.progress_bar import PREDICT, show_progress
     from compgen.pipelines import generate as pipeline
     from compgen.pipelines.path_file import load_job
+    from compgen.pipelines.planned_delivery import deliver_planned, planned_name_of
     from compgen.report.files import job_reports
 
     use_machine(workers)
@@ -133,14 +137,21 @@ def predict(
         check_folder(folder, "predict", job)
         of_page = page_options(folder, assets, date)
         planned = pipeline.predict(job, progress)
+        programs: dict[str, bytes] = {}
+        if program:
+            planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
+            programs = {} if first_of(Level.OUTSIDE, planned.findings) else dict(delivered.files)
         progress("report", 0.0)
         reports = job_reports(planned, None, of_page)
         share_script(folder, of_page)
-        publish_job(folder, {}, reports, job, progress)
+        publish_job(folder, programs, reports, job, progress, is_planned=True)
     if as_json:
         print_record(reports["report.json"])
     elif not quiet:
-        show_job(planned, None, folder, reports)
+        show_job(planned, None, folder, [*programs, *reports])
+    if program and not programs:
+        broken = next(f.message for f in planned.findings if f.level is Level.OUTSIDE)
+        raise typer.Exit(print_error(f"{broken}; {planned_name_of(job)}.LS not written", 1))
     largest = planned.deviation().on_part["total"].max
     if bound is not None and largest > bound:
         raise typer.Exit(print_error(f"predicted: error of {largest / UM:.2f} um, --max-um {max_um:g}", 1))

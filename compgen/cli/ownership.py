@@ -39,6 +39,18 @@ def check_job_folder(folder: Path, command: str, name: str, program: str) -> Non
         _check_foreign(folder, command, [program])
 
 
+def check_planned_program(folder: Path, program: str, comment: str) -> None:
+    """Raises InputError when the planned program's file is there and is another's.
+
+    Args:
+        folder: Where results go.
+        program: The file.
+        comment: In the header of what ``predict`` writes.
+    """
+    if not _contains(folder / program, f'= "{comment}"'.encode()):
+        _check_foreign(folder, "predict", [program])
+
+
 def check_correction_folder(folder: Path, content: bytes, program: str, provenance: str) -> None:
     """Raises InputError when a folder has files that ``correct`` of a program would replace wrongly.
 
