@@ -15,6 +15,8 @@ from math import ceil, log
 
 from scipy.special import betainc
 
+ROUNDING = 1e-13  # of an incomplete beta function: a confidence that is met exactly counts as met
+
 
 def draws_needed(share: float, confidence: float) -> int:
     """The fewest draws that verify a share with a confidence: none of them may break the bound."""
@@ -34,5 +36,5 @@ def draws_that_may_break(draws: int, share: float, confidence: float) -> int | N
 
 
 def _confidence(draws: int, broken: int, share: float) -> float:
-    """With which confidence the share keeps a bound that so many of the draws break."""
-    return float(betainc(broken + 1, draws - broken, 1 - share))
+    """With which confidence the share keeps a bound that so many of the draws break, at most."""
+    return float(betainc(broken + 1, draws - broken, 1 - share)) + ROUNDING

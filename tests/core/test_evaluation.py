@@ -1,6 +1,7 @@
 """Compiled or not, alone or shared out: the same numbers; and a cache that nothing half-written gets into."""
 
 import multiprocessing
+import os
 import shutil
 
 import casadi as ca
@@ -97,6 +98,11 @@ def test_the_error_model_agrees_to_1e_12(compiled):
     other = model.actual_pose(theta, rise)
     assert np.abs(one.position - other.position).max() < 1e-12
     assert np.abs(one.rotation - other.rotation).max() < 1e-12
+
+
+def test_where_folders_have_no_posix_owners_nothing_is_compiled(tmp_path, monkeypatch):
+    monkeypatch.delattr(os, "getuid")
+    assert find_compiler(tmp_path) is None
 
 
 @needs_compiler

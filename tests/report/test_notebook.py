@@ -29,6 +29,7 @@ from compgen.core.units import DEG, MM, UM
 from compgen.report.notebook.machine import machine
 from compgen.report.notebook.unchanged import first_difference, require_unchanged
 
+HALF_A_DIGIT = 0.00501  # of micrometres in a file, which have two decimals
 LINE, CIRCLE = path_file("line_y"), path_file("circle_1300")
 STRANGER = b"""/PROG  PART
 /MN
@@ -236,7 +237,7 @@ def test_a_data_frame_has_the_columns_of_the_file(generated, corrected, grid):
         assert list(table.columns) == list(file.columns)
         numbers = [c for c in table.columns if table[c].dtype.kind in "if"]
         assert len(numbers) > 6
-        assert_allclose(table[numbers].astype(float), file[numbers].astype(float), atol=1e-3)
+        assert_allclose(table[numbers].astype(float), file[numbers].astype(float), atol=HALF_A_DIGIT)
 
 
 def test_without_pandas_a_message_says_what_to_install(result, monkeypatch):
