@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.check_written import judge_written, refuse_several, show_written
 from compgen.cli.junit import CRASHED, INTERRUPTED, Outcome, junit_xml
 from compgen.cli.messages import print_error, print_note_once, print_record, print_refusal
 from compgen.cli.options import (
@@ -41,6 +42,10 @@ def check(
     state: StateFile = None,
     state_age: StateAge = None,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file, whatever the outcome.")] = None,
+    written: Annotated[
+        str | None,
+        typer.Option("--written", help="Judge this program, written earlier, in the state of PATH; generate none."),
+    ] = None,
     strict: Strict = False,
     max_um: MaxUm = None,
     as_json: Json = False,
@@ -48,6 +53,7 @@ def check(
     workers: Workers = 0,
 ) -> None:
     """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
+    refuse_several(written, paths, strict)
     bounded = with_bound(overrides, max_um)
     if junit is not None:
         check_own_file("--junit", junit, b"<testsuite", "check --junit")
@@ -68,6 +74,12 @@ def check(
     use_machine(workers)
 
     def judge(path: str) -> tuple[dict[str, Any], str]:
+        if written is not None:
+            changes = with_state(path, bounded, state, state_age)
+            summary, message = judge_written(path, robot, changes, written, quiet or as_json)
+            if not (as_json or quiet):
+                show_written(summary)
+            return summary, message
         with show_progress(quiet or as_json, CHECK) as progress:
             job = load_job(path, robot, with_state(path, bounded, state, state_age))
             planned, corrected = pipeline.generate(job, progress)

@@ -1,0 +1,109 @@
+"""``cgen check --written``: the text that was written is flown, in the state of the path, and no other path's."""
+
+import json
+
+import pytest
+from command_line import refused, run
+from shipped import ROOT, path_file, quiet
+
+from compgen.core.units import UM
+from compgen.pipelines import generate
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.twin_of_job import twin_of
+from compgen.verification.deviation import deviation_from_path
+from compgen.verification.twin import prepare
+
+LINE = ROOT / "paths" / "line_y.toml"
+CIRCLE = ROOT / "paths" / "circle_1300.toml"
+STATE = ("--set", "before.0.duration_h=1", "--set", "ambient.value_degC=26")
+
+
+def written(folder, path, *overrides):
+    sets = [word for item in overrides for word in ("--set", item)]
+    result = run("generate", path, *sets, "-q", "--force", "-o", folder / "o", cwd=folder)
+    assert result.returncode in (0, 1), result.stderr
+    return folder / "o" / f"{path.stem.upper()}.LS"
+
+
+def report(path, program, *options):
+    result = run("check", path, "--written", program, *options, "--json")
+    assert result.returncode in (0, 1), result.stderr
+    return result.returncode, json.loads(result.stdout)
+
+
+@pytest.fixture(scope="module")
+def line(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("line"), LINE)
+
+
+def test_in_its_own_state_the_text_leaves_what_its_report_says(line):
+    code, record = report(LINE, line)
+    assert (code, record["verdict"]) == (0, "inside")
+    made = json.loads((line.parent / "report.json").read_text())
+    for side in ("before", "after"):
+        for statistic, value in made["on_part"][side]["total"].items():
+            assert record["on_part"][side]["total"][statistic] == pytest.approx(value, abs=1e-9)
+    assert record["written"]["name"] == "LINE_Y"
+
+
+def test_in_another_state_it_is_off_by_what_the_rises_do_and_the_exit_code_says_so(line):
+    code, record = report(LINE, line, *STATE)
+    overrides = [word for word in STATE if word != "--set"]
+    job = load_job(path_file("line_y"), overrides=overrides)
+    _, corrected = generate.generate(load_job(path_file("line_y")), quiet)
+    planned = generate.predict(job, quiet)
+    prepared = prepare(twin_of(job), corrected.program, job.history.before, job.history.air)
+    deviation = deviation_from_path(planned.path, prepared.chunks(), prepared.sample_count)
+    assert code == 1
+    assert record["verdict"] == "outside"
+    assert record["on_part"]["after"]["total"]["max_um"] == pytest.approx(deviation.on_part["total"].max / UM, abs=1e-9)
+    assert record["on_part"]["after"]["total"]["max_um"] > 20
+    assert "bounds.max_um" in {finding["code"] for finding in record["findings"]}
+
+
+def test_the_bound_of_the_command_line_judges_it(line):
+    assert report(LINE, line, *STATE, "--max-um", "500", "--set", "bounds.normal_um=500")[0] == 0
+    result = run("check", LINE, "--written", line, *STATE)
+    assert result.returncode == 1
+    assert "in this state: largest error on the part" in result.stdout
+    assert "outside bounds" in result.stderr
+
+
+@pytest.mark.parametrize("override", ["process.moves=arcs", "process.thin_um=2"])
+def test_a_program_that_leaves_waypoints_out_is_flown_in_another_state(tmp_path, override):
+    program = written(tmp_path, CIRCLE, override)
+    made = json.loads((program.parent / "report.json").read_text())
+    _, own = report(CIRCLE, program, "--set", override)
+    assert own["on_part"]["after"]["total"]["max_um"] == pytest.approx(
+        made["on_part"]["after"]["total"]["max_um"], abs=1e-6
+    )
+    _, other = report(CIRCLE, program, "--set", override, *STATE)
+    assert 20 < other["on_part"]["after"]["total"]["max_um"] < 200
+
+
+def test_pages_are_read_through_their_main_program(tmp_path):
+    few = ("robot.controller.max_positions=400", "process.page_stops=anywhere", "bounds.max_um=20")
+    sets = [word for item in few for word in ("--set", item)]
+    program = written(tmp_path, CIRCLE, *few)
+    pages = sorted(file for file in program.parent.glob("*.LS") if file != program)
+    assert len(pages) > 2
+    made = json.loads((program.parent / "report.json").read_text())
+    _, record = report(CIRCLE, program, *sets)
+    assert record["on_part"]["after"]["total"]["max_um"] == pytest.approx(made["on_part"]["after"]["total"]["max_um"])
+    refused(run("check", CIRCLE, "--written", pages[0], *sets), 2, pages[0].name, "positions")
+    pages[1].unlink()
+    refused(run("check", CIRCLE, "--written", program, *sets), 2, program.name, "one of its pages is missing")
+
+
+def test_another_path_s_program_is_refused(line, tmp_path):
+    refused(run("check", ROOT / "paths" / "line_x.toml", "--written", line), 2, "LINE_Y.LS", "another path's program")
+    moved = ("--set", "path.x_mm=1300.0")
+    refused(run("check", LINE, "--written", line, *moved), 2, "LINE_Y.LS", "line_y.toml", "another path's program")
+
+
+def test_what_is_no_program_and_several_paths_are_refused(line, tmp_path):
+    (tmp_path / "NOTE.LS").write_text("/PROG NOTE\n/END\n")
+    refused(run("check", LINE, "--written", tmp_path / "NOTE.LS"), 2, "NOTE.LS", "generate it anew")
+    refused(run("check", LINE, "--written", tmp_path / "NONE.LS"), 2, "NONE.LS")
+    refused(run("check", LINE, CIRCLE, "--written", line), 2, "--written", "one path")
+    refused(run("check", LINE, "--written", line, "--strict"), 2, "--strict")
