@@ -20,6 +20,8 @@ DEEPEST = 20  # levels of tables and lists in each other; a thousand of them wou
 
 _REPR = Repr()  # of values in messages
 _REPR.maxlevel, _REPR.maxstring = 2, 60
+_MANY_DIGITS = "a number of thousands of digits"
+_LONG_INTEGER = re.compile(r"<int instance with roughly \d+ digits [^>]*>")  # since Python 3.14, with its address
 
 
 class Table(BaseModel):
@@ -201,9 +203,10 @@ def _reason(error: ErrorDetails) -> str:
 def brief_value(value: object) -> str:
     """A value for a message, whatever it holds and however deep."""
     try:
-        return _short(_REPR.repr(value))
-    except ValueError:  # more digits than Python writes
-        return "a number of thousands of digits"
+        text = _REPR.repr(value)
+    except ValueError:  # more digits than Python writes, before 3.14
+        return _MANY_DIGITS
+    return _short(_LONG_INTEGER.sub(_MANY_DIGITS, text))
 
 
 def _short(text: str) -> str:
