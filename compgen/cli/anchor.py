@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import FramesFile, JobRobot, Json, Overrides, PathFile, Quiet, Workers, output_folder
@@ -43,6 +44,7 @@ def anchor(
     overrides: Overrides = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
@@ -75,8 +77,9 @@ def anchor(
         publish(target.parent, {target.name: state_text(result.state).encode()}, {}, {target.name})
     record = anchor_json(result)
     if folder is not None:
+        reports = with_figures(folder, {RECORD: record, PAGE: anchor_html(result, options)}, figures)
         share_script(folder, options)
-        publish(folder, {}, {RECORD: record, PAGE: anchor_html(result, options)}, {RECORD, PAGE})
+        publish(folder, {}, reports, set(reports))
     if as_json:
         print_record(record)
     elif not quiet:

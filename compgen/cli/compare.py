@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import Json, MaxUm, Quiet, checked_bound, output_folder
 from compgen.cli.ownership import check_compare_folder
@@ -20,6 +21,7 @@ def compare(
     max_um: MaxUm = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     quiet: Quiet = False,
 ) -> None:
@@ -37,8 +39,9 @@ def compare(
         check_compare_folder(folder)
         options = page_options(folder, assets, date)
         files = comparison_files(comparison, max_um, options)
+        reports = with_figures(folder, files, figures)
         share_script(folder, options)
-        publish(folder, {}, files, set(files))
+        publish(folder, {}, reports, set(reports))
         written = f"wrote {', '.join(sorted(files))} to {folder}"
     if as_json:
         print_record(comparison_json(comparison))

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -70,6 +71,7 @@ def correct(
     overrides: Overrides = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
@@ -129,8 +131,9 @@ def correct(
         files = correction_files(correction, file, written, of_page)
         programs = {name: files[name] for name in (provenance, file) if name in files}
         reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
+        described = with_figures(folder, reports, figures)
         share_script(folder, of_page)
-        publish(folder, programs, reports, {*reports, provenance, file})
+        publish(folder, programs, described, {*described, provenance, file})
     if as_json:
         print_record(files["report.json"])
     elif not quiet:

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -47,6 +48,7 @@ def executed(
     ] = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
@@ -90,8 +92,9 @@ def executed(
         "executed.html": executed_html(run, summary, inputs, options),
         "executed.csv": executed_csv(run),
     }
+    reports = with_figures(folder, files, figures)
     share_script(folder, options)
-    publish(folder, {}, files, set(files))
+    publish(folder, {}, reports, set(reports))
     if as_json:
         print_record(files[EXECUTED])
     elif not quiet:

@@ -4,6 +4,7 @@ import sys
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -37,6 +38,7 @@ def heat(
     max_um: MaxUm = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
@@ -59,8 +61,9 @@ def heat(
         "heat.html": heat_html(job, day, options),
         "runs.csv": runs_csv(job, day),
     }
+    reports = with_figures(folder, files, figures)
     share_script(folder, options)
-    publish(folder, {}, files, set(files))
+    publish(folder, {}, reports, set(reports))
     if as_json:
         print_record(files[HEAT])
     elif not quiet:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import Json, MaxUm, Quiet, Workers, checked_bound
@@ -55,6 +56,7 @@ def identify(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write the robot file even if the verdict is no.")] = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -116,8 +118,9 @@ def identify(
         text, of_posterior = identified_texts(arm, identified, files.names, posterior)
         robot_files = robot_files_of(target, text)
         reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
+    described = with_figures(target.parent, reports, figures)
     share_script(target.parent, options)
-    publish(target.parent, robot_files, reports, {*robot_files, *reports})
+    publish(target.parent, robot_files, described, {*robot_files, *described})
     if as_json:
         print_record(reports[report.name])
     elif not quiet:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -39,6 +40,7 @@ def identify_motion(
     ] = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
@@ -90,8 +92,9 @@ def identify_motion(
     robot_files = {}
     if identified.accepted:
         robot_files = {target.name: motion_text(arm.text, nominal, run, text, identified).encode()}
+    described = with_figures(target.parent, reports, figures)
     share_script(target.parent, options)
-    publish(target.parent, robot_files, reports, {*robot_files, *reports})
+    publish(target.parent, robot_files, described, {*robot_files, *described})
     if as_json:
         print_record(reports[report.name])
     elif not quiet:

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     DEFAULT_DATE,
@@ -41,6 +42,7 @@ def generate(
         typer.Option("--date", help="In the program's header, YY-MM-DD, there 26-01-01 unless given; on the page."),
     ] = None,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
     pages: Annotated[
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
@@ -79,7 +81,7 @@ def generate(
         planned, corrected = pipeline.generate(job, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
-        reports = job_reports(planned, corrected, of_page)
+        reports = with_figures(folder, job_reports(planned, corrected, of_page), figures)
         written = corrected.inside or corrected.is_as_planned or force
         programs = dict(corrected.delivery.files) if written else {}
         share_script(folder, of_page)
@@ -111,6 +113,7 @@ def predict(
     max_um: MaxUm = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     program: Annotated[
         bool, typer.Option("--program", help="Write the planned program as well, named ..._PLAN: not corrected.")
@@ -142,7 +145,7 @@ def predict(
             planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
             programs = {} if first_of(Level.OUTSIDE, planned.findings) else dict(delivered.files)
         progress("report", 0.0)
-        reports = job_reports(planned, None, of_page)
+        reports = with_figures(folder, job_reports(planned, None, of_page), figures)
         share_script(folder, of_page)
         publish_job(folder, programs, reports, job, progress, is_planned=True)
     if as_json:

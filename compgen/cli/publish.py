@@ -17,6 +17,7 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
+from compgen.cli.figure_files import earlier_figures
 from compgen.cli.folder_lock import alone_in
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
@@ -66,7 +67,8 @@ def publish(
             several is the one that needs the others.
         reports: Name to content of what describes them, first the record that tells whose files these are: it is
             written before the others and removed after them.
-        own_names: Names that belong to this run; those not in the files vanish, everything else in the folder stays.
+        own_names: Names that belong to this run, beside the figures that an earlier page of its name names; those not
+            in the files vanish, everything else in the folder stays.
         manifest: Name of the manifest of an earlier run's pages: what it names belongs to this run too.
 
     Raises:
@@ -80,6 +82,8 @@ def publish(
             missing = [p for p in target.parents if not p.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
         with alone_in(target):
+            pages = [target / name for name in reports if name.endswith(".html")]
+            own_names = own_names.union(*map(earlier_figures, pages))
             if manifest:
                 own_names = own_names | files_of_earlier_run(target / manifest)
             check_names(folder, own_names)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli import study_journal
+from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     JobRobot,
@@ -62,6 +63,7 @@ def whatif(
     max_um: MaxUm = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     date: PageDate = None,
     quiet: Quiet = False,
     workers: Workers = 0,
@@ -89,8 +91,9 @@ def whatif(
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
     base = base_job(path, robot, overrides)
     files = study_files(path, overrides, study, rows, answers, base, of_page, living)
+    reports = with_figures(folder, files, figures)
     share_script(folder, of_page)
-    publish(folder, journal, files, own_files() if fresh else {*journal, *files})
+    publish(folder, journal, reports, {*reports, *(own_files() if fresh else journal)})
     if as_json:
         print_record(files[RECORD])
     elif not quiet:
