@@ -20,7 +20,7 @@ from compgen.report.compare_record import (
 from compgen.report.figure import COOL, WARM, Figure, Trace, axis, figure, horizontal_line, rows_to_draw, spans, trace
 from compgen.report.figure_limits import limit_label
 from compgen.report.figure_words import curves_in_words
-from compgen.report.inputs import Inputs
+from compgen.report.inputs import SHORT, Inputs
 from compgen.report.key_words import capital, title_of
 from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
 from compgen.report.table import table
@@ -61,9 +61,10 @@ def _whose(comparison: Comparison) -> Inputs:
     """Both outputs, for the block of inputs and the foot of the page."""
     rows, hashes = [("of", f"cgen {comparison.kind}")], []
     for letter, whose in zip((A, B), (whose_output(comparison.a), whose_output(comparison.b))):
-        rows.append((letter, f"{whose['name']} in {whose['output']}, by compgen {whose['compgen']}"))
-        if whose["inputs_sha256"]:
-            hashes.append((f"{letter}: inputs", str(whose["inputs_sha256"])))
+        digest = str(whose["inputs_sha256"] or "")
+        of_inputs = f", inputs sha256 {digest[:SHORT]}" if digest else ""
+        rows.append((letter, f"{whose['name']} in {whose['output']}, by compgen {whose['compgen']}{of_inputs}"))
+        hashes += [(f"{letter}: inputs", digest)] if digest else []
     return Inputs(tuple(rows), tuple(hashes))
 
 

@@ -118,8 +118,8 @@ def air_words(air: Ambient) -> str:
     """How far the air is from the temperature at which the robot counts as cold."""
     low, high = (f"{_number(value, 1)}" for value in (air.rise.min(), air.rise.max()))
     level = f"{low} K" if low == high else f"{low} to {high} K"
-    wave = f", and a wave of {_number(air.amplitude, 1)} K over {_time(air.period)}" if air.amplitude else ""
-    return f"{level} above the cold robot{wave}"
+    wave = f", in a wave of {_number(air.amplitude, 1)} K either way over {_time(air.period)}" if air.amplitude else ""
+    return f"{level} from the temperature of the cold robot{wave}"
 
 
 def duties_words(duties: Sequence[Duty]) -> str:

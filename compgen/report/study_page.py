@@ -12,6 +12,7 @@ from compgen.report.figure_words import curves_in_words
 from compgen.report.inputs import job_inputs
 from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
 from compgen.report.study_tables import band_caveat, column_names, headline
+from compgen.report.table import table
 
 TITLES = {
     "warmup": "Drift within one program after a warm-up",
@@ -31,10 +32,10 @@ def study_html(
 
     ``base`` is the job that all scenarios share, ``live`` the part of the page that lives.
     """
-    body = "".join(verdict("predicted", escape(a.sentence)) for a in answers)
+    opening, body = "".join(verdict("predicted", escape(a.sentence)) for a in answers), ""
     if study is not None and study.scenarios:
-        body = verdict("predicted", escape(headline(study, rows))) + body
-    body += f'<p class="lead">{escape(band_caveat(rows))}</p>'
+        opening = verdict("predicted", escape(headline(study, rows))) + opening
+    opening += f'<p class="lead">{escape(band_caveat(rows))}</p>'
     if study is not None and study.scenarios:
         body += "".join(
             figure_section(f"Error against {escape(key)}", error_against(study, rows, key), f"vary{n}")
@@ -45,7 +46,7 @@ def study_html(
     body += live
     if study is not None and study.scenarios:
         body += _table(study, rows)
-    return page(title, body, inputs=None if base is None else job_inputs(base), options=options)
+    return page(title, body, opening, None if base is None else job_inputs(base), options=options)
 
 
 def error_against(study: Study, rows: list[Row], key: str) -> Figure:
@@ -113,10 +114,6 @@ def answer_figure(answer: Answer) -> Figure:
 
 def _table(study: Study, rows: list[Row]) -> str:
     names = [n for n in column_names(study, rows) if not n.startswith("start_") or n == "start_window_s"]
-    head = "".join(f"<th>{escape(n)}</th>" for n in names)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{escape(str(row.get(n, '')))}</td>" for n in names) + "</tr>" for row in rows[:MOST_ROWS]
-    )
+    cells = [[escape(str(row.get(name, ""))) for name in names] for row in rows[:MOST_ROWS]]
     more = f"<p class=lead>{len(rows) - MOST_ROWS} more in the CSV file</p>" if len(rows) > MOST_ROWS else ""
-    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-    return section("Scenarios", f'<div style="overflow-x:auto">{table}</div>{more}')
+    return section("Scenarios", table([escape(name) for name in names], cells) + more)

@@ -1,0 +1,90 @@
+"""A headless Chromium in which tests look at pages; where there is none they skip and say why."""
+
+import base64
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+#: of a page as it is drawn: elements of HTML that reach beyond the screen, other than in a box that scrolls
+BEYOND = """
+return [...document.querySelectorAll("body *")].filter(element => {
+  const box = element.getBoundingClientRect();
+  const isInside = element.closest("svg") && element.tagName !== "svg" || element.closest("#js-plotly-tester");
+  const scrolls = element.parentElement.closest(".scroll");
+  return !isInside && !scrolls && box.width && (box.right > innerWidth + 1 || box.left < -1);
+}).map(element => element.tagName + "." + element.className + " " + element.getBoundingClientRect().right)
+"""
+
+
+def missing() -> str:
+    """Why no browser can be used; empty where one can."""
+    if find_spec("selenium") is None:
+        return "selenium is not installed"
+    if not any(map(shutil.which, BROWSERS)):
+        return f"no browser: none of {', '.join(BROWSERS)} is installed"
+    return "" if shutil.which("chromedriver") else "chromedriver is not installed"
+
+
+@contextmanager
+def chromium() -> Iterator["Browser"]:
+    """A browser that asks nothing of another host; the test skips where there is none."""
+    reason = missing()
+    if reason:
+        pytest.skip(reason)
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = next(path for path in map(shutil.which, BROWSERS) if path)
+    for argument in (
+        "--headless=new", "--no-sandbox", "--disable-background-networking", "--disable-dev-shm-usage",
+        "--hide-scrollbars", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    ):  # fmt: skip
+        options.add_argument(argument)
+    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    try:
+        yield Browser(driver)
+    finally:
+        driver.quit()
+
+
+class Browser:
+    """One window, whose size and colours a test sets."""
+
+    def __init__(self, driver) -> None:
+        self.driver = driver
+
+    def open(self, page: Path, width: int = 1400, dark: bool = False, scripts: bool = True) -> None:
+        """Load a page from disk in a window of a width [px]."""
+        self._do("Emulation.setScriptExecutionDisabled", value=not scripts)
+        self._do("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self._do("Emulation.setEmulatedMedia", features=[scheme])
+        self.driver.get(page.as_uri())
+
+    def run(self, script: str):
+        """What a script in the page returns."""
+        return self.driver.execute_script(script)
+
+    def printed(self) -> bytes:
+        """The page on A4, as PDF."""
+        printed = self._do("Page.printToPDF", printBackground=True, paperWidth=8.27, paperHeight=11.69)
+        return base64.b64decode(printed["data"])
+
+    def print_media(self) -> None:
+        """Show the page as it is printed."""
+        self._do("Emulation.setEmulatedMedia", media="print")
+
+    def text(self, selector: str) -> str:
+        """All words of the elements that a selector finds."""
+        from selenium.webdriver.common.by import By
+
+        return " ".join(e.get_attribute("textContent") for e in self.driver.find_elements(By.CSS_SELECTOR, selector))
+
+    def _do(self, command: str, **arguments):
+        return self.driver.execute_cdp_cmd(command, arguments)
