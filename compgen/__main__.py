@@ -1,13 +1,21 @@
 """``python -m compgen`` and the command ``cgen``: signals are listened to before anything else is loaded."""
 
 import os
+import sys
 import threading
 
-from compgen.core import interrupts
+from compgen import __version__
+from compgen.cli.output import let_readers_leave
 
 
 def main() -> None:
     """Run the command line."""
+    if sys.argv[1:] == ["--version"]:  # at once: nothing else is loaded
+        let_readers_leave()
+        sys.stdout.write(f"compgen {__version__}\n")
+        sys.exit(0)
+    from compgen.core import interrupts
+
     interrupts.install_handlers()
     from compgen.cli.main import main as run_command_line
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.completion import complete_references
 from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -32,7 +33,12 @@ def anchor(
         str | None, typer.Option("--log", help="Temperature log on the touches' clock, in place of [[before]].")
     ] = None,
     reference: Annotated[
-        str | None, typer.Option("--reference", help="What rises in --log count from: start, ambient, or degC.")
+        str | None,
+        typer.Option(
+            "--reference",
+            autocompletion=complete_references,
+            help="What rises in --log count from: start, ambient, or degC.",
+        ),
     ] = None,
     output: Annotated[
         str | None,

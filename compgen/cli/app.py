@@ -72,3 +72,12 @@ def print_version(version: Annotated[bool, typer.Option("--version", help="Print
 for title, commands in SECTIONS.items():
     for name, command in zip(NAMES[title], commands):
         app.command(name, epilog=example_of(name))(command)
+
+
+def options_of_commands() -> dict[str, set[str]]:
+    """The options of each command, by its name."""
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    return {
+        name: {word for p in command.params for word in (*p.opts, *p.secondary_opts) if word.startswith("-")}
+        for name, command in commands.items()
+    }

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.completion import complete_marks
 from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -16,6 +17,7 @@ from compgen.cli.options import (
     MaxUm,
     Overrides,
     ProgramFile,
+    ProgramRobot,
     Quiet,
     RegistersFile,
     StateAge,
@@ -33,9 +35,7 @@ from compgen.core.findings import Level
 
 def correct(
     program: ProgramFile,
-    robot: Annotated[
-        str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
-    ] = None,
+    robot: ProgramRobot = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,
     before: Annotated[
@@ -61,7 +61,12 @@ def correct(
     strict: Annotated[bool, typer.Option("--strict", help="Refuse a program with unsafe statements.")] = False,
     again: Annotated[bool, typer.Option("--again", help="Take a program that is corrected already.")] = False,
     mark: Annotated[
-        str, typer.Option("--mark", help="digits, or remark: a remark line where the digits cannot carry the mark.")
+        str,
+        typer.Option(
+            "--mark",
+            autocompletion=complete_marks,
+            help="digits, or remark: a remark line where the digits cannot carry the mark.",
+        ),
     ] = "digits",
     restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,

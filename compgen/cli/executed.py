@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.completion import complete_programs
 from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -16,6 +17,7 @@ from compgen.cli.options import (
     MaxUm,
     PositionLog,
     ProgramFile,
+    ProgramRobot,
     Quiet,
     RegistersFile,
     Workers,
@@ -33,14 +35,15 @@ from compgen.core.findings import Level, first_of
 def executed(
     program: ProgramFile,
     log: PositionLog = None,
-    robot: Annotated[
-        str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
-    ] = None,
+    robot: ProgramRobot = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,
     in_world: InWorld = False,
     also: Annotated[
-        list[str] | None, typer.Option("--also", help="A program that may have been run instead; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--also", autocompletion=complete_programs, help="A program that may have been run instead; repeatable."
+        ),
     ] = None,
     max_um: MaxUm = None,
     output: Annotated[

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.completion import complete_references, complete_robots
 from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -18,11 +19,18 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Level, first_of
 
-RobotArgument = Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)]
+RobotArgument = Annotated[
+    str, typer.Argument(autocompletion=complete_robots, help="Robot name or file.", show_default=False)
+]
 Poses = Annotated[list[str] | None, typer.Option("--poses", help="CSV of joints and measured places; repeatable.")]
 Temperatures = Annotated[str | None, typer.Option("--temperatures", help="CSV log of the air and any of the nodes.")]
 ReferenceOption = Annotated[
-    str, typer.Option("--reference", help="What rises in the log count from: start (cold), ambient, or degC.")
+    str,
+    typer.Option(
+        "--reference",
+        autocompletion=complete_references,
+        help="What rises in the log count from: start (cold), ambient, or degC.",
+    ),
 ]
 Distances = Annotated[
     list[str] | None,

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.completion import complete_robots
 from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -31,7 +32,10 @@ from compgen.core.findings import Level, first_of
 def identify_motion(
     program: ProgramFile,
     log: PositionLog = None,
-    robot: Annotated[str | None, typer.Option("--robot", help="Robot name or file; [motion] goes into a copy.")] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", autocompletion=complete_robots, help="Robot name or file; [motion] goes into a copy."),
+    ] = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,
     in_world: InWorld = False,

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.completion import complete_robots
 from compgen.cli.messages import print_record
 from compgen.cli.options import FramesFile, Json, ProgramFile, Quiet, RegistersFile
 
@@ -14,7 +15,9 @@ def inspect(
     robot: Annotated[
         str | None,
         typer.Option(
-            "--robot", help="Robot name or file, for reach and limits; default: the one that the program names."
+            "--robot",
+            autocompletion=complete_robots,
+            help="Robot name or file, for reach and limits; default: the one that the program names.",
         ),
     ] = None,
     frames: FramesFile = None,

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.completion import complete_robots
 from compgen.cli.console import stdout_console
 from compgen.cli.messages import print_record
 from compgen.cli.options import Json, Quiet, output_folder
@@ -16,7 +17,9 @@ RECORD, PICTURE = "robot.json", "zero.svg"
 
 
 def inspect_robot(
-    robot: Annotated[str, typer.Argument(help="Robot name or file, e.g. m20ia", show_default=False)],
+    robot: Annotated[
+        str, typer.Argument(autocompletion=complete_robots, help="Robot name or file, e.g. m20ia", show_default=False)
+    ],
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_inspect.")
     ] = None,

@@ -12,11 +12,12 @@ from typing import Any
 import typer
 
 import compgen.cli.blas_threads  # noqa: F401  (before numpy is loaded)
-from compgen.cli.app import app
+from compgen.cli.app import app, options_of_commands
 from compgen.cli.console import UNWRAPPED
 from compgen.cli.junit import CRASHED
 from compgen.cli.messages import print_error, print_refusal
 from compgen.cli.output import let_readers_leave
+from compgen.cli.usage import usage_words
 from compgen.core import interrupts
 from compgen.core.exceptions import CompgenError
 
@@ -52,7 +53,7 @@ def _exit_code() -> int:
     except (KeyboardInterrupt, typer.Abort):
         return print_refusal("interrupted; nothing was written", 130)
     except WrongCall as failure:
-        return print_refusal(f"{failure.format_message().rstrip('.')}; see cgen --help", 2)
+        return print_refusal(usage_words(failure, sys.argv[1:], options_of_commands()), 2)
     except MemoryError:
         return print_refusal("not enough memory; make the path smaller, or raise process.chord_um", 2)
     except OSError as failure:

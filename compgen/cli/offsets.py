@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.completion import complete_jobs, complete_references
 from compgen.cli.console import stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -26,13 +27,23 @@ from compgen.core.exceptions import InputError
 
 
 def offsets(
-    path: Annotated[str, typer.Argument(help="A path file, or a FANUC program, NAME.LS", show_default=False)],
+    path: Annotated[
+        str,
+        typer.Argument(
+            autocompletion=complete_jobs, help="A path file, or a FANUC program, NAME.LS", show_default=False
+        ),
+    ],
     robot: JobRobot = None,
     state: StateFile = None,
     state_age: StateAge = None,
     log: Annotated[str | None, typer.Option("--log", help="Of a path: temperature log in place of [[before]].")] = None,
     reference: Annotated[
-        str | None, typer.Option("--reference", help="What rises in --log count from: start, ambient, or degC.")
+        str | None,
+        typer.Option(
+            "--reference",
+            autocompletion=complete_references,
+            help="What rises in --log count from: start, ambient, or degC.",
+        ),
     ] = None,
     frames: FramesFile = None,
     registers: RegistersFile = None,

@@ -6,19 +6,41 @@ from typing import Annotated
 import typer
 
 from compgen.cli import publish
+from compgen.cli.completion import complete_keys, complete_paths, complete_programs, complete_robots
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 
-PathFile = Annotated[str, typer.Argument(help="A path file, e.g. paths/spiral_1300.toml", show_default=False)]
-PathFiles = Annotated[
-    list[str], typer.Argument(metavar="PATH...", help="Path files, e.g. paths/*.toml", show_default=False)
+PathFile = Annotated[
+    str,
+    typer.Argument(autocompletion=complete_paths, help="A path file, e.g. paths/spiral_1300.toml", show_default=False),
 ]
-JobRobot = Annotated[str | None, typer.Option("--robot", help="Robot name or file; default: what the path file says.")]
+PathFiles = Annotated[
+    list[str],
+    typer.Argument(
+        autocompletion=complete_paths, metavar="PATH...", help="Path files, e.g. paths/*.toml", show_default=False
+    ),
+]
+JobRobot = Annotated[
+    str | None,
+    typer.Option(
+        "--robot", autocompletion=complete_robots, help="Robot name or file; default: what the path file says."
+    ),
+]
+ProgramRobot = Annotated[
+    str | None,
+    typer.Option(
+        "--robot", autocompletion=complete_robots,
+        help="Robot name or file; needed unless the program names its robot.",
+    ),
+]  # fmt: skip
 OutputFolder = Annotated[
     str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>.")
 ]
 Overrides = Annotated[
-    list[str] | None, typer.Option("--set", help="Override a key of the path or robot file, key=value; repeatable.")
+    list[str] | None,
+    typer.Option(
+        "--set", autocompletion=complete_keys, help="Override a key of the path or robot file, key=value; repeatable."
+    ),
 ]
 StateFile = Annotated[
     str | None, typer.Option("--state", help="What cgen anchor wrote: the robot's state, in place of history.")
@@ -48,7 +70,9 @@ Strict = Annotated[
 Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
 DEFAULT_DATE = "26-01-01"  # fixed, so that the same inputs give the same bytes
 
-ProgramFile = Annotated[str, typer.Argument(help="A FANUC program, NAME.LS", show_default=False)]
+ProgramFile = Annotated[
+    str, typer.Argument(autocompletion=complete_programs, help="A FANUC program, NAME.LS", show_default=False)
+]
 FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
 RegistersFile = Annotated[
     str | None, typer.Option("--registers", help="Position registers PR[n] at the start (.toml) or POSREG.VA.")

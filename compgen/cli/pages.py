@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.messages import print_record
-from compgen.cli.options import Json, Overrides, ProgramFile, Quiet, output_folder
+from compgen.cli.options import Json, Overrides, ProgramFile, ProgramRobot, Quiet, output_folder
 from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.exceptions import InputError
@@ -18,9 +18,7 @@ from compgen.core.files import read_regular
 
 def pages(
     program: ProgramFile,
-    robot: Annotated[
-        str | None, typer.Option("--robot", help="Robot name or file; needed unless the program names its robot.")
-    ] = None,
+    robot: ProgramRobot = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the pages; default outputs/<program>.")
     ] = None,

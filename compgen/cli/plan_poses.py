@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.completion import complete_robots
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_record
 from compgen.cli.options import DEFAULT_DATE, Date, Json, Quiet, Workers, output_folder
@@ -16,7 +17,9 @@ FARTHEST_MM = 1e5  # of what stands in a cell
 
 
 def plan_poses(
-    robot: Annotated[str, typer.Argument(help="Robot name or file.", show_default=False)],
+    robot: Annotated[
+        str, typer.Argument(autocompletion=complete_robots, help="Robot name or file.", show_default=False)
+    ],
     count: Annotated[int, typer.Option("-n", help="How many poses.")] = 50,
     box: Annotated[
         str | None,

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.completion import complete_references
 from compgen.cli.console import stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_record
@@ -58,7 +59,12 @@ def plan_touches(
     state_age: StateAge = None,
     log: Annotated[str | None, typer.Option("--log", help="Temperature log in place of [[before]].")] = None,
     reference: Annotated[
-        str | None, typer.Option("--reference", help="What rises in --log count from: start, ambient, or degC.")
+        str | None,
+        typer.Option(
+            "--reference",
+            autocompletion=complete_references,
+            help="What rises in --log count from: start, ambient, or degC.",
+        ),
     ] = None,
     frames: FramesFile = None,
     robot: JobRobot = None,

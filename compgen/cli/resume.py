@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.completion import complete_page_folders
 from compgen.cli.durations import duration
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateAge, StateFile, Workers, checked_bound
@@ -17,7 +18,12 @@ from compgen.core.findings import Level
 if TYPE_CHECKING:
     from compgen.pipelines.job import Job
 
-PagesFolder = Annotated[str, typer.Argument(help="The folder that cgen generate wrote pages into.", show_default=False)]
+PagesFolder = Annotated[
+    str,
+    typer.Argument(
+        autocompletion=complete_page_folders, help="The folder that cgen generate wrote pages into.", show_default=False
+    ),
+]
 JobPath = Annotated[
     str | None, typer.Option("--path", help="Where the path file is now; default where it was, seen from here.")
 ]

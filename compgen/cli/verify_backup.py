@@ -5,12 +5,18 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.completion import complete_programs
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import Json, Quiet
 
 
 def verify_backup(
-    written: Annotated[str, typer.Argument(help="The program that was loaded, or its folder.", show_default=False)],
+    written: Annotated[
+        str,
+        typer.Argument(
+            autocompletion=complete_programs, help="The program that was loaded, or its folder.", show_default=False
+        ),
+    ],
     backup: Annotated[
         str, typer.Argument(help="What the controller saved as ASCII: NAME.LS, or the folder.", show_default=False)
     ],

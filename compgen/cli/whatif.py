@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli import study_journal
+from compgen.cli.completion import complete_keys, complete_paths, complete_questions
 from compgen.cli.figure_files import FiguresOption, with_figures
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -32,16 +33,23 @@ from compgen.cli.study_folder import QUESTIONS, RECORD, own_files, study_folder
 def whatif(
     path: PathFile,
     vary: Annotated[
-        list[str] | None, typer.Option("--vary", help="KEY=V1,V2,... or KEY=FROM:TO:COUNT; repeat for a grid.")
+        list[str] | None,
+        typer.Option(
+            "--vary", autocompletion=complete_keys, help="KEY=V1,V2,... or KEY=FROM:TO:COUNT; repeat for a grid."
+        ),
     ] = None,
     scenario_list: Annotated[
         str | None, typer.Option("--list", help="CSV with keys as header, a scenario a row.")
     ] = None,
     correct: Annotated[bool, typer.Option("--correct", help="Correct and prove each scenario as well.")] = False,
-    questions: Annotated[list[str] | None, typer.Option("--ask", help=f"{', '.join(QUESTIONS)}; repeatable.")] = None,
+    questions: Annotated[
+        list[str] | None,
+        typer.Option("--ask", autocompletion=complete_questions, help=f"{', '.join(QUESTIONS)}; repeatable."),
+    ] = None,
     within_um: Annotated[float, typer.Option("--within-um", help="The X of the questions [um].")] = 5.0,
     pass_paths: Annotated[
-        list[str] | None, typer.Option("--pass", help="Path files of the passes, for passes.")
+        list[str] | None,
+        typer.Option("--pass", autocompletion=complete_paths, help="Path files, for passes."),
     ] = None,
     feeds: Annotated[str | None, typer.Option("--feeds", help="Feeds for passes, mm/s: 20,100,200.")] = None,
     cluster: Annotated[

@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
+from compgen.core.near_files import near_file
 
 DEEPEST = 20  # levels of tables and lists in each other; a thousand of them would exceed Python's own limit
 
@@ -66,12 +67,15 @@ def read_toml_text(source: Path, folder: str, mend: str = "") -> TomlText:
     Raises:
         InputError: It is not there, not readable or not TOML.
     """
+    if source.suffix.lower() == ".ls" and source.is_file():
+        raise InputError(f"{source}: a FANUC program, and a TOML file is wanted; cgen correct and cgen inspect take it")
     try:
         content = read_regular(source, MOST_TABLE_BYTES)
         return TomlText(tomllib.loads(content.decode("utf-8-sig")), content)
     except FileNotFoundError:
         known = sorted(p.stem for p in (shipped() / folder).glob("*.toml"))
-        mend = mend or f"'cgen init' lays down {', '.join(known)}"
+        near = near_file(source, folder)
+        mend = f"did you mean {near}?" if near else mend or f"'cgen init' lays down {', '.join(known)}"
         raise InputError(f"{source}: no such file; {mend}") from None
     except UnicodeDecodeError:
         raise InputError(f"{source}: cannot be read: it is not UTF-8 text; give a TOML file") from None

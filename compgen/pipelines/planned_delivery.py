@@ -47,8 +47,8 @@ def deliver_planned(planned: Planned, date: str = DATE) -> tuple[Planned, Delive
         require_equal(delivered.program, program)
     else:
         delivered = _deliver_pages(planned, program)
-    said = size_findings(job, delivered, planned.page_stops)
-    return replace(planned, findings=(*said, *planned.findings)), delivered
+    notes = size_findings(job, delivered, planned.page_stops)
+    return replace(planned, findings=(*notes, *planned.findings)), delivered
 
 
 def _deliver_pages(planned: Planned, program: Program) -> Delivery:

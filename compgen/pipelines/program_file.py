@@ -8,6 +8,7 @@ from pathlib import Path
 
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
+from compgen.core.near_files import near_file
 from compgen.fanuc import loads
 from compgen.fanuc.analysis.marked_program import is_marked
 from compgen.fanuc.frames import Frames, default_frames, load_frames
@@ -17,8 +18,14 @@ from compgen.robot.robot import Robot
 
 def read_program(program: str) -> bytes:
     """A program file's bytes."""
+    if program.lower().endswith(".toml"):
+        raise InputError(f"{program}: not a program listing (.LS); cgen generate, predict and check take path files")
     try:
         return read_regular(program)
+    except FileNotFoundError:
+        near = near_file(Path(program))
+        mend = f"did you mean {near}?" if near else "give a program listing (.LS)"
+        raise InputError(f"{program}: no such file; {mend}") from None
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         raise InputError(f"{program}: cannot be read: {reason}; give a program listing (.LS)") from None

@@ -1,5 +1,6 @@
 """What every command has in common: wrong use is one line, and the help needs no arguments."""
 
+import json
 import os
 import subprocess
 import sys
@@ -25,7 +26,36 @@ def test_no_arguments_show_the_help():
 
 
 def test_wrong_use_names_the_help():
-    assert run("pages").stderr == "cgen: Missing argument 'program'; see cgen --help\n"
+    assert run("pages").stderr == "cgen: Missing argument 'program'; see cgen pages --help\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["chek", "paths/line_y.toml"], "No such command 'chek'. Did you mean 'check'"),
+        (["check", "--wokers", "2", "paths/line_y.toml"], "did you mean --workers?; see cgen check --help"),
+        (["--json", "check", "paths/line_y.toml"], "behind it: cgen check ... --json"),
+        (["generate", "paths/line_y.toml", "--junit", "x"], "--junit; cgen check have it"),
+        (["paths/line_y.toml", "generate"], "the command comes first: cgen generate paths/line_y.toml"),
+        (["PART.LS"], "the command comes first: cgen inspect PART.LS"),
+        (["check", "paths/lin_y.toml"], "no such file; did you mean paths/line_y.toml?"),
+        (["check", "paths/line_y.tml"], "no such file; did you mean paths/line_y.toml?"),
+        (["check", "line_y"], "no such file; did you mean paths/line_y.toml?"),
+        (["check", "paths/quite_another.toml"], "no such file; 'cgen init' lays down"),
+        (["check", "nowhere/quite_another.toml"], "no such file; 'cgen init' lays down"),
+        (["inspect", "tests/golden/MOVS.LS"], "no such file; did you mean tests/golden/MOVES.LS?"),
+        (["correct", "paths/line_y.toml"], "cgen generate, predict and check take path files"),
+        (["check", "tests/golden/MOVES.LS"], "cgen correct and cgen inspect take it"),
+        (["check", "paths/line_y.toml", "--set"], "'--set' requires an argument"),
+        (["check", "paths/line_y.toml", "--workers", "-1"], "--workers"),
+        (["check", "paths/line_y.toml", "--max-um", "nan"], "--max-um nan: must be 0.001 to 1e+06 um"),
+    ],
+)
+def test_wrong_use_names_what_is_near(arguments, words):
+    done = run(*arguments)
+    refused(done, 2, words)
+    assert len(done.stderr) <= 301
+    assert done.stdout == "" or json.loads(done.stdout)["exit_code"] == 2
 
 
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["inspect", "tests/golden/MOVES.LS", "--json"]])

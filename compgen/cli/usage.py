@@ -1,0 +1,52 @@
+"""Wrong use in one line: what is wrong, what is near, and where the help is."""
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+CLOSE = 0.7  # of the letters
+PATH_COMMAND, PROGRAM_COMMAND = "check", "inspect"  # what to do with a file that stands alone
+
+
+def usage_words(failure: Exception, arguments: Sequence[str], options: dict[str, set[str]]) -> str:
+    """What a wrong call is answered with.
+
+    Args:
+        failure: What the parser says.
+        arguments: As typed.
+        options: Of each command by its name.
+    """
+    context = getattr(failure, "ctx", None)
+    place = getattr(context, "command_path", "") or "cgen"
+    command = place.removeprefix("cgen").strip()
+    message = str(getattr(failure, "message", "")) or str(failure)
+    option = str(getattr(failure, "option_name", ""))
+    if message.startswith("No such option"):
+        message = f"No such option: {option}{_about_option(option, command, arguments, options)}"
+    elif message.startswith("No such command") and not command:
+        message = f"{message.rstrip('.')}{_about_file(arguments, options)}"
+    else:
+        message = getattr(failure, "format_message", failure.__str__)()
+    return f"{message.rstrip('.')}; see {place} --help"
+
+
+def _about_option(option: str, command: str, arguments: Sequence[str], options: dict[str, set[str]]) -> str:
+    """What was meant by an option that a command does not have."""
+    others = [name for name, known in options.items() if option in known]
+    if not command and others:
+        called = next((word for word in arguments if word in others), others[0])
+        return f" before the command; it goes behind it: cgen {called} ... {option}"
+    near = get_close_matches(option, sorted(options.get(command, set())), 1, CLOSE)
+    if near and not others:
+        return f"; did you mean {near[0]}?"
+    return f"; cgen {', '.join(others[:4])}{' and others' * (len(others) > 4)} have it" if others else ""
+
+
+def _about_file(arguments: Sequence[str], options: dict[str, set[str]]) -> str:
+    """That the command comes before the file."""
+    file = arguments[0] if arguments else ""
+    kinds = {".toml": PATH_COMMAND, ".ls": PROGRAM_COMMAND}
+    wanted = next((name for ending, name in kinds.items() if file.lower().endswith(ending)), None)
+    if wanted is None:
+        return ""
+    called = next((word for word in arguments[1:] if word in options), wanted)
+    return f"; the command comes first: cgen {called} {file}"
