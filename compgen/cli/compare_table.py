@@ -6,7 +6,7 @@ from rich.text import Text
 from compgen.cli.console import stdout_console
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.report.compare_record import cell, change_of, headline, label_of, printed_unit
-from compgen.report.key_words import unit_of
+from compgen.report.key_words import ascii_units, unit_of
 
 
 def show_comparison(comparison: Comparison, files: str = "") -> None:
@@ -36,7 +36,7 @@ def _inputs(pairs: tuple[Pair, ...]) -> Table:
     table = _table("inputs that changed", "key")
     table.add_column("unit")
     for pair in pairs:
-        table.add_row(pair.key, cell(pair.a, pair.key), cell(pair.b, pair.key), _ascii(unit_of(pair.key)))
+        table.add_row(pair.key, cell(pair.a, pair.key), cell(pair.b, pair.key), ascii_units(unit_of(pair.key)))
     return table
 
 
@@ -52,7 +52,7 @@ def _numbers(title: str, pairs: tuple[Pair, ...]) -> Table:
             change_of(pair),
             printed_unit(pair.key),
         )
-        table.add_row(*map(_ascii, row))
+        table.add_row(*map(ascii_units, row))
     return table
 
 
@@ -62,8 +62,3 @@ def _table(title: str, first: str) -> Table:
     for letter in ("A", "B"):
         table.add_column(letter, justify="right")
     return table
-
-
-def _ascii(text: str) -> str:
-    """Units as the other tables of the command line write them."""
-    return text.replace("µ", "u").replace("–", "-").replace("°", "deg").replace("²", "2").replace("³", "3")

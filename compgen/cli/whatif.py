@@ -98,7 +98,7 @@ def whatif(
     living = sliders(path, robot, overrides, quiet or as_json, study is None and not answers) if live else NONE
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
     base = base_job(path, robot, overrides)
-    files = study_files(path, overrides, study, rows, answers, base, of_page, living)
+    files = study_files(path, overrides, study, rows, answers, base, of_page, living, max_um)
     reports = with_figures(folder, files, figures)
     share_script(folder, of_page)
     publish(folder, journal, reports, {*reports, *(own_files() if fresh else journal)})

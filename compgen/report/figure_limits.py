@@ -1,8 +1,18 @@
 """Limits in figures: dashed lines with the words of what they are."""
 
+from dataclasses import dataclass
 from typing import Any
 
 LIMIT = "#b91c1c"
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A size that an error is judged by."""
+
+    label: str  # what says so, with the size and its unit
+    um: float
+    is_asked: bool = False  # on the command line, for whatever is computed; else a bound of what is corrected
 
 
 def limit_label(text: str, y: float, axis_number: str = "") -> dict[str, Any]:

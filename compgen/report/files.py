@@ -58,18 +58,21 @@ def correction_files(
 
 def study_files(
     path: str, overrides: Sequence[str], study: Study | None, rows: list[Row], answers: list[Answer],
-    base: Job | None, options: PageOptions = PLAIN, live: LiveSection = NONE,
+    base: Job | None, options: PageOptions = PLAIN, live: LiveSection = NONE, max_um: float | None = None,
 ) -> dict[str, bytes]:  # fmt: skip
     """The tables and the page of a study of a path file, and of the answers to its questions.
 
-    ``base`` is the job that all scenarios share, None where none can be read without their values.
+    ``base`` is the job that all scenarios share, None where none can be read without their values; ``max_um`` is the
+    largest error allowed [um], where the command line says one.
     """
     sentences = study_sentences(study, rows, answers)
     return {
         "whatif.json": study_json(path, overrides, study, rows, sentences, base, live.record),
         **({"whatif.csv": study_csv(study, rows)} if study is not None else {}),
         **{f"{answer.key}.csv": answer_csv(answer) for answer in answers},
-        "whatif.html": study_html(f"What if: {PurePath(path).stem}", study, rows, answers, base, options, live.html),
+        "whatif.html": study_html(
+            f"What if: {PurePath(path).stem}", study, rows, answers, base, options, live.html, max_um
+        ),
     }
 
 

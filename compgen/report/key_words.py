@@ -14,14 +14,14 @@ WORDS = {
     "bounds.max": "bound of the largest error",
     "bounds.p99": "bound of the 99th percentile",
     "bounds.rms": "bound of the rms error",
-    "before_max": "largest error before",
-    "before_p99": "99th percentile before",
-    "before_rms": "rms error before",
-    "before_normal_max": "largest normal error before",
-    "after_max": "largest error after",
-    "after_p99": "99th percentile after",
-    "after_rms": "rms error after",
-    "after_normal_max": "largest normal error after",
+    "before_max": "before max",
+    "before_p99": "before p99",
+    "before_rms": "before rms",
+    "before_normal_max": "before normal max",
+    "after_max": "after max",
+    "after_p99": "after p99",
+    "after_rms": "after rms",
+    "after_normal_max": "after normal max",
     "band": "may be off beside that (95 %)",
     "index": "scenario",
     "start_window": "start window",
@@ -43,7 +43,7 @@ WORDS = {
     "to_go": "still to come",
     "of_largest": "of the largest error",
     "own_largest": "its own largest",
-    "hours": "time",
+    "hours": "time [h]",
 }
 #: tables whose keys say enough without them
 PLAIN = {"path", "robot", "process", "thermal", "compensation", "sources", "options", "timing", "program", "runs"}
@@ -81,11 +81,11 @@ def title_of(key: str) -> str:
     return f"{words_of(key)} [{unit}]" if unit else words_of(key)
 
 
-def value_of(key: str, value: object) -> str:
-    """A value of a key in words, with its unit."""
-    unit = unit_of(key)
-    number = f"{value:g}" if isinstance(value, float) else str(value)
-    return f"{number} {unit}" if unit else number
+def ascii_units(text: str) -> str:
+    """Units in a text as the command line writes them."""
+    for sign, letters in (("µ", "u"), ("°", "deg"), ("²", "2"), ("³", "3"), ("–", "-")):
+        text = text.replace(sign, letters)
+    return text
 
 
 def capital(text: str) -> str:

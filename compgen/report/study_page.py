@@ -1,119 +1,142 @@
-"""A study as one page: curves of the error against what was varied, and answers."""
+"""A study as one page: the error against what was varied, maps over two keys, answers, and every scenario."""
 
 from html import escape
-from typing import Any
 
-import numpy as np
-
+from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study
-from compgen.report.figure import COOL, GREY, LINES, WARM, Figure, axis, figure, spans, trace
-from compgen.report.figure_words import curves_in_words
-from compgen.report.inputs import job_inputs
+from compgen.report.answer_figures import TITLES, answer_figure
+from compgen.report.figure_limits import Limit
+from compgen.report.inputs import Inputs, job_inputs
+from compgen.report.key_words import capital, title_of, words_of
 from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
+from compgen.report.study_figures import curves, error_map
+from compgen.report.study_grid import Grid, grid_of, plain
 from compgen.report.study_tables import band_caveat, column_names, headline
 from compgen.report.table import table
 
-TITLES = {
-    "warmup": "Drift within one program after a warm-up",
-    "validity": "What a late start, or another ambient, adds to one corrected file",
-    "contributions": "Where the error comes from",
-    "steady": "The way to the steady state",
-    "passes": "Orders and feeds of the passes",
-}
 MOST_ROWS = 500  # of the table on the page; the CSV file has all
 
 
 def study_html(
     title: str, study: Study | None, rows: list[Row], answers: list[Answer], base: Job | None = None,
-    options: PageOptions = PLAIN, live: str = "",
+    options: PageOptions = PLAIN, live: str = "", max_um: float | None = None,
 ) -> bytes:  # fmt: skip
     """One page, the same bytes for the same inputs.
 
-    ``base`` is the job that all scenarios share, ``live`` the part of the page that lives.
+    Args:
+        title: Its name.
+        study: None where only questions were asked.
+        rows: Of its scenarios.
+        answers: To the questions.
+        base: The job that all scenarios share; None where none can be read without their values.
+        options: Of the page.
+        live: The part of the page that lives, as HTML.
+        max_um: The largest error allowed [um], where the command line says one.
     """
-    opening, body = "".join(verdict("predicted", escape(a.sentence)) for a in answers), ""
-    if study is not None and study.scenarios:
-        opening = verdict("predicted", escape(headline(study, rows))) + opening
-    opening += f'<p class="lead">{escape(band_caveat(rows))}</p>'
-    if study is not None and study.scenarios:
-        body += "".join(
-            figure_section(f"Error against {escape(key)}", error_against(study, rows, key), f"vary{n}")
-            for n, key in enumerate(study.keys)
-        )
+    has_scenarios = study is not None and bool(study.scenarios)
+    sentences = [headline(study, rows)] if study is not None and has_scenarios else []
+    sentences += [answer.sentence for answer in answers]
+    opening = "".join(verdict("predicted", escape(capital(_printed(sentence)))) for sentence in sentences)
+    opening += f'<p class="lead">{escape(capital(_printed(band_caveat(rows))))}</p>'
+    body, inputs = "", None if base is None else job_inputs(base)
+    if study is not None and has_scenarios:
+        grid = grid_of(study.keys, rows)
+        body += _figures(grid, study, _limit(study, base, max_um))
+        inputs = (inputs or Inputs()).with_rows(("varied", _varied(grid)))
     for answer in answers:
         body += figure_section(TITLES[answer.key], answer_figure(answer), answer.key)
     body += live
-    if study is not None and study.scenarios:
-        body += _table(study, rows)
-    return page(title, body, opening, None if base is None else job_inputs(base), options=options)
+    if study is not None and has_scenarios:
+        body += _scenarios(study, grid, rows)
+    return page(title, body, opening, inputs, options=options)
 
 
-def error_against(study: Study, rows: list[Row], key: str) -> Figure:
-    """The largest error over the values of one key, a curve for each combination of the others."""
-    traces = []
-    done = [r for r in rows if r["state"] == "done"]
-    numbers = [_number(r[key]) for r in done]
-    numeric = all(n is not None for n in numbers)
-    others = [k for k in study.keys if k != key]
-    groups: dict[str, list[tuple[Any, Row]]] = {}
-    for number, row in zip(numbers, done):
-        name = ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in others)
-        groups.setdefault(name, []).append((number if numeric else str(row[key]), row))
-    for n, (name, points) in enumerate(groups.items()):
-        points.sort(key=lambda p: p[0])
-        line_colour = LINES[n % len(LINES)]
-        for side, dash, colour in (("before", "solid", WARM if not others else line_colour), ("after", "dot", COOL)):
-            shown = [(x, r[f"{side}_max_um"]) for x, r in points if f"{side}_max_um" in r]
-            if shown:
-                look = {"name": f"{side} {name}".strip(), "line": {"color": colour, "dash": dash, "width": 1.5}}
-                mode = "lines+markers" if len(shown) < 60 else "lines"
-                xy = ([p[k] for p in shown] for k in range(2))
-                traces.append(trace("scatter", *xy, mode=mode, showlegend=n < 12, **look))
-    alt = curves_in_words(f"Largest error against {key}", traces, "µm")
-    return figure(traces, 380, alt, xaxis=axis(key), yaxis=axis("largest error [µm]", rangemode="tozero"))
+def _figures(grid: Grid, study: Study, limit: Limit | None) -> str:
+    """A figure over each key that has more than one value, and a map over the first two for each side of the error."""
+    body = ""
+    if not grid.done:
+        return body
+    for n, key in enumerate(study.keys):
+        if key in grid.varied or len(study.keys) == 1:
+            drawn, held = curves(grid, key, limit)
+            body += figure_section(f"Largest error against {escape(words_of(key))}", drawn, f"vary{n}", _note(held))
+    if len(grid.varied) >= 2:
+        y, x = sorted(grid.varied[:2], key=lambda key: len(grid.values(key)))  # the longer one along the page
+        for side in grid.sides:
+            judged = limit if side == "after" or (limit is not None and limit.is_asked) else None
+            drawn, held = error_map(grid, x, y, side, judged)
+            heading = f"Largest error {side}, over {escape(words_of(x))} and {escape(words_of(y))}"
+            body += figure_section(heading, drawn, f"map_{side}", _note(held))
+    return body
 
 
-def _number(value: Any) -> float | None:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
+def _limit(study: Study, base: Job | None, max_um: float | None) -> Limit | None:
+    """The bound that every scenario shares; None where there is none, or it is varied itself."""
+    if max_um is not None:
+        return Limit(f"--max-um {max_um:g} µm", max_um, is_asked=True)
+    if base is None or base.bounds.max is None or "bounds.max_um" in study.keys:
         return None
+    size = base.bounds.max / UM
+    return Limit(f"bound of the path file {size:.6g} µm", size)
 
 
-def answer_figure(answer: Answer) -> Figure:
-    """The curve, or the bars, behind an answer."""
-    if answer.key == "contributions":
-        bars = (("of the largest error", WARM), ("its own largest", GREY))
-        traces = [
-            trace("bar", list(answer.labels), np.round(answer.table[:, k], 3), marker={"color": colour}, name=name)
-            for k, (name, colour) in enumerate(bars, 1)
-        ]
-        return figure(traces, 380, curves_in_words(TITLES[answer.key], traces, "µm"), yaxis=axis("µm"))
-    if answer.key == "passes":
-        text = [f"{w}, {f:g} mm/s" for w, f in zip(answer.labels, answer.table[:, 0])]
-        xy = (np.round(answer.table[:, k], 4) for k in (1, 2))
-        points = trace("scatter", *xy, mode="markers", text=text, marker={"color": WARM})
-        alt = curves_in_words(TITLES[answer.key], [points], "µm")
-        return figure([points], 380, alt, xaxis=axis("minutes"), yaxis=axis("error_um"))
-    side_by_side = answer.key == "validity"  # two plots
-    pairs = [(0, 1), (2, 3)] if side_by_side else [(0, k) for k in range(1, len(answer.columns))]
-    traces, axes = [], {"yaxis": axis("µm", rangemode="tozero", anchor="x", domain=[0.0, 1.0])}
-    for n, (x, y) in enumerate(pairs):
-        known = ~np.isnan(answer.table[:, x])
-        which = "2" if side_by_side and n else ""
-        xy = (np.round(answer.table[known, k], 4) for k in (x, y))
-        look = {"name": answer.columns[y], "line": {"color": LINES[n], "width": 1.5}}
-        traces.append(trace("scatter", *xy, xaxis=f"x{which}", yaxis=f"y{which}", **look))
-        span = spans(2, 0.05)[n] if side_by_side else [0.0, 1.0]
-        axes[f"xaxis{which}"] = axis(answer.columns[x], anchor=f"y{which}", domain=span)
-    if side_by_side:
-        axes["yaxis2"] = {"anchor": "x2", "domain": [0.0, 1.0], "matches": "y", "showticklabels": False}
-    return figure(traces, 380, curves_in_words(TITLES[answer.key], traces, ""), **axes)
+def _varied(grid: Grid) -> str:
+    parts = []
+    for key in grid.keys:
+        values = [plain(value) for value in grid.values(key)]
+        few = ", ".join(values) if len(values) <= 8 else f"{values[0]} to {values[-1]}, {len(values)} values"
+        parts.append(f"{title_of(key)}: {few}")
+    return "; ".join(parts)
 
 
-def _table(study: Study, rows: list[Row]) -> str:
-    names = [n for n in column_names(study, rows) if not n.startswith("start_") or n == "start_window_s"]
-    cells = [[escape(str(row.get(name, ""))) for name in names] for row in rows[:MOST_ROWS]]
-    more = f"<p class=lead>{len(rows) - MOST_ROWS} more in the CSV file</p>" if len(rows) > MOST_ROWS else ""
-    return section("Scenarios", table([escape(name) for name in names], cells) + more)
+def _note(text: str) -> str:
+    return f'<p class="lead">{escape(text)}</p>' if text else ""
+
+
+def _printed(text: str) -> str:
+    return text.replace(" um", " µm")
+
+
+def _scenarios(study: Study, grid: Grid, rows: list[Row]) -> str:
+    """Every scenario in words, the largest error first and in bold; then those that failed, by reason."""
+    hidden = ("state", "reason", *(name for row in rows for name in row if name.startswith("start_")))
+    names = [n for n in column_names(study, grid.done) if n not in hidden or n == "start_window_s"]
+    text = ""
+    if grid.done:
+        side = grid.sides[-1]
+        ranked = sorted(grid.done, key=lambda row: (-row.get(f"{side}_max_um", 0.0), row["index"]))
+        cells = [[_cell(grid, row, name) for name in names] for row in ranked[:MOST_ROWS]]
+        cells[0] = [f"<strong>{cell}</strong>" for cell in cells[0]]
+        words = [n for n, name in enumerate(names) if name in grid.keys and name not in grid.numeric]
+        more = f"; {len(ranked) - MOST_ROWS} more are in the CSV file" if len(ranked) > MOST_ROWS else ""
+        lead = f"The largest error {side} first{more}. All digits: "
+        text = f'<p class="lead">{lead}<a href="whatif.csv">whatif.csv</a>.</p>'
+        text += table([escape(title_of(name)) for name in names], cells, words)
+    columns = "".join(f"<dt><code>{escape(name)}</code></dt><dd>{escape(title_of(name))}</dd>" for name in names)
+    legend = f"<details><summary>Columns of whatif.csv</summary><dl>{columns}</dl></details>"
+    return section("Scenarios", f"{text}{_failed(grid)}{legend}")
+
+
+def _failed(grid: Grid) -> str:
+    """The scenarios without an error, those with one reason together."""
+    reasons: dict[str, list[str]] = {}
+    for row in grid.failed:
+        reasons.setdefault(str(row["reason"]), []).append(str(row["index"]))
+    lines = "".join(
+        f'<li class="outside">failed: scenario{"s" if len(which) > 1 else ""} {", ".join(which)}: {escape(reason)}</li>'
+        for reason, which in reasons.items()
+    )
+    return f'<ul class="findings">{lines}</ul>' if lines else ""
+
+
+def _cell(grid: Grid, row: Row, name: str) -> str:
+    """A value as the table shows it; the CSV file has all its digits."""
+    if name in grid.keys:
+        return escape(plain(grid.value(row, name)))
+    value = row.get(name, "")
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.2f}" if name.endswith(("_um", "_s")) else f"{value:.6g}"
+    return escape(str(value))

@@ -13,6 +13,8 @@ from compgen.core.csv_table import text_cell
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.band_words import NO_BAND, rounded
+from compgen.report.key_words import ascii_units, words_of
+from compgen.report.study_grid import grid_of, in_words
 
 
 def study_csv(study: Study, rows: list[Row]) -> bytes:
@@ -103,10 +105,11 @@ def headline(study: Study, rows: list[Row]) -> str:
     text = f"{len(rows)} scenarios" + (f", {failed} failed" if failed else "")
     if not done:
         return text
+    grid = grid_of(study.keys, rows)
     low, high = (f(done, key=lambda r: (r["before_max_um"], r["index"])) for f in (min, max))
 
     def at(row: Row) -> str:
-        return ", ".join(f"{k.split('.')[-1]} = {row[k]}" for k in study.keys)
+        return ascii_units(", ".join(f"{words_of(k)} {in_words(k, grid.value(row, k))}" for k in study.keys))
 
     text += f": error {low['before_max_um']:.1f} um ({at(low)}) to {high['before_max_um']:.1f} um ({at(high)})"
     if any("after_max_um" in r for r in done):

@@ -32,6 +32,7 @@ class Answer:
     columns: tuple[str, ...]  # names with units; the first is the abscissa
     table: Array  # (R, C)
     labels: tuple[str, ...] = ()  # of rows, where they are no numbers
+    limit: float | None = None  # [m] that the question is about; None where it is about none
 
 
 def warmup(job: Job, limit: float) -> Answer:
@@ -62,7 +63,7 @@ def warmup(job: Job, limit: float) -> Answer:
         sentence = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
     else:
         sentence = f"warm up {needed:.2f} h{feed}: drift within one program then stays below {limit / UM:g} um"
-    return Answer("warmup", sentence, ("warmup_h", "drift_um"), table)
+    return Answer("warmup", sentence, ("warmup_h", "drift_um"), table, limit=limit)
 
 
 def validity(job: Job, limit: float) -> Answer:
@@ -94,7 +95,9 @@ def validity(job: Job, limit: float) -> Answer:
     )
     rows = [[m, off / UM, np.nan, np.nan] for m, off in zip(minutes, delays)]
     rows += [[np.nan, np.nan, k, off / UM] for k, off in zip(kelvins, offs)]
-    return Answer("validity", sentence, ("delay_min", "late_um", "ambient_K", "ambient_um"), np.array(rows))
+    return Answer(
+        "validity", sentence, ("delay_min", "late_um", "ambient_K", "ambient_um"), np.array(rows), limit=limit
+    )
 
 
 def contributions(job: Job, limit: float) -> Answer:
@@ -145,7 +148,7 @@ def steady(job: Job, limit: float) -> Answer:
         f"{end / UM:.1f} um after {near:.1f} h"
     )
     table = np.column_stack([hours, errors / UM, gaps / UM])
-    return Answer("steady", sentence, ("hours", "error_um", "to_go_um"), table)
+    return Answer("steady", sentence, ("hours", "error_um", "to_go_um"), table, limit=limit)
 
 
 def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job], limit: float) -> Answer:
@@ -183,7 +186,7 @@ def passes(jobs: list[Job], feeds: list[float], plan: Callable[[Job, float], Job
     )
     labels = tuple(" > ".join(jobs[n].name for n in f[1]) for f in candidates)
     table = np.array([[f[0] / MM, f[3] / MINUTE, f[2] / UM] for f in candidates])
-    return Answer("passes", sentence, ("feed_mm_s", "minutes", "error_um"), table, labels)
+    return Answer("passes", sentence, ("feed_mm_s", "minutes", "error_um"), table, labels, limit)
 
 
 ASKS: dict[str, Callable[[Job, float], Answer]] = {

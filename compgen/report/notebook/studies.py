@@ -14,7 +14,9 @@ from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study, build, run
 from compgen.pipelines.study.answers import answer_questions, base_job, check_study
+from compgen.report.answer_figures import TITLES, answer_figure
 from compgen.report.files import study_files, study_sentences
+from compgen.report.key_words import words_of
 from compgen.report.notebook.arguments import (
     File,
     Overrides,
@@ -32,7 +34,7 @@ from compgen.report.notebook.arguments import (
 )
 from compgen.report.notebook.machine import logger, numpy_alone
 from compgen.report.notebook.tables import data_frame, plotly_figure
-from compgen.report.study_page import TITLES, answer_figure, error_against
+from compgen.report.study_figures import error_against
 from compgen.report.study_tables import column_names
 
 MAX_PROCESSES = 1024
@@ -93,7 +95,7 @@ class StudyResult:
         keys = self.study.keys if self.study is not None else ()
         figures = {key: error_against(self.study, list(self.rows), key) for key in keys if self.study is not None}
         figures |= {answer.key: answer_figure(answer) for answer in self.answers}
-        titles = {**{key: f"Error against {key}" for key in keys}, **TITLES}
+        titles = {**{key: f"Largest error against {words_of(key)}" for key in keys}, **TITLES}
         return plotly_figure(figures, titles, next(iter(figures)) if which is None and figures else which)
 
     def files(self) -> dict[str, bytes]:

@@ -1,0 +1,101 @@
+"""The curve, or the bars, behind an answer to a question about a path's warmth."""
+
+from typing import Any
+
+import numpy as np
+
+from compgen.core.units import UM
+from compgen.pipelines.study import Answer
+from compgen.report.figure import COOL, GREY, WARM, Figure, Trace, axis, figure, horizontal_line, spans, trace
+from compgen.report.figure_limits import limit_label
+from compgen.report.figure_words import curves_in_words, rounded_number
+from compgen.report.key_words import title_of, words_of
+
+TITLES = {
+    "warmup": "Drift within one program after a warm-up",
+    "validity": "What a late start, or another ambient, adds to one corrected file",
+    "contributions": "Where the error comes from",
+    "steady": "The way to the steady state",
+    "passes": "Orders and feeds of the passes",
+}
+HEIGHT = 400
+_LOOKS = ((WARM, "solid"), (COOL, "dash"))  # of the curves of one plot
+
+
+def answer_figure(answer: Answer) -> Figure:
+    """The curve, or the bars, behind an answer, with the limit that it is about."""
+    if answer.key == "contributions":
+        return _contributions(answer)
+    return _passes(answer) if answer.key == "passes" else _curves(answer)
+
+
+def _curves(answer: Answer) -> Figure:
+    """Columns over the first; of two abscissas, in plots side by side."""
+    side_by_side = answer.key == "validity"
+    pairs = [(0, 1), (2, 3)] if side_by_side else [(0, k) for k in range(1, len(answer.columns))]
+    traces: list[Trace] = []
+    axes: dict[str, Any] = {}
+    for n, (x, y) in enumerate(pairs):
+        known = ~np.isnan(answer.table[:, x])
+        which = "2" if side_by_side and n else ""
+        colour, dash = _LOOKS[n]
+        xy = (np.round(answer.table[known, k], 4) for k in (x, y))
+        look = {"name": words_of(answer.columns[y]), "line": {"color": colour, "width": 1.8, "dash": dash}}
+        traces.append(trace("scatter", *xy, xaxis=f"x{which}", yaxis=f"y{which}", **look))
+        span = spans(2, 0.08)[n] if side_by_side else [0.0, 1.0]
+        axes[f"xaxis{which}"] = axis(title_of(answer.columns[x]), anchor=f"y{which}", domain=span)
+    title = f"{words_of(answer.columns[1])} [µm]" if len(answer.columns) == 2 else "error [µm]"
+    axes["yaxis"] = axis(title, rangemode="tozero", anchor="x", domain=[0.0, 1.0])
+    if side_by_side:
+        axes["yaxis2"] = {"anchor": "x2", "domain": [0.0, 1.0], "matches": "y", "showticklabels": False}
+    alt = curves_in_words(TITLES[answer.key], traces, "µm")
+    lines = _limit(answer, ("", "2") if side_by_side else ("",))
+    return figure(traces, HEIGHT, alt, showlegend=len(traces) > 1, **lines, **axes)
+
+
+def _contributions(answer: Answer) -> Figure:
+    bars = ((1, WARM, ""), (2, GREY, "/"))
+    traces = [
+        trace(
+            "bar", list(answer.labels), np.round(answer.table[:, k], 3), name=words_of(answer.columns[k]),
+            marker={"color": colour, "pattern": {"shape": shape}},
+        )
+        for k, colour, shape in bars
+    ]  # fmt: skip
+    alt = curves_in_words(TITLES[answer.key], traces, "µm")
+    return figure(traces, HEIGHT, alt, yaxis=axis("error [µm]"), xaxis={"automargin": True})
+
+
+def _passes(answer: Answer) -> Figure:
+    """A point for each order and feed, how long it takes and how large its error gets, by whether it is within."""
+    minutes, error = answer.table[:, 1], answer.table[:, 2]
+    within = np.ones(len(error), bool) if answer.limit is None else error <= answer.limit / UM
+    text = np.array([f"{order}, {feed:g} mm/s" for order, feed in zip(answer.labels, answer.table[:, 0])], dtype=object)
+    traces = [
+        trace(
+            "scatter", np.round(minutes[rows], 4), np.round(error[rows], 4), mode="markers", name=name,
+            text=text[rows].tolist(), marker={"color": colour, "symbol": symbol, "size": 9},
+            hovertemplate="%{text}<br>%{x:.1f} min, %{y:.2f} µm<extra></extra>",
+        )
+        for name, rows, colour, symbol in (
+            ("within the limit", within, COOL, "circle"), ("beyond it", ~within, WARM, "x"),
+        )
+        if rows.any()
+    ]  # fmt: skip
+    best = int(np.argmin(np.where(within, minutes, np.inf))) if within.any() else int(np.argmin(error))
+    alt = (
+        f"{TITLES[answer.key]}: {np.count_nonzero(within)} of {len(error)} stay within the limit; "
+        f"{'the quickest of them' if within.any() else 'the least error'}, {text[best]}, takes "
+        f"{rounded_number(float(minutes[best]))} min and errs by {rounded_number(float(error[best]))} µm."
+    )
+    axes = {"xaxis": axis("duration of all passes [min]"), "yaxis": axis("largest error [µm]", rangemode="tozero")}
+    return figure(traces, HEIGHT, alt, showlegend=len(traces) > 1, **_limit(answer, ("",)), **axes)
+
+
+def _limit(answer: Answer, plots: tuple[str, ...]) -> dict[str, Any]:
+    """The limit of the question as a dashed line across each plot."""
+    if answer.limit is None:
+        return {}
+    size = answer.limit / UM
+    label = limit_label(f"limit {size:g} µm", size, plots[-1])
+    return {"shapes": [horizontal_line(size, which) for which in plots], "annotations": [label]}

@@ -1,0 +1,205 @@
+"""Figures of a study: the error over the values of a key, and over two keys as a map."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from compgen.pipelines.study import Row, Study
+from compgen.report.figure import COOL, LINES, WARM, Figure, Trace, axis, figure, horizontal_line, spans, trace
+from compgen.report.figure_limits import LIMIT, Limit, limit_label
+from compgen.report.figure_words import curves_in_words, rounded_number
+from compgen.report.key_words import title_of, words_of
+from compgen.report.study_grid import Grid, Value, grid_of, in_words, plain
+
+MOST_LINES = 6  # values of a second key with a line and a name each; of more a colour bar tells them
+MOST_DRAWN = 30  # lines
+MARKED = 60  # points of a line, up to which each has a marker
+MARK = "mark"  # of traces that are no curve
+LABELLED = 120  # cells of a map, up to which each has its number
+LOOKS = {"before": ("dash", "circle"), "after": ("solid", "diamond")}  # dash and marker of a side
+MAP_COLOURS = ("#f8fafc", "#fde68a", "#fdba74", "#fb923c", "#f87171")  # dark figures can be read on all of them
+ON_MAP = "#111827"
+MANY_COLOURS = ("#1d4ed8", "#7c3aed", "#c2410c", "#ca8a04")
+
+
+def error_against(study: Study, rows: list[Row], key: str, limit: Limit | None = None) -> Figure:
+    """The largest error over the values of one key, a line for each value of another; before above, after below it."""
+    return curves(grid_of(study.keys, rows), key, limit)[0]
+
+
+def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, str]:
+    """The largest error over a key, and the words of what is held where more than two keys were varied."""
+    other = next((k for k in whole.varied if k != key), None) if whole.done else None
+    grid, held = whole.held_at_worst([key, *([other] if other else [])]) if whole.done else (whole, "")
+    colours, few = _colours(whole, other)
+    groups: dict[Value, list[Row]] = {}
+    for row in grid.done:
+        groups.setdefault("" if other is None else grid.value(row, other), []).append(row)
+    traces: list[Trace] = []
+    axes: dict[str, Any] = {}
+    sides = whole.sides or ("before",)
+    shares = list(reversed(spans(len(sides), 0.12)))
+    for n, (side, span) in enumerate(zip(sides, shares)):
+        which = "" if n == 0 else str(n + 1)
+        place = {"xaxis": f"x{which}", "yaxis": f"y{which}"}
+        for value, colour in colours.items():
+            name = side if other is None else plain(value)
+            is_named = other is None or (n == 0 and len(colours) <= MOST_LINES)
+            line_colour = colour or (WARM, COOL)[side == "after"]
+            traces += _line(grid, key, groups.get(value, []), side, name, line_colour, place, is_named)
+        axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
+        shown = axis(title_of(key)) if n == len(sides) - 1 else {"matches": f"x{len(sides)}", "showticklabels": False}
+        axes[f"xaxis{which}"] = {"anchor": f"y{which}", **_kind(whole, key), **shown}
+    last = "" if len(sides) == 1 else str(len(sides))
+    traces += _marks(grid, key, sides[-1], {"xaxis": f"x{last}", "yaxis": f"y{last}"})
+    if other is not None and len(colours) > MOST_LINES:
+        traces.append(_colour_bar(whole, other))
+    shapes = [] if limit is None else [horizontal_line(limit.um, last)]
+    words = [] if limit is None else [limit_label(limit.label, limit.um, last)]
+    legend = {"title": {"text": title_of(other)}} if other is not None and len(colours) <= MOST_LINES else {}
+    look = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0, **legend}
+    alt = curves_in_words(
+        f"Largest error against {words_of(key)}", [t for t in traces if t.get("meta") != "mark"], "µm"
+    )
+    drawn = figure(
+        traces, 110 + 270 * len(sides), alt, shapes=shapes, annotations=words, legend=look,
+        margin={"l": 60, "r": 20, "t": 60, "b": 45}, **axes,
+    )  # fmt: skip
+    return drawn, f"{few}{held}".strip()
+
+
+def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None) -> tuple[Figure, str]:
+    """The largest error of a side over two keys, a cell for each pair of values; failed scenarios are crossed out."""
+    grid, held = whole.held_at_worst([x, y])
+    columns, lines = grid.values(x), grid.values(y)
+    cells = np.full((len(lines), len(columns)), np.nan)
+    for row in grid.done:
+        if (error := row.get(f"{side}_max_um")) is not None:
+            cells[lines.index(grid.value(row, y)), columns.index(grid.value(row, x))] = error
+    names = [plain(v) for v in columns], [plain(v) for v in lines]
+    texts = [[_cell(error, limit) for error in line] for line in cells.tolist()]
+    labelled = {"texttemplate": "%{text}", "textfont": {"color": ON_MAP}} if cells.size <= LABELLED else {}
+    colours = [[i / (len(MAP_COLOURS) - 1), c] for i, c in enumerate(MAP_COLOURS)]
+    bar = {"title": {"text": "µm"}, "thickness": 12, "outlinewidth": 0}
+    hover = f"{words_of(x)} %{{x}}<br>{words_of(y)} %{{y}}<br>%{{z:.2f}} µm<extra></extra>"
+    traces = [
+        trace("heatmap", *names, [[None if v != v else v for v in line] for line in cells.tolist()], text=texts,
+              colorscale=colours, colorbar=bar, xgap=1, ygap=1, hovertemplate=hover, name="", **labelled)
+    ]  # fmt: skip
+    failed = [(plain(grid.value(row, x)), plain(grid.value(row, y))) for row in grid.failed]
+    if failed:
+        traces.append(_crosses([f[0] for f in failed], [f[1] for f in failed], [r["reason"] for r in grid.failed]))
+    over = 0 if limit is None else int(np.count_nonzero(cells > limit.um))
+    beyond = f", {over} of them over {limit.label}" if limit is not None else ""
+    low, high = (np.unravel_index(int(f(cells)), cells.shape) for f in (np.nanargmin, np.nanargmax))
+    at = [f"{words_of(x)} {in_words(x, columns[c])} and {words_of(y)} {in_words(y, lines[r])}" for r, c in (low, high)]
+    alt = (
+        f"Largest error {side} of {np.count_nonzero(np.isfinite(cells))} scenarios{beyond}: from "
+        f"{rounded_number(float(cells[low]))} µm at {at[0]} to {rounded_number(float(cells[high]))} µm at {at[1]}."
+    )
+    category: dict[str, Any] = {"type": "category", "showgrid": False}
+    drawn = figure(
+        traces, int(min(150 + 44 * len(lines), 620)), alt, xaxis=axis(title_of(x), **category),
+        yaxis=axis(title_of(y), **category, automargin=True), showlegend=bool(failed),
+        narrow={"xaxis": {"tickangle": -45}},
+    )  # fmt: skip
+    note = "" if limit is None else f"▲ over {limit.label}. "
+    return drawn, f"{note if over else ''}{held}".strip()
+
+
+def _cell(error: float, limit: Limit | None) -> str:
+    if error != error:
+        return ""
+    return f"{rounded_number(error)}{' ▲' if limit is not None and error > limit.um else ''}"
+
+
+def _colours(grid: Grid, other: str | None) -> tuple[dict[Value, str], str]:
+    """The values of a second key with a colour each, and words where only some are drawn.
+
+    Without such a key one line, in the colour of its side.
+    """
+    if other is None:
+        return {"": ""}, ""
+    values = grid.values(other)
+    if len(values) <= MOST_LINES:
+        return dict(zip(values, LINES)), ""
+    count = len(values)
+    rows = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).round().astype(int)).tolist()
+    few = "" if len(rows) == count else f"Lines for {len(rows)} of {count} values of {words_of(other)}. "
+    return {values[n]: _between(MANY_COLOURS, n / (count - 1)) for n in rows}, few
+
+
+def _line(
+    grid: Grid, key: str, rows: Sequence[Row], side: str, name: str, colour: str, place: dict[str, str], is_named: bool
+) -> list[Trace]:
+    """A line of one side through scenarios that differ in one key."""
+    column, (dash, symbol) = f"{side}_max_um", LOOKS[side]
+    points = [(grid.value(row, key), row[column]) for row in rows if column in row]
+    if not points:
+        return []
+    order = {value: n for n, value in enumerate(grid.values(key))} if key not in grid.numeric else {}
+    points.sort(key=lambda point: order.get(point[0], point[0]))
+    x, y = ([point[k] for point in points] for k in range(2))
+    look = {"line": {"color": colour, "dash": dash, "width": 1.6}, "marker": {"symbol": symbol, "size": 7}}
+    mode = "lines+markers" if len(points) <= MARKED else "lines"
+    return [trace("scatter", x, y, mode=mode, name=name, legendgroup=name, showlegend=is_named, **look, **place)]
+
+
+def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> list[Trace]:
+    """Scenarios that failed, on the axis, and those outside their bounds, ringed."""
+    marks = []
+    outside = [row for row in grid.done if not row.get("inside", True) and f"{side}_max_um" in row]
+    if outside:
+        ring = {"symbol": "circle-open", "size": 14, "color": LIMIT, "line": {"width": 2}}
+        xy = [_label(grid, row, key) for row in outside], [row[f"{side}_max_um"] for row in outside]
+        text = [row.get("reason", "") for row in outside]
+        marks.append(
+            trace("scatter", *xy, mode="markers", marker=ring, name="outside bounds", text=text, meta=MARK, **place)
+        )
+    if grid.failed:
+        x = [_label(grid, row, key) for row in grid.failed]
+        reasons = [str(row["reason"]) for row in grid.failed]
+        marks.append({**_crosses(x, [0] * len(x), reasons), **place})
+    return marks
+
+
+def _crosses(x: list[Any], y: list[Any], reasons: list[str]) -> Trace:
+    cross = {"symbol": "x", "size": 10, "color": LIMIT}
+    look = {"mode": "markers", "marker": cross, "name": "failed", "hovertemplate": "failed: %{text}<extra></extra>"}
+    return trace("scatter", x, y, text=reasons, meta=MARK, **look)
+
+
+def _label(grid: Grid, row: Row, key: str) -> Value:
+    value = grid.value(row, key)
+    return value if key in grid.numeric else plain(value)
+
+
+def _kind(grid: Grid, key: str) -> dict[str, Any]:
+    """An axis of numbers, or of words in their order."""
+    if key in grid.numeric:
+        return {}
+    return {"type": "category", "categoryorder": "array", "categoryarray": [plain(v) for v in grid.values(key)]}
+
+
+def _colour_bar(grid: Grid, other: str) -> Trace:
+    """What tells the lines of many values apart: a bar with the key's name, without points."""
+    values = grid.values(other)
+    count = len(values)
+    ticks = sorted({0, count // 2, count - 1})
+    bar = {
+        "title": {"text": title_of(other), "side": "right"}, "thickness": 12, "outlinewidth": 0,
+        "tickvals": ticks, "ticktext": [plain(values[n]) for n in ticks],
+    }  # fmt: skip
+    scale = [[i / (len(MANY_COLOURS) - 1), c] for i, c in enumerate(MANY_COLOURS)]
+    marker = {"color": [0], "cmin": 0, "cmax": count - 1, "colorscale": scale, "colorbar": bar, "showscale": True}
+    return trace("scatter", [None], [None], mode="markers", marker=marker, showlegend=False, meta=MARK)
+
+
+def _between(colours: tuple[str, ...], share: float) -> str:
+    """The colour at a share of a scale."""
+    place = share * (len(colours) - 1)
+    low = min(int(place), len(colours) - 2)
+    ends = [[int(colours[k][i : i + 2], 16) for i in (1, 3, 5)] for k in (low, low + 1)]
+    mixed = (round(a + (b - a) * (place - low)) for a, b in zip(*ends))
+    return "#" + "".join(f"{channel:02x}" for channel in mixed)

@@ -1,0 +1,203 @@
+"""The page of a study: words for keys, limits, maps over two keys, legends that can be read, failures that are seen."""
+
+import re
+
+import numpy as np
+import pytest
+from shipped import path_file
+
+from compgen.core.units import UM
+from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study import Answer, Scenario, Study
+from compgen.report.answer_figures import answer_figure
+from compgen.report.figure import unpacked
+from compgen.report.figure_limits import Limit
+from compgen.report.study_figures import MANY_COLOURS, curves, error_map
+from compgen.report.study_grid import grid_of
+from compgen.report.study_page import study_html
+
+FEED, WARMUP, MODEL = "process.feed_mm_s", "before.0.duration_h", "robot.thermal.model"
+FEEDS, HOURS = ("20", "100", "50"), ("0.0", "1.0", "6.0")
+
+
+def row(index, values, error, after=None, inside=True):
+    done = {"index": index, **values, "state": "done", "before_max_um": error, "waypoints": 10, "band_um": 5.0}
+    return done if after is None else {**done, "after_max_um": after, "inside": inside}
+
+
+def made_grid(axes, error, after=None):
+    """A full grid of scenarios; an error of None is a scenario that failed."""
+    points = [{}]
+    for key, values in axes.items():
+        points = [{**point, key: value} for point in points for value in values]
+    rows = []
+    for n, point in enumerate(points):
+        size = error(point)
+        failed = {"index": n, **point, "state": "failed", "reason": "out of reach"}
+        rows.append(failed if size is None else row(n, point, size, after(point) if after else None))
+    return grid_of(tuple(axes), rows)
+
+
+def study_of(grid):
+    scenarios = tuple(Scenario(r["index"], tuple((k, str(r[k])) for k in grid.keys)) for r in grid.rows)
+    return Study("paths/line_y.toml", None, (), grid.keys, scenarios, False, "0")
+
+
+def by_feed_and_hours(point):
+    return 10 * float(point[WARMUP]) + float(point[FEED]) / 10
+
+
+def texts(page):
+    return re.sub(r"<script>.*?</script>", "", page, flags=re.S)
+
+
+@pytest.fixture
+def plane():
+    return made_grid({WARMUP: HOURS, FEED: FEEDS}, by_feed_and_hours)
+
+
+def test_titles_and_axes_are_words_with_units(plane):
+    page = texts(study_html("t", study_of(plane), list(plane.rows), []).decode())
+    for words in ("Largest error against first warm-up", "Largest error against feed", "before max [µm]"):
+        assert words in page
+    assert "duration_h" not in page.split("<details>")[0]
+    figure, _ = curves(plane, FEED)
+    assert figure["layout"]["xaxis"]["title"]["text"] == "feed [mm/s]"
+    assert figure["layout"]["legend"]["title"]["text"] == "first warm-up [h]"
+    assert [t["name"] for t in figure["data"]] == ["0", "1", "6"]
+
+
+def test_lines_run_along_the_axis_whatever_the_order_of_the_values(plane):
+    figure, _ = curves(plane, FEED)
+    assert all(list(t["x"]) == [20.0, 50.0, 100.0] for t in figure["data"])
+
+
+def test_a_map_has_a_cell_for_each_pair_in_the_order_of_the_values(plane):
+    for x, y, cells in ((WARMUP, FEED, lambda c, r: 10 * c + r / 10), (FEED, WARMUP, lambda c, r: 10 * r + c / 10)):
+        figure, held = error_map(plane, x, y, "before", Limit("--max-um 30 µm", 30.0, True))
+        (heat,) = figure["data"]
+        expected = [[cells(float(c), float(r)) for c in heat["x"]] for r in heat["y"]]
+        assert heat["z"] == expected
+        assert [float(v) for v in heat["x"]] == sorted(float(v) for v in heat["x"])
+        assert held == "▲ over --max-um 30 µm."
+        assert [["▲" in text for text in line] for line in heat["text"]] == [
+            [z > 30 for z in line] for line in expected
+        ]
+        assert figure["layout"]["xaxis"]["type"] == "category"
+    assert "65.0 µm" not in figure["alt"]
+    assert "70.0 µm at feed 100 mm/s and first warm-up 6 h" in figure["alt"]
+
+
+def test_words_are_categories_in_their_order():
+    grid = made_grid({MODEL: ("nodes", "network"), FEED: FEEDS}, lambda p: len(p[MODEL]) + float(p[FEED]))
+    figure, _ = curves(grid, MODEL)
+    assert figure["layout"]["xaxis"]["categoryarray"] == ["nodes", "network"]
+    heat = error_map(grid, FEED, MODEL, "before")[0]["data"][0]
+    assert heat["y"] == ["nodes", "network"]
+
+
+def test_many_values_of_a_second_key_have_a_colour_bar_and_no_names():
+    hours = [str(float(h)) for h in range(9)]
+    figure, _ = curves(made_grid({WARMUP: hours, FEED: FEEDS}, by_feed_and_hours), FEED)
+    lines = [t for t in figure["data"] if t["mode"] != "markers"]
+    assert len(lines) == 9
+    assert not any(t["showlegend"] for t in lines)
+    assert lines[0]["line"]["color"] == MANY_COLOURS[0]
+    assert lines[-1]["line"]["color"] == MANY_COLOURS[-1]
+    (bar,) = (t["marker"]["colorbar"] for t in figure["data"] if "colorbar" in t.get("marker", {}))
+    assert bar["title"]["text"] == "first warm-up [h]"
+    assert bar["ticktext"] == ["0", "4", "8"]
+
+
+def test_a_third_key_is_held_as_in_the_worst_scenario_and_said():
+    axes = {WARMUP: HOURS, FEED: FEEDS, "process.chord_um": ("1", "2")}
+    grid = made_grid(axes, lambda p: by_feed_and_hours(p) - float(p["process.chord_um"]))
+    figure, held = curves(grid, WARMUP)
+    assert held == "Chord 1 µm: as in the scenario that errs most."
+    assert len(figure["data"]) == len(FEEDS)
+    assert error_map(grid, WARMUP, FEED, "before")[1] == held
+
+
+def test_before_and_after_differ_by_dash_and_marker_and_have_scales_of_their_own():
+    grid = made_grid({FEED: FEEDS}, lambda p: float(p[FEED]), lambda p: 1.0)
+    figure, _ = curves(grid, FEED, Limit("bound of the path file 2.5 µm", 2.5))
+    before, after = figure["data"]
+    assert (before["name"], after["name"]) == ("before", "after")
+    assert before["line"]["dash"] != after["line"]["dash"]
+    assert before["marker"]["symbol"] != after["marker"]["symbol"]
+    assert before["yaxis"] != after["yaxis"]
+    (line,), (label,) = figure["layout"]["shapes"], figure["layout"]["annotations"]
+    assert (line["yref"], line["y0"], line["line"]["dash"]) == ("y2", 2.5, "dash")
+    assert (label["yref"], label["text"]) == ("y2", "bound of the path file 2.5 µm")
+
+
+def test_scenarios_that_failed_or_are_outside_are_marked():
+    grid = made_grid({WARMUP: HOURS, FEED: FEEDS}, lambda p: None if p[FEED] == "50" else by_feed_and_hours(p))
+    figure, _ = curves(grid, FEED)
+    (failed,) = (t for t in figure["data"] if t["name"] == "failed")
+    assert failed["marker"]["symbol"] == "x"
+    assert failed["x"] == [50.0] * 3
+    cells = error_map(grid, FEED, WARMUP, "before")[0]["data"]
+    assert cells[0]["z"][0][1] is None
+    assert list(cells[1]["x"]) == ["50"] * 3
+    page = texts(study_html("t", study_of(grid), list(grid.rows), []).decode())
+    assert "failed: scenarios 2, 5, 8: out of reach" in page
+    corrected = grid_of((FEED,), [row(0, {FEED: "20"}, 9.0, 1.0), row(1, {FEED: "50"}, 9.0, 4.0, inside=False)])
+    (ring,) = (t for t in curves(corrected, FEED)[0]["data"] if t["name"] == "outside bounds")
+    assert (ring["x"], ring["y"]) == ([50.0], [4.0])
+
+
+def test_a_study_that_failed_as_a_whole_has_a_page(plane):
+    grid = made_grid({FEED: FEEDS}, lambda p: None)
+    page = texts(study_html("t", study_of(grid), list(grid.rows), []).decode())
+    assert "failed: scenarios 0, 1, 2: out of reach" in page
+
+
+def test_the_worst_scenario_is_first_and_bold_and_the_csv_is_linked(plane):
+    page = texts(study_html("t", study_of(plane), list(plane.rows), []).decode())
+    first = page[page.index("<tbody>") :].split("</tr>")[0]
+    assert "<strong>70.00</strong>" in first
+    assert page.count("<strong>70.00</strong>") == 1
+    assert '<a href="whatif.csv">' in page
+    assert "<dt><code>before_max_um</code></dt><dd>before max [µm]</dd>" in page
+
+
+def test_the_page_says_what_it_was_made_from_and_what_was_varied(plane):
+    job = load_job(path_file("line_y"))
+    page = texts(study_html("t", study_of(plane), list(plane.rows), [], job).decode())
+    assert job.cell.robot_file_hash in page
+    assert "first warm-up [h]: 0, 1, 6; feed [mm/s]: 20, 50, 100" in page
+
+
+def test_the_bound_is_the_command_lines_or_the_files_unless_it_is_varied(plane):
+    job = load_job(path_file("line_y"))
+
+    def labels(grid, **more):
+        page = study_html("t", study_of(grid), list(grid.rows), [], job, **more).decode()
+        return re.findall(r"(?:bound of the path file|--max-um) [\d.]+ ", page)
+
+    assert set(labels(plane)) == {f"bound of the path file {job.bounds.max / UM:g} "}
+    assert set(labels(plane, max_um=7.0)) == {"--max-um 7 "}
+    assert not labels(made_grid({"bounds.max_um": ("2", "3"), FEED: FEEDS}, lambda p: float(p[FEED])))
+
+
+def test_answers_show_the_limit_that_they_are_about():
+    table = np.array([[0.0, 8.0], [1.0, 4.0], [2.0, 2.0]])
+    figure = answer_figure(Answer("warmup", "s", ("warmup_h", "drift_um"), table, limit=5 * UM))
+    assert [shape["y0"] for shape in figure["layout"]["shapes"]] == [pytest.approx(5)]
+    assert figure["layout"]["xaxis"]["title"]["text"] == "warm-up [h]"
+    passes = Answer(
+        "passes", "s", ("feed_mm_s", "minutes", "error_um"), np.array([[20, 9, 3], [50, 4, 7.0]]), ("a", "b"), 5 * UM
+    )
+    within, beyond = answer_figure(passes)["data"]
+    assert unpacked(within["y"]).tolist() == [3.0]
+    assert unpacked(beyond["y"]).tolist() == [7.0]
+    assert within["marker"]["symbol"] != beyond["marker"]["symbol"]
+
+
+def test_a_large_study_is_drawn_at_once_with_some_of_its_lines():
+    hours = [str(h / 100) for h in range(300)]
+    grid = made_grid({WARMUP: hours, FEED: [str(f) for f in range(20, 220)]}, by_feed_and_hours)
+    figure, held = curves(grid, FEED)
+    assert len([t for t in figure["data"] if t["mode"] != "markers"]) == 30
+    assert held == "Lines for 30 of 300 values of first warm-up."
