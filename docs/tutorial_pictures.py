@@ -201,8 +201,25 @@ def identify_my_robot(folder: Path) -> str:
     return bars(heights, "Error at poses left out, model by model", "held-out error [µm]")
 
 
+def ci_gate(folder: Path) -> str:
+    """What is left along the circle, as agreed and as changed."""
+    curves = []
+    for name in ("agreed", "changed"):
+        points = [row for row in rows(folder / name / "waypoints.csv") if row["contact"] == "1"]
+        size = [math.hypot(*(float(row[f"after_d{axis}_um"]) for axis in "xyz")) for row in points]
+        curves.append((name, [float(row["time_s"]) for row in points], size))
+    return chart(
+        curves,
+        "Error after correction at the waypoints of the circle, as agreed and as changed",
+        across="time [s]",
+        up="error after [µm]",
+        limit=("max_um", 2.5),
+    )
+
+
 DRAWN: dict[str, Callable[[Path], str]] = {
     "my_raster": my_raster,
     "robodk": robodk,
     "identify_my_robot": identify_my_robot,
+    "ci_gate": ci_gate,
 }

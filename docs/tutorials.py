@@ -57,6 +57,7 @@ def run(text: str, folder: Path) -> list[str]:
             "PATH": os.pathsep.join([programs, os.environ["PATH"]]),
             "PYTHONPATH": str(HERE.parent),
             "LC_ALL": "C.UTF-8",
+            "PYTHONUNBUFFERED": "1",  # output and refusals in the order of a terminal
         }
         script = f"printf '{BETWEEN}'\n".join(step.commands for step in steps(text))
         done = subprocess.run(
