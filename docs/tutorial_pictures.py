@@ -122,7 +122,7 @@ def chart(curves: Sequence[Curve], alt: str, *, across: str, up: str, limit: tup
     """Curves over an axis, told apart by their dashes too, with a limit as a line where there is one."""
     least, most = min(min(x) for _, x, _ in curves), max(max(x) for _, x, _ in curves)
     top = 1.08 * max([max(y) for _, _, y in curves] + ([limit[1]] if limit else []))
-    left, right, base, height = 64.0, 690.0, 330.0, 270.0
+    left, right, base, height = 64.0, 680.0, 330.0, 270.0
 
     def place(x: float, y: float) -> tuple[float, float]:
         return left + (right - left) * (x - least) / (most - least), base - height * y / top
@@ -217,9 +217,25 @@ def ci_gate(folder: Path) -> str:
     )
 
 
+def day_with_breaks(folder: Path) -> str:
+    """The error of each run: uncorrected, with a file for the first run, with one for all."""
+    first, one = (rows(folder / day / "runs.csv") for day in ("outputs/plate_heat", "day_with_one_file"))
+    hours = [float(row["start_s"]) / 3600 for row in first]
+    curves = [
+        (name, hours, [float(row[f"{key}_um"]) for row in runs])
+        for name, runs, key in (
+            ("uncorrected", first, "error"),
+            ("file for the first run", first, "residual"),
+            ("one file for all runs", one, "residual"),
+        )
+    ]
+    return chart(curves, "Error of each run over the day", across="start of the run [h]", up="largest error [µm]")
+
+
 DRAWN: dict[str, Callable[[Path], str]] = {
     "my_raster": my_raster,
     "robodk": robodk,
     "identify_my_robot": identify_my_robot,
     "ci_gate": ci_gate,
+    "day_with_breaks": day_with_breaks,
 }
