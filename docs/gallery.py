@@ -27,7 +27,8 @@ INTRODUCTION = """\
 What compgen does, in pictures. Each is drawn by `python docs/gallery.py` from what the commands beside it leave, run in
 an empty folder after `cgen init`; a test holds the numbers.
 """
-ARTEFACT = "artefact.toml"  # laid beside the paths, for those who touch spheres
+#: laid beside the paths, for those who touch spheres
+BESIDE = ("artefact.toml", "touches.csv")
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,8 @@ PICTURES = [Picture(**entry) for entry in tomllib.loads((FOLDER / "pictures.toml
 def prepare(folder: Path) -> None:
     """Lay down what the commands begin with."""
     run("cgen init", folder)
-    shutil.copy(FOLDER / ARTEFACT, folder / ARTEFACT)
+    for name in BESIDE:
+        shutil.copy(FOLDER / name, folder / name)
 
 
 def run(command: str, folder: Path, output: str = "") -> None:

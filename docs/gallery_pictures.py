@@ -275,6 +275,20 @@ def touches(folder: Path) -> Drawn:
     }  # fmt: skip
 
 
+def anchor(folder: Path) -> Drawn:
+    """How far the tool's place is foretold wrong along the path, by the plan and by the touches."""
+    ways = {name: on_part(folder / name / "waypoints.csv") for name in ("planned", "anchored", "truth")}
+    place = {
+        name: [[float(p[f"before_d{axis}_um"]) for axis in "xyz"] for p in points] for name, points in ways.items()
+    }
+    time = [float(p["time_s"]) for p in ways["truth"]][::20]
+    off = {name: [math.dist(x, y) for x, y in zip(place[name], place["truth"])] for name in ("planned", "anchored")}
+    curves = [("by the plan", time, off["planned"][::20]), ("by eight touches", time, off["anchored"][::20])]
+    rms = {name: math.sqrt(sum(x * x for x in values) / len(values)) for name, values in off.items()}
+    picture = chart(curves, "How far off the forecast is", across="time [s]", up="forecast against the true arm [µm]")
+    return picture, {name: number(value) for name, value in rms.items()}
+
+
 def resume(folder: Path) -> Drawn:
     """The pages of a job that starts again 35 min late: as they were, and anew."""
     pages: list[dict[str, Any]] = json.loads((folder / "pages/resume.json").read_text())["pages"]

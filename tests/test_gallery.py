@@ -8,6 +8,7 @@ from shipped import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
 import gallery
+import gallery_touches
 
 
 @pytest.fixture(scope="module")
@@ -35,3 +36,11 @@ def test_the_pictures_are_small_and_each_is_on_the_page():
     files = sorted((ROOT / "docs" / "gallery").glob("*.svg"))
     assert sorted(picture.name for picture in gallery.PICTURES) == [file.stem for file in files]
     assert sum(file.stat().st_size for file in files) < 500_000
+
+
+def test_the_touches_are_those_of_their_script():
+    written = (ROOT / "docs" / "gallery" / "touches.csv").read_text()
+    cells = [[line.split(",") for line in text.splitlines()[2:]] for text in (written, gallery_touches.touches())]
+    for row, anew in zip(*cells, strict=True):
+        assert row[0] == anew[0]
+        assert [float(x) for x in row[1:4]] == pytest.approx([float(x) for x in anew[1:4]], abs=0.0011)
