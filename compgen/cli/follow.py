@@ -56,7 +56,10 @@ def follow(
     ] = False,
     path: JobPath = None,
     robot: JobRobot = None,
-    date: Annotated[str | None, typer.Option("--date", help="When, for the record, default now (UTC); on the page if given.")] = None,
+    date: Annotated[
+        str | None,
+        typer.Option("--date", help="When, for the record, default now (UTC); on the page if given."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write pages even outside the job's own bounds.")] = False,
     max_um: MaxUm = None,
     as_json: Json = False,

@@ -39,7 +39,7 @@ def generate(
     state_age: StateAge = None,
     date: Annotated[
         str | None,
-        typer.Option("--date", help="Date, YY-MM-DD: in the program's header (else 26-01-01) and on the page (else none)."),
+        typer.Option("--date", help="Date, YY-MM-DD, of the header (else 26-01-01) and of the page (else none)."),
     ] = None,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
