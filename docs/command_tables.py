@@ -16,7 +16,7 @@ INTRODUCTION = """\
 # Commands
 
 Made by `python docs/command_tables.py` from the application, which says the same by `cgen COMMAND --help`. `*` marks
-what must be given.
+what must be given. Options that mean the same everywhere, exit codes and pipes: [the command line](cli.md).
 """
 #: where a command is explained
 PAGES = {
