@@ -11,6 +11,9 @@ UNITS = {
 #: names without their units; what is not here is read as it is spelt
 WORDS = {
     "ambient.value": "air temperature",
+    "path.x": "x of the path",
+    "path.y": "y of the path",
+    "path.z": "z of the path",
     "bounds.max": "bound of the largest error",
     "bounds.p99": "bound of the 99th percentile",
     "bounds.rms": "bound of the rms error",

@@ -20,7 +20,7 @@ LABELLED = 120  # cells of a map, up to which each has its number
 LOOKS = {"before": ("dash", "circle"), "after": ("solid", "diamond")}  # dash and marker of a side
 MAP_COLOURS = ("#f8fafc", "#fde68a", "#fdba74", "#fb923c", "#f87171")  # dark figures can be read on all of them
 ON_MAP = "#111827"
-MANY_COLOURS = ("#1d4ed8", "#7c3aed", "#c2410c", "#ca8a04")
+MANY_COLOURS = ("#3b82f6", "#a855f7", "#ec4899", "#f59e0b")  # seen on a light page and on a dark one
 
 
 def error_against(study: Study, rows: list[Row], key: str, limit: Limit | None = None) -> Figure:
@@ -58,13 +58,14 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
     shapes = [] if limit is None else [horizontal_line(limit.um, last)]
     words = [] if limit is None else [limit_label(limit.label, limit.um, last)]
     legend = {"title": {"text": title_of(other)}} if other is not None and len(colours) <= MOST_LINES else {}
+    has_legend = any(one.get("showlegend", True) for one in traces)
     look = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0, **legend}
     alt = curves_in_words(
         f"Largest error against {words_of(key)}", [t for t in traces if t.get("meta") != "mark"], "µm"
     )
     drawn = figure(
         traces, 110 + 270 * len(sides), alt, shapes=shapes, annotations=words, legend=look,
-        margin={"l": 60, "r": 20, "t": 60, "b": 45}, **axes,
+        margin={"l": 60, "r": 20, "t": 60 if has_legend else 20, "b": 45}, **axes,
     )  # fmt: skip
     return drawn, f"{few}{held}".strip()
 
@@ -166,7 +167,13 @@ def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> list[Trace
 
 def _crosses(x: list[Any], y: list[Any], reasons: list[str]) -> Trace:
     cross = {"symbol": "x", "size": 10, "color": LIMIT}
-    look = {"mode": "markers", "marker": cross, "name": "failed", "hovertemplate": "failed: %{text}<extra></extra>"}
+    look = {
+        "mode": "markers",
+        "marker": cross,
+        "name": "failed",
+        "cliponaxis": False,
+        "hovertemplate": "failed: %{text}<extra></extra>",
+    }
     return trace("scatter", x, y, text=reasons, meta=MARK, **look)
 
 

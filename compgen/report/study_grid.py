@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from compgen.pipelines.study import Row
-from compgen.report.key_words import capital, unit_of, words_of
+from compgen.report.key_words import unit_of, words_of
 
 Value = float | str
 
@@ -59,7 +59,7 @@ class Grid:
         worst = self.worst()
         rows = tuple(row for row in self.rows if all(row[key] == worst[key] for key in others))
         held = ", ".join(f"{words_of(key)} {in_words(key, self.value(worst, key))}" for key in others)
-        return Grid(self.keys, rows, self.numeric), f"{capital(held)}: as in the scenario that errs most."
+        return Grid(self.keys, rows, self.numeric), f"Held as in the scenario that errs most: {held}."
 
 
 def grid_of(keys: Sequence[str], rows: Sequence[Row]) -> Grid:

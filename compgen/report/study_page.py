@@ -78,7 +78,7 @@ def _limit(study: Study, base: Job | None, max_um: float | None) -> Limit | None
     if base is None or base.bounds.max is None or "bounds.max_um" in study.keys:
         return None
     size = base.bounds.max / UM
-    return Limit(f"bound of the path file {size:.6g} µm", size)
+    return Limit(f"bound {size:.6g} µm", size)
 
 
 def _varied(grid: Grid) -> str:

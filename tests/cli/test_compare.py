@@ -152,7 +152,7 @@ def test_max_um_is_the_largest_error_that_b_may_leave(home):
 
 def test_predictions_studies_and_days_are_compared_with_their_like(home):
     record = compared(home, "cold", "hot")
-    assert record["positions"] == {"matched": None, "reason": "predict writes no program"}
+    assert record["positions"] == {"matched": None, "reason": "cgen predict corrects no program"}
     study = compared(home, "grid", "more")
     assert study["scenarios"]["both"] == 2
     assert (study["scenarios"]["only_a"], study["scenarios"]["only_b"]) == (0, 1)

@@ -113,14 +113,14 @@ def test_a_third_key_is_held_as_in_the_worst_scenario_and_said():
     axes = {WARMUP: HOURS, FEED: FEEDS, "process.chord_um": ("1", "2")}
     grid = made_grid(axes, lambda p: by_feed_and_hours(p) - float(p["process.chord_um"]))
     figure, held = curves(grid, WARMUP)
-    assert held == "Chord 1 µm: as in the scenario that errs most."
+    assert held == "Held as in the scenario that errs most: chord 1 µm."
     assert len(figure["data"]) == len(FEEDS)
     assert error_map(grid, WARMUP, FEED, "before")[1] == held
 
 
 def test_before_and_after_differ_by_dash_and_marker_and_have_scales_of_their_own():
     grid = made_grid({FEED: FEEDS}, lambda p: float(p[FEED]), lambda p: 1.0)
-    figure, _ = curves(grid, FEED, Limit("bound of the path file 2.5 µm", 2.5))
+    figure, _ = curves(grid, FEED, Limit("bound 2.5 µm", 2.5))
     before, after = figure["data"]
     assert (before["name"], after["name"]) == ("before", "after")
     assert before["line"]["dash"] != after["line"]["dash"]
@@ -128,7 +128,7 @@ def test_before_and_after_differ_by_dash_and_marker_and_have_scales_of_their_own
     assert before["yaxis"] != after["yaxis"]
     (line,), (label,) = figure["layout"]["shapes"], figure["layout"]["annotations"]
     assert (line["yref"], line["y0"], line["line"]["dash"]) == ("y2", 2.5, "dash")
-    assert (label["yref"], label["text"]) == ("y2", "bound of the path file 2.5 µm")
+    assert (label["yref"], label["text"]) == ("y2", "bound 2.5 µm")
 
 
 def test_scenarios_that_failed_or_are_outside_are_marked():
@@ -173,11 +173,11 @@ def test_the_bound_is_the_command_lines_or_the_files_unless_it_is_varied(plane):
     job = load_job(path_file("line_y"))
 
     def labels(grid, **more):
-        page = study_html("t", study_of(grid), list(grid.rows), [], job, **more).decode()
-        return re.findall(r"(?:bound of the path file|--max-um) [\d.]+ ", page)
+        page = study_html("t", study_of(grid), list(grid.rows), [], job, **more).decode().replace("\\u00b5", "µ")
+        return re.findall(r"(?:bound|--max-um) [\d.]+ µ", page)
 
-    assert set(labels(plane)) == {f"bound of the path file {job.bounds.max / UM:g} "}
-    assert set(labels(plane, max_um=7.0)) == {"--max-um 7 "}
+    assert set(labels(plane)) == {f"bound {job.bounds.max / UM:g} µ"}
+    assert set(labels(plane, max_um=7.0)) == {"--max-um 7 µ"}
     assert not labels(made_grid({"bounds.max_um": ("2", "3"), FEED: FEEDS}, lambda p: float(p[FEED])))
 
 

@@ -45,7 +45,7 @@ def movement(a: Output, b: Output) -> Movement | str:
         InputError: A program or a table beside a report is missing, damaged, or another than the report is of.
     """
     if a.kind not in ("generate", "correct"):
-        return f"{a.kind} writes no program"
+        return f"cgen {a.kind} corrects no program"
     one, other = commanded_positions(a), commanded_positions(b)
     if one is None or other is None:
         return f"{(a if one is None else b).name} has no program beside its report"
