@@ -5,7 +5,7 @@ from typing import Any
 
 import griffe
 
-COMMENT = re.compile(r"\s#:? (?P<words>.+)$")
+COMMENT = re.compile(r"\s#:? (?!type:|noqa|fmt:)(?P<words>.+)$")
 
 
 class FieldComments(griffe.Extension):
