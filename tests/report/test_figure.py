@@ -14,7 +14,7 @@ from shipped import path_file, quiet
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import timeline
-from compgen.report.figure import LIGHT_TO_DARK, RED_TO_BLUE, axis, div, figure, packed_array, spans, trace
+from compgen.report.figure import LIGHT_TO_DARK, RED_TO_BLUE, axis, div, figure, library, packed_array, spans, trace
 from compgen.report.heat_page import heat_html
 from compgen.report.job_page import job_html
 
@@ -129,3 +129,10 @@ def test_scale_of_a_path_darkens_evenly_in_grey_and_for_the_colour_blind(seen):
 def test_shares_of_a_page_leave_gaps():
     assert spans(1, 0.2) == [[0.0, 1.0]]
     assert np.allclose(spans(2, 0.1), [[0, 0.45], [0.55, 1]])
+
+
+def test_the_library_that_pages_carry_keeps_the_notice_of_its_licence():
+    head = library()[:400].decode()
+    assert "Copyright" in head
+    assert "Plotly" in head
+    assert "Licensed under the MIT license" in head
