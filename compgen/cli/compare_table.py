@@ -13,8 +13,7 @@ def show_comparison(comparison: Comparison, files: str = "") -> None:
     """Print a comparison; ``files`` says what was written where."""
     console = stdout_console()
     for letter, output in (("A", comparison.a), ("B", comparison.b)):
-        name = output.record.get("name") or output.record.get("path")
-        console.print(f"{letter}: {name} in {output.name}, cgen {output.kind}, compgen {output.version}")
+        console.print(f"{letter}: {output.subject} in {output.name}, cgen {output.kind}, compgen {output.version}")
     for note in comparison.notes:
         console.print(f"warning: {note}")
     if comparison.inputs:

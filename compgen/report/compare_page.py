@@ -101,7 +101,7 @@ def courses_figure(comparison: Comparison, max_um: float | None = None) -> Figur
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", "domain": [0.0, 1.0]}
         if which != lowest:
             axes[f"xaxis{which}"].update(matches=f"x{lowest}", showticklabels=False)
-    limits = [] if max_um is None else [limit_label(f"--max-um {max_um:g}", max_um, lowest)]
+    limits = [] if max_um is None else [limit_label(f"--max-um {max_um:g} µm", max_um, lowest)]
     shapes = [horizontal_line(max_um, lowest)] if max_um is not None else []
     title = next(course.title for course in comparison.courses if course is not None)
     axes[f"xaxis{lowest}"] |= axis(title)

@@ -15,6 +15,7 @@ from compgen.pipelines.comparison.scenarios import MatchedScenarios
 from compgen.report.key_words import unit_of, words_of
 
 SCHEMA = 1
+ROUNDED_OFF = 1e-9  # share of a value that sums in another order differ by
 _SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on the part", "before": "before",
           "after": "after", "largest": "largest of all scenarios", "least": "least of all scenarios",
           "band.first": "first run", "band.largest": "run that errs most"}  # fmt: skip
@@ -76,7 +77,8 @@ def cell(value: Any, key: str, signed: bool = False) -> str:
     if key.endswith(".at_feed"):
         return f"{100 * value:{'+' if signed else ''}.2f}"
     if isinstance(value, int | float):
-        return f"{value:+.4g}" if signed else (str(value) if isinstance(value, int) else f"{value:.6g}")
+        figures = "d" if isinstance(value, int) else ".4g" if signed else ".6g"
+        return f"{value:{'+' if signed else ''}{figures}}"
     return value if isinstance(value, str) else json.dumps(value)
 
 
@@ -84,7 +86,11 @@ def change_of(pair: Pair) -> str:
     """What B has more than A, signed; empty where they are the same."""
     if pair.a == pair.b:
         return ""
-    text = "changed" if pair.change is None else cell(pair.change, pair.key, signed=True)
+    if pair.change is None:
+        return "changed"
+    if isinstance(pair.change, float) and abs(pair.change) < ROUNDED_OFF * max(abs(pair.a), abs(pair.b)):
+        return "0"
+    text = cell(pair.change, pair.key, signed=True)
     return text.lstrip("+-") if text in ("+0.00", "-0.00") else text
 
 
@@ -156,7 +162,7 @@ def whose_output(output: Output) -> dict[str, Any]:
     made = output.record.get("provenance") or {}
     return {
         "output": output.name,
-        "name": output.record.get("name") or output.record.get("path"),
+        "name": output.subject,
         "compgen": output.version,
         "inputs_sha256": made.get("inputs_sha256") or made.get("robot_sha256") or output.record.get("study_sha256"),
     }

@@ -25,12 +25,13 @@ class Pair:
     b: Any
 
     @property
-    def change(self) -> float | None:
+    def change(self) -> int | float | None:
         """b - a of two numbers."""
         both = (self.a, self.b)
         if not all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in both):
             return None
-        return float(self.b) - float(self.a)
+        difference: int | float = self.b - self.a
+        return difference
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +142,8 @@ def _notes(a: Output, b: Output, inputs: tuple[Pair, ...] | None) -> list[str]:
     notes = []
     if a.version != b.version:
         notes.append(f"A is of compgen {a.version}, B of {b.version}: numbers may differ for that alone")
-    if a.record.get("name") != b.record.get("name"):
-        notes.append(f"A is of {a.record.get('name')}, B of {b.record.get('name')}")
+    if a.subject != b.subject:
+        notes.append(f"A is of {a.subject}, B of {b.subject}")
     if inputs is None:
         older = a if not a.record.get("inputs") else b
         notes.append(f"{older.name}: its report has no inputs, so that what changed in them is not known; run it anew")

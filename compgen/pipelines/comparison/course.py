@@ -34,6 +34,8 @@ def course_of(output: Output) -> Course | None:
     Raises:
         InputError: The table is missing or damaged.
     """
+    if output.kind == "whatif" and not output.record["scenarios"]:
+        return None  # questions alone
     table = output.table(TABLES[output.kind])
     if table is None:
         return None

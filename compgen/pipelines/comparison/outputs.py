@@ -39,6 +39,12 @@ class Output:
         return self.file.parent
 
     @property
+    def subject(self) -> str:
+        """The job, the program or the path that it is about."""
+        name = self.record.get("name") or Path(str(self.record.get("path", ""))).stem
+        return str(name)[:60]
+
+    @property
     def version(self) -> str:
         """The compgen that wrote it."""
         made = self.record.get("provenance")
