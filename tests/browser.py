@@ -1,6 +1,7 @@
 """A headless Chromium in which tests look at pages; where there is none they skip and say why."""
 
 import base64
+import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,7 +32,7 @@ def missing() -> str:
 
 
 @contextmanager
-def chromium() -> Iterator["Browser"]:
+def chromium(logs_requests: bool = False) -> Iterator["Browser"]:
     """A browser that asks nothing of another host; the test skips where there is none."""
     reason = missing()
     if reason:
@@ -46,6 +47,8 @@ def chromium() -> Iterator["Browser"]:
         "--hide-scrollbars", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     ):  # fmt: skip
         options.add_argument(argument)
+    if logs_requests:
+        options.set_capability("goog:loggingPrefs", {"performance": "ALL"})
     driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
     try:
         yield Browser(driver)
@@ -70,6 +73,11 @@ class Browser:
     def run(self, script: str):
         """What a script in the page returns."""
         return self.driver.execute_script(script)
+
+    def requested(self) -> list[str]:
+        """What the pages have asked for since the last call, of a browser that logs it."""
+        messages = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
+        return [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
 
     def printed(self) -> bytes:
         """The page on A4, as PDF."""

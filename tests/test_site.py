@@ -1,14 +1,12 @@
 """The documentation as a site: built without a warning, and it asks nothing of another host. Wants ``.[docs]``."""
 
-import json
 import os
 import re
-import shutil
 import subprocess
 import sys
-import time
 
 import pytest
+from browser import chromium
 from shipped import ROOT
 
 pytest.importorskip("mkdocs", reason="the site wants: pip install -e '.[docs]'")
@@ -47,27 +45,18 @@ def test_every_page_of_docs_is_in_the_site(site):
             assert (site / page.relative_to(ROOT / "docs").with_suffix(".html")).is_file()
 
 
-def test_the_search_answers_from_a_file_and_the_browser_asks_no_host(site):
-    webdriver = pytest.importorskip("selenium.webdriver", reason="a page in a browser wants selenium")
-    if not (shutil.which("chromium") and shutil.which("chromedriver")):
-        pytest.skip("no chromium and chromedriver here")
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium")
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL"})
-    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
-    try:
-        browser.get(f"file://{site}/index.html")
-        browser.execute_script("document.querySelector('#__search').click()")
-        browser.find_element("css selector", ".md-search__input").send_keys("ballbar")
-        results, until = [], time.monotonic() + 60
-        while not results and time.monotonic() < until:
-            results = browser.find_elements("css selector", ".md-search-result__item")
+def test_the_search_answers_from_a_file_and_pages_fit_a_phone_without_asking_any_host(site):
+    with chromium(logs_requests=True) as browser:
+        from selenium.webdriver.support.ui import WebDriverWait
+
+        for page in ("overview.html", "keys.html", "api.html", "commands.html", "gallery.html", "index.html"):
+            browser.open(site / page, width=400, dark=True)
+            assert browser.run("return document.documentElement.scrollWidth") <= 400
+        browser.run("document.querySelector('#__search').click()")
+        browser.driver.find_element("css selector", ".md-search__input").send_keys("ballbar")
+        waiting = WebDriverWait(browser.driver, 60)
+        results = waiting.until(lambda driver: driver.find_elements("css selector", ".md-search-result__item"))
         assert any("Identifying a robot" in result.text for result in results)
-        log = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    finally:
-        browser.quit()
-    asked = [entry["params"]["request"]["url"] for entry in log if entry["method"] == "Network.requestWillBeSent"]
-    assert asked
+        asked = browser.requested()
+    assert any("search_index" in url for url in asked)
     assert not [url for url in asked if url.startswith(("http:", "https:"))]
