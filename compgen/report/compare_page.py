@@ -22,7 +22,7 @@ from compgen.report.figure_limits import limit_label
 from compgen.report.figure_words import curves_in_words
 from compgen.report.inputs import SHORT, Inputs
 from compgen.report.key_words import capital, title_of
-from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
+from compgen.report.page import PLAIN, PageOptions, figure_section, in_words, page, section, verdict
 from compgen.report.table import table
 
 A, B = "A", "B"
@@ -42,13 +42,13 @@ def comparison_html(comparison: Comparison, max_um: float | None = None, options
     final, kind = comparison.final_error, "predicted"
     if max_um is not None and final is not None:
         kind = "inside" if final <= max_um else "outside"
-    opening = verdict(kind, f"{_words(headline(comparison))}.")
+    opening = verdict(kind, f"{in_words(headline(comparison))}.")
     body = section("What changed in the inputs", _inputs(comparison.inputs))
     body += section("Error, verdict and band", _pairs(comparison.error))
     drawn = courses_figure(comparison, max_um)
     if drawn is not None:
         body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses")
-    body += section("Commanded positions", f"<p>{_words(positions_sentence(comparison))}.</p>")
+    body += section("Commanded positions", f"<p>{in_words(positions_sentence(comparison))}.</p>")
     body += section("Time and size", _pairs((*comparison.time, *comparison.program)))
     body += section("Findings that came and went", _findings(comparison))
     if comparison.notes:
@@ -66,10 +66,6 @@ def _whose(comparison: Comparison) -> Inputs:
         rows.append((letter, f"{whose['name']} in {whose['output']}, by compgen {whose['compgen']}{of_inputs}"))
         hashes += [(f"{letter}: inputs", digest)] if digest else []
     return Inputs(tuple(rows), tuple(hashes))
-
-
-def _words(text: str) -> str:
-    return escape(capital(text)).replace(" um", " µm")
 
 
 def courses_figure(comparison: Comparison, max_um: float | None = None) -> Figure | None:
@@ -118,7 +114,7 @@ def _inputs(inputs: tuple[Pair, ...]) -> str:
     if not inputs:
         return "<p>None: every key of the files has the same value.</p>"
     rows = [[escape(capital(title_of(p.key))), *_cells(p), f"<code>{escape(p.key)}</code>"] for p in inputs]
-    return table(["what", A, B, "key"], rows, words=(0, 3))
+    return table(["what", A, B, "key"], rows, words=(0, 1, 2, 3))
 
 
 def _pairs(pairs: tuple[Pair, ...]) -> str:

@@ -1,7 +1,6 @@
 """The temperatures of a job's day, and the error of each run: as a page, CSV tables, JSON and sentences."""
 
 import json
-from html import escape
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from compgen.report.figure import COOL, DASHES, GREY, LINES, WARM, Figure, axis,
 from compgen.report.figure_rows import Row, figure_in_rows
 from compgen.report.figure_words import course, curves_in_words, sentence
 from compgen.report.inputs import day_inputs
-from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, verdict
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, verdict
 
 REMARK = "Warmth by the robot file's heat model; errors by the sources active in it."
 
@@ -72,7 +71,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
 
 def heat_sentences(job: Job, day: Timeline) -> list[str]:
     """The day in a few sentences."""
-    rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.run_rise[0]))
+    rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.run_rise[0]))
     sentences = [f"the program starts after {day.start / HOUR:.2f} h at rises [K]: {rises}"]
     if len(day.run) > 1:
         worst = int(np.argmax(day.residual))
@@ -81,20 +80,20 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
             f"{_file_of(job)} is off by up to {day.residual[worst] / UM:.2f} um (run {worst + 1})"
         )
     first, largest = (band_record(band, not_known(job.cell, band)) for band in day.band)
-    sentence = f"by the model; on top of it {known_words(first)}"
+    by_model = f"by the model; on top of it {known_words(first)}"
     if len(day.run) > 1:
         worst = int(np.argmax(day.error)) + 1
-        sentence += f" in the first run, {rounded(largest['p95_um'])} um in run {worst}, which errs most"
+        by_model += f" in the first run, {rounded(largest['p95_um'])} um in run {worst}, which errs most"
     unknown = unknown_words(first)
-    sentences.append(sentence + (f"; not known: {unknown}" if unknown else ""))
-    rises = ", ".join(f"{n} {r:.2f}" for n, r in zip(job.heat.names, day.rise[-1]))
+    sentences.append(by_model + (f"; not known: {unknown}" if unknown else ""))
+    rises = ", ".join(f"{n} {r:z.2f}" for n, r in zip(job.heat.names, day.rise[-1]))
     sentences.append(f"at the end, {day.time[-1] / HOUR:.2f} h: {rises}")
     return sentences
 
 
 def heat_html(job: Job, day: Timeline, options: PageOptions = PLAIN) -> bytes:
     """One page, the same bytes for the same inputs."""
-    opening = "".join(verdict("predicted", escape(sentence)) for sentence in heat_sentences(job, day))
+    opening = "".join(verdict("predicted", in_words(words)) for words in heat_sentences(job, day))
     body = figure_section("Temperature over the day", _rises(job, day), "rises")
     if len(day.run) > 1:
         body += figure_section("Each run of the program", _runs(job, day), "runs")

@@ -14,7 +14,7 @@ from compgen.report.figure_rows import Row, figure_in_rows
 from compgen.report.figure_words import course, curves_in_words, sentence
 from compgen.report.identification_summary import identification_summary, limits_sentence
 from compgen.report.inputs import Inputs
-from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, section, verdict
 from compgen.report.table import table
 
 FIGURES = {
@@ -44,7 +44,7 @@ def identification_html(
     )
     opening = lead + verdict("outside" if identification.refused else "inside", sentence)
     figures = identification_figures(identification)
-    opening += f"<p>{limits_sentence(data)}</p>"
+    opening += f"<p>{in_words(limits_sentence(data))}</p>"
     body = findings_list(identification.findings) + _ladder(data) + _kinds(data)
     body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
     body += _parameters(data)

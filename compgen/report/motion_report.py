@@ -15,7 +15,7 @@ from compgen.pipelines.executed import ProgramText
 from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace
 from compgen.report.figure_words import curves_in_words
 from compgen.report.inputs import Inputs
-from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, section, verdict
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, section, verdict
 from compgen.report.table import table
 from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
@@ -90,7 +90,7 @@ def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: 
     """One page, the same bytes for the same inputs."""
     is_accepted = summary["verdict"] == "accepted"
     opening = f'<p class="lead">{escape(summary["program"]["name"])} by {escape(summary["log"]["file"])}</p>'
-    opening += "".join(verdict("inside" if is_accepted else "outside", escape(s)) for s in motion_sentences(summary))
+    opening += "".join(verdict("inside" if is_accepted else "outside", in_words(s)) for s in motion_sentences(summary))
     rows = [
         [
             fit["kind"], ", ".join(f"{t:.1f}" for t in fit["times_ms"]), f"{fit['sigma_ms']:.2f}",

@@ -1,5 +1,6 @@
 """What all pages share: their shell and look, the script that draws, findings, tables of the error."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -95,6 +96,11 @@ def figure_section(title: str, figure: Figure, key: str, text: str = "") -> str:
 def verdict(kind: str, text: str) -> str:
     """A sentence in large letters, marked as ``inside``, ``outside`` or ``predicted``."""
     return f'<p class="big {kind}">{_mark(kind)} {text}</p>'
+
+
+def in_words(text: str) -> str:
+    """Plain words as a page has them: with a capital, and with the sign of the micrometre."""
+    return re.sub(r"(?<=[0-9]) um\b", " &micro;m", escape(text[:1].upper() + text[1:]))
 
 
 def findings_list(findings: Iterable[Finding]) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 from compgen import __version__
 from compgen.pipelines.resume.corrected import ResumedProgram, words_of
 from compgen.report.inputs import correction_inputs
-from compgen.report.page import PLAIN, PageOptions, findings_list, page, section, verdict
+from compgen.report.page import PLAIN, PageOptions, findings_list, in_words, page, section, verdict
 from compgen.report.provenance import provenance
 from compgen.report.table import table
 
@@ -57,7 +57,7 @@ def program_html(resumed: ResumedProgram, options: PageOptions = PLAIN) -> bytes
         for row in data["pages"]
     ]
     head = ["page", *(f"{side} {key}" for side in ("before", "after") for key in ("max", "p99", "rms"))]
-    opening = verdict("inside" if resumed.correction.inside else "outside", escape("; ".join(words_of(resumed))))
+    opening = verdict("inside" if resumed.correction.inside else "outside", in_words("; ".join(words_of(resumed))))
     body = findings_list(resumed.findings) + section("Each page at corrected places [&micro;m]", table(head, rows))
     made = provenance(resumed.correction)
     inputs = correction_inputs(resumed.correction, made["planned_sha256"], made["corrected_sha256"])
