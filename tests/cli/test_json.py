@@ -1,0 +1,99 @@
+"""``--json``, ``-q``, ``--workers`` and ``--max-um`` at work: the same in every command that has them."""
+
+import json
+
+import pytest
+from calls import CALLS, LINE, prepare
+from command_line import refused, run
+from typer.main import get_command
+
+from compgen.cli.app import app
+
+COMMANDS = get_command(app).commands
+MEASURED = {"anchor", "executed", "follow", "identify", "identify-motion", "teach-frame", "validate"}  # in their tests
+NOT_THERE = {"schema": ("schema", "nothing"), "init": ("init", "\0"), "compare": ("compare", "not_there", "nor_this")}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return prepare(tmp_path_factory.mktemp("calls"))
+
+
+def test_every_command_is_called_here_or_needs_a_measurement():
+    assert {call[0] for call in CALLS.values()} | MEASURED == set(COMMANDS)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_the_record_is_all_that_stands_on_stdout(folder, name):
+    done = run(*CALLS[name], "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert record
+    assert done.stdout.endswith("\n")
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_quiet_says_nothing_but_what_is_asked_for(folder, name):
+    done = run(*CALLS[name], "-q", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "" or name == "schema"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_refusal_is_json_too(tmp_path, command):
+    arguments = NOT_THERE.get(command, (command, "not_there.toml"))
+    done = run(*arguments, "--json", cwd=tmp_path)
+    refused(done, 2)
+    record = json.loads(done.stdout)
+    assert record["exit_code"] == 2
+    assert done.stderr == f"cgen: {record['error']}\n"
+    assert not list(tmp_path.iterdir())
+
+
+SHARING = [n for n, c in CALLS.items() if any("--workers" in p.opts for p in COMMANDS[c[0]].params)]
+
+
+@pytest.mark.parametrize("name", SHARING)
+def test_any_number_of_workers_gives_the_same(folder, name):
+    one, three = (run(*CALLS[name], "--json", "--workers", n, cwd=folder) for n in (1, 3))
+    assert one.returncode == 0, one.stderr
+    assert one.stdout == three.stdout
+
+
+BOUNDED = {
+    ("generate", LINE, "-o", "b"): (0.5, 2),
+    ("generate", LINE, "-o", "b", "--set", "bounds.max_um=900"): (0.5, 2),
+    ("predict", LINE, "-o", "bp"): (80, 100),
+    ("check", LINE): (0.5, 2),
+    ("check", LINE, "paths/line_z.toml"): (0.5, 2),
+    ("correct", "plan/LINE_Y_PLAN.LS", "--before", "moving 200mm/s 6h", "-o", "bc"): (0.05, 5),
+    ("offsets", LINE): (1, 200),
+    ("heat", LINE, "--set", "cycle=[{state='moving', repeat=4, dwell_s=900}]", "-o", "bh"): (0.001, 500),
+    ("whatif", LINE, "--vary", "process.feed_mm_s=100,200", "--workers", "1", "-o", "bw"): (80, 100),
+    ("whatif", LINE, "--vary", "process.feed_mm_s=150,200", "--correct", "--workers", "1", "--fresh", "-o", "bv"):
+        (0.5, 2),
+    ("resume", "paged", "--from-page", "2", "--late", "65min", "--date", "2026-01-31"): (0.1, 5),
+    ("compare", "made", "again"): (0.1, 5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("call", BOUNDED, ids=[" ".join(c[:2]) for c in BOUNDED])
+def test_an_error_beyond_max_um_is_exit_1_and_within_it_0(folder, call):
+    less, more = BOUNDED[call]
+    outside = run(*call, "--max-um", less, "--json", cwd=folder)
+    assert outside.returncode == 1, outside.stderr
+    assert json.loads(outside.stdout)
+    assert outside.stderr.startswith("cgen: ")
+    inside = run(*call, "--max-um", more, "--json", cwd=folder)
+    assert (inside.returncode, inside.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("command", [c for c in COMMANDS if any("--max-um" in p.opts for p in COMMANDS[c].params)])
+@pytest.mark.parametrize("value", ["0", "nan", "1e7"])
+def test_a_bound_that_is_none_is_refused_alike(folder, command, value):
+    call = next((c for c in CALLS.values() if c[0] == command), None)
+    if call is None:
+        pytest.skip("it needs a measurement")
+    call = [word for n, word in enumerate(call) if word != "--max-um" and call[n - 1] != "--max-um"]
+    refused(run(*call, "--max-um", value, cwd=folder), 2, f"--max-um {float(value):g}: must be 0.001 to 1e+06 um")
