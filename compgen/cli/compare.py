@@ -13,7 +13,12 @@ from compgen.cli.publish import publish
 
 
 def compare(
-    a: Annotated[str, typer.Argument(help="An output's folder, or its JSON report.", show_default=False)],
+    a: Annotated[
+        str,
+        typer.Argument(
+            help="What generate, predict, correct, whatif or heat wrote: folder, or JSON report.", show_default=False
+        ),
+    ],
     b: Annotated[str, typer.Argument(help="Another one of the same command.", show_default=False)],
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for compare.html and compare.json; default: none.")

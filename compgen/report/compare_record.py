@@ -79,7 +79,7 @@ def cell(value: Any, key: str, signed: bool = False) -> str:
     if isinstance(value, int | float):
         figures = "d" if isinstance(value, int) else ".4g" if signed else ".6g"
         return f"{value:{'+' if signed else ''}{figures}}"
-    return value if isinstance(value, str) else json.dumps(value)
+    return value if isinstance(value, str) and value.isprintable() else json.dumps(value)
 
 
 def change_of(pair: Pair) -> str:

@@ -215,6 +215,7 @@ def test_what_cannot_be_compared_is_refused_in_one_line(home, tmp_path):
     for damaged, words in (
         (text[:-200], "not JSON"),
         ("[]", "not a report"),
+        (text.replace('"ratio": ', '"ratio": NaN, "other": ', 1), "not JSON"),
         (text.replace('"schema": 1', '"schema": 2', 1), "schema 2"),
         (text.replace('"max_um"', '"largest"'), "damaged"),
         (text.replace('"timing"', '"clock"'), "not a report"),

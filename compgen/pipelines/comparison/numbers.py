@@ -6,6 +6,7 @@ from typing import Any
 from compgen.pipelines.comparison.outputs import Output, naming_damage
 
 Numbers = dict[str, Any]
+_WHOLE = ("after.total.max_um", "before.total.max_um")
 _SIZES = ("max_um", "p99_um", "rms_um")
 
 
@@ -64,14 +65,15 @@ def final_error(output: Output) -> float | None:
         return float(errors["runs.residual_max_um"])
     keys = {
         "whatif": ("largest.after_max_um", "largest.before_max_um"),
-        "correct": ("after.total.max_um", "before.total.max_um"),
-    }.get(output.kind, ("on_part.after.total.max_um", "on_part.before.total.max_um"))
+        "correct": _WHOLE,
+    }.get(output.kind, ("on_part.after.total.max_um", "on_part.before.total.max_um", *_WHOLE))
     return next((float(errors[key]) for key in keys if errors.get(key) is not None), None)
 
 
 def _of_job(record: Mapping[str, Any]) -> Numbers:
     numbers: Numbers = {"verdict": record["verdict"]}
-    for prefix, sides in (("on_part.", record["on_part"]), ("", record)):
+    nothing = {"before": None, "after": None}  # of a report from before it had these
+    for prefix, sides in (("on_part.", record.get("on_part", nothing)), ("", record)):
         for side in ("before", "after"):
             if sides[side] is not None:
                 numbers |= {f"{prefix}{side}.total.{size}": float(sides[side]["total"][size]) for size in _SIZES}

@@ -42,7 +42,7 @@ class Output:
     def subject(self) -> str:
         """The job, the program or the path that it is about."""
         name = self.record.get("name") or Path(str(self.record.get("path", ""))).stem
-        return str(name)[:60]
+        return str(name)[:60] if str(name).isprintable() else repr(name)[:60]
 
     @property
     def version(self) -> str:
@@ -87,7 +87,7 @@ def read_output(name: str) -> Output:
     else:
         file = place
     try:
-        record = json.loads(read_regular(file))
+        record = json.loads(read_regular(file), parse_constant=_refuse_constant)
     except OSError as failure:
         raise InputError(f"{file}: cannot be read: {failure.strerror}; {_MEND}") from None
     except (ValueError, RecursionError):
@@ -104,6 +104,11 @@ def read_output(name: str) -> Output:
     if kind == "generate" and record["after"] is None:
         kind = "predict"
     return Output(name, kind, record, file, file == place)
+
+
+def _refuse_constant(name: str) -> None:
+    """Raises ValueError for NaN and infinity, which are no JSON."""
+    raise ValueError(name)
 
 
 @contextmanager
