@@ -55,7 +55,7 @@ def _command(name: str) -> Iterator[str]:
     links = [
         f"[{(PAGE.parent / f'{page}.md').read_text().split(chr(10))[0].lstrip('# ')}]({page}.md)" for page in pages
     ]
-    example = command.epilog.split("Example:")[1].split("\n")
+    example = re.split("Examples?:", command.epilog)[1].split("\n")
     yield from (f"### cgen {name}", "", " ".join([_words(command.help), *links]), "")
     yield from ("```sh", *(line.strip() for line in example if line.strip()), "```", "")
     yield from ("| argument, option | meaning |", "|---|---|")
