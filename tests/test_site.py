@@ -47,16 +47,17 @@ def test_every_page_of_docs_is_in_the_site(site):
 
 def test_the_search_answers_from_a_file_and_pages_fit_a_phone_without_asking_any_host(site):
     with chromium(logs_requests=True) as browser:
+        from selenium.webdriver.support.expected_conditions import element_to_be_clickable
         from selenium.webdriver.support.ui import WebDriverWait
 
         for page in ("overview.html", "keys.html", "api.html", "commands.html", "gallery.html", "index.html"):
             browser.open(site / page, width=400, dark=True)
             assert browser.run("return document.documentElement.scrollWidth") <= 400
         browser.run("document.querySelector('#__search').click()")
-        browser.driver.find_element("css selector", ".md-search__input").send_keys("ballbar")
-        waiting = WebDriverWait(browser.driver, 60)
-        results = waiting.until(lambda driver: driver.find_elements("css selector", ".md-search-result__item"))
-        assert any("Identifying a robot" in result.text for result in results)
+        waiting = WebDriverWait(browser.driver, 300)
+        waiting.until(element_to_be_clickable(("css selector", ".md-search__input"))).send_keys("ballbar")
+        results = "return document.querySelector('.md-search-result__list').textContent"
+        waiting.until(lambda _: "Identifying a robot" in browser.run(results))
         asked = browser.requested()
     assert any("search_index" in url for url in asked)
     assert not [url for url in asked if url.startswith(("http:", "https:"))]
