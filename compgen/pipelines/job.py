@@ -117,7 +117,7 @@ class ProgramPlan:
     posture: Posture
 
 
-@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True, repr=False)
 class Job:
     """A planned program, the cell that shall run it, and what went before."""
 
@@ -137,6 +137,9 @@ class Job:
     log: TemperatureLog | None = None  # that its heat begins with, as it was read
     ensemble: Ensemble | None = None  # the starts that the file shall serve; None: the planned one alone
     inputs: Mapping[str, Any] = field(default_factory=dict)  # keys of ``path`` and ``robot``, ``files`` that they name
+
+    def __repr__(self) -> str:
+        return f"<Job {self.name}: {self.title}, on {self.cell.robot.name}>"
 
     @property
     def source(self) -> str:
