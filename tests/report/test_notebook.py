@@ -519,3 +519,8 @@ def test_every_public_name_is_listed_and_documented():
         assert f"\n    {name}(" in text
     with pytest.raises(AttributeError, match="no attribute 'predikt'"):
         _ = compgen.predikt
+
+
+def test_a_job_prints_as_one_line():
+    job = compgen.load_job(str(ROOT / "paths" / "line_y.toml"))
+    assert repr(job) == f"<Job line_y: {job.title}, on m710ic50>"
