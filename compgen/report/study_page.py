@@ -64,7 +64,8 @@ def _figures(grid: Grid, study: Study, limit: Limit | None) -> str:
     if len(grid.varied) >= 2:
         y, x = sorted(grid.varied[:2], key=lambda key: len(grid.values(key)))  # the longer one along the page
         for side in grid.sides:
-            judged = limit if side == "after" or (limit is not None and limit.is_asked) else None
+            is_judged = side == grid.sides[-1] and limit is not None and (side == "after" or limit.is_asked)
+            judged = limit if is_judged else None
             drawn, held = error_map(grid, x, y, side, judged)
             heading = f"Largest error {side}, over {escape(words_of(x))} and {escape(words_of(y))}"
             body += figure_section(heading, drawn, f"map_{side}", _note(held))

@@ -201,3 +201,11 @@ def test_a_large_study_is_drawn_at_once_with_some_of_its_lines():
     figure, held = curves(grid, FEED)
     assert len([t for t in figure["data"] if t["mode"] != "markers"]) == 30
     assert held == "Lines for 30 of 300 values of first warm-up."
+
+
+def test_only_the_map_that_the_bound_is_for_marks_what_is_over_it():
+    grid = made_grid({WARMUP: HOURS, FEED: FEEDS}, by_feed_and_hours, lambda p: float(p[FEED]) / 20)
+    page = texts(study_html("t", study_of(grid), list(grid.rows), [], max_um=2.0).decode())
+    before, after = page.split("Largest error before, over")[1].split("Largest error after, over")
+    assert "▲" not in before
+    assert "▲ over --max-um 2 µm." in after
