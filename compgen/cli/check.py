@@ -73,6 +73,8 @@ def check(
 
     use_machine(workers)
 
+    judged: list[tuple[Any, Any]] = []  # to be shown; of many paths their reports are enough
+
     def judge(path: str) -> tuple[dict[str, Any], str]:
         if written is not None:
             changes = with_state(path, bounded, state, state_age)
@@ -84,8 +86,8 @@ def check(
             job = load_job(path, robot, with_state(path, bounded, state, state_age))
             planned, corrected = pipeline.generate(job, progress)
             corrected = judge_ramps(planned, corrected) if strict else corrected
-        if alone and not (as_json or quiet):
-            show_job(planned, corrected, None, {})
+        if alone:
+            judged.append((planned, corrected))
         broken = next((f.message for f in corrected.findings if f.level is Level.OUTSIDE), "")
         return job_summary(planned, corrected), f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
 
@@ -95,7 +97,9 @@ def check(
         raise typer.Exit(print_refusal(outcomes[0].message, worst))
     if as_json:
         print_record(outcomes[0].summary if alone else [_record(outcome) for outcome in outcomes])
-    elif not (quiet or alone):
+    elif alone and not quiet:
+        show_job(*judged[0], None, {})
+    elif not quiet:
         show_outcomes(outcomes)
     for outcome in outcomes:
         if outcome.code:

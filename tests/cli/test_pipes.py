@@ -88,3 +88,15 @@ def test_a_terminal_without_colours_gets_none(folder, variables):
     codes = {int(code) for found in re.findall(rb"\x1b\[([0-9;]*)m", output) for code in found.split(b";") if code}
     assert not {code for code in codes if 30 <= code <= 49 or 90 <= code <= 107}
     assert b"total, um" in output
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is full")
+@pytest.mark.parametrize("more", [(), ("paths/line_z.toml",), ("--json",)])
+def test_an_output_that_is_full_is_refused(folder, more):
+    command = [sys.executable, "-m", "compgen", "check", LINE, *more]
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            command, cwd=folder, env=ENVIRONMENT, stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 2
+    assert done.stderr == "cgen: output: cannot be written: No space left on device; see where it goes\n"
