@@ -67,7 +67,7 @@ class Browser:
         self._do("Emulation.setScriptExecutionDisabled", value=not scripts)
         self._do("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        self._do("Emulation.setEmulatedMedia", features=[scheme])
+        self._do("Emulation.setEmulatedMedia", media="", features=[scheme])
         self.driver.get(page.as_uri())
 
     def run(self, script: str):
@@ -85,8 +85,9 @@ class Browser:
         return base64.b64decode(printed["data"])
 
     def print_media(self) -> None:
-        """Show the page as it is printed."""
-        self._do("Emulation.setEmulatedMedia", media="print")
+        """Show the page as it is printed where the screen is dark."""
+        dark = {"name": "prefers-color-scheme", "value": "dark"}
+        self._do("Emulation.setEmulatedMedia", media="print", features=[dark])
 
     def text(self, selector: str) -> str:
         """All words of the elements that a selector finds."""
