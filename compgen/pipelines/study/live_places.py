@@ -10,7 +10,7 @@ e0 is the twin's flight of the text less d of the state it was flown in, O the m
 program starts, a u what the air does until then, F what the program's own motion adds. What heat does is smooth: places
 lie evenly along the part, and at both ends of each stretch of it. Chord and rounding are not: samples are many, evenly,
 each with the length that it stands for, and beside them those at which e0 lies farthest in some direction, without a
-length, so that the largest error is met.
+length, and those that are among the largest in some state: so the largest error is met.
 """
 
 from collections.abc import Sequence
@@ -30,9 +30,13 @@ from compgen.thermal import Duty, still_air
 from compgen.verification.deviation import deviation_from_path, sample_lengths
 from compgen.verification.twin import Execution
 
-LEAST, MOST, OF_PIECE = 1000, 4000, 16  # places along the part; on each stretch of it between two ways through the air
-SAMPLES = 16_000  # evenly along the part
+LEAST, MOST = 1000, 8000  # places along the part
+OF_PIECE = 16  # of them on each stretch of it between two ways through the air
+BETWEEN = 0.025  # [m] of two: a straight line between what heat does there leaves a turn of 0.65 m by 0.1 mm
+SAMPLES = 30_000  # evenly along the part
 GOLDEN = (5**0.5 - 1) / 2
+SHORT, NEAR = 0.02, 0.97  # [m] stretches whose largest are kept, from this share of the largest of all on
+AROUND = 10.0  # [K] about the planned air
 STRETCHES = 400  # in which the farthest in each of some directions are kept
 DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 
@@ -56,6 +60,7 @@ class Places:
     arc: Array  # (P,) [m]
     position: Array  # (P, 3) [m] World
     time: Array  # (P,) [s] since the program's start
+    gap: BoolArray  # (P,) whether the tool is off the part between a place and the next
     slope: Array  # (P, 3, K) [m/K] B_c, what does not go with the coefficient of expansion
     growth: Array  # (P, 3, K) [m/K] B_g as planned
     program: Array  # (P, K) [K] F
@@ -97,15 +102,22 @@ def places_of(job: Job, flown: Flown, dearer: Job | None) -> Places:
     span = arc[rows[ahead]] - arc[rows[place]]
     share = np.divide(arc[every] - arc[rows[place]], span, out=np.zeros(len(every)), where=span > 0)
     own = flown.error[every] - (moved[place] + share[:, None] * (moved[ahead] - moved[place]))
-    chosen, length = _chosen(own, sample_lengths(arc)[every], np.searchsorted(every, rows))
+    largest = np.zeros(len(every), dtype=bool)
+    for rise in _states(flown.rise[rows]):
+        d = np.einsum("pik,pk->pi", both, rise)
+        size = np.linalg.norm(own + d[place] + share[:, None] * (d[ahead] - d[place]), axis=1)
+        largest[_largest(size, arc[every])] = True
+    chosen, length = _chosen(own, sample_lengths(arc)[every], np.searchsorted(every, rows), largest)
     position = model_of(job).nominal_pose(geometry.theta[rows]).position
+    off = np.concatenate([[0], np.cumsum(~on_part)])
+    gap = np.append(np.diff(off[rows]) > 0, True)
     carried = (
         single(x)
         for x in (position, both - growth, growth, own_heat(job, geometry)[rows], own[chosen], share[chosen], length)
     )
     position, slope, growth, program, own, share, length = carried
     return Places(
-        arc[rows], position, geometry.now[rows], slope, growth, program, own, place[chosen], share, length
+        arc[rows], position, geometry.now[rows], gap, slope, growth, program, own, place[chosen], share, length
     )  # fmt: skip
 
 
@@ -136,19 +148,39 @@ def _places_along(arc: Array, on_part: BoolArray) -> IntArray:
     rows = np.flatnonzero(on_part)
     leaves = np.flatnonzero(np.diff(rows) > 1)
     ends = np.concatenate([rows[:1], rows[leaves], rows[leaves + 1], rows[-1:]])
-    count = int(np.clip(OF_PIECE * (len(leaves) + 1), LEAST, MOST))
     passed = np.cumsum(sample_lengths(arc)[rows])
+    count = int(np.clip(max(OF_PIECE * (len(leaves) + 1), passed[-1] / BETWEEN), LEAST, MOST))
     even = rows[np.searchsorted(passed, np.linspace(0, passed[-1], count)).clip(max=len(rows) - 1)]
     return np.unique(np.concatenate([ends, even]))
 
 
-def _chosen(own: Array, weight: Array, places: IntArray) -> tuple[IntArray, Array]:
-    """Of samples on the part those that are kept, the places among them, and the length that each stands for [m]."""
+def _states(rise: Array) -> list[Array]:
+    """Rises about the planned ones, (P, K) [K] each, in which the largest errors are looked for."""
+    return [share * rise + air for share in (0.0, 0.4, 1.0) for air in (-AROUND, -AROUND / 4, 0.0, AROUND / 4, AROUND)]
+
+
+def _largest(size: Array, arc: Array) -> IntArray:
+    """The largest of each short stretch, where it is among the largest of all."""
+    stretch = np.flatnonzero(np.diff(np.floor(arc / SHORT), prepend=-1.0))
+    top = np.maximum.reduceat(size, stretch)
+    rows = [a + int(np.argmax(size[a:b])) for a, b in zip(stretch.tolist(), [*stretch[1:].tolist(), len(size)])]
+    return np.asarray(np.array(rows)[top >= NEAR * size.max()])
+
+
+def _chosen(own: Array, weight: Array, places: IntArray, largest: BoolArray) -> tuple[IntArray, Array]:
+    """Of samples on the part those that are kept, and the length that each stands for [m].
+
+    Args:
+        own: e0, (M, 3) [m].
+        weight: Length of part at each [m].
+        places: Which of them are places.
+        largest: Where the error is among the largest in some state.
+    """
     parts = np.array_split(np.arange(len(own)), min(SAMPLES, len(own)))
     length = np.zeros(len(own))
     for n, part in enumerate(parts):  # not always the first: waypoints may lie as evenly as the parts do
         length[part[int(n * GOLDEN % 1 * len(part))]] = weight[part].sum()
-    kept = length > 0
+    kept = (length > 0) | largest
     kept[places] = True
     towards = own @ (DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]).T
     for part in np.array_split(np.arange(len(own)), min(STRETCHES, len(own))):

@@ -501,6 +501,6 @@ for (const input of root.querySelectorAll("input[name=live-view]")) input.addEve
 });
 view.axes = root.querySelector("input[name=live-view]:checked").value.split("").map(Number);
 drawPath();
-update(false);
+for (let turn = 0; turn < 3; turn++) update(false);  // a browser compiles what it has seen before: quick from the first move
 root.classList.add("live-ready");
 })();

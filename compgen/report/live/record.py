@@ -118,14 +118,12 @@ def _law(law: NodeLaw) -> dict[str, Any]:
 
 
 def _places(places: Places) -> dict[str, Any]:
-    P = len(places.arc)
     return {
         "arc": packed(places.arc), "position": packed(places.position, "f4"), "time": packed(places.time),
         "slope": packed(places.slope, "f4") if places.slope.any() else None, "growth": packed(places.growth, "f4"),
         "program": packed(places.program, "f4"), "own": packed(places.own, "f4"), "place": packed(places.place, "i4"),
         "share": packed(places.share, "f4"), "length": packed(places.length, "f4"),
-        # no sample between two places: the tool is in the air
-        "gap": [int(n == 0) for n in np.bincount(places.place, places.share > 0, minlength=P)[:P].tolist()],
+        "gap": places.gap.astype(int).tolist(),
     }  # fmt: skip
 
 

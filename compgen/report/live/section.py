@@ -252,8 +252,8 @@ def _agreement(agreement: Agreement) -> str:
     count = len(agreement.settings) - 1
     words = (
         f"Checked when this page was made, at the planned state and {count} drawn ones: its numbers and its band are "
-        f'within <b id="live-agreement">{agreement.largest / UM:.3f}</b> &micro;m of the full computation, which reads '
-        "the files anew and flies both texts with the twin"
+        f'within <b id="live-agreement">{max(agreement.largest / UM, 0.001):.3f}</b> &micro;m of the full computation, '
+        "which reads the files anew and flies both texts with the twin"
     )
     if agreement.is_close:
         words += f" (at most {BOUND / UM:g} is promised)"
