@@ -49,8 +49,17 @@ def _path(anchored: Anchored) -> str:
     moved = np.linalg.norm(anchored.chosen.correction, axis=1) / UM
     traces = [
         trace("scatter", 100 * x, anchored.chosen.before / UM, name="open before", mode="lines", line={"color": WARM}),
-        trace("scatter", 100 * x, anchored.chosen.after / UM, name="open after", mode="lines", line={"color": COOL}),
-        trace("scatter", 100 * x, moved, name="the state moves it by", mode="lines", line={"color": GREY}),
+        trace(
+            "scatter",
+            100 * x,
+            anchored.chosen.after / UM,
+            name="open after",
+            mode="lines",
+            line={"color": COOL, "dash": "dash"},
+        ),
+        trace(
+            "scatter", 100 * x, moved, name="the state moves it by", mode="lines", line={"color": GREY, "dash": "dot"}
+        ),
     ]
     text = f"<p class=lead>{len(place)} places along the part; standard deviation, all directions together.</p>"
     alt = curves_in_words("Along the part", traces, "µm")

@@ -85,7 +85,7 @@ def budget_figure(record: dict[str, Any]) -> Figure:
             trace(
                 "bar", [b - a for a, b in zip(low, high)], [row["what"] for row in sized], base=list(low),
                 orientation="h", showlegend=False, xaxis="x2", yaxis="y2", text=extents, cliponaxis=False,
-                marker={"color": GREY, "pattern": {"shape": "/"}},
+                marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}},
             )
         )  # fmt: skip
         layout["xaxis2"] = axis("not known; found elsewhere [µm]", domain=right, anchor="y2", rangemode="tozero")
@@ -97,7 +97,8 @@ def budget_figure(record: dict[str, Any]) -> Figure:
         narrow = {
             "height": tall + 60,
             "xaxis": {"domain": [0.0, 1.0]}, "yaxis": {"domain": [split, 1.0]},
-            "xaxis2": {"domain": [0.0, 1.0]}, "yaxis2": {"domain": [0.0, max(split - 75 / tall, 0.05)]},
+            "xaxis2": {"domain": [0.0, 1.0], "title": {"text": "not known [µm]"}},
+            "yaxis2": {"domain": [0.0, max(split - 75 / tall, 0.05)]},
         }  # fmt: skip
     alt = sentence("What the part will see beyond the arithmetic", words)
     return figure(traces, height, alt, narrow, **layout)

@@ -75,10 +75,10 @@ def _space(run: ExecutedRun) -> Figure:
 
 def _over_time(run: ExecutedRun) -> Figure:
     d, traces = run.deviation, []
-    for name, values, colour in (("across", d.across, WARM), ("normal", d.normal, COOL)):
+    for name, values, colour, dash in (("across", d.across, WARM, "solid"), ("normal", d.normal, COOL, "dot")):
         rows = rows_to_draw(np.abs(values))
         x, y = np.round(d.time[rows], 3), np.round(values[rows] / UM, 3)
-        traces.append(trace("scatter", x, y, name=name, line={"color": colour, "width": 1.2}))
+        traces.append(trace("scatter", x, y, name=name, line={"color": colour, "width": 1.2, "dash": dash}))
     alt = curves_in_words("Deviation over time", traces, "µm")
     return figure(traces, 320, alt, yaxis=axis("deviation [µm]"), xaxis=axis("the log's clock [s]"))
 
@@ -89,8 +89,11 @@ def _speed(run: ExecutedRun) -> Figure:
     way = run.laid.projection.way[d.row[rows]]
     written = np.diff(course.arc)[way] / np.maximum(np.diff(course.cruise)[way], 1e-9)
     traces = [
-        trace("scatter", np.round(d.time[rows], 3), np.round(v / MM, 3), name=name, line={"color": c, "width": w})
-        for name, v, c, w in (("written", written, GREY, 1.0), ("executed", d.speed[rows], WARM, 1.4))
+        trace("scatter", np.round(d.time[rows], 3), np.round(v / MM, 3), name=name, line=line)
+        for name, v, line in (
+            ("written", written, {"color": GREY, "width": 1.0, "dash": "dash"}),
+            ("executed", d.speed[rows], {"color": WARM, "width": 1.4}),
+        )
     ]
     alt = curves_in_words("Speed along the path", traces, "mm/s")
     return figure(traces, 300, alt, yaxis=axis("speed [mm/s]", rangemode="tozero"), xaxis=axis("the log's clock [s]"))

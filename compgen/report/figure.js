@@ -60,7 +60,7 @@ const cgenFigures = (() => {
     if (!width || place.dataset.state === state) return;
     place.dataset.state = state;
     const { data, layout } = adapted(specifications.get(key), width, ink);
-    Plotly.react(place, data, layout, CONFIG);
+    Plotly.react(place, data, layout, { ...CONFIG, displayModeBar: width < NARROW ? false : "hover" });
     const { classList } = place.parentElement;
     classList.add("drawn");
     place.removeAllListeners("plotly_webglcontextlost");
@@ -81,6 +81,7 @@ const cgenFigures = (() => {
 
   window.addEventListener("beforeprint", () => print(true));
   window.addEventListener("afterprint", () => print(false));
+  window.addEventListener("load", redrawAll); // of a page that had no width before
   window.addEventListener("resize", redrawAll);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawAll);
 

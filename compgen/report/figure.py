@@ -34,7 +34,7 @@ VARIABLES = {  # of a page's style, by the colour they have on a light page
 }  # fmt: skip
 DASHED = {"color": "#b91c1c", "dash": "dash", "width": 1}  # a limit
 # viridis without its ends, which a dark and a white page swallow; light is little: even greys on paper
-LIGHT_TO_DARK = ("#b5de2b", "#6ece58", "#35b779", "#1f9e89", "#26828e", "#31688e", "#3e4989")
+LIGHT_TO_DARK = ("#b5de2b", "#6ece58", "#35b779", "#1f9e89", "#26828e", "#31688e")
 _RED_TO_BLUE = (
     "#67001f", "#b2182b", "#d6604d", "#f4a582", "#fddbc7", "#f7f7f7", "#d1e5f0", "#92c5de", "#4393c3", "#2166ac",
     "#053061",
@@ -133,7 +133,8 @@ def rows_to_draw(values: Array) -> IntArray:
 def div(content: Figure, key: str) -> str:
     """A figure as an element of a page, ``key`` its id; without a script its words and its still picture."""
     parts = ",".join(_script(part) for part in (key, content["data"], content["layout"]))
-    still = f'<div class="still">{"".join(content["still"])}</div>' if "still" in content else ""
+    note = f"<p>{escape(content['note'])}</p>" if content.get("note") else ""
+    still = f'<div class="still">{"".join(content["still"])}{note}</div>' if "still" in content else ""
     words = escape(content["alt"])
     return (
         f'<figure class="chart" role="img" aria-label="{words}"><div id="{key}" class="plotly-graph-div"></div>{still}'

@@ -11,9 +11,9 @@ from compgen.core.arrays import Array, BoolArray
 from compgen.report.figure import LIGHT_TO_DARK, Figure, axis, figure, packed_array, scale, spans, trace
 from compgen.report.figure_words import between, rounded_number, sentence
 from compgen.report.still import still_svg
-from compgen.report.view import View, ticks, view_of
+from compgen.report.view import View, middle_tick, ticks, view_of
 
-TALL, TOP = 460, 62  # a scene with its scale of colours, and that alone [px]
+TALL, TALL_ON_PHONE, TOP = 460, 370, 62  # a scene with its scale of colours, and that alone [px]
 FEW = 150  # places that are marked one by one
 TICKS = 5  # on the longest side
 
@@ -61,7 +61,7 @@ def figure_in_space(
         parts.append(f"{path.title} {between(values, unit)}{_where(places, values)}")
     for name, change in _arranged(len(paths), False).items():
         layout[name] = _merge(layout[name], change)
-    height, narrow = TALL, {**_arranged(len(paths), True), "height": TALL * len(paths)}
+    height, narrow = TALL, {**_arranged(len(paths), True), "height": TALL_ON_PHONE * len(paths)}
     margin = {"l": 5, "r": 5, "t": 10, "b": 30 if note else 10}
     if note:
         layout["annotations"] = [_annotation(note)]
@@ -107,11 +107,14 @@ def _scene(view: View) -> dict[str, Any]:
     axes = {}
     for k, name in enumerate("xyz"):
         low, high = float(view.low[k]), float(view.high[k])
-        numbers = ticks(low, high, max(2, round(TICKS * float(ratio[k]))))
-        title = f"{name.upper()} [mm]"
+        numbers = ticks(low, high, max(2, round(TICKS * float(ratio[k])))).tolist()
+        title, words = f"{name.upper()} [mm]", {}
+        if view.short[k]:
+            numbers, title = [middle_tick(low, high)], ""
+            words = {"ticktext": [f"{name.upper()} {numbers[0]:g} mm"]}
         axes[f"{name}axis"] = axis(
-            f"<br><br>{title}" if name == "z" else title,  # off its numbers
-            range=[low, high], tickvals=numbers.tolist(), tickfont={"size": 11}, tickangle=0, showbackground=False,
+            f"<br><br><br>{title}" if name == "z" and title else title, **words,  # off its numbers
+            range=[low, high], tickvals=numbers, tickfont={"size": 11}, tickangle=0, showbackground=False,
             gridcolor="#c8d4e3", showline=True, linecolor="#94a3b8", showspikes=False, zeroline=False,
         )  # fmt: skip
     fit = 0.7 / max(view.extent[1], view.extent[0])  # until figure.js knows how much room there is
@@ -142,7 +145,7 @@ def _arranged(count: int, stacked: bool) -> dict[str, Any]:
             x, (low, high) = [0.0, 1.0], [(count - 1 - k) / count, (count - k) / count]
         else:
             x, (low, high) = spans(count, 0.03)[k], [0.0, 1.0]
-        top = TOP / TALL * (high - low)
+        top = TOP / (TALL_ON_PHONE if stacked else TALL) * (high - low)
         places[f"scene{which}"] = {"domain": {"x": x, "y": [low, high - top]}}
         bar = {"x": sum(x) / 2, "xanchor": "center", "y": high, "yanchor": "top", "len": 0.7 * (x[1] - x[0])}
         places[f"coloraxis{which}"] = {"colorbar": bar}
@@ -174,8 +177,7 @@ def _note(view: View, places: Array) -> str:
     if not len(beyond):
         return ""
     away = np.linalg.norm(np.maximum(np.maximum(view.low - beyond, beyond - view.high), 0), axis=1).max()
-    places_are = "place is" if len(beyond) == 1 else "places are"
-    return f"Not shown: {len(beyond)} {places_are} off the part, up to {away:,.0f} mm beyond these axes"
+    return f"Not shown: {len(beyond)} of {len(places)} places, up to {away:,.0f} mm beyond these axes"
 
 
 def _where(places: Array, values: Array) -> str:

@@ -157,9 +157,17 @@ def _residuals_over_joints(identification: Identification) -> Figure:
         )
         for k in range(6)
     ]  # fmt: skip
-    title = "pendant angle [deg]; click the legend for another joint"
+    title = "pendant angle [deg]"
+    narrow = {"xaxis": {"title": {"text": title}}}
     alt = curves_in_words("Residual over each joint's angle", traces, "µm")
-    return figure(traces, 340, alt, yaxis=axis("residual [µm]"), xaxis=axis(title))
+    return figure(
+        traces,
+        340,
+        alt,
+        narrow,
+        yaxis=axis("residual [µm]"),
+        xaxis=axis(f"{title}; click the legend for another joint"),
+    )
 
 
 def _correlation_map(identification: Identification) -> Figure:
@@ -169,7 +177,17 @@ def _correlation_map(identification: Identification) -> Figure:
     names = [identification.model.parameters[k].name for k in index[best]]
     values = np.round(correlations(fit)[np.ix_(best, best)], 3)
     small = {"tickfont": {"size": 8}}
+    pairs = np.abs(np.triu(values, 1))
+    one, other = np.unravel_index(int(np.argmax(pairs)), pairs.shape) if len(names) > 1 else (0, 0)
+    alt = f"Correlation of {len(names)} parameters"
+    if len(names) > 1:
+        alt += (
+            f": largest {values[one, other]:.2f}, of {names[one]} and {names[other]}; {(pairs > 0.9).sum()} above 0.9"
+        )
+    unnamed = {"showticklabels": False}
+    narrow = {"height": 420, "margin": {"l": 10, "b": 20}, "xaxis": unnamed, "yaxis": unnamed}
+    look = {"colorscale": RED_TO_BLUE, "zmin": -1, "zmax": 1, "colorbar": {"title": {"text": "correlation"}}}
     return figure(
-        [trace("heatmap", names, names, values, colorscale=RED_TO_BLUE, zmin=-1, zmax=1)], 760, "Correlations",
+        [trace("heatmap", names, names, values, **look)], 760, f"{alt}.", narrow,
         yaxis={**small, "autorange": "reversed"}, xaxis=small, margin={"l": 190, "r": 20, "t": 40, "b": 190},
     )  # fmt: skip

@@ -13,7 +13,7 @@ from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
 from compgen.pipelines.executed import ProgramText
 from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace
-from compgen.report.figure_words import curves_in_words
+from compgen.report.figure_words import sentence
 from compgen.report.inputs import Inputs
 from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, section, verdict
 from compgen.report.table import table
@@ -106,9 +106,15 @@ def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: 
 
 
 def _bars(summary: dict[str, Any]) -> Figure:
-    names = [fit["kind"] for fit in summary["tried"]]
-    colours = [COOL if fit["as_well"] else GREY for fit in summary["tried"]]
-    heights = [round(fit["held_out_um"], 3) for fit in summary["tried"]]
-    bars = trace("bar", names, heights, marker={"color": colours}, showlegend=False)
-    alt = curves_in_words("What each kind leaves, held out", [bars], "µm")
-    return figure([bars], 320, alt, yaxis=axis("held out, rms [µm]", type="log"))
+    bars, words = [], []
+    for name, as_well, colour, pattern in (("foretells as well", True, COOL, ""), ("worse", False, GREY, "/")):
+        fits = [fit for fit in summary["tried"] if fit["as_well"] is as_well]
+        heights = [round(fit["held_out_um"], 3) for fit in fits]
+        look = {"color": colour, "pattern": {"shape": pattern}}
+        bars.append(trace("bar", [fit["kind"] for fit in fits], heights, name=name, marker=look))
+        words += [f"{fit['kind']} {height:.3g} µm" for fit, height in zip(fits, heights)]
+    alt = sentence("What each kind leaves on stretches held out, rms", words)
+    order = {"categoryorder": "array", "categoryarray": [fit["kind"] for fit in summary["tried"]]}
+    return figure(
+        bars, 340, alt, {"height": 440}, yaxis=axis("held out, rms [µm]", type="log"), xaxis=order, showlegend=True
+    )

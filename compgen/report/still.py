@@ -9,12 +9,12 @@ from html import escape
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
-from compgen.report.view import View, ticks
+from compgen.report.view import View, middle_tick, ticks
 
 Pixels = Callable[[Array], Array]  # places (N, 3) to their pixels (N, 2)
 
 WIDTH, HEIGHT = 340, 330  # [px]
-TOP, EDGE = 58, 36  # for the scale of colours, and around the box [px]
+TOP, EDGE, SIDE = 58, 36, 62  # for the scale of colours, and around the box [px]
 PIECES = 400  # of the path, each in one colour
 CHORD = 0.25  # how far a drawn line is from the path at most [px]
 BAR_LEFT, BAR_WIDTH = 60, WIDTH - 120
@@ -32,7 +32,7 @@ def still_svg(title: str, view: View, places: Array, values: Array, largest: flo
         colours: From zero to the largest.
     """
     right, up = view.extent
-    scale = min((WIDTH - 2 * EDGE) / right, (HEIGHT - TOP - 2 * EDGE) / up) / 2
+    scale = min((WIDTH - 2 * SIDE) / right, (HEIGHT - TOP - 2 * EDGE) / up) / 2
 
     def pixels(points: Array) -> Array:
         flat = scale * view.project(points)
@@ -100,11 +100,11 @@ def _box(view: View, pixels: Pixels) -> list[str]:
         start[k] = view.low[k]
         end = start.copy()
         end[k] = view.high[k]
-        parts += _axis(f"{name} [mm]", start, end, k, pixels, middle)
+        parts += _axis(name, bool(view.short[k]), start, end, k, pixels, middle)
     return parts
 
 
-def _axis(name: str, start: Array, end: Array, k: int, pixels: Pixels, middle: Array) -> list[str]:
+def _axis(name: str, short: bool, start: Array, end: Array, k: int, pixels: Pixels, middle: Array) -> list[str]:
     ends = pixels(np.array([start, end]))
     length = float(np.linalg.norm(ends[1] - ends[0]))
     direction = (ends[1] - ends[0]) / max(length, 1e-9)
@@ -113,17 +113,21 @@ def _axis(name: str, start: Array, end: Array, k: int, pixels: Pixels, middle: A
         outward = -outward
     anchor = "middle" if abs(outward[0]) < 0.3 else "start" if outward[0] > 0 else "end"
     parts = [f'<path d="{_line(ends)}" stroke="currentColor" fill="none"/>']
-    for value in ticks(start[k], end[k], max(1, int(length / 42))):
+    numbers = [middle_tick(start[k], end[k])] if short else ticks(start[k], end[k], max(1, int(length / 42)))
+    for value in numbers:
         place = start.copy()
         place[k] = value
         x, y = pixels(place[None])[0]
+        words = f"{name} {value:g} mm" if short else f"{value:g}"
         (dx, dy), (tx, ty) = 4 * outward, 7 * outward
         parts.append(f'<path d="M{x:.1f} {y:.1f}l{dx:.1f} {dy:.1f}" stroke="currentColor"/>')
-        parts.append(f'<text x="{x + tx:.1f}" y="{y + ty + 4:.1f}" text-anchor="{anchor}">{value:g}</text>')
+        parts.append(f'<text x="{x + tx:.1f}" y="{y + ty + 4:.1f}" text-anchor="{anchor}">{words}</text>')
+    if short:
+        return parts
     x, y = ends.mean(axis=0) + (30 if k < 2 else 26) * outward
     if k == 2:
         x, y, anchor = ends[1, 0], ends[1, 1] - 7, "middle"
-    parts.append(f'<text x="{x:.1f}" y="{y + 4:.1f}" text-anchor="{anchor}" font-weight="600">{name}</text>')
+    parts.append(f'<text x="{x:.1f}" y="{y + 4:.1f}" text-anchor="{anchor}" font-weight="600">{name} [mm]</text>')
     return parts
 
 

@@ -13,6 +13,7 @@ from compgen.core.arrays import Array, BoolArray, column_extremes, own
 THIN = 0.22  # of the longest side: what every other side has at least, so that its axis can be read
 NEAR = 0.5  # of the longest side: what is no part but so near is shown too
 CLOSE, FAR = 60, 4  # percentile of the distances from the middle, and how many times that is far away
+SHORT = 0.35  # of the longest side
 SMALLEST = 20.0  # a box's longest side [mm]
 AZIMUTHS = (-60.0, -30.0, 30.0, 60.0, -120.0, -150.0, -75.0, -15.0)  # of the eye [deg]; the first of equals
 ELEVATIONS = (35.0, 60.0, 20.0)
@@ -35,6 +36,11 @@ class View:
     def size(self) -> Array:
         """Sides of the box, (3,) [mm]."""
         return np.asarray(self.high - self.low)
+
+    @property
+    def short(self) -> BoolArray:
+        """Which axes are too short for several numbers and a name beside them, (3,)."""
+        return np.asarray(self.size < SHORT * self.size.max())
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -105,3 +111,9 @@ def ticks(low: float, high: float, most: int) -> Array:
         if count <= most:
             return np.asarray(step * (first + np.arange(max(count, 0)))) + 0.0
     return np.zeros(0)
+
+
+def middle_tick(low: float, high: float) -> float:
+    """A round number near the middle of a range, for an axis that is too short for more."""
+    numbers = ticks(low, high, 3)
+    return float(numbers[np.argmin(np.abs(numbers - (low + high) / 2))]) if len(numbers) else (low + high) / 2
