@@ -78,10 +78,7 @@ def check(
     def judge(path: str) -> tuple[dict[str, Any], str]:
         if written is not None:
             changes = with_state(path, bounded, state, state_age)
-            summary, message = judge_written(path, robot, changes, written, quiet or as_json)
-            if not (as_json or quiet):
-                show_written(summary)
-            return summary, message
+            return judge_written(path, robot, changes, written, quiet or as_json)
         with show_progress(quiet or as_json, CHECK) as progress:
             job = load_job(path, robot, with_state(path, bounded, state, state_age))
             planned, corrected = pipeline.generate(job, progress)
@@ -97,8 +94,10 @@ def check(
         raise typer.Exit(print_refusal(outcomes[0].message, worst))
     if as_json:
         print_record(outcomes[0].summary if alone else [_record(outcome) for outcome in outcomes])
-    elif alone and not quiet:
+    elif alone and not quiet and judged:
         show_job(*judged[0], None, {})
+    elif alone and not quiet:
+        show_written(outcomes[0].summary or {})
     elif not quiet:
         show_outcomes(outcomes)
     for outcome in outcomes:
