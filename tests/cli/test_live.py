@@ -2,9 +2,16 @@
 
 import json
 
+import numpy as np
 import pytest
 from command_line import refused, run
-from shipped import ROOT
+from shipped import ROOT, path_file, quiet
+
+from compgen.core.units import UM
+from compgen.pipelines.study.live_build import build_live
+from compgen.pipelines.study.live_check import Agreement
+from compgen.pipelines.study.live_model import planned_setting
+from compgen.report.live import live_section
 
 LINE = ROOT / "paths" / "line_y.toml"
 
@@ -70,3 +77,15 @@ def test_a_path_that_cannot_be_corrected_says_so_and_its_study_goes_on(tmp_path)
     assert "No sliders: " in result.stdout
     refused(run("whatif", LINE, *far, "-o", tmp_path / "alone", cwd=tmp_path), 3, "reach")
     assert not (tmp_path / "alone").exists()
+
+
+@pytest.mark.parametrize(("apart_um", "is_close"), [(0.19, True), (0.21, False)])
+def test_a_page_too_far_from_the_full_computation_says_so(apart_um, is_close):
+    live_job = build_live(path_file("line_y"), None, (), quiet)
+    off = np.full((1, 3), apart_um * UM)
+    agreement = Agreement((planned_setting(live_job.live.day),), off, 0 * off, np.zeros(1))
+    section = live_section(live_job, agreement, "paths/line_y.toml", None, ())
+    assert ("take the commands" in section.warning) is not is_close
+    assert ("That is more than" in section.html) is not is_close
+    assert section.record["is_close"] is is_close
+    assert f'<b id="live-agreement">{apart_um:.3f}</b>' in section.html
