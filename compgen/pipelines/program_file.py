@@ -22,13 +22,11 @@ def read_program(program: str) -> bytes:
         raise InputError(f"{program}: not a program listing (.LS); cgen generate, predict and check take path files")
     try:
         return read_regular(program)
-    except FileNotFoundError:
-        near = near_file(Path(program))
-        mend = f"did you mean {near}?" if near else "give a program listing (.LS)"
-        raise InputError(f"{program}: no such file; {mend}") from None
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
-        raise InputError(f"{program}: cannot be read: {reason}; give a program listing (.LS)") from None
+        near = near_file(Path(program)) if isinstance(failure, FileNotFoundError) else None
+        mend = f"did you mean {near}?" if near else "give a program listing (.LS)"
+        raise InputError(f"{program}: cannot be read: {reason}; {mend}") from None
 
 
 @contextmanager

@@ -43,7 +43,7 @@ def test_wrong_use_names_the_help():
         (["check", "line_y"], "no such file; did you mean paths/line_y.toml?"),
         (["check", "paths/quite_another.toml"], "no such file; 'cgen init' lays down"),
         (["check", "nowhere/quite_another.toml"], "no such file; 'cgen init' lays down"),
-        (["inspect", "tests/golden/MOVS.LS"], "no such file; did you mean tests/golden/MOVES.LS?"),
+        (["inspect", "tests/golden/MOVS.LS"], "No such file or directory; did you mean tests/golden/MOVES.LS?"),
         (["correct", "paths/line_y.toml"], "cgen generate, predict and check take path files"),
         (["check", "tests/golden/MOVES.LS"], "cgen correct and cgen inspect take it"),
         (["check", "paths/line_y.toml", "--set"], "'--set' requires an argument"),
