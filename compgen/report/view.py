@@ -80,7 +80,9 @@ def view_of(places: Array, part: BoolArray) -> View:
 
 
 def close_together(places: Array) -> BoolArray:
-    """Places without those that lie far from where most are, (N,)."""
+    """Places without those that lie far from where most are, (N,); none of none."""
+    if len(places) == 0:
+        return np.zeros(0, dtype=np.bool_)
     distance = np.linalg.norm(places - np.median(places, axis=0), axis=1)
     return np.asarray(distance <= FAR * np.percentile(distance, CLOSE) + 1e-9)
 
