@@ -88,6 +88,7 @@ def parts(output: str) -> list[list[str]]:
 
 def same_line(shown: str, now: str) -> bool:
     """Whether a line reads the same, decimals within one unit of their last place: other processors round otherwise."""
+    shown, now = (" ".join(line.split()) for line in (shown, now))  # columns are as wide as lines left out make them
     if NUMBER.sub("#", shown) != NUMBER.sub("#", now):
         return False
     for a, b in zip(NUMBER.findall(shown), NUMBER.findall(now)):
