@@ -18,15 +18,16 @@ from compgen.robot.robot import Robot
 
 def read_program(program: str) -> bytes:
     """A program file's bytes."""
-    if program.lower().endswith(".toml"):
-        raise InputError(f"{program}: not a program listing (.LS); cgen generate, predict and check take path files")
     try:
-        return read_regular(program)
+        content = read_regular(program)
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         near = near_file(Path(program)) if isinstance(failure, FileNotFoundError) else None
         mend = f"did you mean {near}?" if near else "give a program listing (.LS)"
         raise InputError(f"{program}: cannot be read: {reason}; {mend}") from None
+    if program.lower().endswith(".toml"):
+        raise InputError(f"{program}: not a program listing (.LS); cgen generate, predict and check take path files")
+    return content
 
 
 @contextmanager

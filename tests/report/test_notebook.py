@@ -313,7 +313,7 @@ BAD = [
     (compgen.generate, (JOB,), {"date": None}, "date: None is no text"),
     (compgen.generate, (JOB,), {"pages": "no"}, "pages: 'no' is no bool"),
     (compgen.read_program, (None,), {}, "file: None is no file's name"),
-    (compgen.read_program, ("nowhere.LS",), {}, "nowhere.LS: no such file"),
+    (compgen.read_program, ("nowhere.LS",), {}, "nowhere.LS: cannot be read"),
     (compgen.read_program, (LINE,), {}, "line_y.toml: not a program listing (.LS)"),
     (compgen.correct, (None,), {}, "program: None is no file's name"),
     (compgen.correct, ("/PROG X\n",), {}, "a listing as text; give its bytes"),
