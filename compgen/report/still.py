@@ -14,7 +14,7 @@ from compgen.report.view import View, middle_tick, ticks
 Pixels = Callable[[Array], Array]  # places (N, 3) to their pixels (N, 2)
 
 WIDTH, HEIGHT = 340, 330  # [px]
-TOP, EDGE, SIDE = 58, 36, 62  # for the scale of colours, and around the box [px]
+TOP, EDGE, SIDE = 58, 36, 80  # for the scale of colours, and around the box [px]
 PIECES = 400  # of the path, each in one colour
 CHORD = 0.25  # how far a drawn line is from the path at most [px]
 BAR_LEFT, BAR_WIDTH = 60, WIDTH - 120

@@ -136,7 +136,7 @@ def test_a_still_picture_is_well_formed_small_and_the_same_every_time(name):
     for axis in "XYZ":
         assert any(re.fullmatch(rf"{axis} (\[mm\]|-?[\d.]+ mm)", word) for word in words), axis
     for text in root.iter("{http://www.w3.org/2000/svg}text"):
-        x, length = float(text.attrib["x"]), 6 * len("".join(text.itertext()))
+        x, length = float(text.attrib["x"]), 7 * len("".join(text.itertext()))
         left = x - {"start": 0, "middle": length / 2, "end": length}[text.attrib.get("text-anchor", "start")]
         assert left > -2, "a word is cut"
         assert left + length < width + 2, "a word is cut"
