@@ -76,7 +76,7 @@ def _is_row(entry: Any) -> bool:
     plain = all(isinstance(v, str | bool) or (isinstance(v, int | float) and isfinite(v)) for v in entry.values())
     if entry.get("state") == "failed":
         return plain and isinstance(entry.get("reason"), str)
-    numbers = ("before_max_um", "before_rms_um", "duration_s", "waypoints")
+    numbers = ("before_on_part_max_um", "before_rms_um", "duration_s", "waypoints")
     return plain and entry.get("state") == "done" and all(isinstance(entry.get(n), int | float) for n in numbers)
 
 

@@ -126,7 +126,7 @@ def _judge(rows: list[dict[str, Any]], max_um: float) -> None:
     outside = next((row for row in rows if not row.get("inside", True)), None)
     if outside is not None:
         raise typer.Exit(print_error(f"scenario {outside['index']}: {outside['reason']}", 1))
-    worst = max(rows, key=lambda row: row["before_max_um"])
-    if "inside" not in worst and worst["before_max_um"] > max_um:
-        message = f"scenario {worst['index']}: {worst['before_max_um']:.2f} um uncorrected, --max-um {max_um:g}"
+    worst = max(rows, key=lambda row: row["before_on_part_max_um"])
+    if "inside" not in worst and worst["before_on_part_max_um"] > max_um:
+        message = f"scenario {worst['index']}: {worst['before_on_part_max_um']:.2f} um uncorrected, --max-um {max_um:g}"
         raise typer.Exit(print_error(message, 1))

@@ -126,7 +126,7 @@ def error_sentence(comparison: Comparison) -> str:
 #: what a comparison is about, by kind: the largest error that is left
 FINAL = (
     "on_part.after.total.max_um", "on_part.before.total.max_um", "after.total.max_um", "before.total.max_um",
-    "largest.after_max_um", "largest.before_max_um", "runs.residual_max_um",
+    "largest.after_on_part_max_um", "largest.before_on_part_max_um", "runs.residual_max_um",
 )  # fmt: skip
 
 

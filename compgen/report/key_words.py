@@ -22,6 +22,8 @@ WORDS = {
     "before_rms": "before rms",
     "before_normal_max": "before normal max",
     "after_max": "after max",
+    "before_on_part_max": "before max, on the part",
+    "after_on_part_max": "after max, on the part",
     "after_p99": "after p99",
     "after_rms": "after rms",
     "after_normal_max": "after normal max",

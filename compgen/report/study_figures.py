@@ -76,7 +76,7 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
     columns, lines = grid.values(x), grid.values(y)
     cells = np.full((len(lines), len(columns)), np.nan)
     for row in grid.done:
-        if (error := row.get(f"{side}_max_um")) is not None:
+        if (error := row.get(f"{side}_on_part_max_um")) is not None:
             cells[lines.index(grid.value(row, y)), columns.index(grid.value(row, x))] = error
     names = [plain(v) for v in columns], [plain(v) for v in lines]
     texts = [[_cell(error, limit) for error in line] for line in cells.tolist()]
@@ -135,7 +135,7 @@ def _line(
     grid: Grid, key: str, rows: Sequence[Row], side: str, name: str, colour: str, place: dict[str, str], is_named: bool
 ) -> list[Trace]:
     """A line of one side through scenarios that differ in one key."""
-    column, (dash, symbol) = f"{side}_max_um", LOOKS[side]
+    column, (dash, symbol) = f"{side}_on_part_max_um", LOOKS[side]
     points = [(grid.value(row, key), row[column]) for row in rows if column in row]
     if not points:
         return []
@@ -150,10 +150,10 @@ def _line(
 def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> list[Trace]:
     """Scenarios that failed, on the axis, and those outside their bounds, ringed."""
     marks = []
-    outside = [row for row in grid.done if not row.get("inside", True) and f"{side}_max_um" in row]
+    outside = [row for row in grid.done if not row.get("inside", True) and f"{side}_on_part_max_um" in row]
     if outside:
         ring = {"symbol": "circle-open", "size": 14, "color": LIMIT, "line": {"width": 2}}
-        xy = [_label(grid, row, key) for row in outside], [row[f"{side}_max_um"] for row in outside]
+        xy = [_label(grid, row, key) for row in outside], [row[f"{side}_on_part_max_um"] for row in outside]
         text = [row.get("reason", "") for row in outside]
         marks.append(
             trace("scatter", *xy, mode="markers", marker=ring, name="outside bounds", text=text, meta=MARK, **place)

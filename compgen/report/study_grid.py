@@ -31,7 +31,7 @@ class Grid:
     @property
     def sides(self) -> tuple[str, ...]:
         """Sides of the error that any scenario has: before, and after where they were corrected."""
-        return tuple(side for side in ("before", "after") if any(f"{side}_max_um" in row for row in self.done))
+        return tuple(side for side in ("before", "after") if any(f"{side}_on_part_max_um" in row for row in self.done))
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -49,7 +49,7 @@ class Grid:
 
     def worst(self) -> Row:
         """The scenario with the largest error that is left: after correction where they were corrected."""
-        return max(self.done, key=lambda row: (row.get(f"{self.sides[-1]}_max_um", -1.0), -row["index"]))
+        return max(self.done, key=lambda row: (row.get(f"{self.sides[-1]}_on_part_max_um", -1.0), -row["index"]))
 
     def held_at_worst(self, drawn: Sequence[str]) -> "tuple[Grid, str]":
         """The rows in which all keys but those drawn are as in the worst scenario, and those keys in words."""

@@ -106,7 +106,7 @@ def _scenarios(study: Study, grid: Grid, rows: list[Row]) -> str:
     text = ""
     if grid.done:
         side = grid.sides[-1]
-        ranked = sorted(grid.done, key=lambda row: (-row.get(f"{side}_max_um", 0.0), row["index"]))
+        ranked = sorted(grid.done, key=lambda row: (-row.get(f"{side}_on_part_max_um", 0.0), row["index"]))
         cells = [[_cell(grid, row, name) for name in names] for row in ranked[:MOST_ROWS]]
         cells[0] = [f"<strong>{cell}</strong>" for cell in cells[0]]
         words = [n for n, name in enumerate(names) if name in grid.keys and name not in grid.numeric]

@@ -106,14 +106,15 @@ def headline(study: Study, rows: list[Row]) -> str:
     if not done:
         return text
     grid = grid_of(study.keys, rows)
-    low, high = (f(done, key=lambda r: (r["before_max_um"], r["index"])) for f in (min, max))
+    low, high = (f(done, key=lambda r: (r["before_on_part_max_um"], r["index"])) for f in (min, max))
 
     def at(row: Row) -> str:
         return ascii_units(", ".join(f"{words_of(k)} {in_words(k, grid.value(row, k))}" for k in study.keys))
 
-    text += f": error {low['before_max_um']:.1f} um ({at(low)}) to {high['before_max_um']:.1f} um ({at(high)})"
-    if any("after_max_um" in r for r in done):
-        worst = max((r for r in done if "after_max_um" in r), key=lambda r: r["after_max_um"])
+    sizes = [f"{row['before_on_part_max_um']:.1f} um ({at(row)})" for row in (low, high)]
+    text += f": error {sizes[0]} to {sizes[1]}"
+    if any("after_on_part_max_um" in r for r in done):
+        worst = max((r for r in done if "after_on_part_max_um" in r), key=lambda r: r["after_on_part_max_um"])
         outside = sum(not r.get("inside", True) for r in done)
-        text += f"; corrected at most {worst['after_max_um']:.2f} um, {outside} outside bounds"
+        text += f"; corrected at most {worst['after_on_part_max_um']:.2f} um, {outside} outside bounds"
     return text

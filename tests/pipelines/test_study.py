@@ -102,6 +102,8 @@ def test_correction_is_the_pipelines(rows):
     _, whole = generate.generate(load_job(PATH, overrides=["before.0.duration_h=3"]), quiet)
     assert corrected["after_max_um"] == pytest.approx(statistics(whole.deviation)["total"]["max_um"], rel=1e-5)
     assert corrected["inside"] is True
+    on_part = statistics(whole.deviation, on_part=True)["total"]["max_um"]
+    assert corrected["after_on_part_max_um"] == pytest.approx(on_part, rel=1e-5)
     assert corrected["before_max_um"] > 10 * corrected["after_max_um"]
 
 
@@ -187,8 +189,8 @@ def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
     [
         '{"index": 0}', "[]", "7", '{"index": true, "state": "failed", "reason": "none"}',
         '{"index": -1, "state": "failed", "reason": "none"}', '{"index": 0, "state": "failed"}',
-        '{"index": 0, "state": "done"}', '{"index": 0, "state": "done", "before_max_um": "one"}',
-        '{"index": 0, "state": "done", "before_max_um": 1, "before_rms_um": 1, "duration_s": NaN, "waypoints": 5}',
+        '{"index": 0, "state": "done"}', '{"index": 0, "state": "done", "before_on_part_max_um": "one"}',
+        '{"index": 0, "state": "done", "before_on_part_max_um": 1, "before_rms_um": 1, "duration_s": NaN, "waypoints": 5}',
         '{"index": 0, "state": ["done"]}',
     ],
 )  # fmt: skip

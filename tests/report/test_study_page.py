@@ -21,8 +21,16 @@ FEEDS, HOURS = ("20", "100", "50"), ("0.0", "1.0", "6.0")
 
 
 def row(index, values, error, after=None, inside=True):
-    done = {"index": index, **values, "state": "done", "before_max_um": error, "waypoints": 10, "band_um": 5.0}
-    return done if after is None else {**done, "after_max_um": after, "inside": inside}
+    done = {
+        "index": index,
+        **values,
+        "state": "done",
+        "before_max_um": error,
+        "before_on_part_max_um": error,
+        "waypoints": 10,
+        "band_um": 5.0,
+    }
+    return done if after is None else {**done, "after_max_um": after, "after_on_part_max_um": after, "inside": inside}
 
 
 def made_grid(axes, error, after=None):

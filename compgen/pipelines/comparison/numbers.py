@@ -64,7 +64,7 @@ def final_error(output: Output) -> float | None:
     if output.kind == "heat":
         return float(errors["runs.residual_max_um"])
     keys = {
-        "whatif": ("largest.after_max_um", "largest.before_max_um"),
+        "whatif": ("largest.after_on_part_max_um", "largest.before_on_part_max_um"),
         "correct": _WHOLE,
     }.get(output.kind, ("on_part.after.total.max_um", "on_part.before.total.max_um", *_WHOLE))
     return next((float(errors[key]) for key in keys if errors.get(key) is not None), None)
@@ -92,7 +92,7 @@ def _of_correction(record: Mapping[str, Any]) -> Numbers:
 
 def _of_study(record: Mapping[str, Any]) -> Numbers:
     done = _done(record)
-    numbers = _extremes(done, ("before_max_um", "after_max_um", "band_um"))
+    numbers = _extremes(done, ("before_on_part_max_um", "after_on_part_max_um", "band_um"))
     inside = [row["inside"] for row in done if "inside" in row]
     return numbers | ({"outside": inside.count(False)} if inside else {})
 

@@ -10,7 +10,7 @@ from compgen.core.arrays import Array
 from compgen.core.units import UM
 from compgen.pipelines.comparison.outputs import Output, naming_damage
 
-_COLUMN = {"before": "before_max_um", "after": "after_max_um"}
+_COLUMN = {"before": "before_on_part_max_um", "after": "after_on_part_max_um"}
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -85,7 +85,10 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
 def _numbers(side: str, deviation: Deviation) -> Row:
     table = statistics(deviation)
     out = {f"{side}_{k}": _round(v) for k, v in table["total"].items()}
-    return out | {f"{side}_normal_max_um": _round(table["normal"]["max_um"])}
+    on_part = statistics(deviation, on_part=True)["total"]["max_um"]
+    return out | {
+        f"{side}_normal_max_um": _round(table["normal"]["max_um"]), f"{side}_on_part_max_um": _round(on_part)
+    }  # fmt: skip
 
 
 def _round(value: float) -> float:
