@@ -190,7 +190,8 @@ def test_a_journal_gives_back_whole_lines_of_the_same_study(tmp_path):
         '{"index": 0}', "[]", "7", '{"index": true, "state": "failed", "reason": "none"}',
         '{"index": -1, "state": "failed", "reason": "none"}', '{"index": 0, "state": "failed"}',
         '{"index": 0, "state": "done"}', '{"index": 0, "state": "done", "before_on_part_max_um": "one"}',
-        '{"index": 0, "state": "done", "before_on_part_max_um": 1, "before_rms_um": 1, "duration_s": NaN, "waypoints": 5}',
+        '{"index": 0, "state": "done", "before_on_part_max_um": 1, "before_rms_um": 1, "duration_s": NaN, '
+        '"waypoints": 5}',
         '{"index": 0, "state": ["done"]}',
     ],
 )  # fmt: skip

@@ -25,7 +25,7 @@ def row(index, values, error, after=None, inside=True):
         "index": index,
         **values,
         "state": "done",
-        "before_max_um": error,
+        "before_max_um": 1.1 * error,  # of the whole program
         "before_on_part_max_um": error,
         "waypoints": 10,
         "band_um": 5.0,
