@@ -52,9 +52,10 @@ def identification_html(
 
 
 def identification_figures(identification: Identification) -> dict[str, Figure]:
-    """Figures by the keys of ``FIGURES``."""
+    """Figures by the keys of ``FIGURES``; none in space where no row is a place."""
+    has_places = bool((identification.data.numbers == 3).any())  # a distance has no place to be drawn at
     return {
-        "space": _residuals_in_space(identification),
+        **({"space": _residuals_in_space(identification)} if has_places else {}),
         "time": _residuals_over_time(identification),
         "joints": _residuals_over_joints(identification),
         "correlation": _correlation_map(identification),
@@ -95,7 +96,7 @@ def _parameters(data: dict[str, Any]) -> str:
 def _residuals_in_space(identification: Identification) -> Figure:
     """Residuals as lines from where they were measured, before and after, each as long as can be seen."""
     data, fit = identification.data, identification.selected.fit
-    located = np.flatnonzero(data.numbers == 3)  # a distance has no place to be drawn at
+    located = np.flatnonzero(data.numbers == 3)
     rows = located[rows_to_draw(np.linalg.norm(fit.residual[located], axis=1))]
     places = fit.frames.far_ends(data, *identification.model.pose(data, fit.p))[rows]
     paths, ends = [], [places]

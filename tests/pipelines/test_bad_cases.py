@@ -163,7 +163,7 @@ def test_a_full_disk_is_told_in_one_line_and_nothing_is_left_or_lost(tmp_path, c
     if older:
         out.parent.mkdir()
         if "junit" in command:
-            out.write_text("mine")
+            out.write_text("<testsuite>earlier</testsuite>")
         else:
             out.mkdir()
             (out / "mine.txt").write_text("mine")
