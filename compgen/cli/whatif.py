@@ -79,6 +79,7 @@ def whatif(
     """Move the day with sliders; vary any key, predict (and correct) every scenario, answer questions."""
     from compgen.cli.live import sliders
     from compgen.cli.study_run import run_scenarios
+    from compgen.core.exceptions import InputError
     from compgen.core.units import UM
     from compgen.pipelines.study import build
     from compgen.pipelines.study.answers import answer_questions, base_job, check_study
@@ -87,6 +88,8 @@ def whatif(
 
     overrides = with_state(path, with_bound(overrides, max_um if correct else None), state, state_age)
     checked_bound(max_um)
+    if max_um is not None and not (vary or scenario_list):
+        raise InputError(f"--max-um {max_um:g}: no scenario to judge; give --vary KEY=V1,V2 or --list FILE.csv")
     check_study(questions or [], within_um, bool(vary or scenario_list) or live)
     study = build(path, robot, overrides, vary or (), scenario_list, correct) if vary or scenario_list else None
     folder = output_folder(path, output, "_whatif")

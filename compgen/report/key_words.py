@@ -31,7 +31,7 @@ WORDS = {
     "index": "scenario",
     "start_window": "start window",
     "warmup": "warm-up",
-    "cte": "expansion coefficient",
+    "cte": "coefficient of expansion",
     "acc": "acceleration",
     "thermal.model": "heat model",
     "tau": "time constant",

@@ -83,8 +83,10 @@ def test_scenarios_that_change_temperatures_share_their_geometry(study):
     assert len({geometry_key(s) for s in feeds.scenarios}) == 2
 
 
-def test_the_shared_ride_is_the_twins_own():
-    cold, warm = (load_job(PATH, overrides=[f"before.0.duration_h={h}"]) for h in (0, 6))
+@pytest.mark.parametrize(("path", "motion"), [(PATH, "[]"), (path_file("circle_1300"), "[200, 100]")])
+def test_the_shared_ride_is_the_twins_own(path, motion):
+    smoothed = f"robot.motion={{moving_average_ms={motion}}}"
+    cold, warm = (load_job(path, overrides=[f"before.0.duration_h={h}", smoothed]) for h in (0, 6))
     execution = execute_with(warm, lay_out(cold))
     own = generate.predict(warm, quiet)
     found = deviation_from_path(own.path, [execution], len(execution.time))

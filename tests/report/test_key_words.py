@@ -15,7 +15,7 @@ from compgen.report.key_words import UNITS, title_of, unit_of, words_of
         ("process.feed_mm_s", "feed [mm/s]"),
         ("before.0.duration_h", "first warm-up [h]"),
         ("before.1.duty", "duty of the second warm-up"),
-        ("robot.thermal.cte_um_m_K", "expansion coefficient [µm/(m K)]"),
+        ("robot.thermal.cte_um_m_K", "coefficient of expansion [µm/(m K)]"),
         ("robot.thermal.model", "heat model"),
         ("ambient.value_degC", "air temperature [°C]"),
         ("robot.sources.link_offsets.a_um.2", "link offsets, a 3 [µm]"),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
+from compgen.core.pose import Pose
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.pipelines import generate
 from compgen.pipelines.job import Job
@@ -59,9 +60,19 @@ def executed(job: Job, path: ToolPath, prepared: PreparedProgram) -> Geometry:
 
 def execute_with(job: Job, geometry: Geometry) -> Execution:
     """The uncorrected text executed with another job's warmth: the twin's clock, heat and arm."""
-    rise, theta = geometry.rises(job), geometry.theta
-    actual = twin_of(job).actual_pose(theta, rise, lambda share: None)
-    return Execution(geometry.segment, geometry.fraction, geometry.now, rise, theta, actual)
+    rise = geometry.rises(job)
+    actual = flown_pose(job, geometry, rise)
+    return Execution(geometry.segment, geometry.fraction, geometry.now, rise, geometry.theta, actual)
+
+
+def flown_pose(job: Job, geometry: Geometry, rise: Array) -> Pose:
+    """Where the tool of an executed text is with a job's arm at rises (M, K) [K], of all samples.
+
+    What the controller's motion does beside the path is that of the execution: it is known from the text alone.
+    """
+    actual = twin_of(job).actual_pose(geometry.theta, rise, lambda share: None)
+    led = geometry.prepared.led
+    return actual if led is None else led.moved(actual, slice(0, len(rise)))
 
 
 def model_of(job: Job) -> ErrorModel:

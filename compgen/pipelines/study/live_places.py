@@ -24,7 +24,7 @@ from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import direction_states, reversal_widths
 from compgen.error_model.knowledge import build_slopes, parameters_of
 from compgen.pipelines.job import Job
-from compgen.pipelines.study.geometry import Geometry, model_of
+from compgen.pipelines.study.geometry import Geometry, flown_pose, model_of
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import Duty, still_air
 from compgen.verification.deviation import deviation_from_path, sample_lengths
@@ -72,9 +72,7 @@ class Places:
 
 def fly(job: Job, geometry: Geometry, rise: Array) -> Array:
     """Where the tool of an executed text is, (M, 3) [m], with a job's arm at rises (M, K) [K]."""
-    actual = twin_of(job).actual_pose(geometry.theta, rise, lambda share: None)
-    led = geometry.prepared.led
-    return (actual if led is None else led.moved(actual, slice(0, len(rise)))).position
+    return flown_pose(job, geometry, rise).position
 
 
 def rises_after(job: Job, geometry: Geometry, duties: Sequence[Duty]) -> Array:
