@@ -58,7 +58,7 @@ def check(
     if junit is not None:
         check_own_file("--junit", junit, b"<testsuite", "check --junit")
     names = _distinct(paths)
-    alone = len(names) == 1
+    alone = len(paths) == 1
     _write(junit, _stopped([], names, 0.0))  # a run that is killed leaves no older file behind
 
     from compgen.cli.job_table import show_job, show_outcomes

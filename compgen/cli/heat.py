@@ -1,6 +1,7 @@
 """The command that follows the warmth of a job's day."""
 
 import sys
+from typing import Annotated
 
 import typer
 
@@ -11,7 +12,6 @@ from compgen.cli.options import (
     JobRobot,
     Json,
     MaxUm,
-    OutputFolder,
     Overrides,
     PathFile,
     Quiet,
@@ -31,7 +31,9 @@ from compgen.core.units import UM
 def heat(
     path: PathFile,
     robot: JobRobot = None,
-    output: OutputFolder = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_heat.")
+    ] = None,
     overrides: Overrides = None,
     state: StateFile = None,
     state_age: StateAge = None,

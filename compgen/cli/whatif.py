@@ -13,7 +13,6 @@ from compgen.cli.options import (
     JobRobot,
     Json,
     MaxUm,
-    OutputFolder,
     Overrides,
     PathFile,
     Quiet,
@@ -64,7 +63,9 @@ def whatif(
     ] = True,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished scenarios of an earlier run.")] = False,
     robot: JobRobot = None,
-    output: OutputFolder = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_whatif.")
+    ] = None,
     overrides: Overrides = None,
     state: StateFile = None,
     state_age: StateAge = None,

@@ -166,7 +166,7 @@ def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Fin
     place = f" at P[{n}], {program.speed[n - 2] / MM:.4g} to {program.speed[n - 1] / MM:.4g} mm/s" if kind else ""
     limit = f"{('speed', 'acceleration')[int(kind)]} limit of joint {job.robot.joint_names[int(joint)]}"
     message = (
-        f"the written speeds ask {written.use.max():.2g} times the {limit}{place}: the controller is slower there; "
+        f"the written speeds ask {written.use.max():.4g} times the {limit}{place}: the controller is slower there; "
         "lower process.feed_mm_s"
     )
     return [Finding(Level.WARNING, "timing.joint_use", message)]

@@ -309,7 +309,7 @@ BAD = [
     (compgen.predict, (JOB,), {"workers": True}, "workers: True"),
     (compgen.predict, (JOB,), {"workers": 1.5}, "workers: 1.5"),
     (compgen.generate, (JOB.robot,), {}, "is no Job"),
-    (compgen.generate, (JOB,), {"date": "2026-01-01"}, "--date 2026-01-01: not a date YY-MM-DD"),
+    (compgen.generate, (JOB,), {"date": "2026-13-01"}, "--date 2026-13-01: not a date YY-MM-DD"),
     (compgen.generate, (JOB,), {"date": None}, "date: None is no text"),
     (compgen.generate, (JOB,), {"pages": "no"}, "pages: 'no' is no bool"),
     (compgen.read_program, (None,), {}, "file: None is no file's name"),
