@@ -118,6 +118,8 @@ def _is_there(script: Path) -> bool:
     except FileNotFoundError:
         if not os.path.lexists(script):
             return False
+        if not os.path.islink(script):
+            return _is_there(script)  # another run has put it there since
         same = False
     except OSError:
         same = False

@@ -70,6 +70,22 @@ def test_runs_at_the_same_moment_leave_one_whole_script(tmp_path):
     assert (tmp_path / library_name()).read_bytes() == library()
 
 
+def test_a_script_that_comes_while_it_is_looked_for_is_the_script(tmp_path, monkeypatch):
+    """Another run's script appears after this one has tried to read it and before it looks whether it is there."""
+    of_page = options.page_options(tmp_path / "a", Assets.SHARED)
+    read, script = options.read_regular, tmp_path / library_name()
+
+    def late(path):
+        try:
+            return read(path)
+        finally:
+            script.write_bytes(library())
+
+    monkeypatch.setattr(options, "read_regular", late)
+    share_script(tmp_path / "a", of_page)
+    assert [file.name for file in tmp_path.iterdir()] == [library_name()]
+
+
 def test_a_file_that_comes_in_between_is_kept(tmp_path, monkeypatch):
     """Another's file appears after this run has looked and before it writes."""
     of_page = options.page_options(tmp_path / "a", Assets.SHARED)
