@@ -65,7 +65,7 @@ def correction_inputs(result: Correction, planned_sha256: str, corrected_sha256:
         for number, pose in sorted(poses.items())
         if number
     ]
-    asked = [
+    wishes = [
         *(["split positions"] if options.split else []),
         *([] if options.insert is None else [f"points inserted beyond {options.insert / UM:g} µm"]),
         *([] if options.bound is None else [f"bound {options.bound / UM:g} µm"]),
@@ -76,7 +76,7 @@ def correction_inputs(result: Correction, planned_sha256: str, corrected_sha256:
         _robot(result.cell),
         ("frames and tools", "; ".join(given) or "none given: World and flange"),
         ("history", _with_state(result.cell, duties_words(result.before))),
-        ("asked for", ", ".join(asked) or "nothing beyond the correction"),
+        ("asked for", ", ".join(wishes) or "nothing beyond the correction"),
         overrides_row(result.cell.overrides),
     ]
     hashes = (("planned program", planned_sha256), ("corrected program", corrected_sha256), _robot_hash(result.cell))

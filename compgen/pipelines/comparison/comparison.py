@@ -69,8 +69,8 @@ class Comparison:
         """Whether inputs, numbers, positions and findings are the same."""
         pairs = (*self.error, *self.time, *self.program)
         moved = isinstance(self.movement, Movement) and self.movement.moved
-        told = self.findings.gone or self.findings.new or self.findings.changed
-        differs = any(pair.a != pair.b for pair in pairs) or moved or told or self.inputs
+        other_findings = self.findings.gone or self.findings.new or self.findings.changed
+        differs = any(pair.a != pair.b for pair in pairs) or moved or other_findings or self.inputs
         return not (differs or (self.scenarios is not None and not self.scenarios.is_equal))
 
     @property
