@@ -2,6 +2,7 @@
 
 import io
 import os
+import pty
 import sys
 import sysconfig
 from contextlib import chdir, redirect_stderr, redirect_stdout
@@ -30,6 +31,22 @@ def run(*arguments, cwd=ROOT):
         sys.argv = before
         evaluation.configure(None)  # as every other test finds it
     return SimpleNamespace(returncode=left_with.value.code, stdout=out.getvalue(), stderr=err.getvalue())
+
+
+def terminal_output(start):
+    """What a terminal sees of a process that ends well; ``start`` takes the terminal's end and gives the process."""
+    parent, child = pty.openpty()
+    process = start(child)
+    os.close(child)
+    output = b""
+    while True:
+        try:
+            output += os.read(parent, 65536)
+        except OSError:  # nobody holds the other end
+            break
+    os.close(parent)
+    assert process.wait() == 0
+    return output
 
 
 def refused(result, code, *words):

@@ -58,6 +58,6 @@ def test_the_search_answers_from_a_file_and_pages_fit_a_phone_without_asking_any
         waiting.until(element_to_be_clickable(("css selector", ".md-search__input"))).send_keys("ballbar")
         results = "return document.querySelector('.md-search-result__list').textContent"
         waiting.until(lambda _: "Identifying a robot" in browser.run(results))
-        asked = browser.requested()
-    assert any("search_index" in url for url in asked)
-    assert not [url for url in asked if url.startswith(("http:", "https:"))]
+        urls = browser.requested()
+    assert any("search_index" in url for url in urls)
+    assert not [url for url in urls if url.startswith(("http:", "https:"))]

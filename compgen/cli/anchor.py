@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from compgen.cli.completion import complete_references
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import FramesFile, JobRobot, Json, Overrides, PathFile, Quiet, Workers, output_folder
 from compgen.cli.ownership import check_own_file, read_record
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 
@@ -83,8 +83,7 @@ def anchor(
         publish(target.parent, {target.name: state_text(result.state).encode()}, {}, {target.name})
     record = anchor_json(result)
     if folder is not None:
-        reports = with_figures(folder, {RECORD: record, PAGE: anchor_html(result, options)}, figures)
-        share_script(folder, options)
+        reports = page_files(folder, {RECORD: record, PAGE: anchor_html(result, options)}, figures, options)
         publish(folder, {}, reports, set(reports))
     if as_json:
         print_record(record)

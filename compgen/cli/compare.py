@@ -4,11 +4,11 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import Json, MaxUm, Quiet, checked_bound, output_folder
 from compgen.cli.ownership import check_compare_folder
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 
 
@@ -44,8 +44,7 @@ def compare(
         check_compare_folder(folder)
         options = page_options(folder, assets, date)
         files = comparison_files(comparison, max_um, options)
-        reports = with_figures(folder, files, figures)
-        share_script(folder, options)
+        reports = page_files(folder, files, figures, options)
         publish(folder, {}, reports, set(reports))
         written = f"wrote {', '.join(sorted(files))} to {folder}"
     if as_json:

@@ -23,8 +23,8 @@ def show_comparison(comparison: Comparison, files: str = "") -> None:
     console.print(_numbers("error", comparison.error))
     console.print(_numbers("time and size", (*comparison.time, *comparison.program)))
     findings = comparison.findings
-    for words, told in (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)):
-        for level, code, message in told:
+    for words, group in (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)):
+        for level, code, message in group:
             console.print(f"finding {words}: {level} {code}: {message}")
     console.print(headline(comparison))
     if files:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.completion import complete_marks
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -26,7 +26,7 @@ from compgen.cli.options import (
     output_folder,
 )
 from compgen.cli.ownership import check_correction_folder, check_restored
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
@@ -136,8 +136,7 @@ def correct(
         files = correction_files(correction, file, written, of_page)
         programs = {name: files[name] for name in (provenance, file) if name in files}
         reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
-        described = with_figures(folder, reports, figures)
-        share_script(folder, of_page)
+        described = page_files(folder, reports, figures, of_page)
         publish(folder, programs, described, {*described, provenance, file})
     if as_json:
         print_record(files["report.json"])

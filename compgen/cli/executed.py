@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli.completion import complete_programs
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -26,7 +26,7 @@ from compgen.cli.options import (
     position_log,
 )
 from compgen.cli.ownership import EXECUTED, check_executed_folder
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_of
@@ -95,8 +95,7 @@ def executed(
         "executed.html": executed_html(run, summary, inputs, options),
         "executed.csv": executed_csv(run),
     }
-    reports = with_figures(folder, files, figures)
-    share_script(folder, options)
+    reports = page_files(folder, files, figures, options)
     publish(folder, {}, reports, set(reports))
     if as_json:
         print_record(files[EXECUTED])

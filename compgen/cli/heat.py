@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -23,7 +23,7 @@ from compgen.cli.options import (
     with_state,
 )
 from compgen.cli.ownership import HEAT, check_heat_folder
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.core.units import UM
 
@@ -63,8 +63,7 @@ def heat(
         "heat.html": heat_html(job, day, options),
         "runs.csv": runs_csv(job, day),
     }
-    reports = with_figures(folder, files, figures)
-    share_script(folder, options)
+    reports = page_files(folder, files, figures, options)
     publish(folder, {}, reports, set(reports))
     if as_json:
         print_record(files[HEAT])

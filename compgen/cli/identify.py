@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from compgen.cli.completion import complete_references, complete_robots
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import Json, MaxUm, Quiet, Workers, checked_bound
 from compgen.cli.ownership import check_identified
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
@@ -126,8 +126,7 @@ def identify(
         text, of_posterior = identified_texts(arm, identified, files.names, posterior)
         robot_files = robot_files_of(target, text)
         reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
-    described = with_figures(target.parent, reports, figures)
-    share_script(target.parent, options)
+    described = page_files(target.parent, reports, figures, options)
     publish(target.parent, robot_files, described, {*robot_files, *described})
     if as_json:
         print_record(reports[report.name])

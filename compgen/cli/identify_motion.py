@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.completion import complete_robots
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -22,7 +22,7 @@ from compgen.cli.options import (
     position_log,
 )
 from compgen.cli.ownership import check_identified_motion
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
@@ -96,8 +96,7 @@ def identify_motion(
     robot_files = {}
     if identified.accepted:
         robot_files = {target.name: motion_text(arm.text, nominal, run, text, identified).encode()}
-    described = with_figures(target.parent, reports, figures)
-    share_script(target.parent, options)
+    described = page_files(target.parent, reports, figures, options)
     publish(target.parent, robot_files, described, {*robot_files, *described})
     if as_json:
         print_record(reports[report.name])

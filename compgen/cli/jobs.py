@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     DEFAULT_DATE,
@@ -24,7 +24,7 @@ from compgen.cli.options import (
     with_bound,
     with_state,
 )
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
 from compgen.core.dates import checked_date
 from compgen.core.findings import Level, first_of
 from compgen.core.units import MM, UM
@@ -81,10 +81,9 @@ def generate(
         planned, corrected = pipeline.generate(job, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
-        reports = with_figures(folder, job_reports(planned, corrected, of_page), figures)
+        reports = page_files(folder, job_reports(planned, corrected, of_page), figures, of_page)
         written = corrected.inside or corrected.is_as_planned or force
         programs = dict(corrected.delivery.files) if written else {}
-        share_script(folder, of_page)
         publish_job(folder, programs, reports, job, progress)
     if as_json:
         print_record(reports["report.json"])
@@ -145,8 +144,7 @@ def predict(
             planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
             programs = {} if first_of(Level.OUTSIDE, planned.findings) else dict(delivered.files)
         progress("report", 0.0)
-        reports = with_figures(folder, job_reports(planned, None, of_page), figures)
-        share_script(folder, of_page)
+        reports = page_files(folder, job_reports(planned, None, of_page), figures, of_page)
         publish_job(folder, programs, reports, job, progress, is_planned=True)
     if as_json:
         print_record(reports["report.json"])

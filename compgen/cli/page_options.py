@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from enum import StrEnum
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli.figure_files import Content, FigureFormat, with_figures
 from compgen.cli.publish import MARK, check_writable, remove_leftovers
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
@@ -53,6 +55,15 @@ def page_options(folder: Path, assets: Assets, date: str | None = None) -> "Page
     check_writable(script.parent)
     _is_there(script)
     return PageOptions(shown, f"../{script.name}")
+
+
+def page_files(
+    folder: Path, files: Mapping[str, Content], figures: FigureFormat | None, options: "PageOptions"
+) -> dict[str, Content]:
+    """The files of a run, a page among them, with its figures' files; the script that it shares is put above it."""
+    reports = with_figures(folder, files, figures)
+    share_script(folder, options)
+    return reports
 
 
 def share_script(folder: Path, options: "PageOptions") -> None:

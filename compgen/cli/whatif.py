@@ -7,7 +7,7 @@ import typer
 
 from compgen.cli import study_journal
 from compgen.cli.completion import complete_keys, complete_paths, complete_questions
-from compgen.cli.figure_files import FiguresOption, with_figures
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
     JobRobot,
@@ -24,7 +24,7 @@ from compgen.cli.options import (
     with_bound,
     with_state,
 )
-from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_options, share_script
+from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.cli.study_folder import QUESTIONS, RECORD, own_files, study_folder
 
@@ -103,8 +103,7 @@ def whatif(
     journal = {study_journal.NAME: study_journal.content(study.identity, rows)} if study else {}
     base = base_job(path, robot, overrides)
     files = study_files(path, overrides, study, rows, answers, base, of_page, living, max_um)
-    reports = with_figures(folder, files, figures)
-    share_script(folder, of_page)
+    reports = page_files(folder, files, figures, of_page)
     publish(folder, journal, reports, {*reports, *(own_files() if fresh else journal)})
     if as_json:
         print_record(files[RECORD])

@@ -135,7 +135,7 @@ def _findings(comparison: Comparison) -> str:
     kinds = (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed))
     rows = "".join(
         f'<li class="{escape(level)}">{words}: {escape(level)} {escape(code)}: {escape(message)}</li>'
-        for words, told in kinds
-        for level, code, message in told
+        for words, group in kinds
+        for level, code, message in group
     )
     return f'<ul class="findings">{rows or "<li class=note>none</li>"}</ul>'

@@ -173,7 +173,7 @@ def _pair(pair: Pair) -> dict[str, Any]:
 
 
 def _told(findings: Iterable[Told]) -> list[dict[str, str]]:
-    return [dict(zip(("level", "code", "message"), told)) for told in findings]
+    return [dict(zip(("level", "code", "message"), finding)) for finding in findings]
 
 
 def _positions(movement: Movement | str) -> dict[str, Any]:

@@ -159,9 +159,9 @@ def test_predictions_studies_and_days_are_compared_with_their_like(home):
     assert study["scenarios"]["both"] == 2
     assert (study["scenarios"]["only_a"], study["scenarios"]["only_b"]) == (0, 1)
     assert [pair["key"] for pair in study["inputs"]] == ["process.feed_mm_s"]
-    asked = compared(home, "asked", "asked_at_2")
-    assert [pair["key"] for pair in asked["inputs"]] == ["before.0.duration_h"]
-    assert asked["final_error_um"] is None
+    questions = compared(home, "asked", "asked_at_2")
+    assert [pair["key"] for pair in questions["inputs"]] == ["before.0.duration_h"]
+    assert questions["final_error_um"] is None
     refused(run("compare", "asked", "asked_at_2", "-q", "--max-um", "5", cwd=home), 1, "no error of B is known")
     day = compared(home, "day", "duty")
     assert [(pair["key"], pair["b"]) for pair in day["inputs"]] == [("before.0.duty", 0.5)]

@@ -25,7 +25,7 @@ finally:
 def complete(line, shell="bash", cwd=ROOT):
     """The words that a shell is offered at the end of a line."""
     count = len(line.split()) - (not line.endswith(" "))
-    asked = {
+    protocol = {
         "bash": {"COMP_WORDS": line, "COMP_CWORD": str(count)},
         "zsh": {"_TYPER_COMPLETE_ARGS": line},
         "fish": {
@@ -36,7 +36,7 @@ def complete(line, shell="bash", cwd=ROOT):
     }[shell]
     done = subprocess.run(
         [sys.executable, "-c", ASKED], cwd=cwd, capture_output=True, text=True, check=False,
-        env={**ENVIRONMENT, "_CGEN_COMPLETE": f"complete_{shell}", **asked},
+        env={**ENVIRONMENT, "_CGEN_COMPLETE": f"complete_{shell}", **protocol},
     )  # fmt: skip
     assert not SLOW & set(json.loads(done.stderr.splitlines()[-1]))
     return done.stdout

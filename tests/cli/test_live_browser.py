@@ -138,13 +138,13 @@ def test_after_is_what_the_written_program_does_by_the_command_on_the_page(page)
 def test_the_commands_say_what_python_would_set(page):
     for setting in drawn_settings(page.sliders, 3, seed=13):
         words = shlex.split(page.moved(setting)["predict"])
-        said = [item for flag, item in zip(words, words[1:]) if flag == "--set"]
+        overrides = [item for flag, item in zip(words, words[1:]) if flag == "--set"]
         wanted = [*page.live_job.overrides, *overrides_of(page.live_job.live.day, setting)]
 
         def numbers(items):
             return [item.replace(".0]", "]").replace(".0,", ",").removesuffix(".0") for item in items]
 
-        assert numbers(said) == numbers(wanted)
+        assert numbers(overrides) == numbers(wanted)
 
 
 def test_the_reset_button_leads_back_to_the_planned_state(page):

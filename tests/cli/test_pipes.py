@@ -1,14 +1,13 @@
 """Output that no terminal shows: whole lines, no colours, and a reader that leaves early changes nothing."""
 
 import os
-import pty
 import re
 import subprocess
 import sys
 
 import pytest
 from calls import CALLS, LINE, prepare
-from command_line import ENVIRONMENT, run
+from command_line import ENVIRONMENT, run, terminal_output
 
 TWICE = {"init", "resume"}  # which say what they have found done
 
@@ -71,21 +70,12 @@ def test_a_stream_that_is_closed_is_no_fault(folder):
 
 @pytest.mark.parametrize("variables", [{"NO_COLOR": "1"}, {"TERM": "dumb"}])
 def test_a_terminal_without_colours_gets_none(folder, variables):
-    parent, child = pty.openpty()
     environment = {**ENVIRONMENT, "TERM": "xterm", **variables}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "compgen", "check", LINE], cwd=folder, env=environment, stdout=child, stderr=child
+    call = [sys.executable, "-m", "compgen", "check", LINE]
+    output = terminal_output(
+        lambda terminal: subprocess.Popen(call, cwd=folder, env=environment, stdout=terminal, stderr=terminal)
     )
-    os.close(child)
-    output = b""
-    while True:
-        try:
-            output += os.read(parent, 65536)
-        except OSError:  # nobody holds the other end
-            break
-    os.close(parent)
-    assert process.wait() == 0
-    codes = {int(code) for found in re.findall(rb"\x1b\[([0-9;]*)m", output) for code in found.split(b";") if code}
+    codes = {int(code) for style in re.findall(rb"\x1b\[([0-9;]*)m", output) for code in style.split(b";") if code}
     assert not {code for code in codes if 30 <= code <= 49 or 90 <= code <= 107}
     assert b"total, um" in output
 

@@ -1,12 +1,12 @@
 """What a terminal shows of a long run."""
 
 import os
-import pty
 import re
 import subprocess
 import sys
 
 import pytest
+from command_line import terminal_output
 from ls_text import cartesian, program
 from shipped import ROOT, path_file
 
@@ -99,19 +99,13 @@ def test_quiet_shows_no_bar_on_a_terminal_either(monkeypatch, capsys):
 
 def test_a_terminal_sees_the_share_rise(tmp_path):
     long = ["--set", "path.stepover_mm=10.325", "--set", "process.chord_um=0.2"]  # 2e5 waypoints
-    parent, child = pty.openpty()
     command = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-o", str(tmp_path), *long]
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100", "PYTHONUTF8": "1"}
-    run = subprocess.Popen(command, cwd=ROOT, stderr=child, stdout=subprocess.DEVNULL, env=environment)
-    os.close(child)
-    output = b""
-    while True:
-        try:
-            output += os.read(parent, 65536)
-        except OSError:  # nobody holds the other end
-            break
-    os.close(parent)
-    assert run.wait() == 0
+    output = terminal_output(
+        lambda terminal: subprocess.Popen(
+            command, cwd=ROOT, stderr=terminal, stdout=subprocess.DEVNULL, env=environment
+        )
+    )
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
     frames = [f for f in re.split(r"[\r\n]+", text) if f.strip()]
     shares = [int(re.search(r"(\d+) %", f)[1]) for f in frames]

@@ -116,11 +116,11 @@ def _pairs(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[Pair, ...]:
 
 def _changed_findings(a: list[Told], b: list[Told]) -> ChangedFindings:
     only_a, only_b = Counter(a) - Counter(b), Counter(b) - Counter(a)
-    kinds = [{told[:2] for told in only} for only in (only_a, only_b)]
+    kinds = [{finding[:2] for finding in only} for only in (only_a, only_b)]
     return ChangedFindings(
-        gone=tuple(told for told in only_a.elements() if told[:2] not in kinds[1]),
-        new=tuple(told for told in only_b.elements() if told[:2] not in kinds[0]),
-        changed=tuple(told for told in only_b.elements() if told[:2] in kinds[0]),
+        gone=tuple(finding for finding in only_a.elements() if finding[:2] not in kinds[1]),
+        new=tuple(finding for finding in only_b.elements() if finding[:2] not in kinds[0]),
+        changed=tuple(finding for finding in only_b.elements() if finding[:2] in kinds[0]),
     )
 
 
