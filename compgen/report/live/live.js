@@ -430,7 +430,7 @@ function update(announce = true) {
   const sentence = `Largest error ${where}: ${micro(shown.before.largest)} µm before, ` +
     `${micro(shown.after.largest)} µm after with the same file.`;
   text($("live-sentence"), sentence);
-  if (announce) { clearTimeout(update.later); update.later = setTimeout(() => text($("live-sentence"), sentence), 400); }
+  if (announce) { clearTimeout(update.later); update.later = setTimeout(() => text($("live-announcement"), sentence), 400); }
   $("live-band").dataset.um = open.whole * UM;
   text($("live-band"), rounded(open.whole));
   band.sources.forEach((_, n) => {

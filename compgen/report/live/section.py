@@ -106,7 +106,7 @@ def _html(live_job: LiveJob, agreement: Agreement, path: str, robot: str | None,
         _missing(live_job),
         _not_written(live_job),
         '<p class="big predicted" id="live-sentence"></p>'
-        '<p class="live-silent" role="status" aria-live="polite" id="live-sentence"></p>'
+        '<p class="live-silent" role="status" aria-live="polite" id="live-announcement"></p>'
         '<p id="live-beyond" hidden></p>',
         _numbers(live_job),
         _figures(live_job),
