@@ -17,7 +17,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr, rotation_matrix, rotation_vector, to_wpr
+from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
 from compgen.core.units import DEG, MM
 
 DIGITS = 3  # decimals of mm and deg on the pendant
@@ -95,8 +95,3 @@ def _nearest_rotation(H: Array, start: Array) -> Array:
         torque = np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
         rotation = rotation_matrix(np.linalg.lstsq(normal, torque, rcond=1e-9)[0]) @ rotation
     return np.asarray(rotation)
-
-
-def turns_in_frame(actual: Array, target: Array) -> Array:
-    """Errors of orientations as rotation vectors in outer axes, (M, 3) [rad], of rotations (M, 3, 3)."""
-    return rotation_vector(actual @ np.swapaxes(target, 1, 2))

@@ -18,7 +18,6 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.arrays import Array, own
 from compgen.core.exceptions import InputError
-from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.quantities import Number
 from compgen.core.toml import Table, check, read_toml_text, toml_value
 from compgen.core.units import MDEG, UM
@@ -155,11 +154,6 @@ def parse_state(content: bytes, source: str) -> AnchoredState:
         made_from=file.made_from,
         digest=sha256(content).hexdigest(),
     )
-
-
-def state_hash(source: str) -> str:
-    """The sha256 of a state's file, by which what is made with it names it."""
-    return sha256(read_regular(source, MOST_TABLE_BYTES)).hexdigest()
 
 
 def state_text(state: AnchoredState) -> str:

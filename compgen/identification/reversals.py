@@ -48,7 +48,6 @@ class LostMotion:
     half_width: Array  # (6,) [rad] b; NaN where it was not measured
     half_sigma: Array  # (6,) [rad]
     rows: IntArray  # (6,) measured places in runs of each joint
-    advantage: float  # log evidence of the law over the other
 
     @property
     def widths(self) -> ReversalWidths:
@@ -84,7 +83,6 @@ def fit_lost_motion(data: Measurements, assumed: ReversalWidths | None) -> LostM
         half_width=np.where(known, [f.half for f in best], np.nan),
         half_sigma=np.array([f.half_sigma for f in best]),
         rows=np.array([f.rows for f in best]),
-        advantage=abs(likelihood["play"] - likelihood["dahl"]),
     )
 
 

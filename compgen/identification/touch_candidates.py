@@ -35,7 +35,6 @@ STEP = 20 * DEG  # a joint that turns farther between two points of a way has pa
 PIECES = 5  # of each straight piece of a way, at whose ends the joints are looked at
 STEM_GAP = 5 * MM  # between the probe's stem and other targets
 POINTS = 17  # of a stem, from the ball to the flange
-STAGES = ("lifted", "approach", "touch", "beyond")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,7 +68,7 @@ class Search:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ways:
-    """K ways to touch; each has the four STAGES."""
+    """K ways to touch; each is lifted, approaches, touches, and goes beyond."""
 
     target: IntArray  # (K,)
     normal: Array  # (K, 3) in which the probe moves; NaN: it locates the centre

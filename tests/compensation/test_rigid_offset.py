@@ -5,9 +5,9 @@ import pytest
 from naive_arm import frame, numbers
 from numpy.testing import assert_allclose
 
-from compgen.compensation.rigid_offset import best_frame, register_shift, register_turn, turns_in_frame
+from compgen.compensation.rigid_offset import best_frame, register_shift, register_turn
 from compgen.core.pose import Pose
-from compgen.core.rotations import from_wpr, rotation_matrix, to_wpr
+from compgen.core.rotations import from_wpr, rotation_matrix, rotation_vector, to_wpr
 
 RNG = np.random.default_rng(0)
 UF = (1200.0, -30.0, 150.0, 0.3, -0.2, 15.0)
@@ -71,6 +71,6 @@ def test_angles_of_a_register_added_to_those_of_positions_turn_the_tool_back():
     wanted = from_wpr(*np.radians(wpr.T))
     off = np.array([0.03, -0.05, 0.02])
     actual = from_wpr(*np.radians((wpr - off).T))
-    turn = turns_in_frame(actual, wanted)
+    turn = rotation_vector(actual @ np.swapaxes(wanted, 1, 2))
     assert_allclose(register_turn(turn, wanted, np.ones(60)), off, atol=1.1e-3)
     assert_allclose(np.degrees(np.unwrap(to_wpr(actual)[1])), wpr[:, 1] - off[1], atol=1e-9)

@@ -110,7 +110,7 @@ def test_three_hundred_models_leave_no_function_behind():
 def test_scenarios_leave_no_function_behind():
     """Each has a robot of its own, and with it inverse kinematics, a twin and an error model."""
     study = build(path_file("line_y"), None, (), ["robot.thermal.cte_um_m_K=10:12:24"], None, False)
-    shared = Shared(study)
+    shared = Shared()
     counts = []
     for scenario in study.scenarios:
         assert evaluate_scenario(study, scenario, shared)["state"] == "done"

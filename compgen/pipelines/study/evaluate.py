@@ -27,9 +27,8 @@ WARM = ("before", "cycle", "after", "shift", "ambient", "log", "bounds", "compen
 class Shared:
     """Geometries by their keys; the last few are kept."""
 
-    def __init__(self, study: Study) -> None:
-        """For one study."""
-        self._study = study
+    def __init__(self) -> None:
+        """With none yet."""
         self._kept: OrderedDict[tuple[tuple[str, str], ...], Geometry | CompgenError] = OrderedDict()
 
     def of(self, scenario: Scenario, job: Job) -> Geometry:

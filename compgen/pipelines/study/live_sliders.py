@@ -25,7 +25,6 @@ MOST_FEED = 300.0  # [mm/s]
 LONGEST_DELAY = 120.0  # [min]
 AROUND = 10.0  # [K] that the air can be moved to either side
 MOST_RUNS = 200  # that a slider stops at
-MOST_STAGES = 2000
 
 
 @dataclass(frozen=True, eq=False, slots=True)

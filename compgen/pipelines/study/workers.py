@@ -41,7 +41,7 @@ def run(
     if cluster is not None:
         _on_cluster(study, chunks, on_rows, cluster)
     elif workers == 1 or len(chunks) == 1:
-        shared = Shared(study)
+        shared = Shared()
         for chunk in chunks:
             for scenario in chunk:
                 on_rows([evaluate(study, scenario, shared)])
@@ -91,12 +91,12 @@ def _on_cores(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[lis
             raise
 
 
-_HERE: dict[str, tuple[Study, Shared]] = {}
+_STUDIES: dict[str, tuple[Study, Shared]] = {}
 
 
 def _begin(study: Study) -> None:
     """In each worker: the study, and an end when the main process is killed."""
-    _HERE["study"] = (study, Shared(study))
+    _STUDIES["study"] = (study, Shared())
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -108,16 +108,16 @@ def _end_with_parent() -> None:
 
 
 def _compute(chunk: list[Scenario]) -> list[Row]:
-    study, shared = _HERE["study"]
+    study, shared = _STUDIES["study"]
     return [evaluate(study, scenario, shared) for scenario in chunk]
 
 
 def _apart(study: Study, chunk: list[Scenario]) -> list[Row]:
     """A chunk on a machine of the cluster, which keeps the geometry between chunks of one study."""
-    if study.identity not in _HERE:
-        _HERE.clear()
-        _HERE[study.identity] = (study, Shared(study))
-    return [evaluate(study, scenario, _HERE[study.identity][1]) for scenario in chunk]
+    if study.identity not in _STUDIES:
+        _STUDIES.clear()
+        _STUDIES[study.identity] = (study, Shared())
+    return [evaluate(study, scenario, _STUDIES[study.identity][1]) for scenario in chunk]
 
 
 def _on_cluster(study: Study, chunks: list[list[Scenario]], on_rows: Callable[[list[Row]], None], address: str) -> None:

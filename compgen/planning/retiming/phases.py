@@ -66,10 +66,6 @@ class Phases:
         v0, a0, j = self.v0[k], self.a0[k], self.j[k]
         return ArcMotion(self.s0[k] + t * (v0 + t * (a0 / 2 + t * j / 6)), v0 + t * (a0 + t * j / 2), a0 + t * j, j)
 
-    def time_at(self, s: Array) -> Array:
-        """When rising arc lengths are passed, (M,) [s]."""
-        return self.time(self.locate(s))
-
     def time(self, passage: Passage) -> Array:
         """When some places are passed, (M,) [s]."""
         return np.asarray(self.start[passage.phase] + passage.since)

@@ -18,7 +18,6 @@ from compgen.report.figure import LIGHT_TO_DARK
 from compgen.verification.band import ONE_SIDED, quantiles
 
 CELSIUS_SPOKEN = {"h": "hours", "mm/s": "millimetres per second", "degC": "degrees Celsius", "min": "minutes"}
-QUANTILES = 1001
 
 
 def live_record(live_job: LiveJob) -> dict[str, Any]:

@@ -49,14 +49,13 @@ class ClockFit:
     stretches: tuple[Stretch, ...]  # none where the log has no steady motion
     stands: tuple[Stand, ...]
     start: float  # [s] log's clock when the program left its first position, or the last stop before it is steady
-    cruising: BoolArray  # (M,) rows away from stops
     late: Array  # (M,) [s] behind the fit of its run, NaN off the cruise
     took: float  # [s] from the first steady row to the last, less what it stood beyond the plan
     expected: float  # [s] for the same by the plan, at overrides in whole percent
     rounded: bool  # lines take whole interpolation periods: that clock fits better
 
     def __post_init__(self) -> None:
-        own(self, cruising=("M",), late=("M",))
+        own(self, late=("M",))
 
     @property
     def main(self) -> Stretch | None:
@@ -87,8 +86,7 @@ def fit_clock(course: Course, time: Array, arc: Array, noise: float) -> ClockFit
     clock = course.periods if rounded else course.cruise
     stretches = others if rounded else stretches
     if not stretches:
-        nothing = np.full(len(time), np.nan)
-        return ClockFit((), (), float(time[0]), np.zeros(len(time), dtype=bool), nothing, 0.0, 0.0, rounded)
+        return ClockFit((), (), float(time[0]), np.full(len(time), np.nan), 0.0, 0.0, rounded)
     stretches = _pooled(time, course.at(clock, arc), run, inside, stretches)
     return _assessed(course, clock, time, arc, run, inside, stretches, held, rounded, stands)
 
@@ -240,7 +238,7 @@ def _assessed(
     begin = int(np.flatnonzero(course.stop & (course.arc <= arc[first] + NODE))[-1])
     since = time[first] - (c[first] - clock[begin] + (cost[begin + 1] - cost[begin]) / 2) / rates[0]
     start = float(time[resting[-1]] if len(resting) else since)
-    return ClockFit(stretches, tuple(stands), start, inside, late, took, expected, rounded)
+    return ClockFit(stretches, tuple(stands), start, late, took, expected, rounded)
 
 
 def _pooled(
