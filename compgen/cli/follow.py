@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from compgen.cli.durations import duration
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_note_once
 from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateFile, Workers, checked_bound
 from compgen.cli.output import reader_has_left
@@ -64,6 +65,7 @@ def follow(
     max_um: MaxUm = None,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -134,7 +136,7 @@ def follow(
                     looked.loaded, max(written.done, times.last(looked.time) - bool(looked.running)),
                 )  # fmt: skip
                 if resumed.replaced and (resumed.inside or force):
-                    put_pages(place, resumed, options)
+                    put_pages(place, resumed, options, figures)
                     written = read_written_job(place)
                     programs = read_written(written, whole)
             if not quiet or as_json:

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from compgen.cli.figure_files import earlier_figures
 from compgen.cli.publish import check_writable
 from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, POSTERIOR, read_regular
@@ -216,8 +217,10 @@ def check_own_file(option: str, name: str, marker: bytes, command: str) -> None:
 
 
 def resume_files(folder: Path) -> set[str]:
-    """The reports of ``resume`` in a folder, which go with the pages that they are of."""
-    return {*RESUME_FILES} if "from_page" in read_record(folder / RESUME_FILES[0]) else set()
+    """The reports of ``resume`` in a folder and their figures, which go with the pages that they are of."""
+    if "from_page" not in read_record(folder / RESUME_FILES[0]):
+        return set()
+    return {*RESUME_FILES, *earlier_figures(folder / RESUME_FILES[1])}
 
 
 def _check_report(folder: Path, command: str, name: str, others: Iterable[str]) -> None:

@@ -3,14 +3,16 @@
 The new files and hard links to all others are laid into a hidden folder, which then changes places with the old one in
 one step of the file system. Files of others keep their data and stay what they are. Where a folder cannot be exchanged
 (a folder is in it, somebody stands in it, the system cannot), the new files are first made complete in a hidden folder
-inside it; a run that is killed while they take their places is brought to its end by the next one.
+inside it; a run that is killed while they take their places is brought to its end by the next one. The figures of a
+page that is replaced go with it.
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from compgen.cli.figure_files import Content, earlier_figures
 from compgen.cli.folder_lock import alone_in
 from compgen.cli.publish import MARK, exchange, refusal, remove_leftovers, remove_stage
 from compgen.core import interrupts
@@ -18,7 +20,7 @@ from compgen.core import interrupts
 COMPLETE = f"{MARK}resumed"  # holds files that are complete, and shall take their places
 
 
-def replace_together(folder: Path, files: Mapping[str, bytes]) -> None:
+def replace_together(folder: Path, files: Mapping[str, Content]) -> None:
     """Put files into a folder that exists, in place of those of their names.
 
     Raises:
@@ -61,14 +63,15 @@ def _can_move(target: Path) -> bool:
     return plain and not occupied and not target.is_mount() and os.access(target.parent, os.W_OK | os.X_OK)
 
 
-def _exchanged(target: Path, stage: Path, files: Mapping[str, bytes]) -> bool:
+def _exchanged(target: Path, stage: Path, files: Mapping[str, Content]) -> bool:
     """Whether a folder with the new files has taken the place of the old one."""
     linked: dict[str, tuple[int, int]] = {}
+    replaced = {*files} | _old_figures(target, files)
     done = False
     try:
         stage.mkdir(0o700)
         for entry in list(target.iterdir()):
-            if entry.name not in files:
+            if entry.name not in replaced:
                 os.link(entry, stage / entry.name)
                 linked[entry.name] = _inode(entry)
         _write(stage, files)
@@ -78,7 +81,7 @@ def _exchanged(target: Path, stage: Path, files: Mapping[str, bytes]) -> bool:
         done = False
     finally:
         if done:
-            _put_back(stage, target, {*files}, linked)
+            _put_back(stage, target, replaced, linked)
         remove_stage(stage)
     return done
 
@@ -96,7 +99,7 @@ def _inode(file: Path) -> tuple[int, int]:
     return facts.st_dev, facts.st_ino
 
 
-def _one_by_one(target: Path, files: Mapping[str, bytes]) -> None:
+def _one_by_one(target: Path, files: Mapping[str, Content]) -> None:
     stage = target / interrupts.temporary_name(MARK)
     try:
         stage.mkdir(0o700)
@@ -117,14 +120,22 @@ def _finish(target: Path) -> None:
     complete = target / COMPLETE
     if not complete.is_dir():
         return
-    for entry in sorted(complete.iterdir()):
+    entries = sorted(complete.iterdir())
+    for name in _old_figures(target, {entry.name for entry in entries}):
+        (target / name).unlink(missing_ok=True)
+    for entry in entries:
         entry.replace(target / entry.name)
     complete.rmdir()
 
 
-def _write(stage: Path, files: Mapping[str, bytes]) -> None:
+def _old_figures(target: Path, names: Collection[str]) -> set[str]:
+    """Figures of pages that are replaced, which no new figure replaces."""
+    return {figure for name in names if name.endswith(".html") for figure in earlier_figures(target / name)} - {*names}
+
+
+def _write(stage: Path, files: Mapping[str, Content]) -> None:
     for name, content in files.items():
         with (stage / name).open("wb") as file:
-            file.write(content)
+            file.writelines([content] if isinstance(content, bytes) else content)
             file.flush()
             os.fsync(file.fileno())

@@ -9,6 +9,7 @@ import typer
 
 from compgen.cli.completion import complete_page_folders
 from compgen.cli.durations import duration
+from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateAge, StateFile, Workers, checked_bound
 from compgen.cli.page_options import Assets, AssetsOption, page_options
@@ -52,6 +53,7 @@ def resume(
     force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,
+    figures: FiguresOption = None,
     quiet: Quiet = False,
     workers: Workers = 0,
 ) -> None:
@@ -94,7 +96,7 @@ def resume(
     if CORRECTED in written.record:
         resume_corrected_program(
             written, place, from_page, waits if late is not None else None, log, when, loaded, done, robot, max_um,
-            force, as_json, quiet, options,
+            force, as_json, quiet, options, figures,
         )  # fmt: skip
         return
     with show_progress(quiet or as_json, RESUME) as progress:
@@ -109,7 +111,7 @@ def resume(
         progress("report", 0.0)
         is_written = bool(resumed.replaced) and (resumed.inside or force)
         if is_written:
-            put_pages(place, resumed, options)
+            put_pages(place, resumed, options, figures)
     if as_json:
         print_record(resume_json(resumed))
     elif not quiet:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from compgen.cli.console import stdout_console
+from compgen.cli.figure_files import FigureFormat
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.progress_bar import CORRECT, show_progress
 from compgen.cli.resume_table import pages_table
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 def resume_corrected_program(
     written: WrittenJob, folder: Path, from_page: int, late: float | None, log: str | None, date: str,
     loaded: int, done: int, robot: str | None, max_um: float | None, force: bool, as_json: bool, quiet: bool,
-    options: "PageOptions",
+    options: "PageOptions", figures: FigureFormat | None,
 ) -> None:  # fmt: skip
     """Write the remaining pages of a corrected program anew; the options are those of ``resume``."""
     from compgen.cli.resume_files import put_files
@@ -44,7 +45,7 @@ def resume_corrected_program(
         report = program_json(resumed)
         if is_written:
             changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-            put_files(folder, changed, report, program_html(resumed, options))
+            put_files(folder, changed, report, program_html(resumed, options), options, figures)
     if as_json:
         print_record(report)
     elif not quiet:

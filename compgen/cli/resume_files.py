@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from compgen.cli.figure_files import FigureFormat
 from compgen.cli.ownership import RESUME_FILES, read_record
-from compgen.cli.page_options import share_script
+from compgen.cli.page_options import page_files
 from compgen.core.exceptions import InputError
 
 if TYPE_CHECKING:
@@ -12,18 +13,24 @@ if TYPE_CHECKING:
     from compgen.report.page import PageOptions
 
 
-def put_pages(folder: Path, resumed: "Resumed", options: "PageOptions") -> None:
+def put_pages(folder: Path, resumed: "Resumed", options: "PageOptions", figures: FigureFormat | None) -> None:
     """Put the new pages, the manifest and the report into their folder, all of them or none."""
     from compgen.report.resume_page import resume_html
     from compgen.report.resume_summary import resume_json
 
-    share_script(folder, options)
     changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-    put_files(folder, changed, resume_json(resumed), resume_html(resumed, options))
+    put_files(folder, changed, resume_json(resumed), resume_html(resumed, options), options, figures)
 
 
-def put_files(folder: Path, changed: dict[str, bytes], report: bytes, page: bytes) -> None:
-    """Put pages and manifest with their report into a folder, all of them or none.
+def put_files(
+    folder: Path,
+    changed: dict[str, bytes],
+    report: bytes,
+    page: bytes,
+    options: "PageOptions",
+    figures: FigureFormat | None,
+) -> None:
+    """Put pages and manifest with their report and its figures into a folder, all of them or none.
 
     Raises:
         InputError: A report of another stands there, or the folder cannot be written.
@@ -33,5 +40,6 @@ def put_files(folder: Path, changed: dict[str, bytes], report: bytes, page: byte
     record = folder / RESUME_FILES[0]
     foreign = [name for name in RESUME_FILES if (folder / name).exists() and "from_page" not in read_record(record)]
     if foreign:
-        raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume wrote; move it away")
-    replace_together(folder, {**changed, **dict(zip(RESUME_FILES, (report, page)))})
+        raise InputError(f"{folder / foreign[0]}: it is there and not what cgen resume or follow wrote; move it away")
+    reports = page_files(folder, dict(zip(RESUME_FILES, (report, page))), figures, options)
+    replace_together(folder, {**reports, **changed})

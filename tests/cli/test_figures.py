@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import sys
 import types
 import xml.etree.ElementTree as ElementTree
@@ -13,6 +12,7 @@ from command_line import run
 from shipped import path_file
 
 from compgen.cli import figure_files, render
+from compgen.cli.app import options_of_commands
 from compgen.report.page_figures import figures_of_page
 
 KEYS = {"time", "budget", "space", "band", "heat", "joints"}
@@ -165,10 +165,10 @@ def test_a_browser_draws_the_same_bytes_every_time(tmp_path, kind):
 
 
 @pytest.mark.parametrize(
-    "command", ["generate", "predict", "correct", "heat", "whatif", "executed", "identify", "compare"]
+    "command", [name for name, options in options_of_commands().items() if {"--assets", "--figures"} & options]
 )
-def test_every_command_that_writes_a_page_takes_it(command):
-    assert "--figures" in re.sub(r"\s+", " ", run(command, "--help").stdout)
+def test_every_command_that_writes_a_page_takes_what_is_for_pages(command):
+    assert {"--assets", "--figures", "--date"} <= options_of_commands()[command]
 
 
 def test_no_browser_is_left_over(tmp_path):

@@ -9,6 +9,7 @@ import states
 from command_line import refused, run
 
 from compgen.cli import follow as command
+from compgen.cli import render
 from compgen.pipelines.resume.written_job import job_of, read_written_job
 
 SMALL = ("--set", "path.stepover_mm=240", "--set", "robot.controller.max_positions=200")
@@ -86,6 +87,23 @@ def test_the_next_page_is_written_when_its_forecast_leaves_the_bound(job, tmp_pa
     assert record["due"] == 0
     assert record["forecast"][0]["max_um"] < 2
     assert contents(job) == after
+
+
+def test_the_figures_of_its_page_are_files_too(job, tmp_path, monkeypatch):
+    monkeypatch.setattr(render, "render", lambda figures, kind: {key: kind.encode() for key in figures})
+    result, record = look(job, "--log", log(tmp_path, 2400), "--started", "3000s", "--figures", "png")
+    assert (result.returncode, record["due"]) == (0, 1), result.stderr
+    assert list(job.glob("resume_*.png"))
+
+
+def test_its_refusals_do_not_speak_of_another_command(tmp_path):
+    folder = tmp_path / "some"
+    folder.mkdir()
+    one = run("follow", folder, "--log", "log.csv")
+    (folder / "A.pages.json").write_text("{}")
+    for result in (one, run("follow", folder, "--log", "log.csv")):
+        refused(result, 2, "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into")
+        assert "resume" not in result.stderr
 
 
 def test_a_page_that_the_controller_has_is_never_written(job, tmp_path):

@@ -8,7 +8,7 @@ import kills
 import pytest
 from command_line import refused, run
 
-from compgen.cli import replace_together
+from compgen.cli import render, replace_together
 from compgen.cli.durations import duration
 from compgen.core.exceptions import InputError
 
@@ -59,6 +59,27 @@ def test_it_writes_the_rest_says_so_and_leaves_all_else(job):
     as_json = json.loads(run("resume", job, *RESUME, "--json").stdout)
     assert {**as_json, "replaced": report["replaced"], "pages": report["pages"]}["verdict"] == "inside"
     assert as_json["replaced"] == []
+
+
+def figures_in(folder):
+    return {p.name for p in folder.iterdir() if p.name.startswith("resume_")}
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_its_figures_are_files_and_go_with_their_page(job, monkeypatch, beside):
+    """Also where a folder beside the files keeps them from changing places at once."""
+    monkeypatch.setattr(render, "render", lambda figures, kind: {key: kind.encode() for key in figures})
+    if beside:
+        (job / "mine").mkdir()
+    assert run("resume", job, *RESUME, "-q", "--figures", "png").returncode == 0
+    first = figures_in(job)
+    assert first
+    assert all(name.endswith(".png") for name in first)
+    (job / "resume_mine.png").write_text("somebody's")
+    assert run("resume", job, "--from-page", "3", "--late", "55min", "-q", "--figures", "pdf").returncode == 0
+    assert figures_in(job) == {name.replace(".png", ".pdf") for name in first} | {"resume_mine.png"}
+    assert run("generate", "paths/optic_raster.toml", *SMALL, "-q", "-o", job).returncode == 0
+    assert figures_in(job) == {"resume_mine.png"}
 
 
 def test_generate_takes_the_report_of_a_resume_away_with_its_pages(job):

@@ -76,7 +76,7 @@ def plan_whole(job: Job, progress: Progress) -> Whole:
         raise InputError(f"{job.source}: process.moves = 'arcs': {words}; generate the job anew, or in lines")
     plan = plan_motion(job.plan, job.cell, job.feed, progress)
     if plan.page_stops is None or plan.page_stops.obstacle:
-        raise InputError(f"{job.source}: this job is one file, and has no pages to resume; generate it anew")
+        raise InputError(f"{job.source}: this job is one file, and has no pages; generate it anew")
     motion = direction_states(reversal_widths(job.sources), plan.theta, plan.path.target.position)
     whole = Whole(job, plan.feed, plan.path, plan.page_stops, plan.model, plan.theta, motion, plan.trajectory)
     if job.plan.process.thin is None:

@@ -13,7 +13,7 @@ from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, SCHEMA
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 
-WRITTEN = "cgen resume goes on with what cgen generate, or cgen pages of a corrected program, wrote"
+WRITTEN = "give a folder that cgen generate, or cgen pages of a corrected program, wrote pages into"
 CORRECTED = "corrected_from"  # of a manifest: the provenance of a program that existed and was corrected
 
 
