@@ -63,8 +63,6 @@ def anchor(
 
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")
-    if artefact is None:
-        artefact = str(Path(touches).with_name("artefact.toml"))
     target = Path(output) if output is not None else output_folder(path, None, "_anchor") / STATE
     if target.suffix != ".toml" or target.is_dir():
         raise InputError(f"-o {target}: not the name of a state's file; give one that ends in .toml")

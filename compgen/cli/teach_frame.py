@@ -38,14 +38,13 @@ def teach_frame(
     """Compute a part's user frame from spheres that the identified, warm arm has touched."""
     from compgen.fanuc.frames import default_frames, load_frames
     from compgen.pipelines import teach_frame as teaching
-    from compgen.pipelines.identification_files import rise_reference
+    from compgen.pipelines.identification_files import artefact_of_touches, rise_reference
     from compgen.pipelines.robot_file import load_arm
 
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")
-    if artefact is None:
-        artefact = str(Path(touches).with_name("artefact.toml"))
     arm = load_arm(robot)
+    artefact = artefact_of_touches(touches, artefact)
     target = Path(output) if output is not None else Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml"
     if target.suffix != ".toml" or target.is_dir():
         raise InputError(f"-o {target}: not the name of a frame's file; give one that ends in .toml")

@@ -17,6 +17,8 @@ def usage_words(failure: Exception, arguments: Sequence[str], options: dict[str,
     """
     context = getattr(failure, "ctx", None)
     place = getattr(context, "command_path", "") or "cgen"
+    if place == "cgen" and arguments and arguments[0] in options:  # the parser forgets where an argument was missing
+        place = f"cgen {arguments[0]}"
     command = place.removeprefix("cgen").strip()
     message = str(getattr(failure, "message", "")) or str(failure)
     option = str(getattr(failure, "option_name", ""))
@@ -25,7 +27,9 @@ def usage_words(failure: Exception, arguments: Sequence[str], options: dict[str,
     elif message.startswith("No such command") and not command:
         message = f"{message.rstrip('.')}{_about_file(arguments, options)}"
     else:
-        message = getattr(failure, "format_message", failure.__str__)()
+        message = getattr(failure, "format_message", failure.__str__)().rstrip(".")
+        if message.startswith("Missing"):
+            message += f": {getattr(getattr(failure, 'param', None), 'help', None) or 'give it'}"
     return f"{message.rstrip('.')}; see {place} --help"
 
 

@@ -41,6 +41,24 @@ from compgen.thermal import NodeModel
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
 
 
+def artefact_of_touches(touches: str, artefact: str | None) -> str:
+    """The artefact that a file's touches are of: the one that is named, or ``artefact.toml`` beside the touches.
+
+    Raises:
+        InputError: None is named, and the touches or the file beside them are not there.
+    """
+    if artefact is not None:
+        return artefact
+    beside = Path(touches).with_name("artefact.toml")
+    if not Path(touches).exists():
+        raise InputError(f"{touches}: cannot be read: no such file; give the CSV of touches")
+    if not beside.exists():
+        raise InputError(
+            f"--artefact: missing, and no {beside.name} is beside {touches}; give the TOML of what was touched"
+        )
+    return str(beside)
+
+
 @dataclass(frozen=True, slots=True)
 class MeasurementFiles:
     """Names of files with what was measured of an arm, by kind."""
@@ -56,7 +74,7 @@ class MeasurementFiles:
 
     def artefact_of(self, touches: str) -> str:
         """The artefact that a file's touches are of."""
-        return self.artefact or str(Path(touches).with_name("artefact.toml"))
+        return artefact_of_touches(touches, self.artefact)
 
     @property
     def names(self) -> list[str]:

@@ -8,6 +8,11 @@ import sys
 import pytest
 from command_line import ENVIRONMENT, refused, run
 from shipped import ROOT
+from typer.main import get_command
+
+from compgen.cli.app import app
+
+COMMANDS = get_command(app).commands
 
 
 @pytest.mark.parametrize(
@@ -26,7 +31,22 @@ def test_no_arguments_show_the_help():
 
 
 def test_wrong_use_names_the_help():
-    assert run("pages").stderr == "cgen: Missing argument 'program'; see cgen pages --help\n"
+    assert run("pages").stderr == "cgen: Missing argument 'program': A FANUC program, NAME.LS; see cgen pages --help\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_argument_that_is_missing_is_said_with_what_it_is(command):
+    needed = [p for p in COMMANDS[command].params if p.required]
+    if not needed:
+        pytest.skip("it needs none")
+    refused(run(command), 2, "Missing ", f": {needed[0].help.rstrip('.')}; see cgen {command} --help")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_option_without_its_value_names_the_command_s_help(command):
+    for option in ("--robot", "-o", "--set"):
+        if any(option in p.opts for p in COMMANDS[command].params):
+            refused(run(command, option), 2, f"'{option}' requires an argument; see cgen {command} --help")
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from compgen.core.toml import toml_value
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.pipelines.anchor.anchor import anchor
 from compgen.pipelines.anchor.result import Anchored
+from compgen.pipelines.identification_files import artefact_of_touches
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.touch_targets import frame_of_artefact
 
@@ -19,7 +20,7 @@ def anchor_files(
     robot: str | None,
     overrides: Sequence[str],
     touches: str,
-    artefact: str,
+    artefact: str | None,
     log: str | None = None,
     reference: str | None = None,
     frames: str | None = None,
@@ -31,7 +32,7 @@ def anchor_files(
         robot: Name or file; None: what the path file says.
         overrides: ``key=value`` of both files.
         touches: CSV.
-        artefact: TOML.
+        artefact: TOML; None: ``artefact.toml`` beside the touches.
         log: Temperature log on the touches' clock, in place of [[before]].
         reference: What its rises count from: "start", "ambient" or degC; None: as the path file has it.
         frames: Where user frames are.
@@ -41,6 +42,7 @@ def anchor_files(
         ImpossibleError: The robot cannot drive the path.
     """
     job = load_job(path, robot, [*overrides, *log_overrides(path, log, reference)])
+    artefact = artefact_of_touches(touches, artefact)
     known = read_artefact(artefact)
     number, frame = frame_of_artefact(known, job.frame, frames)
     seen = read_touches(touches, job.robot, known, {number: frame}, planes=True)
@@ -58,12 +60,14 @@ def log_overrides(path: str, log: str | None, reference: str | None) -> list[str
         reference: What its rises count from: "start", "ambient" or degC; None: as the path file has it.
 
     Raises:
-        InputError: A reference without a log, or that is none.
+        InputError: A log that is not there, or a reference without a log, or that is none.
     """
     if log is None:
         if reference is not None:
             raise InputError(f"--reference {reference}: is of a log; give it with --log")
         return []
+    if not os.path.exists(log):
+        raise InputError(f"--log {log}: no such file; give a temperature log")
     file = os.path.relpath(log, Path(path).parent)
     given = ["before=[]", f"log.file={toml_value(file)}"]
     return given if reference is None else [*given, f"log.reference={_reference(reference)}"]
