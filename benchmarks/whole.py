@@ -18,14 +18,15 @@ from pathlib import Path
 from compgen.core import evaluation
 from compgen.pipelines.generate import generate
 from compgen.pipelines.path_file import load_job
-from compgen.report import job_html, job_json, waypoints_blocks
+from compgen.report import job_html, job_summary, waypoints_blocks
 evaluation.configure(evaluation.find_compiler(Path(sys.argv[1])), int(sys.argv[2]))
 folder, path, rounds = Path(sys.argv[3]), sys.argv[4], int(sys.argv[5])
 def run(*overrides):
     begin, spent = time.perf_counter(), time.process_time()
     job = load_job(path, None, list(overrides))
     planned, done = generate(job, lambda stage, share: None)
-    files = {"json": job_json(planned, done), "html": job_html(planned, done), **dict(done.delivery.files)}
+    reports = {"json": json_text(job_summary(planned, done)), "html": job_html(planned, done)}
+    files = {**reports, **dict(done.delivery.files)}
     for name, content in files.items():
         (folder / name).write_bytes(content)
     with (folder / "csv").open("wb") as table:

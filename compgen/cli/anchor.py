@@ -15,6 +15,7 @@ from compgen.cli.ownership import check_own_file, read_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
+from compgen.core.json_text import json_text
 
 if TYPE_CHECKING:
     from compgen.pipelines.anchor import Anchored
@@ -59,7 +60,7 @@ def anchor(
     from compgen.error_model.anchored_state import ACCEPTED, state_text
     from compgen.pipelines.anchor.files import anchor_files
     from compgen.report.anchor_page import anchor_html
-    from compgen.report.anchor_record import anchor_json
+    from compgen.report.anchor_record import anchor_record
 
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")
@@ -79,7 +80,7 @@ def anchor(
     is_written = result.verdict in ACCEPTED
     if is_written:
         publish(target.parent, {target.name: state_text(result.state).encode()}, {}, {target.name})
-    record = anchor_json(result)
+    record = json_text(anchor_record(result))
     if folder is not None:
         reports = page_files(folder, {RECORD: record, PAGE: anchor_html(result, options)}, figures, options)
         publish(folder, {}, reports, set(reports))

@@ -34,7 +34,7 @@ def compare(
     from compgen.cli.compare_table import show_comparison
     from compgen.pipelines.comparison.comparison import compare as pipeline
     from compgen.report.compare_page import comparison_files
-    from compgen.report.compare_record import comparison_json
+    from compgen.report.compare_record import comparison_record
 
     checked_bound(max_um)
     folder = None if output is None else output_folder("", output)
@@ -48,7 +48,7 @@ def compare(
         publish(folder, {}, reports, set(reports))
         written = f"wrote {', '.join(sorted(files))} to {folder}"
     if as_json:
-        print_record(comparison_json(comparison))
+        print_record(comparison_record(comparison))
     elif not quiet:
         show_comparison(comparison, written)
     final = comparison.final_error

@@ -30,6 +30,7 @@ from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files,
 from compgen.cli.publish import publish
 from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_of
+from compgen.core.json_text import json_text
 
 
 def executed(
@@ -63,7 +64,7 @@ def executed(
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import find_robot, load_robot
     from compgen.report.executed_page import executed_html
-    from compgen.report.executed_summary import executed_csv, executed_json, executed_summary
+    from compgen.report.executed_summary import executed_csv, executed_summary
     from compgen.report.inputs import measured_inputs
     from compgen.verification.executed.position_log import read_position_log
 
@@ -91,7 +92,7 @@ def executed(
         [("program", program, file_hash(program)), ("log", log, file_hash(log))],
     )
     files = {
-        EXECUTED: executed_json(summary),
+        EXECUTED: json_text(summary),
         "executed.html": executed_html(run, summary, inputs, options),
         "executed.csv": executed_csv(run),
     }

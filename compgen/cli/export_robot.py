@@ -11,6 +11,7 @@ from compgen.cli.options import Json, Quiet
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
+from compgen.core.json_text import json_text
 
 
 def export_robot(
@@ -29,7 +30,7 @@ def export_robot(
 ) -> None:
     """Write an arm, identified or not, cold or hot, as URDF or JSON for other software."""
     from compgen.pipelines.robot_export import export_arm
-    from compgen.report.robot_export import export_json, export_record, urdf_text
+    from compgen.report.robot_export import export_record, urdf_text
 
     kind = Path(output).suffix if output is not None else ".urdf"
     if kind not in (".urdf", ".json"):
@@ -39,12 +40,12 @@ def export_robot(
         check_own_file("-o", output, b'"rise_K"' if kind == ".json" else b"as its robot file knows it", "export-robot")
     exported = export_arm(robot, rises)
     facts = exported.arm.robot
-    record = export_json(export_record(facts, exported.chain, exported.rise_K, Path(exported.arm.source).name))
-    text = record if kind == ".json" else urdf_text(facts, exported.chain, exported.words())
+    record = json_text(export_record(facts, exported.chain, exported.rise_K, Path(exported.arm.source).name))
+    text = record if kind == ".json" else urdf_text(facts, exported.chain, exported.words()).encode()
     if output is not None:
-        write_file(Path(output), text.encode())
+        write_file(Path(output), text)
     if as_json or output is None:
-        sys.stdout.write(record if as_json else text)
+        sys.stdout.write((record if as_json else text).decode())
         return
     if quiet:
         return

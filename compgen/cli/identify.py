@@ -18,6 +18,7 @@ from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Level, first_of
+from compgen.core.json_text import json_text
 
 RobotArgument = Annotated[
     str, typer.Argument(autocompletion=complete_robots, help="Robot name or file.", show_default=False)
@@ -83,7 +84,7 @@ def identify(
     )
     from compgen.pipelines.robot_file import load_arm
     from compgen.report.identification_page import identification_html
-    from compgen.report.identification_summary import identification_json
+    from compgen.report.identification_summary import identification_summary
     from compgen.report.inputs import measured_inputs
 
     if not (poses or warm_up or distances or touches):
@@ -119,7 +120,7 @@ def identify(
         [("measured", file, file_hash(file)) for file in files.names],
     )
     html = identification_html(identified, inputs, options)
-    reports = {report.name: identification_json(identified), page.name: html}
+    reports = {report.name: json_text(identification_summary(identified)), page.name: html}
     robot_files = {}
     if is_written:
         posterior = target.with_suffix(POSTERIOR).name

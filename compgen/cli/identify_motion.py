@@ -27,6 +27,7 @@ from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_of
+from compgen.core.json_text import json_text
 
 
 def identify_motion(
@@ -59,7 +60,7 @@ def identify_motion(
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_arm, load_robot
     from compgen.report.inputs import measured_inputs
-    from compgen.report.motion_report import motion_html, motion_json, motion_sentences, motion_summary
+    from compgen.report.motion_report import motion_html, motion_sentences, motion_summary
     from compgen.verification.executed.position_log import read_position_log
 
     log = position_log(log)
@@ -92,7 +93,7 @@ def identify_motion(
         (arm.source, file_hash(arm.source)),
         [("program", program, file_hash(program)), ("log", log, file_hash(log))],
     )
-    reports = {report.name: motion_json(summary), page.name: motion_html(summary, inputs, options)}
+    reports = {report.name: json_text(summary), page.name: motion_html(summary, inputs, options)}
     robot_files = {}
     if identified.accepted:
         robot_files = {target.name: motion_text(arm.text, nominal, run, text, identified).encode()}

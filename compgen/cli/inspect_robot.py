@@ -1,6 +1,5 @@
 """Command inspect-robot: what a robot file says, to be compared with a data sheet and a pendant."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +11,7 @@ from compgen.cli.messages import print_record
 from compgen.cli.options import Json, Quiet, output_folder
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import publish
+from compgen.core.json_text import json_text
 
 RECORD, PICTURE = "robot.json", "zero.svg"
 
@@ -37,7 +37,7 @@ def inspect_robot(
     check_own_file("-o", str(folder / PICTURE), b"<svg", "inspect-robot")
     sheet = robot_sheet(arm)
     record = sheet_record(sheet)
-    files = {RECORD: (json.dumps(record, indent=2, allow_nan=False) + "\n").encode(), PICTURE: zero_svg(sheet).encode()}
+    files = {RECORD: json_text(record), PICTURE: zero_svg(sheet).encode()}
     publish(folder, {}, files, set(files))
     if as_json:
         print_record(files[RECORD])

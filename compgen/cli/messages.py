@@ -4,6 +4,7 @@ import json
 import sys
 
 from compgen.core import interrupts
+from compgen.core.json_text import json_text
 from compgen.core.one_line import one_line
 
 _printed_notes: set[str] = set()
@@ -24,10 +25,7 @@ def print_refusal(message: str, code: int) -> int:
 
 def print_record(record: object) -> None:
     """Print what ``--json`` asks for: a record, or one that is text already."""
-    if isinstance(record, bytes):
-        sys.stdout.write(record.decode())
-    else:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    sys.stdout.write((record if isinstance(record, bytes) else json_text(record)).decode())
 
 
 def print_note_once(note: str) -> None:

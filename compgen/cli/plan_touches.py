@@ -1,6 +1,5 @@
 """The command that says which spheres to touch, and from where, to know best where a path will be."""
 
-import json
 import re
 from pathlib import Path
 from typing import Annotated, Any
@@ -30,6 +29,7 @@ from compgen.cli.ownership import check_planned_touches
 from compgen.cli.publish import publish
 from compgen.core.dates import checked_date
 from compgen.core.exceptions import InputError
+from compgen.core.json_text import json_text
 
 CONDITION = re.compile(r"(?:DI|RI|UI|SI|WI|F|M)\[[1-9][0-9]{0,4}\]=(?:ON|OFF)")
 RECORD, TABLE = "plan.json", "touches.csv"
@@ -114,10 +114,7 @@ def plan_touches(
     text = write_touches(planned, name, checked_date(date), utool, signal)
     touches = positions_of(planned, utool, signal is None)
     record = touch_record(planned, touches, signal)
-    reports = {
-        RECORD: (json.dumps(record, indent=2, allow_nan=False) + "\n").encode(),
-        TABLE: touches_csv(planned, touches, signal is None),
-    }
+    reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, signal is None)}
     publish(folder, {f"{name}.LS": text}, reports, {f"{name}.LS", *reports})
     if as_json:
         print_record(reports[RECORD])

@@ -72,7 +72,7 @@ def resume(
     from compgen.pipelines.resume.whole import plan_whole
     from compgen.pipelines.resume.written_job import CORRECTED, job_of, read_written_job
     from compgen.pipelines.state_in_place import seconds_of_age
-    from compgen.report.resume_summary import resume_json
+    from compgen.report.resume_summary import resume_summary
 
     causes = (("--state", state), ("--log", log), ("--late", late))
     given = [option for option, value in causes if value is not None]
@@ -113,7 +113,7 @@ def resume(
         if is_written:
             put_pages(place, resumed, options, figures)
     if as_json:
-        print_record(resume_json(resumed))
+        print_record(resume_summary(resumed))
     elif not quiet:
         show_resumed(resumed, place, is_written)
     if not resumed.inside:

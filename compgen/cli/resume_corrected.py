@@ -12,6 +12,7 @@ from compgen.cli.progress_bar import CORRECT, show_progress
 from compgen.cli.resume_table import pages_table
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
+from compgen.core.json_text import json_text
 from compgen.pipelines.resume.written_job import WrittenJob
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def resume_corrected_program(
         read_corrected,
         resume_corrected,
     )
-    from compgen.report.resume_program import program_html, program_json
+    from compgen.report.resume_program import program_html, program_summary
 
     if late is None and log is None:
         raise InputError("--state: a corrected program in pages is resumed with --log or --late; give one of them")
@@ -42,7 +43,7 @@ def resume_corrected_program(
         resumed = resume_corrected(job, from_page, begin, date, progress, loaded, done)
         usable = resumed.correction.is_usable
         is_written = bool(resumed.replaced) and (usable or force)
-        report = program_json(resumed)
+        report = json_text(program_summary(resumed))
         if is_written:
             changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
             put_files(folder, changed, report, program_html(resumed, options), options, figures)

@@ -7,6 +7,7 @@ from compgen.cli.figure_files import FigureFormat
 from compgen.cli.ownership import RESUME_FILES, read_record
 from compgen.cli.page_options import page_files
 from compgen.core.exceptions import InputError
+from compgen.core.json_text import json_text
 
 if TYPE_CHECKING:
     from compgen.pipelines.resume.result import Resumed
@@ -16,10 +17,10 @@ if TYPE_CHECKING:
 def put_pages(folder: Path, resumed: "Resumed", options: "PageOptions", figures: FigureFormat | None) -> None:
     """Put the new pages, the manifest and the report into their folder, all of them or none."""
     from compgen.report.resume_page import resume_html
-    from compgen.report.resume_summary import resume_json
+    from compgen.report.resume_summary import resume_summary
 
     changed = {name: data for name, data in resumed.files.items() if name not in resumed.unchanged}
-    put_files(folder, changed, resume_json(resumed), resume_html(resumed, options), options, figures)
+    put_files(folder, changed, json_text(resume_summary(resumed)), resume_html(resumed, options), options, figures)
 
 
 def put_files(

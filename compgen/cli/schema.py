@@ -1,14 +1,15 @@
 """The command that prints the JSON Schema of a path or robot file."""
 
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
+from compgen.cli.messages import print_record
 from compgen.cli.options import Json, Quiet
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import write_file
+from compgen.core.json_text import json_text
 
 
 def schema(
@@ -18,12 +19,12 @@ def schema(
     quiet: Quiet = False,
 ) -> None:
     """Print the JSON Schema of path or robot files."""
-    from compgen.pipelines.json_schema import path_schema, robot_schema, schema_text
+    from compgen.pipelines.json_schema import path_schema, robot_schema
 
     if output is not None:
         check_own_file("-o", output, b'"$schema"', "schema")
-    text = schema_text(path_schema() if kind == "path" else robot_schema())
+    record = path_schema() if kind == "path" else robot_schema()
     if output is not None:
-        write_file(Path(output), text.encode())
+        write_file(Path(output), json_text(record))
     if output is None or as_json:
-        sys.stdout.write(text)
+        print_record(record)

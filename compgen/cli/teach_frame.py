@@ -1,6 +1,5 @@
 """Command teach-frame: where a part stands, from spheres that the identified, warm arm has touched."""
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,6 +12,7 @@ from compgen.cli.options import Json, Quiet
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
+from compgen.core.json_text import json_text
 
 
 def teach_frame(
@@ -58,7 +58,7 @@ def teach_frame(
         arm, touches, artefact, number, temperatures, rise_reference(reference), uframes, nominal
     )
     record = teaching.frame_record(taught, arm.robot.controller.decimals)
-    reports = {report.name: (json.dumps(record, indent=2, allow_nan=False) + "\n").encode()}
+    reports = {report.name: json_text(record)}
     publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports, {target.name, *reports})
     if as_json:
         print_record(reports[report.name])

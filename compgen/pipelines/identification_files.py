@@ -13,6 +13,7 @@ from compgen.core.csv_table import quote_cell
 from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
 from compgen.core.findings import Finding
+from compgen.core.json_text import json_text
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import DEG, HOUR, MM
 from compgen.error_model.posterior import numbers_of, posterior_hash, posterior_text
@@ -35,7 +36,7 @@ from compgen.identification.tables import IdentifiedTable
 from compgen.identification.touch_rows import touch_rows
 from compgen.identification.touches import read_artefact, read_touches
 from compgen.identification.warm_up import as_warm_up, with_temperatures
-from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema, schema_text
+from compgen.pipelines.json_schema import SCHEMA_FILES, robot_schema
 from compgen.pipelines.robot_file import Arm, arm_of
 from compgen.thermal import NodeModel
 from compgen.thermal.temperature_log import COLDEST, HOTTEST, Reference
@@ -272,5 +273,5 @@ def robot_files_of(target: Path, text: str) -> dict[str, bytes]:
     """A robot file, and the schema that its first line names where there is none beside it, by their names."""
     schema = target.parent / Path(SCHEMA_FILES["robot"]).name
     if text.startswith(f"#:schema ./{schema.name}\n") and not schema.exists():
-        return {schema.name: schema_text(robot_schema()).encode(), target.name: text.encode()}
+        return {schema.name: json_text(robot_schema()), target.name: text.encode()}
     return {target.name: text.encode()}

@@ -1,6 +1,5 @@
 """JSON Schema (draft 2020-12) of path and robot files, for editors and for the tables of keys in docs/."""
 
-import json
 from typing import Any
 
 from compgen.core.toml import Table
@@ -64,8 +63,3 @@ def _plain(schema: dict[str, Any], key: str = "") -> dict[str, Any]:
         if isinstance(plain.get(word), dict):
             plain[word] = _plain(plain[word])
     return plain
-
-
-def schema_text(schema: dict[str, Any]) -> str:
-    """The text of a schema file."""
-    return json.dumps(schema, indent=2) + "\n"

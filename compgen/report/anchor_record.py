@@ -1,6 +1,5 @@
 """A state and what speaks for it, as data: the verdict, the path before and after, each touch, each hypothesis."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -78,11 +77,6 @@ def anchor_record(anchored: Anchored) -> dict[str, Any]:
             "made_from": dict(state.made_from),
         },
     }  # fmt: skip
-
-
-def anchor_json(anchored: Anchored) -> bytes:
-    """The record as text, the same bytes for the same inputs."""
-    return (json.dumps(anchor_record(anchored), indent=2, allow_nan=False) + "\n").encode()
 
 
 def _hypothesis(judged: Judged, anchored: Anchored) -> dict[str, Any]:

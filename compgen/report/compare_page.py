@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from compgen.core.json_text import json_text
 from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.report.compare_record import (
     cell,
     change_of,
-    comparison_json,
+    comparison_record,
     headline,
     label_of,
     positions_sentence,
@@ -34,7 +35,10 @@ def comparison_files(
     comparison: Comparison, max_um: float | None = None, options: PageOptions = PLAIN
 ) -> dict[str, bytes]:
     """The record and the page of a comparison, by name."""
-    return {"compare.json": comparison_json(comparison), "compare.html": comparison_html(comparison, max_um, options)}
+    return {
+        "compare.json": json_text(comparison_record(comparison)),
+        "compare.html": comparison_html(comparison, max_um, options),
+    }
 
 
 def comparison_html(comparison: Comparison, max_um: float | None = None, options: PageOptions = PLAIN) -> bytes:

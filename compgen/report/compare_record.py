@@ -41,11 +41,6 @@ def comparison_record(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def comparison_json(comparison: Comparison) -> bytes:
-    """The record as text, the same bytes for the same outputs."""
-    return (json.dumps(comparison_record(comparison), indent=2, allow_nan=False) + "\n").encode()
-
-
 def printed_unit(key: str) -> str:
     """The unit that ``cell`` writes a value in."""
     return "%" if key.endswith(".at_feed") else unit_of(key)

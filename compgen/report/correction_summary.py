@@ -1,6 +1,5 @@
 """A correction of an existing program as data: JSON, and CSV with a row for each station."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -53,11 +52,6 @@ def correction_summary(result: Correction) -> dict[str, Any]:
 def band_of_correction(result: Correction) -> dict[str, Any] | None:
     """What the robot file leaves open at the corrected stations; None where nothing is corrected."""
     return None if result.band is None else band_record(result.band, not_known(result.cell, result.band))
-
-
-def correction_json(result: Correction) -> bytes:
-    """The summary as a file."""
-    return (json.dumps(correction_summary(result), indent=2, allow_nan=False) + "\n").encode()
 
 
 def correction_columns(result: Correction) -> dict[str, Array | IntArray]:

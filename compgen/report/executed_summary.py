@@ -1,6 +1,5 @@
 """A judged log as data: JSON, and CSV with a row for each of the log's that a picture can show."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -98,11 +97,6 @@ def executed_summary(run: ExecutedRun, text: ProgramText, robot: Robot, bound: f
         ],
         "provenance": {"compgen": __version__, "robot": robot.name},
     }
-
-
-def executed_json(summary: dict[str, Any]) -> bytes:
-    """The summary as a file."""
-    return (json.dumps(summary, indent=2, allow_nan=False) + "\n").encode()
 
 
 def executed_csv(run: ExecutedRun) -> bytes:

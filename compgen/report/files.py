@@ -7,14 +7,15 @@ from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
 from compgen.core.files import PROVENANCE
+from compgen.core.json_text import json_text
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.correction_page import correction_html
-from compgen.report.correction_summary import correction_csv, correction_json
+from compgen.report.correction_summary import correction_csv, correction_summary
 from compgen.report.job_page import job_html
-from compgen.report.job_summary import job_json
+from compgen.report.job_summary import job_summary
 from compgen.report.live import NONE, LiveSection
 from compgen.report.page import PLAIN, PageOptions
 from compgen.report.provenance import provenance_json
@@ -28,7 +29,7 @@ def job_reports(
 ) -> dict[str, bytes | Iterable[bytes]]:
     """The reports of a planned program, or of a corrected one."""
     return {
-        "report.json": job_json(planned, corrected),
+        "report.json": json_text(job_summary(planned, corrected)),
         "report.html": job_html(planned, corrected, options),
         "waypoints.csv": waypoints_blocks(planned, corrected),
     }
@@ -46,7 +47,7 @@ def correction_files(
         options: Of the page.
     """
     files = {
-        "report.json": correction_json(correction),
+        "report.json": json_text(correction_summary(correction)),
         "positions.csv": correction_csv(correction),
         "report.html": correction_html(correction, options),
     }

@@ -1,10 +1,9 @@
 """The temperatures of a job's day, and the error of each run: as a page, CSV tables, JSON and sentences."""
 
-import json
-
 import numpy as np
 
 from compgen import __version__
+from compgen.core.json_text import json_text
 from compgen.core.units import HOUR, UM
 from compgen.pipelines.averaging_findings import ensemble_words
 from compgen.pipelines.band import not_known
@@ -66,7 +65,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
         },
         "inputs": dict(job.inputs),
     }
-    return (json.dumps(data, indent=2, allow_nan=False) + "\n").encode()
+    return json_text(data)
 
 
 def heat_sentences(job: Job, day: Timeline) -> list[str]:

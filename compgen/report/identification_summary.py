@@ -1,6 +1,5 @@
 """An identification, and the validation of an identified robot, as data."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -141,11 +140,6 @@ def validation_summary(validation: Validation) -> dict[str, Any]:
         "all_rows": sides(np.ones(len(kept), dtype=bool)),
         "findings": [f.record() for f in validation.findings],
     }
-
-
-def identification_json(identification: Identification) -> bytes:
-    """The summary as a file."""
-    return (json.dumps(identification_summary(identification), indent=2, allow_nan=False) + "\n").encode()
 
 
 def _um(value: float) -> float:

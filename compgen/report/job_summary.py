@@ -1,6 +1,5 @@
 """A job as data; its schema is documented in docs/report.md and changes only with ``schema``."""
 
-import json
 from hashlib import sha256
 from typing import Any
 
@@ -188,11 +187,6 @@ def _program(corrected: Corrected) -> dict[str, Any]:
             for page, start in zip(delivered.paged.pages, delivered.starts)
         ]
     return record
-
-
-def job_json(planned: Planned, corrected: Corrected | None) -> bytes:
-    """The summary as text, the same bytes for the same inputs."""
-    return (json.dumps(job_summary(planned, corrected), indent=2, allow_nan=False) + "\n").encode()
 
 
 def _in(value: float | None, factor: float) -> float | None:

@@ -1,6 +1,5 @@
 """An identified controller's motion as data and as one page."""
 
-import json
 from html import escape
 from typing import Any
 
@@ -63,11 +62,6 @@ def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMo
         "override_percent": None if main is None else main.override / PERCENT,
         "provenance": {"compgen": __version__},
     }
-
-
-def motion_json(summary: dict[str, Any]) -> bytes:
-    """The summary as a file."""
-    return (json.dumps(summary, indent=2, allow_nan=False) + "\n").encode()
 
 
 def motion_sentences(summary: dict[str, Any]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from compgen import __version__
 from compgen.core.exceptions import InputError
+from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
 from compgen.core.rotations import to_wpr
 from compgen.core.units import DEG, HOUR, MM, UM
@@ -91,7 +92,7 @@ def provenance_json(result: Correction) -> bytes:
     """What a corrected program was made from, with the planned program, which ``restore_planned`` gives back."""
     packed = base64.b85encode(zlib.compress(result.planned, 9)).decode("ascii")
     data = {"kind": KIND, "schema": SCHEMA, **provenance(result), "planned_zlib_b85": packed}
-    return (json.dumps(data, indent=2) + "\n").encode()
+    return json_text(data)
 
 
 def restore_planned(content: bytes, corrected: bytes, file: str) -> bytes:

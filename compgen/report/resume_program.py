@@ -1,6 +1,5 @@
 """A resumed program that existed: as data, and as one page."""
 
-import json
 from html import escape
 from typing import Any
 
@@ -42,11 +41,6 @@ def program_summary(resumed: ResumedProgram) -> dict[str, Any]:
             "manifest": resumed.written.manifest_file,
         },
     }
-
-
-def program_json(resumed: ResumedProgram) -> bytes:
-    """The summary as text, the same bytes for the same inputs."""
-    return (json.dumps(program_summary(resumed), indent=2, allow_nan=False) + "\n").encode()
 
 
 def program_html(resumed: ResumedProgram, options: PageOptions = PLAIN) -> bytes:

@@ -1,6 +1,5 @@
 """A resumed job as data: what was written anew, why, and what the pages leave before and after."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -59,8 +58,3 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
             "manifest": resumed.written.manifest_file,
         },
     }
-
-
-def resume_json(resumed: Resumed) -> bytes:
-    """The summary as text, the same bytes for the same inputs."""
-    return (json.dumps(resume_summary(resumed), indent=2, allow_nan=False) + "\n").encode()

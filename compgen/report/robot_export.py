@@ -1,6 +1,5 @@
 """An arm for other software: URDF, or JSON with the same numbers."""
 
-import json
 from collections.abc import Mapping
 
 import numpy as np
@@ -72,11 +71,6 @@ def export_record(robot: Robot, chain: RigidChain, rise_K: Mapping[str, float], 
         "left_out": list(chain.left_out),
         "left_out_um": round(chain.off / UM, 3),
     }
-
-
-def export_json(record: Mapping[str, object]) -> str:
-    """Its text."""
-    return json.dumps(record, indent=2, allow_nan=False) + "\n"
 
 
 def _range(robot: Robot) -> tuple[Array, Array]:

@@ -14,6 +14,8 @@ from pathlib import Path
 import seed_journal
 from fuzz_listing import kind_of, mutated, seeds
 
+from compgen.core.json_text import json_text
+
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from ls_text import at, joint_form, program
@@ -25,7 +27,7 @@ from compgen.fanuc.frames import Frames
 from compgen.pipelines.correct import Options, correct
 from compgen.pipelines.history_words import load_before
 from compgen.pipelines.robot_file import load_cell
-from compgen.report.correction_summary import correction_csv, correction_json
+from compgen.report.correction_summary import correction_csv, correction_summary
 from compgen.report.provenance import provenance_json, restore_planned
 
 A_SEED = 100  # programs
@@ -81,7 +83,7 @@ def faults(inputs: int, seed: int, counts: Counter[str]) -> Iterator[tuple[str, 
                 yield "more than numbers has changed", data
             try:
                 loads(result.text)
-                correction_json(result)
+                json_text(correction_summary(result))
                 correction_csv(result)
                 if restore_planned(provenance_json(result), result.text, "p") != data:
                     yield "the planned program does not come back", data

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from shipped import ROOT, path_file, quiet
 
+from compgen.core.json_text import json_text
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.twin_of_job import twin_of
-from compgen.report import job_html, job_json, waypoints_blocks
+from compgen.report import job_html, job_summary, waypoints_blocks
 from compgen.verification.deviation import deviation_from_path, statistics
 from compgen.verification.twin import execute
 from compgen.verification.verdict import judge
@@ -78,7 +79,7 @@ def test_two_runs_give_identical_bytes():
         runs.append(
             (
                 corrected.text,
-                job_json(planned, corrected),
+                json_text(job_summary(planned, corrected)),
                 b"".join(waypoints_blocks(planned, corrected)),
                 job_html(planned, corrected),
             )
@@ -158,7 +159,7 @@ def test_waypoint_rows_are_the_programs_positions():
 def test_report_is_documented():
     planned, corrected = generate.generate(load_job(path_file("line_x")), quiet)
     page = (Path(ROOT) / "docs" / "report.md").read_text()
-    data = json.loads(job_json(planned, corrected))
+    data = json.loads(json_text(job_summary(planned, corrected)))
 
     def keys(tree):
         for key, value in tree.items():

@@ -12,13 +12,14 @@ from numpy.testing import assert_allclose
 from shipped import ROOT, path_file, quiet
 
 from compgen.core.exceptions import CompgenError, ImpossibleError, UnreachableError
+from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
 from compgen.core.units import MM, UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
 from compgen.planning import curves, exact_path, retiming, surfaces, toolpath
 from compgen.planning.boundaries import unbounded
-from compgen.report import job_json, waypoints_blocks, waypoints_csv
+from compgen.report import job_summary, waypoints_blocks, waypoints_csv
 from compgen.robot import joint_path
 from compgen.verification.deviation import statistics
 
@@ -150,7 +151,7 @@ def test_workers_and_stretches_change_no_byte(tmp_path):
         evaluation.configure(evaluation.find_compiler(tmp_path), workers)
         job = load_job(path_file("optic_spiral"), None, ["path.stepover_mm=60"])
         planned, done = generate.generate(job, quiet)
-        runs.append((done.text, job_json(planned, done), b"".join(waypoints_blocks(planned, done))))
+        runs.append((done.text, json_text(job_summary(planned, done)), b"".join(waypoints_blocks(planned, done))))
     evaluation.configure(None)
     assert runs[0] == runs[1] == runs[2]
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from typing import Any
 
+from compgen.core.json_text import json_text
 from compgen.core.units import KB
 from compgen.fanuc.paging.capacity import Capacity
 from compgen.fanuc.paging.join_check import JoinError, called_programs
@@ -63,7 +64,7 @@ def manifest_json(
         "largest_load_kB": round(max(memory) / KB, 3),
         "pages": pages,
     }
-    return (json.dumps(data, indent=2, allow_nan=False) + "\n").encode()
+    return json_text(data)
 
 
 def check_manifest(data: bytes, files: Mapping[str, bytes]) -> tuple[bytes, dict[str, bytes]]:

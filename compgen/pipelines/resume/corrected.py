@@ -25,6 +25,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 from compgen.core.findings import Finding, Progress
+from compgen.core.json_text import json_text
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.core.units import DEG, HOUR, KB, MM, UM
@@ -329,7 +330,7 @@ def _manifest(
             entry["pages"].append({"name": line["name"], "old_sha256": line["sha256"], "new_sha256": checksum, **sizes})
             line.update(sha256=checksum, bytes=len(data))
     record["resumed"] = [*record.get("resumed", []), entry]
-    return (json.dumps(record, indent=2, allow_nan=False) + "\n").encode()
+    return json_text(record)
 
 
 def words_of(resumed: ResumedProgram) -> list[str]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from compgen.core.json_text import json_text
 from compgen.pipelines.delivery import page_facts
 
 if TYPE_CHECKING:
@@ -55,4 +56,4 @@ def manifest_anew(resumed: "Resumed", date: str, loaded: int = 0, done: int = 0)
         "pages": replaced,
     }
     record["resumed"] = [*record.get("resumed", []), entry]
-    return (json.dumps(record, indent=2, allow_nan=False) + "\n").encode()
+    return json_text(record)

@@ -8,13 +8,14 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Finding, Progress
+from compgen.core.json_text import json_text
 from compgen.core.sealed import RESULT, seal
 from compgen.identification import identify as pipeline
 from compgen.identification.identify import Identification
 from compgen.pipelines.identification_files import MeasurementFiles, identified_texts, read_measurements
 from compgen.pipelines.robot_file import load_arm
 from compgen.report.identification_page import FIGURES, identification_figures, identification_html
-from compgen.report.identification_summary import identification_json, identification_summary
+from compgen.report.identification_summary import identification_summary
 from compgen.report.inputs import Inputs, measured_inputs
 from compgen.report.notebook.arguments import (
     File,
@@ -85,7 +86,7 @@ class IdentifiedRobot:
         """
         reports = {
             f"{self.name}.html": identification_html(self.result, self.inputs),
-            f"{self.name}.json": identification_json(self.result),
+            f"{self.name}.json": json_text(identification_summary(self.result)),
         }
         of_robot = {f"{self.name}{POSTERIOR}": self.posterior, f"{self.name}.toml": self.robot_file}
         return {**(of_robot if self.accepted or force else {}), **reports}
