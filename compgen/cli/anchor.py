@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from compgen.cli.completion import complete_references
+from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -111,7 +112,7 @@ def _show(result: "Anchored", files: list[str]) -> None:
         f"the path's place is open by {before / UM:.1f} um rms before the touches, {after / UM:.1f} um after",
         f"rise [K], k = 2: {rises}",
         f"base moved in World by {base} um; the state holds {state.window / MINUTE:.0f} min, standing",
-        *(f"{f.level.value}: {f.message}" for f in result.findings[1:]),
+        *finding_lines(result.findings[1:]),
         *([f"wrote {', '.join(files)}"] if files else []),
     ]
     sys.stdout.write("\n".join(lines) + "\n")

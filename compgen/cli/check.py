@@ -65,7 +65,7 @@ def check(
     from compgen.cli.jobs import outcome_words
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import CHECK, show_progress
-    from compgen.core.findings import Level
+    from compgen.core.findings import Level, first_message
     from compgen.pipelines import generate as pipeline
     from compgen.pipelines.assumed_ramps import judge_ramps
     from compgen.pipelines.path_file import load_job
@@ -85,7 +85,7 @@ def check(
             corrected = judge_ramps(planned, corrected) if strict else corrected
         if alone:
             judged.append((planned, corrected))
-        broken = next((f.message for f in corrected.findings if f.level is Level.OUTSIDE), "")
+        broken = first_message(Level.OUTSIDE, corrected.findings)
         return job_summary(planned, corrected), f"{outcome_words(corrected.verdict)}: {broken}" if broken else ""
 
     outcomes = judge_all(names, judge, junit)

@@ -24,7 +24,7 @@ def judge_written(
     """
     from compgen.cli.jobs import outcome_words
     from compgen.cli.progress_bar import PREDICT, show_progress
-    from compgen.core.findings import Level
+    from compgen.core.findings import Level, first_message
     from compgen.pipelines.path_file import load_job
     from compgen.pipelines.program_file import naming_program, read_program
     from compgen.pipelines.programs_beside import programs_beside
@@ -36,7 +36,7 @@ def judge_written(
     data = read_program(program)
     with show_progress(quiet, PREDICT) as progress, naming_program(f"--written {program}"):
         flight = fly_written(job, data, programs_beside(Path(program)), progress)
-    broken = next((f.message for f in flight.findings if f.level is Level.OUTSIDE), "")
+    broken = first_message(Level.OUTSIDE, flight.findings)
     verdict = verdict_of(flight.findings)
     return written_summary(flight, program), f"{outcome_words(verdict)}: {broken}" if broken else ""
 
@@ -51,7 +51,7 @@ def refuse_several(written: str | None, paths: Sequence[str], strict: bool) -> N
 
 def show_written(summary: dict[str, Any]) -> None:
     """Print what the program leaves, and the findings."""
-    from compgen.cli.console import stdout_console
+    from compgen.cli.console import print_findings, stdout_console
     from compgen.report.band_words import headline
 
     console, written = stdout_console(), summary["written"]
@@ -60,10 +60,8 @@ def show_written(summary: dict[str, Any]) -> None:
         f"{written['name']}, {written['positions']} positions, in this state: largest error on the part "
         f"{after['max_um']:.2f} um (p99 {after['p99_um']:.2f}, rms {after['rms_um']:.2f}); planned, not corrected: "
         f"{before['max_um']:.2f} um",
-        markup=False,
     )
     rises = ", ".join(f"{name} {rise:.2f}" for name, rise in summary["thermal"]["start_K"].items())
-    console.print(f"rise at the start [K]: {rises}", markup=False)
-    console.print(headline(summary), markup=False)
-    for finding in summary["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}", markup=False)
+    console.print(f"rise at the start [K]: {rises}")
+    console.print(headline(summary))
+    print_findings(console, summary["findings"])

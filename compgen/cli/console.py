@@ -1,7 +1,10 @@
 """The console that tables and sentences go to: as wide as the terminal; into a pipe or a file nothing is wrapped."""
 
 import sys
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
+
+from compgen.core.findings import Finding
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,3 +19,15 @@ def stdout_console() -> "Console":
     terminal = sys.stdout.isatty()
     width = None if terminal else UNWRAPPED
     return Console(width=width, highlight=False, markup=False, force_terminal=terminal)  # whatever FORCE_COLOR says
+
+
+def finding_lines(findings: Iterable[Finding | Mapping[str, str]]) -> list[str]:
+    """Findings, or their records, as a reader sees them: how much each weighs, and what it says."""
+    records = (finding.record() if isinstance(finding, Finding) else finding for finding in findings)
+    return [f"{record['level']}: {record['message']}" for record in records]
+
+
+def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str, str]]) -> None:
+    """Print findings, a line each."""
+    for line in finding_lines(findings):
+        console.print(line)

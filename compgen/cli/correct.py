@@ -30,7 +30,7 @@ from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files,
 from compgen.cli.publish import publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
-from compgen.core.findings import Level
+from compgen.core.findings import Level, first_message
 
 
 def correct(
@@ -143,7 +143,7 @@ def correct(
     elif not quiet:
         show_correction(correction, folder, files)
     if not correction.inside:
-        broken = next(f.message for f in correction.findings if f.level is Level.OUTSIDE)
+        broken = first_message(Level.OUTSIDE, correction.findings)
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
         outcome = "outside bounds" if correction.verdict is Verdict.OUTSIDE else correction.verdict

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_findings, stdout_console
 from compgen.pipelines.correct import Correction
 from compgen.report.band_words import headline
 from compgen.report.correction_summary import correction_summary
@@ -40,8 +40,7 @@ def show_correction(correction: Correction, folder: Path, files: Iterable[str]) 
     console.print(
         "rise [K]: " + ", ".join(f"{n} {v:.2f} to {heat['end_K'][n]:.2f}" for n, v in heat["start_K"].items())
     )
-    for finding in summary["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
+    print_findings(console, summary["findings"])
     for statement in summary["unsafe"][:MOST_STATEMENTS]:
         console.print(f"  line {statement['line']}: {statement['text']}: {statement['reason']}")
     if len(summary["unsafe"]) > MOST_STATEMENTS:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli.completion import complete_programs
+from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -29,7 +30,7 @@ from compgen.cli.ownership import EXECUTED, check_executed_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.core.files import file_hash
-from compgen.core.findings import Level, first_of
+from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
 
 
@@ -103,9 +104,8 @@ def executed(
     elif not quiet:
         sys.stdout.write("".join(f"{line}\n" for line in _lines(summary)))
         sys.stdout.write(f"wrote {', '.join(files)} to {folder}\n")
-    outside = first_of(Level.OUTSIDE, run.findings)
-    if outside is not None:
-        raise typer.Exit(print_error(f"outside: {outside.message}", 1))
+    if outside := first_message(Level.OUTSIDE, run.findings):
+        raise typer.Exit(print_error(f"outside: {outside}", 1))
 
 
 def _lines(summary: dict[str, Any]) -> list[str]:
@@ -124,4 +124,4 @@ def _lines(summary: dict[str, Any]) -> list[str]:
         for name, d in summary["deviation"].items()
     ]
     lines.append(f"verdict: {summary['verdict']}")
-    return [*lines, *(f"{f['level']}: {f['message']}" for f in summary["findings"])]
+    return [*lines, *finding_lines(summary["findings"])]

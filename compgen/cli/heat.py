@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -69,7 +70,7 @@ def heat(
         print_record(files[HEAT])
     elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in heat_sentences(job, day)))
-        sys.stdout.write("".join(f"{finding.level.value}: {finding.message}\n" for finding in job.unlikely))
+        sys.stdout.write("".join(f"{line}\n" for line in finding_lines(job.unlikely)))
         sys.stdout.write(f"wrote {', '.join(sorted(files))} to {folder}\n")
     largest = float(day.residual.max())
     if bound is not None and largest > bound:

@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.table import Table
 
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_findings, stdout_console
 from compgen.identification.identify import Identification
 from compgen.report.identification_summary import identification_summary, limits_sentence
 
@@ -35,8 +35,7 @@ def show_identification(identified: Identification) -> None:
         console.print(f"{p['name']} = {p['value']:.4g} +- {p['sigma']:.2g}, moves the tool by {p['moves_um']:.0f} um")
     if len(known) > MOST_PARAMETERS:
         console.print(f"and {len(known) - MOST_PARAMETERS} more, see the report")
-    for finding in summary["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
+    print_findings(console, summary["findings"])
     console.print(f"verdict: {summary['verdict']}")
 
 
@@ -52,5 +51,4 @@ def show_validation(summary: dict[str, Any]) -> None:
             statistics = (f"{errors[k]:.4f}" for k in ("mean", "rms", "p99", "max"))
             table.add_row(target, arm, str(errors["count"]), *statistics)
     console.print(table)
-    for finding in summary["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
+    print_findings(console, summary["findings"])

@@ -17,7 +17,7 @@ from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files,
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
-from compgen.core.findings import Level, first_of
+from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
 
 RobotArgument = Annotated[
@@ -136,7 +136,7 @@ def identify(
         robot_file = f", {target}" if is_written else ""
         sys.stdout.write(f"wrote {page}, {report}{robot_file}\n")
     if identified.refused:
-        reason = next(f.message for f in identified.findings if f.level is Level.REFUSED)
+        reason = first_message(Level.REFUSED, identified.findings)
         ending = "written all the same (--force)" if force else f"{target.name} not written; --force writes it"
         raise typer.Exit(print_error(f"refused: {reason}; {ending}", 1))
 
@@ -186,9 +186,8 @@ def validate(
         print_record(summary)
     elif not quiet:
         show_validation(summary)
-    outside = first_of(Level.OUTSIDE, result.findings)
-    if outside is not None:
-        raise typer.Exit(print_error(f"outside: {outside.message}", 1))
+    if outside := first_message(Level.OUTSIDE, result.findings):
+        raise typer.Exit(print_error(f"outside: {outside}", 1))
 
 
 def check_options_used(touches: list[str] | None, artefact: str | None, frames: str | None) -> None:

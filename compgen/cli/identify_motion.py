@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from compgen.cli.completion import complete_robots
+from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
@@ -26,7 +27,7 @@ from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files,
 from compgen.cli.publish import check_names, check_writable, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import file_hash
-from compgen.core.findings import Level, first_of
+from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
 
 
@@ -104,11 +105,10 @@ def identify_motion(
     elif not quiet:
         lines = [
             *motion_sentences(summary),
-            *(f"{f.level}: {f.message}" for f in (*identified.findings, *run.findings)),
+            *finding_lines((*identified.findings, *run.findings)),
         ]
         sys.stdout.write("".join(f"{line}\n" for line in lines))
         written = f", {target}" if identified.accepted else ""
         sys.stdout.write(f"wrote {page}, {report}{written}\n")
-    refused = first_of(Level.REFUSED, identified.findings)
-    if refused is not None:
-        raise typer.Exit(print_error(f"refused: {refused.message}; {target.name} not written", 1))
+    if refused := first_message(Level.REFUSED, identified.findings):
+        raise typer.Exit(print_error(f"refused: {refused}; {target.name} not written", 1))

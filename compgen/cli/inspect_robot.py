@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli.completion import complete_robots
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.messages import print_record
 from compgen.cli.options import Json, Quiet, output_folder
 from compgen.cli.ownership import check_own_file
@@ -71,6 +71,5 @@ def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
     console.print(table)
     if any(abs(abs(pose["p_deg"]) - 90) < 0.01 for pose in record["poses"]):
         console.print("at P = 90 or -90 only the sum of W and R is fixed: the pendant may share it out otherwise")
-    for finding in record["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
+    print_findings(console, record["findings"])
     console.print(f"wrote {', '.join(files)} to {folder}")

@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.junit import KINDS, Outcome
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.report import job_summary
@@ -59,8 +59,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
     if corrected and corrected.averaged is not None:
         console.print(_starts_table(summary["average_over"]))
     console.print(headline(summary))
-    for finding in summary["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
+    print_findings(console, summary["findings"])
     robot_file = summary["provenance"]["robot_file"]
     console.print(f"robot file {robot_file['path']}, sha256 {robot_file['sha256'][:16]}")
     if folder is not None:

@@ -26,7 +26,7 @@ from compgen.cli.options import (
 )
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
 from compgen.core.dates import checked_date
-from compgen.core.findings import Level, first_of
+from compgen.core.findings import Level, first_message
 from compgen.core.units import MM, UM
 
 
@@ -96,7 +96,7 @@ def generate(
             ending = f"{program} is written as planned"
         elif force:
             ending = "written all the same (--force)"
-        broken = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
+        broken = first_message(Level.OUTSIDE, corrected.findings)
         raise typer.Exit(print_error(f"{outcome_words(corrected.verdict)}: {broken}; {ending}", 1))
 
 
@@ -142,7 +142,7 @@ def predict(
         programs: dict[str, bytes] = {}
         if program:
             planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
-            programs = {} if first_of(Level.OUTSIDE, planned.findings) else dict(delivered.files)
+            programs = {} if first_message(Level.OUTSIDE, planned.findings) else dict(delivered.files)
         progress("report", 0.0)
         reports = page_files(folder, job_reports(planned, None, of_page), figures, of_page)
         publish_job(folder, programs, reports, job, progress, is_planned=True)
@@ -151,7 +151,7 @@ def predict(
     elif not quiet:
         show_job(planned, None, folder, [*programs, *reports])
     if program and not programs:
-        broken = next(f.message for f in planned.findings if f.level is Level.OUTSIDE)
+        broken = first_message(Level.OUTSIDE, planned.findings)
         raise typer.Exit(print_error(f"{broken}; {planned_name_of(job)}.LS not written", 1))
     largest = planned.deviation().on_part["total"].max
     if bound is not None and largest > bound:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli.completion import complete_jobs, complete_references
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -144,5 +144,4 @@ def _show(record: dict[str, Any]) -> None:
         "X Y Z in mm, W P R in deg. PR offset: type them into a position register, and put Offset,PR[n] on the motions "
         "(the controller adds them in the user frame). User frame: type them in place of the frame's own."
     )
-    for finding in record["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
+    print_findings(console, record["findings"])

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli.completion import complete_references
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_record
 from compgen.cli.options import (
@@ -154,6 +154,5 @@ def _show(record: dict[str, Any], folder: Path, files: list[str]) -> None:
         f"{before['p99_um']:.1f} um p99; after {n} touches {after['rms_um']:.1f} and {after['p99_um']:.1f} um"
         f"{expected}; one more gains {100 * record['one_more']['gain']:.0f} %"
     )
-    for finding in record["findings"]:
-        console.print(f"{finding['level']}: {finding['message']}")
+    print_findings(console, record["findings"])
     console.print(f"wrote {', '.join(files)} to {folder}")

@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.table import Table
 
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_findings, stdout_console
 from compgen.core.arrays import Array
 from compgen.core.csv_table import text_cell
 from compgen.core.findings import Finding
@@ -64,7 +64,6 @@ def show_pose_plan(
         known = 100 * (1 - (sigma / prior) ** 2)
         table.add_row(term.name, f"{prior / term.unit:.4g}", f"{sigma / term.unit:.4g}", f"{known:.0f} %")
     console.print(table)
-    for finding in findings:
-        console.print(f"{finding.level.value}: {finding.message}")
+    print_findings(console, findings)
     reversals = f", then reversal runs of {runs} joints" if runs else ""
     console.print(f"{len(plan.theta)} poses{reversals}; wrote {', '.join(files)} to {folder}")

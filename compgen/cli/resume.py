@@ -14,7 +14,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateAge, StateFile, Workers, checked_bound
 from compgen.cli.page_options import Assets, AssetsOption, page_options
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Level
+from compgen.core.findings import Level, first_message
 
 if TYPE_CHECKING:
     from compgen.pipelines.job import Job
@@ -117,7 +117,7 @@ def resume(
     elif not quiet:
         show_resumed(resumed, place, is_written)
     if not resumed.inside:
-        broken = next(f.message for f in resumed.findings if f.level is Level.OUTSIDE)
+        broken = first_message(Level.OUTSIDE, resumed.findings)
         ending = "written all the same (--force)" if force else "nothing was written; --force writes the pages"
         raise typer.Exit(print_error(f"{resumed.verdict}: {broken}; {ending}", 1))
 

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from compgen.cli.console import stdout_console
+from compgen.cli.console import finding_lines, stdout_console
 from compgen.cli.figure_files import FigureFormat
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.progress_bar import CORRECT, show_progress
 from compgen.cli.resume_table import pages_table
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Level
+from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
 from compgen.pipelines.resume.written_job import WrittenJob
 
@@ -52,7 +52,7 @@ def resume_corrected_program(
     elif not quiet:
         _show(resumed, folder, is_written)
     if not resumed.correction.inside:
-        broken = next(f.message for f in resumed.findings if f.level is Level.OUTSIDE)
+        broken = first_message(Level.OUTSIDE, resumed.findings)
         ending = "written all the same" if is_written or usable else "nothing was written; --force writes the pages"
         raise typer.Exit(print_error(f"{resumed.verdict}: {broken}; {ending}", 1))
 
@@ -62,7 +62,7 @@ def _show(resumed: "ResumedProgram", folder: Path, is_written: bool) -> None:
 
     console = stdout_console()
     console.print(pages_table(f"{resumed.correction.name} from page {resumed.from_page} on", resumed.pages))
-    lines = [*words_of(resumed), *(f"{f.level.value}: {f.message}" for f in resumed.findings)]
+    lines = [*words_of(resumed), *finding_lines(resumed.findings)]
     if is_written:
         lines.append(f"wrote {', '.join(resumed.replaced)} anew, {resumed.written.manifest_file} in {folder}")
     elif not resumed.replaced:

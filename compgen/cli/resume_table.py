@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from compgen.cli.console import stdout_console
+from compgen.cli.console import finding_lines, stdout_console
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import PageResult, Resumed
 
@@ -40,7 +40,7 @@ def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
             f"join {place}: the tool steps by {join.step / UM:.2f} um, {join.demanded / UM:.2f} have drifted, "
             f"{join.beyond / UM:.2f} beyond that; start within {resumed.starts[0].window:.0f} s"
         )
-    lines += [f"{finding.level.value}: {finding.message}" for finding in resumed.findings]
+    lines += finding_lines(resumed.findings)
     if is_written:
         count = len(resumed.replaced)
         names = resumed.replaced[0] if count == 1 else f"{resumed.replaced[0]} to {resumed.replaced[-1]}"

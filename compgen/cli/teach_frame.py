@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli.console import finding_lines
 from compgen.cli.identify import ReferenceOption, RobotArgument, Temperatures
 from compgen.cli.messages import print_record
 from compgen.cli.options import Json, Quiet
@@ -85,4 +86,4 @@ def _lines(record: dict[str, Any]) -> list[str]:
     if differs is not None:
         away = ", ".join(f"{v:.0f}" for v in differs["place_um"])
         lines.append(f"the pendant would have taught it {away} um away")
-    return [*lines, *(f"{f['level']}: {f['message']}" for f in record["findings"])]
+    return [*lines, *finding_lines(record["findings"])]

@@ -7,6 +7,7 @@ import typer
 
 from compgen.cli import study_journal
 from compgen.cli.completion import complete_keys, complete_paths, complete_questions
+from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.options import (
@@ -110,8 +111,8 @@ def whatif(
     elif not quiet:
         sys.stdout.write("".join(f"{sentence}\n" for sentence in study_sentences(study, rows, answers)))
         sys.stdout.write(f"{living.sentence}\n" if living.sentence else "")
-        for finding in base.unlikely if base is not None else ():
-            sys.stdout.write(f"{finding.level.value}: {finding.message}\n")
+        for line in finding_lines(base.unlikely if base is not None else ()):
+            sys.stdout.write(f"{line}\n")
         for row in [row for row in rows if row["state"] == "failed"][:10]:
             sys.stdout.write(f"failed: scenario {row['index']}: {row['reason']}\n")
         sys.stdout.write(f"wrote {', '.join(sorted([*journal, *files]))} to {folder}\n")

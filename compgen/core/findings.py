@@ -35,6 +35,6 @@ class Finding:
         return {"level": self.level.value, "code": self.code, "message": self.message}
 
 
-def first_of(level: Level, findings: Iterable[Finding]) -> Finding | None:
-    """The first finding of a level, or None."""
-    return next((f for f in findings if f.level is level), None)
+def first_message(level: Level, findings: Iterable[Finding]) -> str:
+    """The message of the first finding of a level; empty where there is none."""
+    return next((f.message for f in findings if f.level is level), "")

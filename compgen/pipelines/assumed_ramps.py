@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from compgen.core.arrays import row_norms
-from compgen.core.findings import Finding, Level, first_of
+from compgen.core.findings import Finding, Level, first_message
 from compgen.core.units import UM
 from compgen.pipelines.draws import RAMPS
 from compgen.pipelines.job_results import Corrected, Planned
@@ -39,9 +39,9 @@ def judge_ramps(planned: Planned, corrected: Corrected) -> Corrected:
         flown = prepared.with_ramps(share).reheated(twin, job.history.before, job.history.air)
         deviation = deviation_from_path(path, flown.chunks(), flown.sample_count)
         moved = max(moved, float(row_norms(deviation.error - usual.error).max()))
-        failure = first_of(Level.OUTSIDE, judge(deviation, job.bounds))
-        if failure is not None and not broken and first_of(Level.OUTSIDE, judge(usual, job.bounds)) is None:
-            broken = f"with ramps at {share:.2g} of them {failure.message}"
+        failure = first_message(Level.OUTSIDE, judge(deviation, job.bounds))
+        if failure and not broken and not first_message(Level.OUTSIDE, judge(usual, job.bounds)):
+            broken = f"with ramps at {share:.2g} of them {failure}"
     facts = "accelerations are assumed (limits.acceleration_known = false)"
     if broken:
         mend = "time a run between two stops on the robot, mend limits.acceleration_deg_s2 and say true, or stop less"

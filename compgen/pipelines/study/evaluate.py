@@ -8,7 +8,7 @@ from collections import OrderedDict
 from typing import Any
 
 from compgen.core.exceptions import CompgenError
-from compgen.core.findings import Level
+from compgen.core.findings import Level, first_message
 from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.job import Job
@@ -75,7 +75,7 @@ def evaluate(study: Study, scenario: Scenario, shared: Shared) -> Row:
             row |= _numbers("after", corrected.deviation)
             row |= {"inside": corrected.inside, "start_window_s": _round(corrected.start_window)}
             if not corrected.inside:
-                row["reason"] = next(f.message for f in corrected.findings if f.level is Level.OUTSIDE)
+                row["reason"] = first_message(Level.OUTSIDE, corrected.findings)
     except CompgenError as failure:
         row |= {"state": "failed", "reason": " ".join(str(failure).split())}
     return row

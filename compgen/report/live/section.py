@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.findings import Level
+from compgen.core.findings import Level, first_message
 from compgen.core.units import UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.study.live_band import band_at
@@ -159,7 +159,7 @@ def _not_written(live_job: LiveJob) -> str:
         return ""
     if corrected.is_as_planned:
         return '<p class="lead">The files know of no error of this arm: the program is written as planned.</p>'
-    broken = next((f.message for f in corrected.findings if f.level is Level.OUTSIDE), "it is outside its bounds")
+    broken = first_message(Level.OUTSIDE, corrected.findings) or "it is outside its bounds"
     return f'<p class="lead">The corrected program is written with --force only: {escape(broken)}.</p>'
 
 
