@@ -3,7 +3,6 @@
 import os
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -12,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from compgen.cli.figure_files import Content, FigureFormat, with_figures
-from compgen.cli.publish import MARK, check_writable, remove_leftovers
-from compgen.core import interrupts
+from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
 
@@ -69,7 +67,7 @@ def page_files(
 def share_script(folder: Path, options: "PageOptions") -> None:
     """Put plotly.js into the folder above a page's, where the page asks for it there and it is not there yet.
 
-    Several runs may do so at the same moment: the file appears whole, and none replaces another's.
+    Several runs may do so at the same moment: the file appears whole, and all of them write the same.
 
     Raises:
         InputError: The folder cannot be written, or another file of its name is there.
@@ -79,27 +77,9 @@ def share_script(folder: Path, options: "PageOptions") -> None:
     from compgen.report.figure import library
 
     script = _script_above(folder)
-    part = script.with_name(interrupts.temporary_name(f".{script.name}{MARK}"))
-    try:
-        if _is_there(script):
-            return
+    if not _is_there(script):
         script.parent.mkdir(parents=True, exist_ok=True)
-        remove_leftovers(script.parent, f".{script.name}{MARK}")
-        with part.open("xb") as file:
-            file.write(library())
-            file.flush()
-            os.fsync(file.fileno())
-        try:
-            os.link(part, script)  # fails where one is there: what another run put there stays
-        except FileExistsError:
-            _is_there(script)
-        except OSError:  # a file system without links
-            part.replace(script)
-    except OSError as failure:
-        raise InputError(f"{script}: cannot be written: {failure.strerror}; use --assets inline") from failure
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+        write_file(script, library())
 
 
 def page_date(date: str) -> str:

@@ -2,7 +2,6 @@
 
 import re
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 from command_line import refused, run
@@ -10,7 +9,6 @@ from shipped import path_file
 
 from compgen.cli import page_options as options
 from compgen.cli.page_options import Assets, page_date, share_script
-from compgen.core.exceptions import InputError
 from compgen.report.figure import library, library_name
 
 LINE = path_file("line_y")
@@ -83,22 +81,6 @@ def test_a_script_that_comes_while_it_is_looked_for_is_the_script(tmp_path, monk
 
     monkeypatch.setattr(options, "read_regular", late)
     share_script(tmp_path / "a", of_page)
-    assert [file.name for file in tmp_path.iterdir()] == [library_name()]
-
-
-def test_a_file_that_comes_in_between_is_kept(tmp_path, monkeypatch):
-    """Another's file appears after this run has looked and before it writes."""
-    of_page = options.page_options(tmp_path / "a", Assets.SHARED)
-    link = options.os.link
-
-    def late(part, script):
-        Path(script).write_bytes(FOREIGN)
-        link(part, script)
-
-    monkeypatch.setattr(options.os, "link", late)
-    with pytest.raises(InputError, match="not the script of figures"):
-        share_script(tmp_path / "a", of_page)
-    assert (tmp_path / library_name()).read_bytes() == FOREIGN
     assert [file.name for file in tmp_path.iterdir()] == [library_name()]
 
 
