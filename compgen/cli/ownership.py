@@ -8,7 +8,7 @@ that has lost its report in such a run tells by its own header or by the provena
 import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -69,20 +69,8 @@ def check_correction_folder(folder: Path, content: bytes, program: str, provenan
 
 
 def check_heat_folder(folder: Path, name: str) -> None:
-    """Raises InputError when a folder has files that ``heat`` of a path would replace wrongly.
-
-    Args:
-        folder: Where results go.
-        name: The job's.
-    """
-    if not os.path.lexists(folder / HEAT):
-        _check_foreign(folder, "heat", ["heat.csv", "heat.html", "runs.csv"])
-        return
-    record = read_record(folder / HEAT)
-    if "rise_K" not in record:
-        _check_foreign(folder, "heat", [HEAT])
-    if record.get("name") != name:
-        raise _refusal(folder, f"it holds what cgen heat wrote about {str(record.get('name'))[:40]!a};")
+    """Raises InputError when a folder has files that ``heat`` of a path, ``name`` the job's, would replace wrongly."""
+    _check_record(folder, "heat", name, HEAT, "rise_K", ("heat.csv", "heat.html", "runs.csv"))
 
 
 def check_compare_folder(folder: Path) -> None:
@@ -93,20 +81,8 @@ def check_compare_folder(folder: Path) -> None:
 
 
 def check_executed_folder(folder: Path, name: str) -> None:
-    """Raises InputError when a folder has files that ``executed`` of a program would replace wrongly.
-
-    Args:
-        folder: Where results go.
-        name: The program's.
-    """
-    if not os.path.lexists(folder / EXECUTED):
-        _check_foreign(folder, "executed", ["executed.html", "executed.csv"])
-        return
-    record = read_record(folder / EXECUTED)
-    if "covered" not in record:
-        _check_foreign(folder, "executed", [EXECUTED])
-    if record.get("name") != name:
-        raise _refusal(folder, f"it holds what cgen executed wrote about {str(record.get('name'))[:40]!a};")
+    """Raises InputError when a folder has files that ``executed`` of a program would replace wrongly."""
+    _check_record(folder, "executed", name, EXECUTED, "covered", ("executed.html", "executed.csv"))
 
 
 def check_restored(folder: Path, program: str, planned: bytes) -> None:
@@ -167,32 +143,26 @@ def _rows_in(table: Path) -> list[bytes]:
 
 def check_identified(target: Path) -> None:
     """Raises InputError when a robot file, or a report beside it, is there that ``identify`` has not written."""
-    foreign = target if os.path.lexists(target) and not _contains(target, b"\n[identified]", MOST_TABLE_BYTES) else None
-    for stem in (target.stem, f"{target.stem}_refused"):
-        report, page = target.with_name(f"{stem}.json"), target.with_name(f"{stem}.html")
-        if "held_out_um" not in read_record(report):
-            foreign = foreign or next((file for file in (report, page) if os.path.lexists(file)), None)
-    posterior = target.with_suffix(POSTERIOR)
-    if os.path.lexists(posterior) and not _contains(posterior, b'"correlation"', MOST_TABLE_BYTES):
-        foreign = foreign or posterior
-    if foreign:
-        raise InputError(
-            f"{foreign}: it is there and not what cgen identify wrote; move it away, or give another file with -o"
-        )
+    marked = {target: b"\n[identified]", target.with_suffix(POSTERIOR): b'"correlation"'}
+    _check_robot_files(target, "identify", marked, {"held_out_um"})
 
 
 def check_identified_motion(target: Path) -> None:
     """Raises InputError when a robot file, or a report beside it, is there that ``identify-motion`` has not written."""
-    robot_file = os.path.lexists(target) and not _contains(target, b"[motion.identified]", MOST_TABLE_BYTES)
-    foreign = target if robot_file else None
+    _check_robot_files(target, "identify-motion", {target: b"[motion.identified]"}, {"motion", "tried"})
+
+
+def _check_robot_files(target: Path, command: str, marked: Mapping[Path, bytes], keys: set[str]) -> None:
+    """Raises InputError for a file without the marker that its command writes, or a report without its keys."""
+    foreign = [file for file, marker in marked.items() if not _contains(file, marker, MOST_TABLE_BYTES)]
     for stem in (target.stem, f"{target.stem}_refused"):
         report, page = target.with_name(f"{stem}.json"), target.with_name(f"{stem}.html")
-        if not {"motion", "tried"} <= set(read_record(report)):
-            foreign = foreign or next((file for file in (report, page) if os.path.lexists(file)), None)
-    if foreign:
-        raise InputError(
-            f"{foreign}: it is there and not what cgen identify-motion wrote; move it away, or give another with -o"
-        )
+        foreign += [] if keys <= set(read_record(report)) else [report, page]
+    for file in foreign:
+        if os.path.lexists(file):
+            raise InputError(
+                f"{file}: it is there and not what cgen {command} wrote; move it away, or give another file with -o"
+            )
 
 
 def check_file(option: str, name: str) -> None:
@@ -233,6 +203,18 @@ def _check_report(folder: Path, command: str, name: str, others: Iterable[str]) 
         _check_foreign(folder, command, [REPORT])
     elif author != (command, name):
         raise _refusal(folder, f"it holds what cgen {author[0]} wrote about {author[1][:40]};")
+
+
+def _check_record(folder: Path, command: str, name: str, record_file: str, key: str, others: Iterable[str]) -> None:
+    """Raises InputError for a record that the command has not written, or about another; or for ``others`` alone."""
+    if not os.path.lexists(folder / record_file):
+        _check_foreign(folder, command, others)
+        return
+    record = read_record(folder / record_file)
+    if key not in record:
+        _check_foreign(folder, command, [record_file])
+    if record.get("name") != name:
+        raise _refusal(folder, f"it holds what cgen {command} wrote about {str(record.get('name'))[:40]!a};")
 
 
 def _check_foreign(folder: Path, command: str, names: Iterable[str]) -> None:
