@@ -48,12 +48,13 @@ from compgen.planning.tables import (
 from compgen.robot.inverse_kinematics import Posture
 from compgen.thermal import Ambient, tables
 from compgen.thermal.drive_losses import mean_losses
+from compgen.thermal.ensemble import started
 from compgen.thermal.log_fit import fit_log
 from compgen.thermal.network import NetworkModel
 from compgen.verification.tables import bounds_of
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
-HISTORY = ("before", "cycle", "after", "shift", "ambient", "log", "state")
+HISTORY = ("before", "cycle", "after", "shift", "start", "ambient", "log", "state")
 
 
 def load_job(path_file: str, robot: str | None = None, overrides: Sequence[str] = ()) -> Job:
@@ -132,10 +133,6 @@ def _job_of(files: _JobFiles) -> Job:
     ]
     shifts = tables.shifts_of(path.shift, str(source))
     history = plan_history(Programs(program, cell, load), cell, air, parts, shifts, path.ambient.clock_h * HOUR)
-    ensemble = None
-    if (table := path.compensation.average_over) is not None:
-        where = f"{source}: compensation.average_over"
-        ensemble = tables.ensemble_of(table, len(history.runs), program.process.feed, where)
     if read is not None:
         loss: tuple[float, ...] = ()
         if isinstance(cell.heat, NetworkModel):
@@ -148,6 +145,12 @@ def _job_of(files: _JobFiles) -> Job:
         history = history_from_state(history, state, age, air if is_air_given else None)
         replaced = " and ".join(n for n, given in (("[[before]]", path.before), ("[log]", path.log)) if given)
         notes = (state_note(state, age, replaced),)
+    if path.start is not None:
+        history = started(history, tables.start_of(path.start, len(history.runs), str(source)))
+    ensemble = None
+    if (table := path.compensation.average_over) is not None:
+        where = f"{source}: compensation.average_over"
+        ensemble = tables.ensemble_of(table, len(history.runs), program.process.feed, where)
     job = Job(
         name=source.stem,
         title=path.title,

@@ -23,7 +23,15 @@ from compgen.robot.tables import (
     SingularityTable,
     ToolTable,
 )
-from compgen.thermal.tables.schema import AmbientTable, LogTable, ShiftTable, StateTable, StepTable, ThermalTable
+from compgen.thermal.tables.schema import (
+    AmbientTable,
+    LogTable,
+    ShiftTable,
+    StartTable,
+    StateTable,
+    StepTable,
+    ThermalTable,
+)
 from compgen.verification.tables import BoundsTable
 
 
@@ -57,6 +65,7 @@ class PathFile(Table):
     """What the cell does after the program."""
     shift: list[ShiftTable] = []
     """Working hours of every day, for the stretches with shifts = true."""
+    start: StartTable | None = None
     ambient: AmbientTable = AmbientTable()
     log: LogTable | None = None
     state: StateTable | None = None

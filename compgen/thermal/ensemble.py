@@ -67,6 +67,18 @@ def duties_before(history: History, start: Start) -> tuple[Duty, ...]:
     return tuple(duties)
 
 
+def started(history: History, start: Start) -> History:
+    """The same day with a start of its program as the first: what was before it, and the runs that are left."""
+    begin = history.runs[start.run]
+    left, cycle = begin, []
+    for duty in history.cycle:
+        if duty.duration > left:
+            cycle.append(replace(duty, duration=duty.duration - max(left, 0.0)))
+        left -= duty.duration
+    runs = tuple(time - begin for time in history.runs[start.run :])
+    return replace(history, before=duties_before(history, start), cycle=tuple(cycle), runs=runs)
+
+
 def states_at_runs(heat: ThermalModel, history: History, runs: IntArray) -> Array:
     """States as some runs begin without a delay, (R,) rising numbers from 0 to (R, S)."""
     times = np.array(history.runs)[runs]

@@ -31,7 +31,7 @@ def test_the_bare_command_gives_the_sliders(bare):
     result, page, record = bare
     assert "sliders: largest error on the part" in result.stdout
     assert record["live"]["sliders"] == [
-        "before.0.duration_h", "before.0.feed_mm_s", "before.0.duty", "ambient.value_degC", "start.delay",
+        "before.0.duration_h", "before.0.feed_mm_s", "before.0.duty", "ambient.value_degC", "start.delay_min",
         "robot.thermal.cte_um_m_K",
     ]  # fmt: skip
     assert record["live"]["settings_checked"] == 20

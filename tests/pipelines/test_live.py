@@ -77,7 +77,7 @@ def test_before_is_what_predict_says_with_the_overrides_of_the_setting(spiral):
     overrides = overrides_of(spiral.live.day, setting)
     assert overrides == [
         "before.0.duration_h=2.5", "before.0.feed_mm_s=80.0", "before.0.duty=0.6", "ambient.value_degC=23.0",
-        "robot.thermal.cte_um_m_K=13.0", "compensation.average_over={delay_s=[1200.0, 1200.0]}",
+        "start.delay_min=20.0", "robot.thermal.cte_um_m_K=13.0",
     ]  # fmt: skip
     planned = generate.predict(load_job(path_file("spiral_1300"), overrides=overrides), quiet)
     extent, shown = planned.deviation().on_part["total"], at(spiral.live, setting, spiral.live.before)
@@ -89,11 +89,9 @@ def test_before_is_what_predict_says_with_the_overrides_of_the_setting(spiral):
 def test_after_is_the_one_written_text_flown_in_the_other_state(schedule):
     setting = moved(schedule, run=14.0, delay=7.5, repeat=11.0, air=27.0)
     overrides = overrides_of(schedule.live.day, setting)
-    assert overrides[-1] == "compensation.average_over={delay_s=[450.0, 450.0], runs=[14, 14]}"
+    assert overrides[-2:] == ["start.delay_min=7.5", "start.run=14"]
     job = load_job(path_file("line_y"), overrides=[*SCHEDULE, NETWORK, *overrides])
-    prepared = schedule.after.geometry.prepared.reheated(
-        schedule.corrected.twin, duties_before(job.history, Start(13, 450.0)), job.history.air
-    )
+    prepared = schedule.after.geometry.prepared.reheated(schedule.corrected.twin, job.history.before, job.history.air)
     deviation = deviation_from_path(schedule.planned.path, prepared.chunks(), prepared.sample_count)
     shown = at(schedule.live, setting, schedule.live.after)
     assert shown.largest == pytest.approx(deviation.on_part["total"].max, abs=0.02 * UM)
@@ -146,3 +144,13 @@ def test_a_file_for_several_starts_moves_from_their_mean():
     late, early = (at(live_job.live, moved(live_job, delay=d), live_job.live.after).largest for d in (60.0, 0.0))
     mean = at(live_job.live, moved(live_job, delay=30.0), live_job.live.after).largest
     assert mean < min(late, early)
+
+
+def test_a_start_of_the_path_file_is_where_its_sliders_stand():
+    live_job = built("line_y", *SCHEDULE, "start.run=14", "start.delay_min=7.5")
+    planned = dict(zip(kinds(live_job), planned_setting(live_job.live.day)))
+    assert (planned["run"], planned["delay"]) == (14.0, 7.5)
+    shown = at(live_job.live, planned_setting(live_job.live.day), live_job.live.before)
+    assert shown.largest == pytest.approx(live_job.planned.deviation().on_part["total"].max, abs=1e-10)
+    assert overrides_of(live_job.live.day, moved(live_job, run=1.0)) == ["start.run=1"]
+    assert check(live_job).largest < 0.05 * UM

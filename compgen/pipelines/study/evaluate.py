@@ -21,7 +21,19 @@ from compgen.verification.deviation import Deviation, deviation_from_path, stati
 Row = dict[str, Any]
 KEPT = 4  # geometries at a time
 #: tables whose keys leave path, joints and timing alone
-WARM = ("before", "cycle", "after", "shift", "ambient", "log", "bounds", "compensation", "title", "robot.thermal")
+WARM = (
+    "before",
+    "cycle",
+    "after",
+    "shift",
+    "start",
+    "ambient",
+    "log",
+    "bounds",
+    "compensation",
+    "title",
+    "robot.thermal",
+)
 
 
 class Shared:

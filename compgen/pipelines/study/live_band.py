@@ -3,7 +3,7 @@ r"""The band of a living page: what the files leave open, in whatever state the 
 As ``pipelines/band`` has it, with the columns of the quantities parted by what the day moves:
 
     c_q(n) = A_q(n) + (cte / cte_0)^{g_q} A'_q(n) r(t_n) + B(n) h_q(t_n)
-    h_q = G_q Y(t) + S_q e^{-(T_0 + tau + t) / lag} + air_q a(t) + (r_{m+} - r_{m-}) / (2 step)
+    h_q = G_q Y(t) + S_q e^{-(T_0 + tau + d + t) / lag} + air_q a(t) + (r_{m+} - r_{m-}) / (2 step)
 
 A' is how a column grows with the rises (what heat lengthens is more when it is warmer), g_q whether it goes with the
 coefficient of expansion, Y how what the law misses has built up through the day, a what air adds that is one kelvin
@@ -21,7 +21,7 @@ from compgen.error_model.knowledge import build_slopes
 from compgen.pipelines.band import MISSING, by_source, least_missing
 from compgen.pipelines.job import Job
 from compgen.pipelines.study.geometry import Geometry, model_of
-from compgen.pipelines.study.live_day import BuildUp, NodeLaw, after_stages
+from compgen.pipelines.study.live_day import BuildUp, NodeLaw, Stage, after_stages
 from compgen.pipelines.study.live_model import Live, Setting, State, air_since, expansion_factor, state_of
 from compgen.pipelines.study.live_places import own_heat, single
 from compgen.pipelines.study.sample_band import SAMPLES, part_weight, some_samples
@@ -194,15 +194,14 @@ def band_at(live: Live, band: LiveBand, setting: Setting) -> ShownBand:
 def _heats(live: Live, band: LiveBand, state: State) -> list[Array | None]:
     """h of each quantity, (N, K); None: nothing."""
     model, t = live.heat.model, band.time[:, None]
-    passed = sum(stage.total for stage in state.stages) + float(live.heat.run[state.run])
     rate = band.build_up.rate
-    y = after_stages(band.build_up, rate, state.stages, np.zeros(len(rate)))
-    y = np.exp(-rate * live.heat.run[state.run]) * y + band.build_up_cycle[state.run]
+    y = _at_start(band.build_up, live, state, np.zeros(len(rate)), band.build_up_cycle)
     built_up = 1 + (y - 1) * np.exp(-t * rate)
-    fading = np.exp(-(passed + t) * rate) if model.start is not None else np.zeros_like(built_up)
-    share = np.ones_like(t * model.rate) if model.start is None else -np.expm1(-(passed + t) * model.rate)
+    since = state.elapsed + t
+    fading = np.exp(-since * rate) if model.start is not None else np.zeros_like(built_up)
+    share = np.ones_like(t * model.rate) if model.start is None else -np.expm1(-since * model.rate)
     of_air = (model.ambient * share) @ model.outputs.T
-    of_models = [_by_step(live, band, state, pair, passed) for pair in band.models]
+    of_models = [_by_step(live, band, state, pair) for pair in band.models]
     heats: list[Array | None] = []
     for q in band.quantities:
         if not (q.missed.any() or q.start.any() or q.air or q.model >= 0):
@@ -213,14 +212,19 @@ def _heats(live: Live, band: LiveBand, state: State) -> list[Array | None]:
     return heats
 
 
-def _by_step(live: Live, band: LiveBand, state: State, pair: ModelStep, passed: float) -> Array:
+def _at_start(law: NodeLaw | BuildUp, live: Live, state: State, begin: Array, cycle: Array) -> Array:
+    """Modes of a law as the program starts, in still air: the day, the cycle until its run, and standing."""
+    z = after_stages(law, law.rate, state.stages, begin)
+    z = np.exp(-law.rate * live.heat.run[state.run]) * z + cycle[state.run]
+    return after_stages(law, law.rate, [Stage("idle", state.delay)], z)
+
+
+def _by_step(live: Live, band: LiveBand, state: State, pair: ModelStep) -> Array:
     """What a change of the model adds, by the difference of two, (N, K) [K]."""
     begin = np.zeros(len(live.heat.model.rate)) if live.heat.model.start is None else live.heat.model.start
     rises = []
     for law, cycle in zip(pair.laws, pair.cycle):
-        z = after_stages(law, law.rate, state.stages, begin)
-        z = np.exp(-law.rate * live.heat.run[state.run]) * z + cycle[state.run]
-        z = z + _air_by(law, live, state, passed)
+        z = _at_start(law, live, state, begin, cycle) + _air_by(law, live, state, state.elapsed)
         goal = law.moving(band.feed, 1.0)
         rises.append(goal + (z - goal) * np.exp(-band.time[:, None] * law.rate))
     return np.asarray((rises[0] - rises[1]) / (2 * pair.step))

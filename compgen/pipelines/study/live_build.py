@@ -24,6 +24,8 @@ from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.history import History
 from compgen.verification.twin import prepare
 
+FIRST_START = "start={run=1, delay_min=0}"
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LiveJob:
@@ -48,7 +50,8 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
         CompgenError: The path cannot be read, driven or corrected.
     """
     job = load_job(path_file, robot, overrides)
-    day = day_of(path_file, robot, overrides, job)
+    first = job if job.inputs["path"]["start"] is None else load_job(path_file, robot, [*overrides, FIRST_START])
+    day = day_of(path_file, robot, overrides, first)
     planned_text = lay_out(job)
     planned, corrected = generate.generate(job, progress)
     prepared = prepare(twin_of(job), corrected.program, job.history.before, job.history.air)
@@ -61,7 +64,7 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
     if cte is not None:
         dearer = load_job(path_file, robot, [*overrides, f"robot.thermal.cte_um_m_K={2 * cte!r}"])
     places = [places_of(job, flown, dearer) for flown in (before, after)]
-    live = Live(day, _heat(job, day), places[0], places[1], 1.0 if cte is None else cte)
+    live = Live(day, _heat(first, day), places[0], places[1], 1.0 if cte is None else cte)
     band = band_places(job, live, planned_text, dearer)
     return LiveJob(path_file, robot, tuple(overrides), job, planned, corrected, before, after, live, band)
 

@@ -1,6 +1,6 @@
 """How far a living page's formula is from the full computation, at settings drawn with a seed."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from compgen.pipelines.study.live_model import Setting, at, overrides_of, planne
 from compgen.pipelines.study.live_places import Flown, fly, rises_after
 from compgen.pipelines.study.live_sliders import Slider
 from compgen.pipelines.study.sample_band import band_at_samples, some_samples
-from compgen.thermal import Duty
-from compgen.thermal.ensemble import Start, duties_before
 from compgen.verification.deviation import percentile99, rms, sample_lengths
 
 DRAWN = 20
@@ -71,32 +69,28 @@ def check(live_job: LiveJob) -> Agreement:
     after: list[Array] = []
     band: list[float] = []
     for setting in settings:
-        job, duties = job_at(live_job, setting)
+        job = job_at(live_job, setting)
         for rows, flown, places in (
             (before, live_job.before, live_job.live.before), (after, live_job.after, live_job.live.after),
         ):  # fmt: skip
             shown = at(live_job.live, setting, places)
-            rows.append(np.array([shown.largest, shown.p99, shown.rms]) - full(job, flown, duties))
+            rows.append(np.array([shown.largest, shown.p99, shown.rms]) - full(job, flown))
         geometry = live_job.before.geometry
-        rise = rises_after(job, geometry, duties)[some_samples(geometry)]
-        history = replace(job.history, before=job.duties_before())
-        whole = band_at_samples(job, geometry, history, rise).largest
+        rise = rises_after(job, geometry, job.history.before)[some_samples(geometry)]
+        whole = band_at_samples(job, geometry, rise=rise).largest
         band.append(band_at(live_job.live, live_job.band, setting).largest - whole)
     return Agreement(settings, np.array(before), np.array(after), np.array(band))
 
 
-def job_at(live_job: LiveJob, setting: Setting) -> tuple[Job, tuple[Duty, ...]]:
-    """The job of a setting, read from its files, and what the cell does until its program starts."""
+def job_at(live_job: LiveJob, setting: Setting) -> Job:
+    """The job of a setting, read from its files."""
     overrides = overrides_of(live_job.live.day, setting, live_job.job.ensemble is not None)
-    job = load_job(live_job.path_file, live_job.robot, [*live_job.overrides, *overrides])
-    if job.ensemble is None:
-        return job, job.history.before
-    return job, duties_before(job.history, Start(job.ensemble.runs[0], job.ensemble.delay[0]))
+    return load_job(live_job.path_file, live_job.robot, [*live_job.overrides, *overrides])
 
 
-def full(job: Job, flown: Flown, duties: tuple[Duty, ...]) -> Array:
+def full(job: Job, flown: Flown) -> Array:
     """Largest, p99 and rms of the error of a text on the part, flown by the twin in another state, (3,) [m]."""
-    actual = fly(job, flown.geometry, rises_after(job, flown.geometry, duties))
+    actual = fly(job, flown.geometry, rises_after(job, flown.geometry, job.history.before))
     size = np.linalg.norm((flown.error + actual - flown.position)[flown.on_part], axis=1)
     weight = sample_lengths(flown.arc)[flown.on_part]
     return np.array([size.max(), percentile99(size, weight), rms(size, weight)])

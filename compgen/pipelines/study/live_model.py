@@ -23,6 +23,8 @@ from compgen.pipelines.study.live_sliders import Day, Slider
 from compgen.thermal import Ambient, ThermalModel
 from compgen.verification.deviation import percentile99, rms
 
+STARTS = ("delay", "run")  # kinds of sliders that say which start is meant
+ONE_START = "compensation.average_over={override_percent=[100]}"  # of a file that serves several: this one alone
 Setting = tuple[float, ...]  # a value of each slider, in its unit
 
 
@@ -56,6 +58,7 @@ class State:
 
     z: Array  # (S,)
     elapsed: float  # [s] since the first stretch
+    delay: float  # [s] of it standing before the program
     air: Ambient
     stages: tuple[Stage, ...]
     run: int  # of those that the slider stops at
@@ -97,7 +100,7 @@ def state_of(live: Live, setting: Setting) -> State:
     z = np.exp(-rate * heat.run[run]) * z + heat.cycle[run]
     z = heat.standing + (z - heat.standing) * np.exp(-rate * delay)
     elapsed = sum(stage.total for stage in stages) + float(heat.run[run]) + delay
-    return State(z, elapsed, air, tuple(stages), run)
+    return State(z, elapsed, delay, air, tuple(stages), run)
 
 
 def moved(stage: Stage, slider: Slider, value: float) -> Stage:
@@ -148,25 +151,18 @@ def expansion_factor(live: Live, setting: Setting) -> float:
     return next((v / live.cte for s, v in zip(live.day.sliders, setting) if s.kind == "cte"), 1.0)
 
 
-def overrides_of(day: Day, setting: Setting, always_start: bool = False) -> list[str]:
+def overrides_of(day: Day, setting: Setting, averaged: bool = False) -> list[str]:
     """What ``--set`` says of a setting: the sliders that are not as planned.
 
     Args:
         day: Its sliders.
         setting: Where they stand.
-        always_start: Whether run and delay are said as planned too, for a job that is averaged over several.
+        averaged: Whether the path's own file serves several starts: then the one that is meant is said as planned too.
     """
-    overrides, start = [], {}
-    is_late = always_start
+    starts = [slider for slider in day.sliders if slider.kind in STARTS]
+    overrides = [ONE_START] if averaged else []
     for slider, value in zip(day.sliders, setting, strict=True):
-        if slider.kind in ("delay", "run"):
-            start[slider.kind] = value
-            is_late = is_late or value != slider.value
-        elif value != slider.value:
-            text = str(int(value)) if slider.kind == "repeat" else repr(round(value, 9))
+        if value != slider.value or (averaged and slider in starts):
+            text = str(int(value)) if slider.kind in ("repeat", "run") else repr(round(value, 9))
             overrides.append(f"{slider.key}={text}")
-    if is_late:
-        seconds = repr(round(start["delay"] * MINUTE, 6))
-        run = f", runs=[{int(start['run'])}, {int(start['run'])}]" if "run" in start else ""
-        overrides.append(f"compensation.average_over={{delay_s=[{seconds}, {seconds}]{run}}}")
     return overrides

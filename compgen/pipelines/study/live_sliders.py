@@ -32,7 +32,7 @@ class Slider:
     """One number of the day that can be moved."""
 
     kind: str  # duration, repeat, feed, duty, air, delay, run or cte
-    key: str  # of the path or robot file; empty for a start, which compensation.average_over says
+    key: str  # of the path or robot file
     label: str
     unit: str
     low: float
@@ -60,13 +60,13 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
         path_file: That the job was read from.
         robot: Robot name or file; None for what the path file says.
         overrides: Of the job.
-        job: As planned.
+        job: As planned, but for the start, which is the first run's, at once.
     """
     data, robot_data = _tables(path_file, robot, overrides)
     path = check(PathFile, data, path_file)
     stages, sliders, missing = _before(path, job)
     of_air, no_air = _air(path, job)
-    of_start, no_start = _start(job)
+    of_start, no_start = _start(path, job)
     cte, no_cte = _cte(robot_data, job)
     return Day(
         tuple(stages),
@@ -205,19 +205,18 @@ def _air(path: PathFile, job: Job) -> tuple[list[Slider], list[str]]:
     return sliders, []
 
 
-def _start(job: Job) -> tuple[list[Slider], list[str]]:
-    runs = len(job.history.runs)
-    first = 0 if job.ensemble is None else job.ensemble.runs[0]
-    delay = 0.0 if job.ensemble is None else job.ensemble.delay[0] / MINUTE
-    sliders = [
-        Slider("delay", "", "Start delay, servo on", "min", 0, max(LONGEST_DELAY, 2 * delay), 0.5, delay)
-    ]  # fmt: skip
+def _start(path: PathFile, job: Job) -> tuple[list[Slider], list[str]]:
+    """Of the start that is meant: as the path file says it, or the first of those that its file serves."""
+    run, delay = (1, 0.0) if path.start is None else (path.start.run, path.start.delay_min)
+    if job.ensemble is not None:
+        run, delay = run + job.ensemble.runs[0], delay + job.ensemble.delay[0] / MINUTE
+    most, runs = max(LONGEST_DELAY, 2 * delay), len(job.history.runs)
+    sliders = [Slider("delay", "start.delay_min", "Start delay, servo on", "min", 0, most, 0.5, delay)]
     if runs == 1:
         return sliders, ["Run of the schedule: the path has no [[cycle]], so that the program runs once."]
-    stops = sorted({*np.linspace(0, runs - 1, min(runs, MOST_RUNS)).round().astype(int).tolist(), first})
+    stops = sorted({*np.linspace(1, runs, min(runs, MOST_RUNS)).round().astype(int).tolist(), run})
     label = f"Run of the schedule, of {runs}"
-    sliders.append(Slider("run", "", label, "", 1, runs, 1, first + 1, tuple(float(n + 1) for n in stops)))
-    return sliders, []
+    return [*sliders, Slider("run", "start.run", label, "", 1, runs, 1, float(run), tuple(map(float, stops)))], []
 
 
 def _cte(robot_data: dict[str, Any], job: Job) -> tuple[list[Slider], list[str]]:

@@ -70,6 +70,7 @@ function afterStages(law, rate, stages, begin) {
   }
   return z;
 }
+const STANDING = {state: "idle", feed: 0, share: 1, count: 1, dwell: 0, rest: "idle"};
 const total = stage => stage.count * (stage.duration + stage.dwell);
 const passed = stages => stages.reduce((sum, stage) => sum + total(stage), 0);
 
@@ -150,7 +151,7 @@ function stateOf(values) {
     const w = heat.standing[s], r = heat.rate[s];
     z[s] = w + (Math.exp(-r * tau) * z[s] + heat.cycle[run * S + s] - w) * Math.exp(-r * delay);
   }
-  return {z, stages, air, run, delay, factor, begun: before + tau, elapsed: before + tau + delay};
+  return {z, stages, air, run, delay, factor, elapsed: before + tau + delay};
 }
 
 function rises(state, time, program) {  // (P x K)
@@ -215,15 +216,18 @@ function share99(size, length, weight) {  // the smallest size that 99 % of the 
 // ---- the band: what the files leave open ------------------------------------------------------------------------------
 function heatsOf(state) {
   const N = band.time.length, tau = heat.run[state.run], {rate} = band.build_up;
-  const y = afterStages(band.build_up, rate, state.stages, zeros(K));
-  for (let k = 0; k < K; k++) y[k] = Math.exp(-rate[k] * tau) * y[k] + band.build_up_cycle[state.run * K + k];
+  const atStart = (law, begin, cycle) => {  // modes of a law as the program starts, in still air
+    const z = afterStages(law, law.rate, state.stages, begin), modes = law.rate.length;
+    for (let s = 0; s < modes; s++) z[s] = Math.exp(-law.rate[s] * tau) * z[s] + cycle[state.run * modes + s];
+    return afterStages(law, law.rate, [{...STANDING, duration: state.delay}], z);
+  };
+  const y = atStart(band.build_up, zeros(K), band.build_up_cycle);
   const pairs = band.models.map(pair => {
     const [plus, minus] = pair.laws.map((law, side) => {
-      const z = afterStages(law, law.rate, state.stages, heat.start || zeros(S));
-      const u = airSince(state.air, law.rate, [state.begun], zeros(S));
+      const z = atStart(law, heat.start || zeros(S), pair.cycle[side]);
+      const u = airSince(state.air, law.rate, [state.elapsed], zeros(S));
       const goal = movingGoal(law, band.feed, 1);
-      return [z.map((v, s) => Math.exp(-law.rate[s] * tau) * v + pair.cycle[side][state.run * S + s] + u[s] - goal[s]),
-        goal, law.rate];
+      return [z.map((v, s) => v + u[s] - goal[s]), goal, law.rate];
     });
     const of = ([z, goal, rates], t, s) => goal[s] + z[s] * Math.exp(-t * rates[s]);
     return (t, s) => (of(plus, t, s) - of(minus, t, s)) / (2 * pair.step);
@@ -234,9 +238,9 @@ function heatsOf(state) {
     for (let n = 0; n < N; n++) for (let k = 0; k < K; k++) {
       const t = band.time[n];
       let sum = q.missed[k] * (1 + (y[k] - 1) * Math.exp(-t * rate[k]));
-      if (!inBalance) sum += q.start[k] * Math.exp(-(state.begun + t) * rate[k]);
+      if (!inBalance) sum += q.start[k] * Math.exp(-(state.elapsed + t) * rate[k]);
       if (q.air) for (let s = 0; s < S; s++) {
-        const share = inBalance ? 1 : -Math.expm1(-(state.begun + t) * heat.rate[s]);
+        const share = inBalance ? 1 : -Math.expm1(-(state.elapsed + t) * heat.rate[s]);
         sum += q.air * heat.outputs[k * S + s] * heat.ambient[s] * share;
       }
       h[n * K + k] = q.model < 0 ? sum : sum + pairs[q.model](t, k);
@@ -344,19 +348,11 @@ const plannedValues = sliders.map(slider => slider.value);
 let values = [...plannedValues];
 
 function overrides() {
-  const out = [], start = {};
-  let late = live.always_start;
+  const out = live.averaged ? [`'${live.one_start}'`] : [];
   sliders.forEach((slider, n) => {
-    if (slider.kind === "delay" || slider.kind === "run") {
-      start[slider.kind] = values[n];
-      late = late || values[n] !== slider.value;
-    } else if (values[n] !== slider.value) out.push(`${slider.key}=${String(values[n])}`);
+    const isStart = slider.kind === "delay" || slider.kind === "run";
+    if (values[n] !== slider.value || (live.averaged && isStart)) out.push(`${slider.key}=${String(values[n])}`);
   });
-  if (late) {
-    const seconds = String(+(start.delay * MINUTE).toFixed(6));
-    const run = start.run === undefined ? "" : `, runs=[${start.run}, ${start.run}]`;
-    out.push(`'compensation.average_over={delay_s=[${seconds}, ${seconds}]${run}}'`);
-  }
   return out.map(item => ` --set ${item}`).join("");
 }
 

@@ -11,7 +11,7 @@ from compgen.pipelines.band import MISSING
 from compgen.pipelines.study.live_band import LiveBand, LiveQuantity
 from compgen.pipelines.study.live_build import LiveJob
 from compgen.pipelines.study.live_day import NodeLaw, Stage
-from compgen.pipelines.study.live_model import Heat
+from compgen.pipelines.study.live_model import ONE_START, Heat
 from compgen.pipelines.study.live_places import Places
 from compgen.pipelines.study.live_sliders import Slider
 from compgen.report.figure import LIGHT_TO_DARK
@@ -40,7 +40,8 @@ def live_record(live_job: LiveJob) -> dict[str, Any]:
         },
         "duration": float(live_job.before.geometry.now[-1]),
         "window": live_job.corrected.start_window,
-        "always_start": job.ensemble is not None,
+        "averaged": job.ensemble is not None,
+        "one_start": ONE_START,
         "colours": list(LIGHT_TO_DARK),
     }  # fmt: skip
 

@@ -64,7 +64,7 @@ def live_section(
     count, apart = len(agreement.settings) - 1, agreement.largest / UM
     record = {
         "before_max_um": float(f"{before.largest / UM:.6g}"), "after_max_um": float(f"{after.largest / UM:.6g}"),
-        "sliders": [slider.key or f"start.{slider.kind}" for slider in live_job.live.day.sliders],
+        "sliders": [slider.key for slider in live_job.live.day.sliders],
         "missing_sliders": list(live_job.live.day.missing), "settings_checked": count,
         "largest_difference_um": float(f"{apart:.3g}"), "is_close": agreement.is_close,
     }  # fmt: skip
@@ -235,8 +235,8 @@ def _band(live_job: LiveJob) -> str:
 
 def _commands(live_job: LiveJob, command: str, program: str) -> str:
     start = ""
-    if any(slider.kind in ("run", "delay") for slider in live_job.live.day.sliders):
-        start = " A late start, and a run of the schedule, are said by compensation.average_over, of one start alone."
+    if live_job.job.ensemble is not None:
+        start = " The file serves several starts; the one that the sliders stand at is said alone, with no average."
     return (
         "<p>The same from the command line, largest error in <code>on_part.before.total.max_um</code>:</p>"
         f'<pre><code id="live-command-before">cgen predict {escape(command)} --json</code></pre>'

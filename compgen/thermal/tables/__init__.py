@@ -2,7 +2,7 @@
 
 from compgen.thermal.tables.ambient import ambient_of, log_of
 from compgen.thermal.tables.duty import shifts_of, steps_of
-from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words
+from compgen.thermal.tables.ensemble import ensemble_of, ensemble_of_words, start_of
 from compgen.thermal.tables.materials import check_materials
 from compgen.thermal.tables.model import growth_of, network_of, node_model_of, profiles_of
 from compgen.thermal.tables.uncertainty import uncertainty_of
@@ -18,6 +18,7 @@ __all__ = [
     "node_model_of",
     "profiles_of",
     "shifts_of",
+    "start_of",
     "steps_of",
     "uncertainty_of",
 ]

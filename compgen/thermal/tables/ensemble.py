@@ -7,8 +7,9 @@ from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
 from compgen.core.toml import Table, brief_value, check
-from compgen.core.units import MM
-from compgen.thermal.ensemble import Ensemble
+from compgen.core.units import MINUTE, MM
+from compgen.thermal.ensemble import Ensemble, Start
+from compgen.thermal.tables.schema import StartTable
 
 Delay = Annotated[FiniteFloat, Field(ge=0, le=57_600)]  # s, sixteen hours: after that a robot has forgotten its start
 Override = Annotated[FiniteFloat, Field(ge=1, le=100)]  # %
@@ -51,9 +52,23 @@ def ensemble_of(table: AverageOverTable, run_count: int, feed: float, where: str
     if runs[0] > runs[1]:
         raise InputError(f"{where}.runs: {runs} must rise; give the first run first")
     if runs[1] > run_count:
-        known = f"1 to {run_count}" if run_count > 1 else "1 alone; [[cycle]] with a repeat gives more"
-        raise InputError(f"{where}.runs: there is no run {runs[1]}; runs are {known}")
+        raise InputError(f"{where}.runs: there is no run {runs[1]}; runs are {_runs(run_count)}")
     return Ensemble((delay[0], delay[1]), _overrides(table, feed, where), (int(runs[0]) - 1, int(runs[1]) - 1))
+
+
+def start_of(table: StartTable, run_count: int, where: str) -> Start:
+    """The start that is meant.
+
+    Raises:
+        InputError: A run that there is none of.
+    """
+    if table.run > run_count:
+        raise InputError(f"{where}: start.run: there is no run {table.run}; runs are {_runs(run_count)}")
+    return Start(table.run - 1, table.delay_min * MINUTE)
+
+
+def _runs(count: int) -> str:
+    return f"1 to {count}" if count > 1 else "1 alone; [[cycle]] with a repeat gives more"
 
 
 def ensemble_of_words(words: str, where: str) -> Ensemble:

@@ -210,6 +210,15 @@ class StateTable(Table):
     """How long before the program it was; the robot has stood since, with its servo on; cgen's --state-age."""
 
 
+class StartTable(Table):
+    """Which start of the program is meant, where it is not the first run, at once."""
+
+    run: Annotated[int, Field(ge=1, le=20_000)] = 1
+    """Run of [[cycle]], from 1: what the cycle does until then goes before."""
+    delay_min: Annotated[FiniteFloat, Field(ge=0, le=960)] = 0.0
+    """How much later than planned it starts; the robot stands until then, with its servo on."""
+
+
 class SectionTable(Table):
     """A section of a profile, from the end of the one before it."""
 
