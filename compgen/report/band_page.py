@@ -11,46 +11,53 @@ from compgen.report.band_words import known_words, rounded, unknown_words
 from compgen.report.figure import GREY, LINES, Figure, axis, figure, spans, trace
 from compgen.report.figure_rows import Row
 from compgen.report.figure_words import sentence
+from compgen.report.page import with_units
 from compgen.report.table import table
 from compgen.verification.band import ONE_SIDED
 
+LEFT_OPEN = "left open by the robot file"
+MEANINGS = {  # of the sources of a budget, for who has not written the robot file
+    "cte": "how much the arm grows per kelvin",
+    "thermocouples": "how well the warmth was measured",
+    "thermal physics missing": "what any model of heat leaves out",
+    "temperature law": "how well the model foretells the warmth",
+    "air": "temperature of the air",
+    "feed": "feed that is really driven",
+    "profile shape": "how warmth is spread along a link",
+    ONE_SIDED: "numbers somewhere between two limits, and the program's is not in their middle",
+    "start delay": "starts later than planned",
+    "identified parameters": "how well measuring told the robot's numbers",
+    "fit noise": "scatter of what was measured",
+}
 BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
 
 
-def known_html(record: dict[str, Any]) -> str:
-    """What the file leaves open and what it does not know, for the sentence in large letters."""
+def band_facts(record: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the robot file leaves open and what it does not know: names and HTML, for what stands under a verdict."""
     unknown = unknown_words(record)
-    words = known_words(record)
-    amount = f"{rounded(record['p95_um'])} um"
-    text = f"<b>{_html(amount)}</b>{_html(words[len(amount) :])}" if words.startswith(amount) else escape(words)
-    return text + (f"; <b>not known</b>: {_html(unknown)}" if unknown else "")
+    amount, _, sources = known_words(record).partition(" of what this file knows")
+    left_open = f"<b>{with_units(amount)}</b>{with_units(sources)}" if record["p95_um"] else with_units(amount)
+    return [(LEFT_OPEN, left_open), *([("not known of this robot", with_units(unknown))] if unknown else [])]
 
 
 def band_explained(record: dict[str, Any]) -> str:
     """What the numbers mean, and the table of sources."""
     whole = rounded(record["p95_um"])
     text = (
-        "<p>The arithmetic is right if the robot is exactly what its file says. It is not: each number of the file is "
-        f"known so well and no better. At its worst place on the part the tool stays within <b>{whole} &micro;m</b> on "
-        "95 of 100 robots and days that the file may be talking of. The sources below add up like the sides of a right "
-        "angle, not one on top of the other. What nobody has measured on this robot comes on top; it is named, "
-        "with the size that others found.</p>"
+        "<p>The error above is right if the robot is exactly what its file says. It is not: each number of the file is "
+        f"known so well and no better. At its worst place on the part the tool stays within <b>{whole} &micro;m</b> of "
+        "it in 95 of 100 cases. The sources below add up as squares do: the largest ones count. What nobody has "
+        "measured on this robot comes on top; it is named, with the size that others found.</p>"
     )
-    if ONE_SIDED in record["budget_um"]:
-        text += (
-            f"<p class=lead>{ONE_SIDED.capitalize()}: the file says that a number is anywhere between two limits, "
-            "and the program uses one that is not in their middle.</p>"
-        )
     rows = [
-        [escape(source), rounded(size), rounded(record["budget_rms_um"][source])]
+        [_explained(source, MEANINGS.get(source, "")), rounded(size), rounded(record["budget_rms_um"][source])]
         for source, size in record["budget_um"].items()
     ]
     rows.append(["<b>all that this file knows</b>", f"<b>{whole}</b>", ""])
     for row in record["unknown"]:
         size = row["size_um"]
         extent = "nobody said" if size is None else f"{rounded(size[0]) if size[0] else '0'} to {rounded(size[1])}"
-        origin = f" <small>{escape(row['from'])}</small>" if row["from"] else ""
-        rows.append([f"not known: {escape(row['what'])}{origin}", extent, ""])
+        rows.append([_explained(f"not known: {row['what']}", row["from"]), extent, ""])
     return text + table(["source", "largest on the part [&micro;m]", "rms [&micro;m]"], rows)
 
 
@@ -104,5 +111,5 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     return figure(traces, height, alt, narrow, **layout)
 
 
-def _html(text: str) -> str:
-    return escape(text).replace(" um", " &micro;m")
+def _explained(name: str, meaning: str) -> str:
+    return escape(name) + (f" <small>{escape(meaning)}</small>" if meaning else "")

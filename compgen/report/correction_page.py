@@ -9,7 +9,7 @@ from compgen.core.units import MM, UM
 from compgen.fanuc.analysis.unsafe_statements import Unsafe
 from compgen.pipelines.correct import Correction
 from compgen.report.averaged import served_figure
-from compgen.report.band_page import band_explained, budget_figure, known_html, radius_row
+from compgen.report.band_page import band_explained, band_facts, budget_figure, radius_row
 from compgen.report.correction_summary import band_of_correction, correction_summary
 from compgen.report.figure import COOL, WARM, Figure, rows_to_draw, trace
 from compgen.report.figure_in_space import Coloured, figure_in_space
@@ -52,17 +52,20 @@ def correction_html(result: Correction, options: PageOptions = PLAIN) -> bytes:
     )
     if data["before"]:
         before, after = data["before"]["total"]["max_um"], data["after"]["total"]["max_um"]
-        kind = "inside" if result.inside else "outside"
+        kind = "inside" if result.inside else "warning" if result.verdict is Verdict.NO_BOUNDS else "outside"
+        words = VERDICTS[result.verdict]
         text = (
-            f"Largest error <b>{before:.1f} &micro;m</b> before; after: <b>{after:.2f} &micro;m</b> of arithmetic, "
-            f"proven from the written text: <b>{VERDICTS[result.verdict]}</b>"
-            + (f"; {known_html(data['band'])}." if data["band"] else ".")
+            f"<b>{words[0].upper()}{words[1:]}.</b> Largest error <b>{before:.1f} &micro;m</b> before, "
+            f"<b>{after:.2f} &micro;m</b> after, proven from the written text."
         )
         errors = error_table("error", [(side, data[side]) for side in ("before", "after")], PARTS)
     else:
         kind, errors = "outside", ""
         text = "<b>Nothing corrected</b>: no position of this program can be, and it is unchanged."
-    body = f"{findings_list(result.findings)}{errors}"
+    bound = data["bounds"].get("max_um")
+    facts = [] if bound is None else [("bound", f"{bound:g} &micro;m")]
+    facts += band_facts(data["band"]) if data["band"] else []
+    body = findings_list(result.findings)
     figures = correction_figures(result) if len(result.execution.station) else {}
     explained = {"budget": band_explained(data["band"])} if data["band"] else {}
     body += "".join(figure_section(FIGURES[k], content, k, explained.get(k, "")) for k, content in figures.items())
@@ -70,7 +73,8 @@ def correction_html(result: Correction, options: PageOptions = PLAIN) -> bytes:
         body += _unsafe_statements(plan.scope.unsafe)
     made = data["provenance"]
     inputs = correction_inputs(result, made["planned_sha256"], made["corrected_sha256"])
-    return page(f"{data['name']}: correction", body, lead + verdict(kind, text), inputs, REMARK, options)
+    opening = lead + verdict(kind, text, facts) + errors
+    return page(f"{data['name']}: correction", body, opening, inputs, REMARK, options)
 
 
 def correction_figures(result: Correction) -> dict[str, Figure]:

@@ -110,7 +110,7 @@ def pose_words(pose: Pose) -> str:
 def history_words(job: Job) -> str:
     """What the cell does before the program."""
     if job.log is not None:
-        return f"temperature log of {_time(float(job.log.time[-1] - job.log.time[0]))}, in place of a history"
+        return f"temperature log of {time_words(float(job.log.time[-1] - job.log.time[0]))}, in place of a history"
     return _with_state(job.cell, duties_words(job.history.before), job.history.clock)
 
 
@@ -118,7 +118,11 @@ def air_words(air: Ambient) -> str:
     """How far the air is from the temperature at which the robot counts as cold."""
     low, high = (f"{_number(value, 1)}" for value in (air.rise.min(), air.rise.max()))
     level = f"{low} K" if low == high else f"{low} to {high} K"
-    wave = f", in a wave of {_number(air.amplitude, 1)} K either way over {_time(air.period)}" if air.amplitude else ""
+    wave = (
+        f", in a wave of {_number(air.amplitude, 1)} K either way over {time_words(air.period)}"
+        if air.amplitude
+        else ""
+    )
     return f"{level} from the temperature of the cold robot{wave}"
 
 
@@ -129,8 +133,8 @@ def duties_words(duties: Sequence[Duty]) -> str:
     if len(duties) <= STRETCHES:
         return ", then ".join(_duty(d) for d in duties)
     total = {state: sum(d.duration for d in duties if d.state == state) for state in ("moving", "idle", "off")}
-    parts = ", ".join(f"{state} {_time(time)}" for state, time in total.items() if time)
-    return f"{len(duties)} stretches over {_time(sum(total.values()))}: {parts}; at last {_duty(duties[-1])}"
+    parts = ", ".join(f"{state} {time_words(time)}" for state, time in total.items() if time)
+    return f"{len(duties)} stretches over {time_words(sum(total.values()))}: {parts}; at last {_duty(duties[-1])}"
 
 
 def inputs_html(inputs: Inputs, date: str) -> str:
@@ -162,17 +166,18 @@ def _with_state(cell: Cell, history: str, age: float = 0.0) -> str:
     state = cell.state
     if state is None:
         return history
-    later = f", {_time(age)} ago" if age else ""
+    later = f", {time_words(age)} ago" if age else ""
     return f"the state that was anchored{later} ({state.verdict}), sha256 {state.digest[:SHORT]}"
 
 
 def _duty(duty: Duty) -> str:
     share = f" at a duty of {100 * duty.share:g} %" if duty.share != 1 else ""
     feed = f" at {duty.feed / MM:g} mm/s" if duty.state == "moving" else ""
-    return f"{duty.state}{feed}{share} for {_time(duty.duration)}"
+    return f"{duty.state}{feed}{share} for {time_words(duty.duration)}"
 
 
-def _time(seconds: float) -> str:
+def time_words(seconds: float) -> str:
+    """A duration in hours, minutes or seconds."""
     if seconds >= HOUR:
         return f"{_number(seconds / HOUR, 2)} h"
     return f"{_number(seconds / MINUTE, 1)} min" if seconds >= MINUTE else f"{_number(seconds, 1)} s"

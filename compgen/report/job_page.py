@@ -4,9 +4,9 @@ from html import escape
 from typing import Any
 
 from compgen.pipelines.job_results import Corrected, Planned
-from compgen.report.band_page import band_explained, known_html
+from compgen.report.band_page import band_explained, band_facts
 from compgen.report.guaranteed import guaranteed_text
-from compgen.report.inputs import job_inputs
+from compgen.report.inputs import job_inputs, time_words
 from compgen.report.job_figures import job_figures
 from compgen.report.job_summary import job_summary
 from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, verdict
@@ -52,6 +52,10 @@ VERDICTS = {
 }
 
 
+#: Looks of verdicts; any other is ``outside``.
+KINDS = {"inside": "inside", "predicted": "predicted", "no bounds": "warning"}
+
+
 def job_html(planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN) -> bytes:
     """One page, the same bytes for the same inputs."""
     data = job_summary(planned, corrected)
@@ -67,38 +71,51 @@ def job_html(planned: Planned, corrected: Corrected | None, options: PageOptions
     )
     findings = findings_list(corrected.findings if corrected else planned.findings)
     return page(
-        data["title"] or data["name"], f"{findings}{_table(data)}{body}", lead + _verdict(data),
+        data["title"] or data["name"], findings + body, lead + _verdict(data) + _table(data),
         job_inputs(planned.job), REMARK, options,
     )  # fmt: skip
 
 
 def _verdict(data: dict[str, Any]) -> str:
-    before = data["before"]["total"]["max_um"]
-    if data["after"] is None:
+    part, corrected = data["on_part"], data["after"] is not None
+    before = part["before"]["total"]["max_um"]
+    if corrected:
+        words = VERDICTS[data["verdict"]]
         text = (
-            f"Uncorrected, the tool will be up to <b>{before:.1f} &micro;m</b> off; {known_html(data['band'])}. "
-            "Nothing has been corrected."
+            f"<b>{words[0].upper()}{words[1:]}.</b> Largest error on the part <b>{before:.1f} &micro;m</b> before, "
+            f"<b>{part['after']['total']['max_um']:.2f} &micro;m</b> after, proven from the written text."
         )
     else:
-        after, window = data["after"]["total"]["max_um"], data["thermal"]["start_window_s"]
-        text = (
-            f"Largest error <b>{before:.1f} &micro;m</b> before; after: <b>{after:.2f} &micro;m</b> of arithmetic, "
-            f"proven from the written text: {data['ratio']:.0f} times smaller, <b>{VERDICTS[data['verdict']]}</b>; "
-            f"{known_html(data['band'])}. Right for a start within {window:.0f} s of the stated warmth."
-        )
-    if served := data.get("average_over", {}).get("flown"):
-        average = data["average_over"]
-        text += (
-            f" This file serves many starts: with the mean of their rises it leaves {average['at_mean']['max_um']:.2f} "
-            f"&micro;m, at the worst of {len(served)} flown starts {average['max_um']:.2f}, "
-            f"{average['rms_um']:.2f} rms over all of them."
-        )
-    kind = data["verdict"] if data["verdict"] in ("inside", "predicted") else "outside"
-    return verdict(kind, text)
+        text = f"Uncorrected, the tool will be up to <b>{before:.1f} &micro;m</b> off. Nothing has been corrected."
+    kind = KINDS.get(data["verdict"], "outside")
+    return verdict(kind, text, [("bounds", _bounds(data)), *band_facts(data["band"]), *_served(data)])
+
+
+def _bounds(data: dict[str, Any]) -> str:
+    bounds = ", ".join(BOUNDS[key].format(f"{bound:g}") for key, bound in data["bounds"].items())
+    guaranteed = f"; {escape(guaranteed_text(data['guaranteed']))}" if data.get("guaranteed") else ""
+    return f"{bounds or 'none'}{guaranteed}"
+
+
+def _served(data: dict[str, Any]) -> list[tuple[str, str]]:
+    """Which starts the file is right for."""
+    if data["after"] is None:
+        return []
+    average = data.get("average_over", {})
+    if not average.get("flown"):
+        return [("right for", f"a start within {time_words(data['thermal']['start_window_s'])} of the stated warmth")]
+    words = (
+        f"many starts: with the mean of their rises it leaves {average['at_mean']['max_um']:.2f} &micro;m, at the "
+        f"worst of {len(average['flown'])} flown starts {average['max_um']:.2f}, {average['rms_um']:.2f} rms over all"
+    )
+    return [("right for", words)]
 
 
 def _table(data: dict[str, Any]) -> str:
-    sides = [(name, data[name]) for name in ("before", "after") if data[name]]
-    bounds = ", ".join(BOUNDS[key].format(f"{bound:g}") for key, bound in data["bounds"].items())
-    guaranteed = f"; {escape(guaranteed_text(data['guaranteed']))}" if data.get("guaranteed") else ""
-    return f"{error_table('component', sides, PARTS)}<p class=lead>Bounds: {bounds or 'none'}{guaranteed}</p>"
+    """The error on the part, which the bounds are for, and what it is over the whole program where that is more."""
+    sides = [(name, data["on_part"][name]) for name in ("before", "after") if data[name]]
+    largest = [(name, data[name]["total"]["max_um"]) for name, _ in sides]
+    more = any(f"{size:.2f}" != f"{part['total']['max_um']:.2f}" for (_, size), (_, part) in zip(largest, sides))
+    words = ", ".join(f"{size:.2f} &micro;m {name}" for name, size in largest)
+    remark = f"<p class=lead>Largest with approach and retract: {words}.</p>" if more else ""
+    return error_table("component", sides, PARTS, "Error of the tool centre point on the part") + remark

@@ -93,20 +93,26 @@ def figure_section(title: str, figure: Figure, key: str, text: str = "") -> str:
     return section(title, text + div(figure, key))
 
 
-def verdict(kind: str, text: str) -> str:
-    """A sentence in large letters, marked as ``inside``, ``outside`` or ``predicted``."""
-    return f'<p class="big {kind}">{_mark(kind)} {text}</p>'
+def verdict(kind: str, text: str, facts: Iterable[tuple[str, str]] = ()) -> str:
+    """A sentence in large letters, and what belongs to it under names, all HTML; ``kind`` is one of ``MARKS``."""
+    rows = "".join(f"<dt>{name}</dt><dd>{words}</dd>" for name, words in facts)
+    return f'<div class="big {kind}"><p>{_mark(kind)} {text}</p>{f"<dl>{rows}</dl>" if rows else ""}</div>'
 
 
 def in_words(text: str) -> str:
     """Plain words as a page has them: with a capital, and with the sign of the micrometre."""
-    return re.sub(r"(?<=[0-9]) um\b", " &micro;m", escape(text[:1].upper() + text[1:]))
+    return with_units(text[:1].upper() + text[1:])
+
+
+def with_units(text: str) -> str:
+    """Plain words as HTML, with the sign of the micrometre after numbers."""
+    return re.sub(r"(?<=[0-9]) um\b", " &micro;m", escape(text))
 
 
 def findings_list(findings: Iterable[Finding]) -> str:
     """Findings as a list under a heading: a sign, the word for how bad it is, and the message."""
     rows = "".join(
-        f'<li class="{kind}">{_mark(kind)}{f.level}: {escape(f.message)}</li>'
+        f'<li class="{kind}">{_mark(kind)}{f.level}: {with_units(f.message)}</li>'
         for f in findings
         for kind in ("outside" if f.level in (Level.REFUSED, Level.OUTSIDE) else str(f.level),)
     )
@@ -114,7 +120,10 @@ def findings_list(findings: Iterable[Finding]) -> str:
 
 
 def error_table(
-    corner: str, sides: Iterable[tuple[str, Mapping[str, Mapping[str, float]]]], labels: Mapping[str, str]
+    corner: str,
+    sides: Iterable[tuple[str, Mapping[str, Mapping[str, float]]]],
+    labels: Mapping[str, str],
+    title: str = "Error of the tool centre point",
 ) -> str:
     """Largest, 99th percentile and rms of each part of the error, before and after.
 
@@ -122,6 +131,7 @@ def error_table(
         corner: Heading of the first column.
         sides: Name, and statistics by part of the error.
         labels: Part of the error to the text of its row.
+        title: Of the section.
     """
     sides = list(sides)
     head = [corner, *(f"{side} {statistic}" for side, _ in sides for statistic in ("max", "p99", "rms"))]
@@ -129,7 +139,7 @@ def error_table(
         [label, *(f"{value:.2f}" for _, statistics in sides for value in statistics[part].values())]
         for part, label in labels.items()
     ]
-    return section("Error of the tool centre point", table(head, rows))
+    return section(title, table(head, rows))
 
 
 def _mark(kind: str) -> str:

@@ -19,7 +19,7 @@ from compgen.pipelines import generate
 from compgen.pipelines.band import assumed_findings
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.robot_file import load_cell
-from compgen.report.band_page import known_html
+from compgen.report.band_page import band_facts
 from compgen.report.band_words import band_record, band_sentence, headline
 from compgen.report.files import job_reports
 from compgen.report.job_summary import job_summary
@@ -53,7 +53,8 @@ def test_without_any_uncertainty_the_sentence_says_that_there_is_no_band():
     assert band_sentence(2.06, band_record(none, UNKNOWN[:1])) == (
         "2.1 um of arithmetic, no band: the file says of no number how well it is known; not known: play (55 to 175 um)"
     )
-    assert known_html(band_record(none, ())) == "no band: the file says of no number how well it is known"
+    ((_, words),) = band_facts(band_record(none, ()))
+    assert words == "no band: the file says of no number how well it is known"
 
 
 def test_a_study_without_any_uncertainty_says_that_there_is_no_band():
@@ -87,7 +88,7 @@ def test_the_record_is_what_is_documented(run):
 def test_page_screen_and_junit_say_it(run):
     summary = job_summary(*run)
     page = b"".join([job_reports(*run)["report.html"]]).decode()
-    assert "not known</b>: cold geometry (300 to 746 &micro;m)" in page
+    assert "<dt>not known of this robot</dt><dd>cold geometry (300 to 746 &micro;m)" in page
     assert "of arithmetic" in headline(summary)
     suite = ElementTree.fromstring(junit_xml([Outcome("line_y.toml", 0, 1.0, summary)]))
     properties = {p.get("name"): p.get("value") for p in suite.iter("property")}

@@ -8,6 +8,17 @@ from every_page import COMMANDS
 
 from compgen.report.page import PageOptions, page
 
+#: tables that are wider than their box, and of those whose rows are blocks each cell with the heading that it shows
+SCROLLING = """
+return [...document.querySelectorAll(".scroll")].filter(box => box.scrollWidth > box.clientWidth + 1)
+  .map(box => box.textContent.slice(0, 60))
+"""
+STACKED = """
+return [...document.querySelectorAll(".stacks tbody td:not(:empty)")].map(cell => [
+  cell.textContent, getComputedStyle(cell, "::before").content,
+  cell.closest("table").querySelectorAll("thead th")[[...cell.parentElement.children].indexOf(cell)].textContent,
+])
+"""
 NAME = "plotly-1.0.0-abc.min.js"
 FIGURE = '<figure><div id="key" class="plotly-graph-div"></div></figure><script>cgenFigures.draw("key",[],{})</script>'
 
@@ -24,6 +35,14 @@ def test_nothing_is_wider_than_a_phone(browser, every_page, command):
     assert browser.run("return innerWidth") == 400
     assert browser.run(BEYOND) == []
     assert browser.run("return document.documentElement.scrollWidth") <= 400
+
+
+@pytest.mark.parametrize("command", [c for c in COMMANDS if c != "whatif"])  # its rows have many columns: they scroll
+def test_no_table_is_wider_than_a_phone_and_every_number_keeps_its_heading(browser, every_page, command):
+    browser.open(every_page[command], width=400)
+    assert browser.run(SCROLLING) == []
+    for cell, heading, shown in browser.run(STACKED):
+        assert heading == f'"{shown}"', cell
 
 
 @pytest.mark.parametrize("command", COMMANDS)
