@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from compgen.cli.completion import complete_references
+from compgen.cli import options as opt
 from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import FramesFile, JobRobot, Json, Overrides, PathFile, Quiet, Workers, output_folder
 from compgen.cli.ownership import check_own_file, read_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
@@ -26,36 +25,27 @@ PAGE, RECORD = "anchor.html", "anchor.json"
 
 
 def anchor(
-    path: PathFile,
-    touches: Annotated[str | None, typer.Option("--touches", help="CSV of touches.")] = None,
-    artefact: Annotated[
-        str | None, typer.Option("--artefact", help="TOML of what was touched; default artefact.toml beside the CSV.")
-    ] = None,
+    path: opt.PathFile,
+    touches: opt.TouchesFile = None,
+    artefact: opt.ArtefactFile = None,
     log: Annotated[
         str | None, typer.Option("--log", help="Temperature log on the touches' clock, in place of [[before]].")
     ] = None,
-    reference: Annotated[
-        str | None,
-        typer.Option(
-            "--reference",
-            autocompletion=complete_references,
-            help="What rises in --log count from: start, ambient, or degC.",
-        ),
-    ] = None,
+    reference: opt.LogReference = None,
     output: Annotated[
         str | None,
         typer.Option("-o", "--output", help="The state's file; default outputs/<path name>_anchor/state.toml."),
     ] = None,
     html: Annotated[str | None, typer.Option("--html", help="Folder for a page and its record.")] = None,
-    frames: FramesFile = None,
-    robot: JobRobot = None,
-    overrides: Overrides = None,
-    as_json: Json = False,
+    frames: opt.FramesFile = None,
+    robot: opt.JobRobot = None,
+    overrides: opt.Overrides = None,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Say what the robot is now, from a few touches: a state for --state, with a verdict."""
     from compgen.error_model.anchored_state import ACCEPTED, state_text
@@ -65,14 +55,12 @@ def anchor(
 
     if touches is None:
         raise InputError("--touches: missing; give the CSV of touches")
-    target = Path(output) if output is not None else output_folder(path, None, "_anchor") / STATE
-    if target.suffix != ".toml" or target.is_dir():
-        raise InputError(f"-o {target}: not the name of a state's file; give one that ends in .toml")
+    target = opt.toml_file(output, Path("outputs") / f"{Path(path).stem}_anchor" / STATE, "state's")
     check_own_file("-o", str(target), b"as cgen anchor wrote it", "anchor")
     folder = None if html is None else Path(html)
     options = page_options(folder or target.parent, assets if folder else Assets.INLINE, date)
     if folder is not None:
-        output_folder(path, html)
+        opt.output_folder(path, html)
         for name in (PAGE, RECORD):
             if (folder / name).exists() and "anchored_state" not in read_record(folder / RECORD):
                 raise InputError(f"--html {folder}: {name} in it is not what cgen anchor wrote; give another folder")

@@ -10,23 +10,10 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.check_written import judge_written, refuse_several, show_written
 from compgen.cli.junit import CRASHED, INTERRUPTED, Outcome, junit_xml
 from compgen.cli.messages import print_error, print_note_once, print_record, print_refusal
-from compgen.cli.options import (
-    JobRobot,
-    Json,
-    MaxUm,
-    Overrides,
-    PathFiles,
-    Quiet,
-    StateAge,
-    StateFile,
-    Strict,
-    Workers,
-    with_bound,
-    with_state,
-)
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import write_file
 from compgen.core import interrupts
@@ -36,25 +23,25 @@ Judge = Callable[[str], tuple[dict[str, Any], str]]  # the report of a path, and
 
 
 def check(
-    paths: PathFiles,
-    robot: JobRobot = None,
-    overrides: Overrides = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
+    paths: opt.PathFiles,
+    robot: opt.JobRobot = None,
+    overrides: opt.Overrides = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
     junit: Annotated[str | None, typer.Option("--junit", help="Write a JUnit XML file, whatever the outcome.")] = None,
     written: Annotated[
         str | None,
         typer.Option("--written", help="Judge this program, written earlier, in the state of PATH; generate none."),
     ] = None,
-    strict: Strict = False,
-    max_um: MaxUm = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    strict: opt.Strict = False,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
     refuse_several(written, paths, strict)
-    bounded = with_bound(overrides, max_um)
+    bounded = opt.with_bound(overrides, max_um)
     if junit is not None:
         check_own_file("--junit", junit, b"<testsuite", "check --junit")
     names = _distinct(paths)
@@ -77,10 +64,10 @@ def check(
 
     def judge(path: str) -> tuple[dict[str, Any], str]:
         if written is not None:
-            changes = with_state(path, bounded, state, state_age)
+            changes = opt.with_state(path, bounded, state, state_age)
             return judge_written(path, robot, changes, written, quiet or as_json)
         with show_progress(quiet or as_json, CHECK) as progress:
-            job = load_job(path, robot, with_state(path, bounded, state, state_age))
+            job = load_job(path, robot, opt.with_state(path, bounded, state, state_age))
             planned, corrected = pipeline.generate(job, progress)
             corrected = judge_ramps(planned, corrected) if strict else corrected
         if alone:

@@ -7,24 +7,11 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.completion import complete_marks
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import (
-    FramesFile,
-    Json,
-    MaxUm,
-    Overrides,
-    ProgramFile,
-    ProgramRobot,
-    Quiet,
-    RegistersFile,
-    StateAge,
-    StateFile,
-    Workers,
-    output_folder,
-)
 from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
@@ -34,16 +21,16 @@ from compgen.core.findings import Level, first_message
 
 
 def correct(
-    program: ProgramFile,
-    robot: ProgramRobot = None,
-    frames: FramesFile = None,
-    registers: RegistersFile = None,
+    program: opt.ProgramFile,
+    robot: opt.ProgramRobot = None,
+    frames: opt.FramesFile = None,
+    registers: opt.RegistersFile = None,
     before: Annotated[
         list[str] | None,
         typer.Option("--before", help="What went before: 'moving 200mm/s 5h', 'idle 30min', or a .toml; repeatable."),
     ] = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>.")
     ] = None,
@@ -53,7 +40,7 @@ def correct(
     insert: Annotated[
         float | None, typer.Option("--insert", help="Put points into straight lines that stray by more [um].")
     ] = None,
-    max_um: MaxUm = None,
+    max_um: opt.MaxUm = None,
     average_over: Annotated[
         str | None,
         typer.Option("--average-over", help="One file for many starts: 'delay_s=[0, 1200]', override_percent."),
@@ -69,17 +56,17 @@ def correct(
         ),
     ] = "digits",
     restore: Annotated[bool, typer.Option("--restore", help="Give the planned program back instead.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
+    force: opt.ForceProgram = False,
     lift_all: Annotated[
         float | None, typer.Option("--lift-all", help="Correct a dry run instead: NAME_DRY.LS, lifted by so much [mm].")
     ] = None,
-    overrides: Overrides = None,
-    as_json: Json = False,
+    overrides: opt.Overrides = None,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Correct an existing program in place: only the numbers of its positions change."""
     from compgen.cli.correction_table import show_correction
@@ -105,7 +92,7 @@ def correct(
     use_cores(workers)
     options = options_of(split, insert, strict, again, mark, max_um, average_over, lift_all)
     source = Path(program)
-    folder = output_folder(program, output, "_dry" if options.raised else "")
+    folder = opt.output_folder(program, output, "_dry" if options.raised else "")
     content = read_program(program)
     if (folder / source.name).exists() and source.exists() and (folder / source.name).samefile(source):
         raise InputError(f"{program}: the result would replace it; give another folder with -o")

@@ -6,26 +6,12 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.completion import complete_programs
 from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import (
-    FramesFile,
-    InWorld,
-    Json,
-    MaxUm,
-    PositionLog,
-    ProgramFile,
-    ProgramRobot,
-    Quiet,
-    RegistersFile,
-    Workers,
-    checked_bound,
-    output_folder,
-    position_log,
-)
 from compgen.cli.ownership import EXECUTED, check_executed_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
@@ -35,28 +21,28 @@ from compgen.core.json_text import json_text
 
 
 def executed(
-    program: ProgramFile,
-    log: PositionLog = None,
-    robot: ProgramRobot = None,
-    frames: FramesFile = None,
-    registers: RegistersFile = None,
-    in_world: InWorld = False,
+    program: opt.ProgramFile,
+    log: opt.PositionLog = None,
+    robot: opt.ProgramRobot = None,
+    frames: opt.FramesFile = None,
+    registers: opt.RegistersFile = None,
+    in_world: opt.InWorld = False,
     also: Annotated[
         list[str] | None,
         typer.Option(
             "--also", autocompletion=complete_programs, help="A program that may have been run instead; repeatable."
         ),
     ] = None,
-    max_um: MaxUm = None,
+    max_um: opt.MaxUm = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<program>_executed.")
     ] = None,
-    as_json: Json = False,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Say whether a log of positions is of this program, at which override, in which time, and how true to the path."""
     from compgen.pipelines.executed import Situation, judge, read_text
@@ -69,9 +55,9 @@ def executed(
     from compgen.report.inputs import measured_inputs
     from compgen.verification.executed.position_log import read_position_log
 
-    log = position_log(log)
-    bound = checked_bound(max_um)
-    folder = output_folder(program, output, "_executed")
+    log = opt.position_log(log)
+    bound = opt.checked_bound(max_um)
+    folder = opt.output_folder(program, output, "_executed")
     content = read_program(program)
     with naming_program(program):
         robot_file = str(find_robot(robot if robot is not None else robot_of_program(content)))

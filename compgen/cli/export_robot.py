@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.completion import complete_robots
-from compgen.cli.options import Json, Quiet
+from compgen.cli.options import Json, Quiet, RobotArgument
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
@@ -15,10 +14,7 @@ from compgen.core.json_text import json_text
 
 
 def export_robot(
-    robot: Annotated[
-        str,
-        typer.Argument(autocompletion=complete_robots, help="Robot name or file, e.g. m710ic50", show_default=False),
-    ],
+    robot: RobotArgument,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="File to write, .urdf or .json; default: print a URDF.")
     ] = None,

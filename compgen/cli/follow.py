@@ -14,7 +14,7 @@ from compgen.cli.messages import print_error, print_note_once
 from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateFile, Workers, checked_bound
 from compgen.cli.output import reader_has_left
 from compgen.cli.page_options import Assets, AssetsOption, page_options
-from compgen.cli.resume import JobPath, PagesFolder, checked_moment, within
+from compgen.cli.resume import JobPath, LoadedPages, PagesFolder, RecordDate, checked_moment, within
 from compgen.cli.resume_files import put_pages
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
@@ -47,7 +47,7 @@ def follow(
     planned: Annotated[
         str, typer.Option("--planned", help="When the job was planned to start, on the log's clock: 0s.")
     ] = "0s",
-    loaded: Annotated[int, typer.Option("--loaded", help="The last page that the controller has.")] = 0,
+    loaded: LoadedPages = 0,
     lead: Annotated[
         str, typer.Option("--lead", help="How long before the page that runs ends the next one is taken as loaded.")
     ] = "1min",
@@ -57,10 +57,7 @@ def follow(
     ] = False,
     path: JobPath = None,
     robot: JobRobot = None,
-    date: Annotated[
-        str | None,
-        typer.Option("--date", help="When, for the record, default now (UTC); on the page if given."),
-    ] = None,
+    date: RecordDate = None,
     force: Annotated[bool, typer.Option("--force", help="Write pages even outside the job's own bounds.")] = False,
     max_um: MaxUm = None,
     as_json: Json = False,

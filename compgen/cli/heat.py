@@ -5,24 +5,11 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import (
-    JobRobot,
-    Json,
-    MaxUm,
-    Overrides,
-    PathFile,
-    Quiet,
-    StateAge,
-    StateFile,
-    Workers,
-    checked_bound,
-    output_folder,
-    with_state,
-)
 from compgen.cli.ownership import HEAT, check_heat_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
@@ -30,31 +17,31 @@ from compgen.core.units import UM
 
 
 def heat(
-    path: PathFile,
-    robot: JobRobot = None,
+    path: opt.PathFile,
+    robot: opt.JobRobot = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_heat.")
     ] = None,
-    overrides: Overrides = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
-    max_um: MaxUm = None,
-    as_json: Json = False,
+    overrides: opt.Overrides = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Follow the warmth over [[before]], [[cycle]] and [[after]], and what one corrected file is worth in each run."""
     from compgen.pipelines.path_file import load_job
     from compgen.pipelines.study import timeline
     from compgen.report.heat_page import heat_csv, heat_html, heat_json, heat_sentences, runs_csv
 
-    folder = output_folder(path, output, "_heat")
-    bound = checked_bound(max_um)
+    folder = opt.output_folder(path, output, "_heat")
+    bound = opt.checked_bound(max_um)
     use_cores(workers)
-    job = load_job(path, robot, with_state(path, overrides, state, state_age))
+    job = load_job(path, robot, opt.with_state(path, overrides, state, state_age))
     check_heat_folder(folder, job.name)
     options = page_options(folder, assets, date)
     day = timeline(job)

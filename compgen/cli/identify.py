@@ -7,22 +7,19 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.completion import complete_references, complete_robots
+from compgen.cli import options as opt
+from compgen.cli.completion import complete_references
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import Json, MaxUm, Quiet, Workers, checked_bound
 from compgen.cli.ownership import check_identified
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
-from compgen.cli.publish import check_names, check_writable, publish
+from compgen.cli.publish import check_names, publish
 from compgen.core.exceptions import InputError
 from compgen.core.files import POSTERIOR, file_hash
 from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
 
-RobotArgument = Annotated[
-    str, typer.Argument(autocompletion=complete_robots, help="Robot name or file.", show_default=False)
-]
 Poses = Annotated[list[str] | None, typer.Option("--poses", help="CSV of joints and measured places; repeatable.")]
 Temperatures = Annotated[str | None, typer.Option("--temperatures", help="CSV log of the air and any of the nodes.")]
 ReferenceOption = Annotated[
@@ -38,9 +35,6 @@ Distances = Annotated[
     typer.Option("--distances", help="CSV of distances between measured places, or to a fixed one; repeatable."),
 ]
 Touches = Annotated[list[str] | None, typer.Option("--touches", help="CSV of touched spheres; repeatable.")]
-ArtefactOption = Annotated[
-    str | None, typer.Option("--artefact", help="TOML of spheres and probe; default artefact.toml beside the CSV.")
-]
 UserFrames = Annotated[
     str | None, typer.Option("--frames", help="Frames table or SYSFRAME.VA, for touches in a user frame.")
 ]
@@ -48,7 +42,7 @@ NOTHING = "--poses: missing; give at least one CSV of measured poses, or --dista
 
 
 def identify(
-    robot: RobotArgument,
+    robot: opt.RobotArgument,
     poses: Poses = None,
     lines: Annotated[list[str] | None, typer.Option("--lines", help="CSV of axis tests; repeatable.")] = None,
     warm_up: Annotated[
@@ -56,7 +50,7 @@ def identify(
     ] = None,
     distances: Distances = None,
     touches: Touches = None,
-    artefact: ArtefactOption = None,
+    artefact: opt.ArtefactFile = None,
     frames: UserFrames = None,
     temperatures: Temperatures = None,
     reference: ReferenceOption = "start",
@@ -67,9 +61,9 @@ def identify(
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Fit the error sources of a robot to measurements, and judge the fit."""
     from compgen.cli.identification_table import show_identification
@@ -94,10 +88,7 @@ def identify(
         poses or [], lines or [], warm_up or [], distances or [], touches or [], artefact, frames, temperatures
     )
     arm = load_arm(robot)
-    target = Path(output) if output is not None else Path("outputs") / "identify" / f"{arm.robot.name}.toml"
-    if target.suffix != ".toml" or target.is_dir():
-        raise InputError(f"-o {target}: not the name of a robot file; give one that ends in .toml")
-    check_writable(target.absolute().parent)
+    target = opt.toml_file(output, Path("outputs") / "identify" / f"{arm.robot.name}.toml", "robot")
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json", POSTERIOR)])
     check_identified(target)
     use_cores(workers)
@@ -142,24 +133,24 @@ def identify(
 
 
 def validate(
-    robot: RobotArgument,
+    robot: opt.RobotArgument,
     poses: Poses = None,
     hot: Annotated[
         list[str] | None, typer.Option("--hot", help="CSV of poses of the warm arm, with --temperatures; repeatable.")
     ] = None,
     distances: Distances = None,
     touches: Touches = None,
-    artefact: ArtefactOption = None,
+    artefact: opt.ArtefactFile = None,
     frames: UserFrames = None,
     temperatures: Temperatures = None,
     reference: ReferenceOption = "start",
     refit: Annotated[
         bool, typer.Option("--refit-frames", help="Fit where the instrument stands and the reflectors sit.")
     ] = False,
-    max_um: MaxUm = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Compare an identified robot with measurements it has not seen. Fits nothing but frames, and those when asked."""
     from compgen.cli.identification_table import show_validation
@@ -171,7 +162,7 @@ def validate(
     if not (poses or hot or distances or touches):
         raise InputError(NOTHING)
     check_options_used(touches, artefact, frames)
-    bound = checked_bound(max_um)
+    bound = opt.checked_bound(max_um)
     use_cores(workers)
     if hot and temperatures is None:
         raise InputError("--hot: how warm the arm was must be known: give the log with --temperatures")

@@ -6,50 +6,39 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.completion import complete_robots
 from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import (
-    FramesFile,
-    InWorld,
-    Json,
-    PositionLog,
-    ProgramFile,
-    Quiet,
-    RegistersFile,
-    Workers,
-    position_log,
-)
 from compgen.cli.ownership import check_identified_motion
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
-from compgen.cli.publish import check_names, check_writable, publish
-from compgen.core.exceptions import InputError
+from compgen.cli.publish import check_names, publish
 from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
 
 
 def identify_motion(
-    program: ProgramFile,
-    log: PositionLog = None,
+    program: opt.ProgramFile,
+    log: opt.PositionLog = None,
     robot: Annotated[
         str | None,
         typer.Option("--robot", autocompletion=complete_robots, help="Robot name or file; [motion] goes into a copy."),
     ] = None,
-    frames: FramesFile = None,
-    registers: RegistersFile = None,
-    in_world: InWorld = False,
+    frames: opt.FramesFile = None,
+    registers: opt.RegistersFile = None,
+    in_world: opt.InWorld = False,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="The new robot file; default outputs/motion/<robot>.toml.")
     ] = None,
-    as_json: Json = False,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Fit how the controller smooths its commands to a log of a run, with a verdict on stretches held out."""
     from compgen.cli.progress_bar import show_progress
@@ -64,15 +53,12 @@ def identify_motion(
     from compgen.report.motion_report import motion_html, motion_sentences, motion_summary
     from compgen.verification.executed.position_log import read_position_log
 
-    log = position_log(log)
+    log = opt.position_log(log)
     content = read_program(program)
     with naming_program(program):
         name = robot if robot is not None else robot_of_program(content)
     nominal, arm = load_robot(name), load_arm(name)
-    target = Path(output) if output is not None else Path("outputs") / "motion" / f"{nominal.name}.toml"
-    if target.suffix != ".toml" or target.is_dir():
-        raise InputError(f"-o {target}: not the name of a robot file; give one that ends in .toml")
-    check_writable(target.absolute().parent)
+    target = opt.toml_file(output, Path("outputs") / "motion" / f"{nominal.name}.toml", "robot")
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json")])
     check_identified_motion(target)
     options = page_options(target.parent, assets, date)

@@ -5,10 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.completion import complete_robots
 from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.messages import print_record
-from compgen.cli.options import Json, Quiet, output_folder
+from compgen.cli.options import Json, Quiet, RobotArgument, output_folder
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import publish
 from compgen.core.json_text import json_text
@@ -17,9 +16,7 @@ RECORD, PICTURE = "robot.json", "zero.svg"
 
 
 def inspect_robot(
-    robot: Annotated[
-        str, typer.Argument(autocompletion=complete_robots, help="Robot name or file, e.g. m20ia", show_default=False)
-    ],
+    robot: RobotArgument,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_inspect.")
     ] = None,

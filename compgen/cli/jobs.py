@@ -4,26 +4,9 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import (
-    DEFAULT_DATE,
-    JobRobot,
-    Json,
-    MaxUm,
-    OutputFolder,
-    Overrides,
-    PathFile,
-    Quiet,
-    StateAge,
-    StateFile,
-    Strict,
-    Workers,
-    checked_bound,
-    output_folder,
-    with_bound,
-    with_state,
-)
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
 from compgen.core.dates import checked_date
 from compgen.core.findings import Level, first_message
@@ -31,31 +14,31 @@ from compgen.core.units import MM, UM
 
 
 def generate(
-    path: PathFile,
-    robot: JobRobot = None,
-    output: OutputFolder = None,
-    overrides: Overrides = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
+    path: opt.PathFile,
+    robot: opt.JobRobot = None,
+    output: opt.OutputFolder = None,
+    overrides: opt.Overrides = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
     date: Annotated[
         str | None,
         typer.Option("--date", help="Date, YY-MM-DD, of the header (else 26-01-01) and of the page (else none)."),
     ] = None,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
-    force: Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")] = False,
+    force: opt.ForceProgram = False,
     pages: Annotated[
         bool, typer.Option("--pages/--no-pages", help="Part a program that is more than the controller holds.")
     ] = True,
-    strict: Strict = False,
+    strict: opt.Strict = False,
     lift_all: Annotated[
         float | None,
         typer.Option("--lift-all", help="Write a dry run instead: the whole program lifted by so much [mm]."),
     ] = None,
-    max_um: MaxUm = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Write the corrected program and its proof."""
     from compgen.cli.job_files import check_folder, publish_job
@@ -69,15 +52,15 @@ def generate(
     from compgen.report.files import job_reports
 
     use_machine(workers)
-    folder = output_folder(path, output, "" if lift_all is None else "_dry")
+    folder = opt.output_folder(path, output, "" if lift_all is None else "_dry")
     lift = None if lift_all is None else lift_all * MM
-    changes = with_state(path, with_bound(overrides, max_um), state, state_age)
+    changes = opt.with_state(path, opt.with_bound(overrides, max_um), state, state_age)
     with show_progress(quiet or as_json, GENERATE) as progress, naming_lift(lift):
         job = load_job(path, robot, changes)
         job = job if lift is None else lifted(job, lift)
         check_folder(folder, "generate", job)
         of_page = page_options(folder, assets, date)
-        in_header = DEFAULT_DATE if date is None else checked_date(date)
+        in_header = opt.DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(job, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
@@ -101,24 +84,24 @@ def generate(
 
 
 def predict(
-    path: PathFile,
-    robot: JobRobot = None,
+    path: opt.PathFile,
+    robot: opt.JobRobot = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_predict.")
     ] = None,
-    overrides: Overrides = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
-    max_um: MaxUm = None,
-    as_json: Json = False,
+    overrides: opt.Overrides = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
     program: Annotated[
         bool, typer.Option("--program", help="Write the planned program as well, named ..._PLAN: not corrected.")
     ] = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Predict the error of the planned program, without correcting it."""
     from compgen.cli.job_files import check_folder, publish_job
@@ -131,9 +114,9 @@ def predict(
     from compgen.report.files import job_reports
 
     use_machine(workers)
-    folder = output_folder(path, output, "_predict")
-    bound = checked_bound(max_um)
-    changes = with_state(path, with_bound(overrides, max_um), state, state_age)
+    folder = opt.output_folder(path, output, "_predict")
+    bound = opt.checked_bound(max_um)
+    changes = opt.with_state(path, opt.with_bound(overrides, max_um), state, state_age)
     with show_progress(quiet or as_json, PREDICT) as progress:
         job = load_job(path, robot, changes)
         check_folder(folder, "predict", job)
@@ -141,7 +124,7 @@ def predict(
         planned = pipeline.predict(job, progress)
         programs: dict[str, bytes] = {}
         if program:
-            planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
+            planned, delivered = deliver_planned(planned, opt.DEFAULT_DATE if date is None else page_date(date)[2:])
             programs = {} if first_message(Level.OUTSIDE, planned.findings) else dict(delivered.files)
         progress("report", 0.0)
         reports = page_files(folder, job_reports(planned, None, of_page), figures, of_page)

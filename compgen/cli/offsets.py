@@ -5,24 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.completion import complete_jobs, complete_references
+from compgen.cli import options as opt
+from compgen.cli.completion import complete_jobs
 from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import (
-    FramesFile,
-    JobRobot,
-    Json,
-    MaxUm,
-    Overrides,
-    Quiet,
-    RegistersFile,
-    StateAge,
-    StateFile,
-    Workers,
-    checked_bound,
-    with_state,
-)
 from compgen.core.exceptions import InputError
 
 
@@ -33,36 +20,29 @@ def offsets(
             autocompletion=complete_jobs, help="A path file, or a FANUC program, NAME.LS", show_default=False
         ),
     ],
-    robot: JobRobot = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
+    robot: opt.JobRobot = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
     log: Annotated[str | None, typer.Option("--log", help="Of a path: temperature log in place of [[before]].")] = None,
-    reference: Annotated[
-        str | None,
-        typer.Option(
-            "--reference",
-            autocompletion=complete_references,
-            help="What rises in --log count from: start, ambient, or degC.",
-        ),
-    ] = None,
-    frames: FramesFile = None,
-    registers: RegistersFile = None,
+    reference: opt.LogReference = None,
+    frames: opt.FramesFile = None,
+    registers: opt.RegistersFile = None,
     before: Annotated[
         list[str] | None,
         typer.Option("--before", help="Of a program: what went before, as cgen correct takes it; repeatable."),
     ] = None,
-    overrides: Overrides = None,
-    max_um: MaxUm = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    overrides: opt.Overrides = None,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Find the one position register or user frame that does best in place of a corrected program."""
     from compgen.cli.progress_bar import show_progress
     from compgen.pipelines.path_file import load_job
     from compgen.report.offset_record import offsets_record
 
-    checked_bound(max_um)
+    opt.checked_bound(max_um)
     use_cores(workers)
     with show_progress(quiet or as_json) as progress:
         if log is not None and state is not None:
@@ -78,7 +58,7 @@ def offsets(
             from compgen.pipelines.anchor.files import log_overrides
             from compgen.pipelines.offsets import offsets_of_job
 
-            changed = [*with_state(path, overrides, state, state_age), *log_overrides(path, log, reference)]
+            changed = [*opt.with_state(path, overrides, state, state_age), *log_overrides(path, log, reference)]
             result = offsets_of_job(load_job(path, robot, changed), progress)
     record = offsets_record(result)
     if as_json:

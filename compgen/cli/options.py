@@ -6,7 +6,13 @@ from typing import Annotated
 import typer
 
 from compgen.cli import publish
-from compgen.cli.completion import complete_keys, complete_paths, complete_programs, complete_robots
+from compgen.cli.completion import (
+    complete_keys,
+    complete_paths,
+    complete_programs,
+    complete_references,
+    complete_robots,
+)
 from compgen.core.exceptions import InputError
 from compgen.core.units import UM
 
@@ -19,6 +25,9 @@ PathFiles = Annotated[
     typer.Argument(
         autocompletion=complete_paths, metavar="PATH...", help="Path files, e.g. paths/*.toml", show_default=False
     ),
+]
+RobotArgument = Annotated[
+    str, typer.Argument(autocompletion=complete_robots, help="Robot name or file, e.g. m710ic50", show_default=False)
 ]
 JobRobot = Annotated[
     str | None,
@@ -67,6 +76,7 @@ LEAST_UM, MOST_UM = 0.001, 1e6  # of --max-um
 Strict = Annotated[
     bool, typer.Option("--strict", help="Refuse where assumed accelerations decide whether the bounds are kept.")
 ]
+ForceProgram = Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")]
 Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
 DEFAULT_DATE = "26-01-01"  # fixed, so that the same inputs give the same bytes
 
@@ -76,6 +86,18 @@ ProgramFile = Annotated[
 FramesFile = Annotated[str | None, typer.Option("--frames", help="Frames table (.toml) or SYSFRAME.VA.")]
 RegistersFile = Annotated[
     str | None, typer.Option("--registers", help="Position registers PR[n] at the start (.toml) or POSREG.VA.")
+]
+TouchesFile = Annotated[str | None, typer.Option("--touches", help="CSV of touches.")]
+ArtefactFile = Annotated[
+    str | None, typer.Option("--artefact", help="TOML of spheres and probe; default artefact.toml beside the CSV.")
+]
+LogReference = Annotated[
+    str | None,
+    typer.Option(
+        "--reference",
+        autocompletion=complete_references,
+        help="What rises in --log count from: start, ambient, or degC.",
+    ),
 ]
 PositionLog = Annotated[
     str | None, typer.Option("--log", help="CSV of positions: time_s and x_mm ... r_deg, or j1_deg ... j6_deg.")
@@ -121,3 +143,12 @@ def output_folder(path: str, output: str | None, suffix: str = "") -> Path:
     folder = Path(output) if output is not None else Path("outputs") / f"{Path(path).stem}{suffix}"
     publish.check_writable(folder.absolute())
     return folder
+
+
+def toml_file(output: str | None, default: Path, whose: str) -> Path:
+    """The one TOML file that a command writes; refused before any work when it cannot go there."""
+    target = default if output is None else Path(output)
+    if target.suffix != ".toml" or target.is_dir():
+        raise InputError(f"-o {target}: not the name of a {whose} file; give one that ends in .toml")
+    publish.check_writable(target.absolute().parent)
+    return target

@@ -4,10 +4,9 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.completion import complete_robots
+from compgen.cli import options as opt
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_record
-from compgen.cli.options import DEFAULT_DATE, Date, Json, Quiet, Workers, output_folder
 from compgen.cli.ownership import check_planned_poses
 from compgen.cli.publish import publish
 from compgen.core.dates import checked_date
@@ -17,9 +16,7 @@ FARTHEST_MM = 1e5  # of what stands in a cell
 
 
 def plan_poses(
-    robot: Annotated[
-        str, typer.Argument(autocompletion=complete_robots, help="Robot name or file.", show_default=False)
-    ],
+    robot: opt.RobotArgument,
     count: Annotated[int, typer.Option("-n", help="How many poses.")] = 50,
     box: Annotated[
         str | None,
@@ -44,10 +41,10 @@ def plan_poses(
     ] = True,
     wait: Annotated[float, typer.Option("--wait", help="Seconds at each pose.")] = 3.0,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_poses.")] = None,
-    date: Date = DEFAULT_DATE,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    date: opt.Date = opt.DEFAULT_DATE,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Choose the poses that tell most of a robot's errors: a CSV, and a program that visits them."""
     import numpy as np
@@ -64,7 +61,7 @@ def plan_poses(
     from compgen.pipelines.robot_file import load_arm
 
     arm = load_arm(robot)
-    folder = output_folder(f"{arm.robot.name}_poses", output)
+    folder = opt.output_folder(f"{arm.robot.name}_poses", output)
     program = program_name(f"{arm.robot.name}_poses", arm.robot.controller.name_length)
     turning = program_name(f"{arm.robot.name}_reversals", arm.robot.controller.name_length)
     check_planned_poses(folder, f"{program}.LS", f"{turning}.LS")

@@ -6,25 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from compgen.cli.completion import complete_references
+from compgen.cli import options as opt
 from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_record
-from compgen.cli.options import (
-    DEFAULT_DATE,
-    Date,
-    FramesFile,
-    JobRobot,
-    Json,
-    Overrides,
-    PathFile,
-    Quiet,
-    StateAge,
-    StateFile,
-    Workers,
-    output_folder,
-    with_state,
-)
 from compgen.cli.ownership import check_planned_touches
 from compgen.cli.publish import publish
 from compgen.core.dates import checked_date
@@ -36,7 +21,7 @@ RECORD, TABLE = "plan.json", "touches.csv"
 
 
 def plan_touches(
-    path: PathFile,
+    path: opt.PathFile,
     artefact: Annotated[str | None, typer.Option("--artefact", help="TOML of spheres and probe.")] = None,
     count: Annotated[int, typer.Option("-n", help="How many touches.")] = 8,
     centres: Annotated[
@@ -55,27 +40,20 @@ def plan_touches(
     beyond: Annotated[
         float, typer.Option("--beyond", help="How far a search may go behind the planned touch, mm.")
     ] = 3.0,
-    state: StateFile = None,
-    state_age: StateAge = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
     log: Annotated[str | None, typer.Option("--log", help="Temperature log in place of [[before]].")] = None,
-    reference: Annotated[
-        str | None,
-        typer.Option(
-            "--reference",
-            autocompletion=complete_references,
-            help="What rises in --log count from: start, ambient, or degC.",
-        ),
-    ] = None,
-    frames: FramesFile = None,
-    robot: JobRobot = None,
-    overrides: Overrides = None,
+    reference: opt.LogReference = None,
+    frames: opt.FramesFile = None,
+    robot: opt.JobRobot = None,
+    overrides: opt.Overrides = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<path name>_touches.")
     ] = None,
-    as_json: Json = False,
-    date: Date = DEFAULT_DATE,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    as_json: opt.Json = False,
+    date: opt.Date = opt.DEFAULT_DATE,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Choose the touches that tell most of where a path will be: a CSV to fill in, and a program that touches."""
     from compgen.cli.progress_bar import show_progress
@@ -98,10 +76,10 @@ def plan_touches(
         ("--utool", utool, 1, 29), ("--pr", register, 1, 9999),
     )  # fmt: skip
     signal = None if stops or centres else Signal(_condition(skip), register)
-    folder = output_folder(path, output, "_touches")
+    folder = opt.output_folder(path, output, "_touches")
     if log is not None and state is not None:
         raise InputError("--log: a state stands in place of history and log; leave --log or --state out")
-    given = [*with_state(path, overrides, state, state_age), *log_overrides(path, log, reference)]
+    given = [*opt.with_state(path, overrides, state, state_age), *log_overrides(path, log, reference)]
     job = load_job(path, robot, given)
     name = program_name(f"{job.name}_touches", job.robot.controller.name_length)
     check_planned_touches(folder, f"{name}.LS", RECORD, TABLE)

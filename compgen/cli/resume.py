@@ -29,6 +29,11 @@ JobPath = Annotated[
     str | None, typer.Option("--path", help="Where the path file is now; default where it was, seen from here.")
 ]
 
+LoadedPages = Annotated[int, typer.Option("--loaded", help="The last page that the controller has.")]
+RecordDate = Annotated[
+    str | None, typer.Option("--date", help="When, for the record, default now (UTC); on the page if given.")
+]
+
 
 def resume(
     folder: PagesFolder,
@@ -41,15 +46,12 @@ def resume(
     late: Annotated[
         str | None, typer.Option("--late", help="How long the page waits after the one before, servo on: 35min.")
     ] = None,
-    loaded: Annotated[int, typer.Option("--loaded", help="The last page that the controller has.")] = 0,
+    loaded: LoadedPages = 0,
     done: Annotated[int, typer.Option("--done", help="The last page that has run.")] = 0,
     max_um: MaxUm = None,
     path: JobPath = None,
     robot: JobRobot = None,
-    date: Annotated[
-        str | None,
-        typer.Option("--date", help="When, for the record, default now (UTC); on the page if given."),
-    ] = None,
+    date: RecordDate = None,
     force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
     as_json: Json = False,
     assets: AssetsOption = Assets.INLINE,

@@ -7,27 +7,23 @@ from typing import Annotated, Any
 import typer
 
 from compgen.cli.console import finding_lines
-from compgen.cli.identify import ReferenceOption, RobotArgument, Temperatures
+from compgen.cli.identify import ReferenceOption, Temperatures, UserFrames
 from compgen.cli.messages import print_record
-from compgen.cli.options import Json, Quiet
+from compgen.cli.options import ArtefactFile, Json, Quiet, RobotArgument, TouchesFile, toml_file
 from compgen.cli.ownership import check_own_file
-from compgen.cli.publish import check_names, check_writable, publish
+from compgen.cli.publish import check_names, publish
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 
 
 def teach_frame(
     robot: RobotArgument,
-    touches: Annotated[str | None, typer.Option("--touches", help="CSV of touches.")] = None,
-    artefact: Annotated[
-        str | None, typer.Option("--artefact", help="TOML of spheres and probe; default artefact.toml beside the CSV.")
-    ] = None,
+    touches: TouchesFile = None,
+    artefact: ArtefactFile = None,
     temperatures: Temperatures = None,
     reference: ReferenceOption = "start",
     number: Annotated[int, typer.Option("--number", help="UFRAME number.", min=1, max=9)] = 1,
-    frames: Annotated[
-        str | None, typer.Option("--frames", help="Frames table or SYSFRAME.VA, for touches in a user frame.")
-    ] = None,
+    frames: UserFrames = None,
     nominal: Annotated[bool, typer.Option("--nominal", help="As the pendant would: without the model.")] = False,
     output: Annotated[
         str | None,
@@ -46,10 +42,7 @@ def teach_frame(
         raise InputError("--touches: missing; give the CSV of touches")
     arm = load_arm(robot)
     artefact = artefact_of_touches(touches, artefact)
-    target = Path(output) if output is not None else Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml"
-    if target.suffix != ".toml" or target.is_dir():
-        raise InputError(f"-o {target}: not the name of a frame's file; give one that ends in .toml")
-    check_writable(target.absolute().parent)
+    target = toml_file(output, Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml", "frame's")
     report = target.with_suffix(".json")
     check_names(target.parent, [report.name])
     check_own_file("-o", str(target), b"as cgen teach-frame wrote it", "teach-frame")

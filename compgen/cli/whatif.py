@@ -5,33 +5,19 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli import study_journal
 from compgen.cli.completion import complete_keys, complete_paths, complete_questions
 from compgen.cli.console import finding_lines
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import (
-    JobRobot,
-    Json,
-    MaxUm,
-    Overrides,
-    PathFile,
-    Quiet,
-    StateAge,
-    StateFile,
-    Workers,
-    checked_bound,
-    output_folder,
-    with_bound,
-    with_state,
-)
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.cli.study_folder import QUESTIONS, RECORD, own_files, study_folder
 
 
 def whatif(
-    path: PathFile,
+    path: opt.PathFile,
     vary: Annotated[
         list[str] | None,
         typer.Option(
@@ -63,20 +49,20 @@ def whatif(
         bool, typer.Option("--live/--no-live", help="Sliders on the page; they take one corrected program.")
     ] = True,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished scenarios of an earlier run.")] = False,
-    robot: JobRobot = None,
+    robot: opt.JobRobot = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the results; default outputs/<path name>_whatif.")
     ] = None,
-    overrides: Overrides = None,
-    state: StateFile = None,
-    state_age: StateAge = None,
-    max_um: MaxUm = None,
-    as_json: Json = False,
+    overrides: opt.Overrides = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Move the day with sliders; vary any key, predict (and correct) every scenario, answer questions."""
     from compgen.cli.live import sliders
@@ -88,13 +74,13 @@ def whatif(
     from compgen.report.files import study_files, study_sentences
     from compgen.report.live import NONE
 
-    overrides = with_state(path, with_bound(overrides, max_um if correct else None), state, state_age)
-    checked_bound(max_um)
+    overrides = opt.with_state(path, opt.with_bound(overrides, max_um if correct else None), state, state_age)
+    opt.checked_bound(max_um)
     if max_um is not None and not (vary or scenario_list):
         raise InputError(f"--max-um {max_um:g}: no scenario to judge; give --vary KEY=V1,V2 or --list FILE.csv")
     check_study(questions or [], within_um, bool(vary or scenario_list) or live)
     study = build(path, robot, overrides, vary or (), scenario_list, correct) if vary or scenario_list else None
-    folder = output_folder(path, output, "_whatif")
+    folder = opt.output_folder(path, output, "_whatif")
     identity = study.identity if study else None
     folder = study_folder(folder, path, identity, set(questions or []), output is not None, fresh)
     of_page = page_options(folder, assets, date)
