@@ -1,6 +1,7 @@
 """Import order is data flow: a room imports only from rooms above it, and inside a room nothing runs in a circle."""
 
 import ast
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -271,11 +272,10 @@ def is_private(name):
     return name.startswith("_") and not name.startswith("__") and name != "_"
 
 
-def private_names():
-    """What the package gives a name with a leading underscore: functions, classes, constants, attributes, modules."""
+def given_names():
+    """What the package gives a name: functions, classes, constants, attributes, modules."""
     for path in FILES:
-        if is_private(path.stem):
-            yield path.stem
+        yield path.stem
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
                 yield node.name
@@ -283,7 +283,10 @@ def private_names():
                 yield node.id if isinstance(node, ast.Name) else node.attr
 
 
-PRIVATE = {name for name in private_names() if is_private(name)}
+@cache
+def private_names():
+    """Names with a leading underscore: what the package keeps to itself."""
+    return {name for name in given_names() if is_private(name)}
 
 
 PATCHES = {"getattr", "setattr", "delattr", "object"}  # whose arguments name what is patched
@@ -294,12 +297,12 @@ def reached(tree):
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("compgen"):
             yield from (f"{node.lineno}: {alias.name}" for alias in node.names if is_private(alias.name))
-        elif isinstance(node, ast.Attribute) and node.attr in PRIVATE:
+        elif isinstance(node, ast.Attribute) and node.attr in private_names():
             if ast.unparse(node.value) not in ("self", "os"):
                 yield f"{node.lineno}: {ast.unparse(node)}"
         elif isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in PATCHES:
             texts = [x.value for x in node.args if isinstance(x, ast.Constant) and isinstance(x.value, str)]
-            yield from (f"{node.lineno}: {text!r}" for text in texts if text.split(".")[-1] in PRIVATE)
+            yield from (f"{node.lineno}: {text!r}" for text in texts if text.split(".")[-1] in private_names())
 
 
 TEST_FILES = sorted(Path(__file__).parent.rglob("*.py"))
@@ -311,7 +314,7 @@ def test_no_test_reaches_behind_the_public_face(path):
 
 
 def test_what_reaches_behind_the_public_face_is_seen():
-    name = min(PRIVATE)
+    name = min(private_names())
     patches = f"setattr(x, '{name}', 1)", f"monkeypatch.setattr('compgen.core.{name}', 1)"
     for text in (f"from compgen.core import {name}", f"x.{name}", *patches):
         assert len(list(reached(ast.parse(text)))) == 1
