@@ -68,11 +68,11 @@ def anchor(
     result = anchor_files(path, robot, overrides or (), touches, artefact, log, reference, frames)
     is_written = result.verdict in ACCEPTED
     if is_written:
-        publish(target.parent, {target.name: state_text(result.state).encode()}, {}, {target.name})
+        publish(target.parent, {target.name: state_text(result.state).encode()}, {})
     record = json_text(anchor_record(result))
     if folder is not None:
         reports = page_files(folder, {RECORD: record, PAGE: anchor_html(result, options)}, figures, options)
-        publish(folder, {}, reports, set(reports))
+        publish(folder, {}, reports)
     if as_json:
         print_record(record)
     elif not quiet:

@@ -45,7 +45,7 @@ def compare(
         options = page_options(folder, assets, date)
         files = comparison_files(comparison, max_um, options)
         reports = page_files(folder, files, figures, options)
-        publish(folder, {}, reports, set(reports))
+        publish(folder, {}, reports)
         written = f"wrote {', '.join(sorted(files))} to {folder}"
     if as_json:
         print_record(comparison_record(comparison))

@@ -124,7 +124,7 @@ def correct(
         programs = {name: files[name] for name in (provenance, file) if name in files}
         reports = {name: files[name] for name in ("report.json", "report.html", "positions.csv")}
         described = page_files(folder, reports, figures, of_page)
-        publish(folder, programs, described, {*described, provenance, file})
+        publish(folder, programs, described, (provenance, file))
     if as_json:
         print_record(files["report.json"])
     elif not quiet:
@@ -150,7 +150,7 @@ def _restore(source: Path, content: bytes, folder: Path, as_json: bool, quiet: b
         ) from None
     planned = restore_planned(record, content, str(provenance))
     check_restored(folder, source.name, planned)
-    publish(folder, {source.name: planned}, {}, {source.name})
+    publish(folder, {source.name: planned}, {})
     if as_json:
         print_record({"restored": source.name, "folder": str(folder), "sha256": sha256(planned).hexdigest()})
     elif not quiet:

@@ -84,7 +84,7 @@ def executed(
         "executed.csv": executed_csv(run),
     }
     reports = page_files(folder, files, figures, options)
-    publish(folder, {}, reports, set(reports))
+    publish(folder, {}, reports)
     if as_json:
         print_record(files[EXECUTED])
     elif not quiet:

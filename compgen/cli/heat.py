@@ -52,7 +52,7 @@ def heat(
         "runs.csv": runs_csv(job, day),
     }
     reports = page_files(folder, files, figures, options)
-    publish(folder, {}, reports, set(reports))
+    publish(folder, {}, reports)
     if as_json:
         print_record(files[HEAT])
     elif not quiet:

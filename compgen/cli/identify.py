@@ -119,7 +119,7 @@ def identify(
         robot_files = robot_files_of(target, text)
         reports[posterior] = of_posterior.encode()  # a report: gone before its robot file goes, there after it
     described = page_files(target.parent, reports, figures, options)
-    publish(target.parent, robot_files, described, {*robot_files, *described})
+    publish(target.parent, robot_files, described)
     if as_json:
         print_record(reports[report.name])
     elif not quiet:

@@ -85,7 +85,7 @@ def identify_motion(
     if identified.accepted:
         robot_files = {target.name: motion_text(arm.text, nominal, run, text, identified).encode()}
     described = page_files(target.parent, reports, figures, options)
-    publish(target.parent, robot_files, described, {*robot_files, *described})
+    publish(target.parent, robot_files, described)
     if as_json:
         print_record(reports[report.name])
     elif not quiet:

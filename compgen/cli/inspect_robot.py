@@ -35,7 +35,7 @@ def inspect_robot(
     sheet = robot_sheet(arm)
     record = sheet_record(sheet)
     files = {RECORD: json_text(record), PICTURE: zero_svg(sheet).encode()}
-    publish(folder, {}, files, set(files))
+    publish(folder, {}, files)
     if as_json:
         print_record(files[RECORD])
     elif not quiet:

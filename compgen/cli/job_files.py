@@ -29,7 +29,7 @@ def publish_job(
         name: _with_progress(content, progress, 0.6 + 0.4 * k / len(reports))
         for k, (name, content) in enumerate(reports.items())
     }
-    own_names = {f"{program}.LS", *programs, *reports, *resume_files(folder)}
+    own_names = {f"{program}.LS", *resume_files(folder)}
     publish(folder, programs, contents, own_names, f"{program}{MANIFEST_SUFFIX}")
 
 

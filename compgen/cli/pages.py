@@ -69,7 +69,7 @@ def pages(
         raise InputError(f"{program}: the main program would replace it; give another folder with -o")
     own_names = files_of_earlier_run(folder / manifest_name)
     check_pages_folder(folder, {*files}, own_names)
-    publish(folder, files, {}, {*files} | own_names, manifest_name)
+    publish(folder, files, {}, own_names, manifest_name)
     if as_json:
         print_record(manifest)
     elif not quiet:

@@ -105,7 +105,7 @@ def plan_poses(
         text = measuring_program(turning, "reversal runs", checked_date(date), turned, wait)
         measuring[f"{turning}.LS"], tables["reversals.csv"] = text, poses_csv(turned, targets)
     files = {**measuring, **tables}
-    publish(folder, measuring, tables, {*files, f"{turning}.LS", "reversals.csv"})
+    publish(folder, measuring, tables, (f"{turning}.LS", "reversals.csv"))
     unlikely = [*arm.unlikely, *(f for given in lengths for f in unlikely_lengths(*given))]
     if as_json:
         print_record(pose_plan_record(model.parameters, plan, len(runs), sorted(files), unlikely))

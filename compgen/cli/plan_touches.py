@@ -93,7 +93,7 @@ def plan_touches(
     touches = positions_of(planned, utool, signal is None)
     record = touch_record(planned, touches, signal)
     reports = {RECORD: json_text(record), TABLE: touches_csv(planned, touches, signal is None)}
-    publish(folder, {f"{name}.LS": text}, reports, {f"{name}.LS", *reports})
+    publish(folder, {f"{name}.LS": text}, reports)
     if as_json:
         print_record(reports[RECORD])
     elif not quiet:

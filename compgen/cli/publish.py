@@ -56,7 +56,7 @@ def publish(
     folder: Path,
     programs: Mapping[str, bytes | Iterable[bytes]],
     reports: Mapping[str, bytes | Iterable[bytes]],
-    own_names: set[str],
+    own_names: Iterable[str] = (),
     manifest: str = "",
 ) -> None:
     """Put files into a folder, while no other run puts files there.
@@ -67,8 +67,8 @@ def publish(
             several is the one that needs the others.
         reports: Name to content of what describes them, first the record that tells whose files these are: it is
             written before the others and removed after them.
-        own_names: Names that belong to this run, beside the figures that an earlier page of its name names; those not
-            in the files vanish, everything else in the folder stays.
+        own_names: Names that belong to this run beside these, and beside the figures that an earlier page of its name
+            names: they vanish, everything else in the folder stays.
         manifest: Name of the manifest of an earlier run's pages: what it names belongs to this run too.
 
     Raises:
@@ -83,11 +83,11 @@ def publish(
             target.parent.mkdir(parents=True, exist_ok=True)
         with alone_in(target):
             pages = [target / name for name in reports if name.endswith(".html")]
-            own_names = own_names.union(*map(earlier_figures, pages))
+            own = {*programs, *reports}.union(own_names, *map(earlier_figures, pages))
             if manifest:
-                own_names = own_names | files_of_earlier_run(target / manifest)
-            check_names(folder, own_names)
-            _put(target, programs, reports, own_names, bool(manifest))
+                own |= files_of_earlier_run(target / manifest)
+            check_names(folder, own)
+            _put(target, programs, reports, own, bool(manifest))
     except OSError as failure:
         raise refusal(folder, failure.strerror or str(failure)) from failure
     finally:

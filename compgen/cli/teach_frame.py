@@ -53,7 +53,7 @@ def teach_frame(
     )
     record = teaching.frame_record(taught, arm.robot.controller.decimals)
     reports = {report.name: json_text(record)}
-    publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports, {target.name, *reports})
+    publish(target.parent, {target.name: teaching.frame_text(taught).encode()}, reports)
     if as_json:
         print_record(reports[report.name])
     elif not quiet:

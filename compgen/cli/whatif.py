@@ -91,7 +91,7 @@ def whatif(
     base = base_job(path, robot, overrides)
     files = study_files(path, overrides, study, rows, answers, base, of_page, living, max_um)
     reports = page_files(folder, files, figures, of_page)
-    publish(folder, journal, reports, {*reports, *(own_files() if fresh else journal)})
+    publish(folder, journal, reports, own_files() if fresh else ())
     if as_json:
         print_record(files[RECORD])
     elif not quiet:

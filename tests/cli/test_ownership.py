@@ -112,7 +112,7 @@ def test_a_schema_replaces_only_a_schema(tmp_path):
 def test_the_record_is_there_whenever_another_report_is(tmp_path, monkeypatch):
     """A killed run leaves no report of which nothing tells whose it is."""
     reports = {"report.json": b"1", "page.html": b"1", "a.csv": b"1"}
-    publish.publish(tmp_path, {}, reports, {*reports})
+    publish.publish(tmp_path, {}, reports)
     (tmp_path / "notes.txt").write_text("of somebody else")
     states = []
 
@@ -126,7 +126,7 @@ def test_the_record_is_there_whenever_another_report_is(tmp_path, monkeypatch):
 
     for name in ("replace", "unlink"):
         monkeypatch.setattr(publish.Path, name, watched(getattr(publish.Path, name)))
-    publish.publish(tmp_path, {}, {name: b"2" for name in reports}, {*reports})
+    publish.publish(tmp_path, {}, {name: b"2" for name in reports})
     assert set() in states
     assert all("report.json" in state for state in states if state)
 

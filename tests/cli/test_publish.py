@@ -107,7 +107,7 @@ def test_several_programs_begin_without_their_main_program(tmp_path, monkeypatch
 def test_runs_on_the_same_folder_put_their_files_there_one_after_the_other(tmp_path, monkeypatch):
     """Else the pages of one stand beside the main program of another."""
     (tmp_path / "mine").write_text("mine")
-    publish.publish(tmp_path, {"P_01.LS": b"old", "P_02.LS": b"old", "P.LS": b"old"}, {}, set())
+    publish.publish(tmp_path, {"P_01.LS": b"old", "P_02.LS": b"old", "P.LS": b"old"}, {})
     replace_files, second = publish.replace_files, []
 
     def interrupted_by_another(*arguments):
@@ -138,8 +138,8 @@ def test_pages_that_another_run_has_written_meanwhile_go_with_its_manifest(tmp_p
         return {**{name: name.encode() for name in (*pages, "P.LS")}, "P.pages.json": manifest(*pages)}
 
     (tmp_path / "mine").write_text("mine")
-    publish.publish(tmp_path, files("P_01.LS", "P_02.LS"), {}, set(), "P.pages.json")
-    publish.publish(tmp_path, files("P_01.LS"), {}, set(), "P.pages.json")
+    publish.publish(tmp_path, files("P_01.LS", "P_02.LS"), {}, (), "P.pages.json")
+    publish.publish(tmp_path, files("P_01.LS"), {}, (), "P.pages.json")
     assert set(content(tmp_path)) == {"mine", "P.LS", "P_01.LS", "P.pages.json"}
 
 
@@ -162,7 +162,7 @@ def test_a_folder_that_has_lost_its_name_is_locked_again_under_it(tmp_path, monk
 def test_the_pages_of_two_runs_never_stand_together(tmp_path, monkeypatch):
     """Nor the older ones under the newer manifest, which would not know them: the next run would be refused."""
     pages = ("P.pages.json", "P_01.LS", "P_02.LS", "P_03.LS", "P.LS")
-    publish.publish(tmp_path, dict.fromkeys(pages, b"old"), {}, set())
+    publish.publish(tmp_path, dict.fromkeys(pages, b"old"), {})
     (tmp_path / "mine").write_text("mine")
     states = []
     for name in ("replace", "unlink"):
