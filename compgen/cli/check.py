@@ -40,7 +40,7 @@ def check(
     workers: opt.Workers = 0,
 ) -> None:
     """Generate in memory and verify; exit 1 outside the bounds. Writes no program."""
-    refuse_several(written, paths, strict)
+    refuse_several(written, paths)
     bounded = opt.with_bound(overrides, max_um)
     if junit is not None:
         check_own_file("--junit", junit, b"<testsuite", "check --junit")
@@ -65,7 +65,7 @@ def check(
     def judge(path: str) -> tuple[dict[str, Any], str]:
         if written is not None:
             changes = opt.with_state(path, bounded, state, state_age)
-            return judge_written(path, robot, changes, written, quiet or as_json)
+            return judge_written(path, robot, changes, written, strict, quiet or as_json)
         with show_progress(quiet or as_json, CHECK) as progress:
             job = load_job(path, robot, opt.with_state(path, bounded, state, state_age))
             planned, corrected = pipeline.generate(job, progress)

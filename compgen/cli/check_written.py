@@ -8,7 +8,7 @@ from compgen.core.exceptions import InputError
 
 
 def judge_written(
-    path: str, robot: str | None, overrides: Sequence[str], program: str, quiet: bool
+    path: str, robot: str | None, overrides: Sequence[str], program: str, strict: bool, quiet: bool
 ) -> tuple[dict[str, Any], str]:
     """The report of a written program, and why it is not inside.
 
@@ -17,6 +17,7 @@ def judge_written(
         robot: Robot name or file; None for what the path file says.
         overrides: Of both files: the state that the program is flown in.
         program: Its file.
+        strict: Whether assumed accelerations may decide whether the bounds are kept.
         quiet: No progress.
 
     Raises:
@@ -35,24 +36,23 @@ def judge_written(
     job = load_job(path, robot, overrides)
     data = read_program(program)
     with show_progress(quiet, PREDICT) as progress, naming_program(f"--written {program}"):
-        flight = fly_written(job, data, programs_beside(Path(program)), progress)
+        flight = fly_written(job, data, programs_beside(Path(program)), progress, strict)
     broken = first_message(Level.OUTSIDE, flight.findings)
     verdict = verdict_of(flight.findings)
     return written_summary(flight, program), f"{outcome_words(verdict)}: {broken}" if broken else ""
 
 
-def refuse_several(written: str | None, paths: Sequence[str], strict: bool) -> None:
+def refuse_several(written: str | None, paths: Sequence[str]) -> None:
     """Raises InputError where one program cannot be meant."""
     if written is not None and len(paths) > 1:
         raise InputError(f"--written {written}: it is the program of one path; give that path alone")
-    if written is not None and strict:
-        raise InputError(f"--written {written}: --strict asks for ramps of a program that is made; leave it out")
 
 
 def show_written(summary: dict[str, Any]) -> None:
     """Print what the program leaves, and the findings."""
     from compgen.cli.console import print_findings, stdout_console
     from compgen.report.band_words import headline
+    from compgen.report.guaranteed import guaranteed_text
 
     console, written = stdout_console(), summary["written"]
     before, after = (summary["on_part"][side]["total"] for side in ("before", "after"))
@@ -64,4 +64,6 @@ def show_written(summary: dict[str, Any]) -> None:
     rises = ", ".join(f"{name} {rise:.2f}" for name, rise in summary["thermal"]["start_K"].items())
     console.print(f"rise at the start [K]: {rises}")
     console.print(headline(summary))
+    if summary["guaranteed"]:
+        console.print(guaranteed_text(summary["guaranteed"]))
     print_findings(console, summary["findings"])

@@ -11,9 +11,12 @@ import numpy as np
 from compgen.core.arrays import row_norms
 from compgen.core.findings import Finding, Level, first_message
 from compgen.core.units import UM
+from compgen.fanuc.program import Program
 from compgen.pipelines.draws import RAMPS
+from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.twin_of_job import twin_of
+from compgen.planning.toolpath import ToolPath
 from compgen.verification.deviation import deviation_from_path
 from compgen.verification.twin import prepare
 from compgen.verification.verdict import judge
@@ -28,11 +31,22 @@ def judge_ramps(planned: Planned, corrected: Corrected) -> Corrected:
         planned: What it was made from.
         corrected: The program; the same where the robot file knows its accelerations.
     """
-    job, path = planned.job, planned.path
+    findings = ramp_findings(planned.job, planned.path, corrected.program)
+    return replace(corrected, findings=(*corrected.findings, *findings)) if findings else corrected
+
+
+def ramp_findings(job: Job, path: ToolPath, program: Program) -> list[Finding]:
+    """What steeper and flatter ramps make of a written program; nothing where the robot file knows its accelerations.
+
+    Args:
+        job: Its bounds, and the day after which it is flown.
+        path: At the program's positions.
+        program: As it was read.
+    """
     if job.robot.acceleration_known:
-        return corrected
+        return []
     twin = twin_of(job)
-    prepared = prepare(twin, corrected.program, job.history.before, job.history.air)
+    prepared = prepare(twin, program, job.history.before, job.history.air)
     usual = deviation_from_path(path, prepared.chunks(), prepared.sample_count)
     moved, broken = 0.0, ""
     for share in SHARES:
@@ -50,4 +64,4 @@ def judge_ramps(planned: Planned, corrected: Corrected) -> Corrected:
         low, high = SHARES
         message = f"{facts}: ramps at {low:.2g} to {high:.2g} of them move the tool by {moved / UM:.2g} um at most"
         finding = Finding(Level.NOTE, "timing.ramps", message)
-    return replace(corrected, findings=(*corrected.findings, finding))
+    return [finding]

@@ -144,9 +144,9 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
     feed = planned.feed * path.pace
     trajectory = arc_moves.time_corrected(planned, solution, progress)
     progress("text", 0.0)
-    window = start_window(planned, solution)
+    window = start_window(planned, solution.theta)
     driven = planned.driven(solution.theta, problem.direction_state)
-    band = band_along(driven, _late(job, window))
+    band = band_along(driven, late_start(job, window))
     program, _ = compose_program(job, commanded, solution.theta, trajectory, path, date, window)
     delivered = _delivered(planned, solution, program)
     del program, commanded
@@ -165,7 +165,7 @@ def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True)
         deviation = deviation_from_path(path, prepared.chunks(after_stage), prepared.sample_count)
     progress("cross flight", 0.0)
     form, form_findings = model_form.cross_flight(job, prepared, deviation)
-    drawn = fly_draws(driven, prepared, deviation, _late(job, window), lambda share: progress("draws", share))
+    drawn = fly_draws(driven, prepared, deviation, late_start(job, window), lambda share: progress("draws", share))
     verdict = [
         *judge(deviation, job.bounds),
         *(drawn.findings() if drawn is not None else []),
@@ -240,7 +240,7 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
     return planned, problem, solution, limited
 
 
-def _late(job: Job, window: float) -> float:
+def late_start(job: Job, window: float) -> float:
     """How late a start may be that the proof has not flown [s]: none of a file that was flown at its delays."""
     return window if job.ensemble is None or job.ensemble.delay[1] == 0 else 0.0
 
@@ -278,22 +278,22 @@ def _thinned(planned: Planned, solution: Solution, tolerance: float) -> tuple[Pl
     return at_waypoints(planned, solution, rows, path.subset(rows), Finding(Level.NOTE, "path.thinned", message))
 
 
-def start_window(planned: Planned, solution: Solution) -> float:
-    """How long the start may be delayed, servo on and standing [s].
+def start_window(planned: Planned, theta: Array) -> float:
+    """How long the start may be delayed, servo on and standing [s], with commanded joints (N, 6) [rad].
 
     Until it adds more than ``job.start_drift``; a file that serves an interval of delays may be started within it.
     """
     if planned.job.ensemble is not None and planned.job.ensemble.delay[1] > 0:
         return planned.job.ensemble.delay[1]
-    return float(start_windows(planned, solution, np.zeros(1, dtype=np.int64))[0])
+    return float(start_windows(planned, theta, np.zeros(1, dtype=np.int64))[0])
 
 
-def start_windows(planned: Planned, solution: Solution, first: IntArray) -> Array:
+def start_windows(planned: Planned, theta: Array, first: IntArray) -> Array:
     """How long the robot may wait at each of some waypoints, (P,) rising numbers from 0, to (P,) [s]."""
     job, trajectory = planned.job, planned.trajectory
     driven = Driven(trajectory.time, planned.theta, trajectory.driven_speed)
     state = states_at(job.heat, job.state(), driven, first, job.history.air, job.clock)
-    course = Course(trajectory.time, solution.theta, planned.rise, planned.motion)
+    course = Course(trajectory.time, theta, planned.rise, planned.motion)
     return windows(job, planned.model, course, first, state)
 
 
@@ -303,8 +303,8 @@ def _delivered(planned: Planned, solution: Solution, program: Program) -> Delive
         return delivery.deliver_file(program)
 
     def starts_at(first: IntArray) -> list[PageStart]:
-        windows = start_windows(planned, solution, first)
-        windows[0] = start_window(planned, solution)
+        windows = start_windows(planned, solution.theta, first)
+        windows[0] = start_window(planned, solution.theta)
         time, rise = planned.trajectory.time[first], planned.rise[first]
         if planned.job.ensemble is not None:
             rise[0] = planned.job.start_rise()  # from which the start window counts

@@ -1,24 +1,27 @@
 """A program that was written for a path earlier, flown by the twin in the state that the path's files say now."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray, step_lengths
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Level, Progress
+from compgen.core.findings import Finding, Progress
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
 from compgen.core.units import MM
 from compgen.fanuc.program import Program
 from compgen.pipelines import generate
+from compgen.pipelines.assumed_ramps import ramp_findings
+from compgen.pipelines.band import DrivenProgram
+from compgen.pipelines.draws import FlownDraws, fly_draws
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
 from compgen.pipelines.program_course import canonical_program
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning.toolpath import ToolPath
-from compgen.thermal.ensemble import Ensemble, Start, duties_before
+from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.ensemble_starts import starts_to_fly
 from compgen.verification.deviation import Deviation, deviation_from_path
 from compgen.verification.twin import PreparedProgram, prepare
@@ -36,11 +39,16 @@ class WrittenFlight:
     program: Program
     start: Start  # at which it errs most, of those that the job asks for
     deviation: Deviation
+    draws: FlownDraws | None  # of bounds with a probability; None: the job has none
     findings: tuple[Finding, ...]
 
 
 def fly_written(
-    job: Job, data: bytes, find_program: Callable[[str], bytes | None], progress: Progress
+    job: Job,
+    data: bytes,
+    find_program: Callable[[str], bytes | None],
+    progress: Progress,
+    with_other_ramps: bool = False,
 ) -> WrittenFlight:
     """Fly a program's text after everything that a job's cell does.
 
@@ -49,6 +57,7 @@ def fly_written(
         data: The program, or the main program of its pages.
         find_program: The listing of a program that it calls, by name in capitals; None where there is none.
         progress: Called with the stage and the share done.
+        with_other_ramps: Whether it is judged with steeper and flatter ramps too, where accelerations are assumed.
 
     Raises:
         InputError: It is not what compgen wrote for this path.
@@ -61,25 +70,39 @@ def fly_written(
             "it is not a program that cgen generate wrote, or one of its pages is missing beside it; generate it anew"
         )
     planned = generate.predict(job, progress)
-    path = _path_of(job, planned.path, program)
+    rows, path = _positions_of(job, planned.path, program)
     progress("twin after", 0.0)
     prepared = prepare(twin_of(job), program, job.history.before, job.history.air)
     worst: tuple[Start, Deviation] | None = None
-    for start in [Start()] if job.ensemble is None else _starts(job.ensemble):
+    for start in [Start()] if job.ensemble is None else starts_to_fly(job.ensemble):
         deviation = _fly(job, path, prepared, start)
         if worst is None or deviation.on_part["total"].max > worst[1].on_part["total"].max:
             worst = start, deviation
     if worst is None:
         raise InputError("compensation.average_over: it has no start to fly")
-    findings = [*judge(worst[1], job.bounds), *planned.findings]
-    if job.bounds.guaranteed is not None:
-        words = "bounds.guaranteed is judged by cgen check without --written: draws are not flown here"
-        findings.append(Finding(Level.WARNING, "bounds.guaranteed", words))
-    return WrittenFlight(planned, program, *worst, tuple(findings))
+    draws = _draws(planned, path, rows, prepared, worst[1], progress)
+    findings = [*judge(worst[1], job.bounds), *(draws.findings() if draws is not None else ()), *planned.findings]
+    if with_other_ramps:
+        findings += ramp_findings(job, path, program)
+    return WrittenFlight(planned, program, *worst, draws, tuple(findings))
 
 
-def _starts(ensemble: Ensemble) -> Sequence[Start]:
-    return starts_to_fly(ensemble)
+def _draws(
+    planned: Planned,
+    path: ToolPath,
+    rows: IntArray,
+    prepared: PreparedProgram,
+    deviation: Deviation,
+    progress: Progress,
+) -> FlownDraws | None:
+    """The text flown on arms and days that the files leave open; it may start as late as one that is made now."""
+    job = planned.job
+    if job.bounds.guaranteed is None:
+        return None
+    late = generate.late_start(job, generate.start_window(planned, planned.theta))
+    time, motion = planned.trajectory.time[rows], planned.motion.at(rows)
+    driven = DrivenProgram(job, planned.model, path, prepared.theta, time, planned.rise[rows], motion)
+    return fly_draws(driven, prepared, deviation, late, lambda share: progress("draws", share))
 
 
 def _fly(job: Job, path: ToolPath, prepared: PreparedProgram, start: Start) -> Deviation:
@@ -88,8 +111,8 @@ def _fly(job: Job, path: ToolPath, prepared: PreparedProgram, start: Start) -> D
     return deviation_from_path(path, heated.chunks(), heated.sample_count)
 
 
-def _path_of(job: Job, path: ToolPath, program: Program) -> ToolPath:
-    """The planned path at the positions of a program.
+def _positions_of(job: Job, path: ToolPath, program: Program) -> tuple[IntArray, ToolPath]:
+    """The waypoints of the planned path that a program's positions stand for, and the path of these.
 
     Raises:
         InputError: They are another path's.
@@ -109,8 +132,9 @@ def _path_of(job: Job, path: ToolPath, program: Program) -> ToolPath:
             f"it has {len(program.position)} positions, and {job.source} plans {len(path.arc)}: it is another path's "
             "program, or a page of one; give the file that cgen generate wrote for this path"
         )
+    rows = np.arange(len(path.arc)) if whole else _rows_of(path, written.position)
     if not whole:
-        path = path.subset(_rows_of(path, written.position), program.via if program.via.any() else None)
+        path = path.subset(rows, program.via if program.via.any() else None)
     moved = np.linalg.norm(written.position - path.target.position - path.balance, axis=1)
     turned = np.linalg.norm(relative_rotation(path.target.rotation, written.rotation), axis=1)
     n = int(np.argmax(moved))
@@ -119,7 +143,7 @@ def _path_of(job: Job, path: ToolPath, program: Program) -> ToolPath:
             f"P[{n + 1}] is {moved[n] / MM:.3f} mm from where {job.source} plans it, and a correction is at most "
             f"{job.settings.clamp_position / MM:g} mm: it is another path's program"
         )
-    return path
+    return rows, path
 
 
 def _rows_of(path: ToolPath, position: Array) -> IntArray:

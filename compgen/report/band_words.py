@@ -8,6 +8,7 @@ from compgen.error_model.unknown import Unknown
 from compgen.pipelines.draws import FlownDraws
 from compgen.verification.band import Band
 
+DRAWN = ("share", "confidence", "draws", "seed")  # of the draws beside a band
 LISTED = 4  # sources in a sentence
 LEAST = 0.05  # of the whole, that a source must be to stand there
 NO_BAND = "no band: the file says of no number how well it is known"
@@ -18,7 +19,7 @@ def band_record(band: Band, unknown: Sequence[Unknown], draws: FlownDraws | None
     promised = None if draws is None else draws.guarantee
     return {
         "p95_um": _um(band.largest),
-        **{key: getattr(promised, key, None) for key in ("share", "confidence", "draws", "seed")},
+        **{key: getattr(promised, key, None) for key in DRAWN},
         "budget_um": {share.source: _um(share.largest) for share in band.budget},
         "budget_rms_um": {share.source: _um(share.rms) for share in band.budget},
         "unknown": [

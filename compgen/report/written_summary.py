@@ -3,6 +3,8 @@
 from typing import Any
 
 from compgen.pipelines.written_program import WrittenFlight
+from compgen.report.band_words import DRAWN
+from compgen.report.guaranteed import guaranteed_record
 from compgen.report.job_summary import job_summary
 from compgen.verification.deviation import statistics
 from compgen.verification.verdict import verdict_of
@@ -17,12 +19,16 @@ def written_summary(flight: WrittenFlight, file: str) -> dict[str, Any]:
     """
     summary = job_summary(flight.planned, None)
     before, after = summary["before"], statistics(flight.deviation)
+    promised = None if flight.draws is None else flight.draws.guarantee
+    flown = {} if promised is None else {key: getattr(promised, key) for key in DRAWN}
     return {
         **summary,
+        "band": {**summary["band"], **flown},
         "verdict": verdict_of(flight.findings).value,
         "after": after,
         "on_part": {"before": summary["on_part"]["before"], "after": statistics(flight.deviation, on_part=True)},
         "ratio": before["total"]["max_um"] / after["total"]["max_um"],
+        "guaranteed": guaranteed_record(flight.draws),
         "findings": [finding.record() for finding in flight.findings],
         "written": {
             "file": file,

@@ -15,6 +15,7 @@ from compgen.verification.twin import prepare
 
 LINE = ROOT / "paths" / "line_y.toml"
 CIRCLE = ROOT / "paths" / "circle_1300.toml"
+DRAWS_UM = 0.05  # that a late start of some ms less may change
 STATE = ("--set", "before.0.duration_h=1", "--set", "ambient.value_degC=26")
 
 
@@ -106,4 +107,39 @@ def test_what_is_no_program_and_several_paths_are_refused(line, tmp_path):
     refused(run("check", LINE, "--written", tmp_path / "NOTE.LS"), 2, "NOTE.LS", "generate it anew")
     refused(run("check", LINE, "--written", tmp_path / "NONE.LS"), 2, "NONE.LS")
     refused(run("check", LINE, CIRCLE, "--written", line), 2, "--written", "one path")
-    refused(run("check", LINE, "--written", line, "--strict"), 2, "--strict")
+
+
+PROMISE = ("--set", "bounds.guaranteed={max_um=200, normal_um=100, seed=3}")
+
+
+def test_bounds_with_a_probability_are_judged_by_flying_the_text(line):
+    code, record = report(LINE, line, *PROMISE)
+    result = run("check", LINE, *PROMISE, "--json")
+    made = json.loads(result.stdout)
+    assert code == result.returncode == 0
+    for key, bound in made["guaranteed"]["bounds"].items():
+        assert record["guaranteed"]["bounds"][key]["bound"] == bound["bound"]
+        assert record["guaranteed"]["bounds"][key]["value"] == pytest.approx(bound["value"], abs=DRAWS_UM)
+    assert record["band"]["seed"] == 3
+    broken = run("check", LINE, "--written", line, "--set", "bounds.guaranteed.max_um=5")
+    refused(broken, 1, "95 % of arms and days", "bounds.guaranteed.max_um = 5")
+    assert "guaranteed: 95 % of arms and days stay within max_um" in broken.stdout
+
+
+def test_in_another_state_the_draws_are_of_that_state(line):
+    loose = ("--max-um", "500", "--set", "bounds.normal_um=500")
+    _, own = report(LINE, line, *PROMISE, *loose)
+    _, record = report(LINE, line, *PROMISE, *loose, *STATE)
+    difference = record["on_part"]["after"]["total"]["max_um"] - own["on_part"]["after"]["total"]["max_um"]
+    values = [r["guaranteed"]["bounds"]["max_um"]["value"] for r in (record, own)]
+    assert values[0] - values[1] > 0.3 * difference > 5
+
+
+def test_strict_flies_the_text_with_other_ramps(line):
+    made = json.loads(run("check", LINE, "--strict", "--json").stdout)
+    code, record = report(LINE, line, "--strict")
+    assert code == 0
+    messages = [[f["message"] for f in r["findings"] if f["code"] == "timing.ramps"] for r in (made, record)]
+    assert len(messages[0]) == 1
+    assert messages[0] == messages[1]
+    assert not any(f["code"] == "timing.ramps" for f in report(LINE, line)[1]["findings"])

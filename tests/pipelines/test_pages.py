@@ -353,7 +353,7 @@ def test_what_a_wait_does_counts_from_there_on():
     """Across the arm's front the first half is the more sensitive: it is over when the robot waits in the middle."""
     planned, corrected = generate.generate(load_job(path_file("line_y")), quiet)
     job, theta, n = planned.job, corrected.solution.theta, len(planned.path.arc) // 2
-    window = generate.start_windows(planned, corrected.solution, np.array([n]))[0]
+    window = generate.start_windows(planned, corrected.solution.theta, np.array([n]))[0]
     assert window > corrected.start_window + 20
     late = job.heat.rise_after([Duty("idle", 0.0, window)], planned.rise[n])
     rise = stepped(

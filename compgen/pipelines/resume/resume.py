@@ -93,7 +93,7 @@ def resume(
     )
     progress("text", 0.0)
     firsts = np.array([p.first - page.first for p in written.pages[from_page - 1 :]], dtype=np.int64)
-    windows = start_windows(planned, solution, firsts)
+    windows = start_windows(planned, solution.theta, firsts)
     since = beginning.clock - whole.job.clock
     times = since + planned.trajectory.time[firsts]
     starts = tuple(PageStart(*now) for now in zip(times.tolist(), planned.rise[firsts], windows.tolist()))
