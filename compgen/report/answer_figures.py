@@ -1,5 +1,6 @@
 """The curve, or the bars, behind an answer to a question about a path's warmth."""
 
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from compgen.report.figure import COOL, GREY, WARM, Figure, Trace, axis, figure,
 from compgen.report.figure_limits import limit_label
 from compgen.report.figure_words import curves_in_words, rounded_number
 from compgen.report.key_words import title_of, words_of
+from compgen.report.table import table
 
 TITLES = {
     "warmup": "Drift within one program after a warm-up",
@@ -18,7 +20,9 @@ TITLES = {
     "steady": "The way to the steady state",
     "passes": "Orders and feeds of the passes",
 }
-HEIGHT = 400
+HEIGHT = 320
+BEYOND = 6  # times the limit: as far as curves are shown that are about where they cross it
+MOST_PASSES = 24  # in the table under their figure; the CSV file has all
 _LOOKS = ((WARM, "solid"), (COOL, "dash"))  # of the curves of one plot
 
 
@@ -50,7 +54,25 @@ def _curves(answer: Answer) -> Figure:
         axes["yaxis2"] = {"anchor": "x2", "domain": [0.0, 1.0], "matches": "y", "showticklabels": False}
     alt = curves_in_words(TITLES[answer.key], traces, "µm")
     lines = _limit(answer, ("", "2") if side_by_side else ("",))
+    if side_by_side and answer.limit is not None:
+        for part, shown in _around_the_limit(answer, pairs, answer.limit / UM).items():
+            axes[part] |= shown
     return figure(traces, HEIGHT, alt, showlegend=len(traces) > 1, **lines, **axes)
+
+
+def _around_the_limit(answer: Answer, pairs: list[tuple[int, int]], limit: float) -> dict[str, dict[str, Any]]:
+    """The parts of two plots with one height in which their curves cross a limit [um], where they go far beyond it."""
+    top = BEYOND * limit
+    if np.nanmax(answer.table[:, [y for _, y in pairs]]) <= top:
+        return {}
+    ranges: dict[str, dict[str, Any]] = {"yaxis": {"range": [0, top]}, "yaxis2": {"range": [0, top]}}
+    for which, (x, y) in zip(("", "2"), pairs):
+        at, size = answer.table[:, x], answer.table[:, y]
+        beyond = np.abs(at[size > top])
+        if len(beyond):
+            reach = float(beyond.min())
+            ranges[f"xaxis{which}"] = {"range": [-reach if np.nanmin(at) < 0 else 0, reach]}
+    return ranges
 
 
 def _contributions(answer: Answer) -> Figure:
@@ -90,6 +112,20 @@ def _passes(answer: Answer) -> Figure:
     )
     axes = {"xaxis": axis("duration of all passes [min]"), "yaxis": axis("largest error [µm]", rangemode="tozero")}
     return figure(traces, HEIGHT, alt, showlegend=len(traces) > 1, **_limit(answer, ("",)), **axes)
+
+
+def passes_table(answer: Answer) -> str:
+    """Orders and feeds of the passes, those within the limit first and among them the quickest, as HTML."""
+    limit = np.inf if answer.limit is None else answer.limit / UM
+    order = np.lexsort((answer.table[:, 1], np.maximum(answer.table[:, 2], limit)))
+    rows = [
+        [escape(answer.labels[k].replace(" > ", ", ")), f"{feed:g}", f"{minutes:.1f}", f"{error:.1f}"]
+        for k, (feed, minutes, error) in ((k, answer.table[k]) for k in order[:MOST_PASSES].tolist())
+    ]
+    more = len(order) - MOST_PASSES
+    rest = f'<p class="lead">{more} more are in <a href="passes.csv">passes.csv</a>.</p>' if more > 0 else ""
+    head = ["order", "feed [mm/s]", "duration [min]", "largest error [µm]"]
+    return table(head, rows) + rest
 
 
 def _limit(answer: Answer, plots: tuple[str, ...]) -> dict[str, Any]:

@@ -1,9 +1,11 @@
 // Draws the figures of a page, and draws them anew where the page becomes dark, narrow or printed.
-// A figure is data and layout for plotly; layout.meta.narrow is what a narrow page changes of the layout, and
-// layout.meta.extent how far the box of each scene reaches from its middle as its camera looks at it: [right, up].
+// A figure is data and layout for plotly; layout.meta.narrow is what a narrow page changes of the layout, layout.meta.phone
+// what a phone changes of each trace, and layout.meta.extent how far the box of each scene reaches from its middle as its
+// camera looks at it: [right, up].
 const cgenFigures = (() => {
   const PRINTED = 680; // width on paper [px]: A4 and Letter within their margins
   const NARROW = 720; // a width below which the narrow layout is taken [px]
+  const PHONE = 480; // and one below which its traces are a phone's [px]
   const LABELS = 48; // around the box of a scene [px]
   const PRINTED_INK = "#1e293b";
   const CONFIG = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
@@ -49,7 +51,8 @@ const cgenFigures = (() => {
     const look = { width, autosize: false, uirevision: "kept", font: { color: ink }, modebar: { bgcolor: "rgba(0,0,0,0)" } };
     const result = merged(merged(layout, narrow), look);
     fitScenes(result);
-    return { data, layout: result };
+    const changes = (width < PHONE && layout.meta?.phone) || [];
+    return { data: data.map((trace, k) => merged(trace, changes[k])), layout: result };
   }
 
   function redraw(key) {

@@ -29,6 +29,7 @@ WORDS = {
     "after_normal_max": "after normal max",
     "band": "may be off beside that (95 %)",
     "index": "scenario",
+    "inside": "inside its bounds",
     "start_window": "start window",
     "warmup": "warm-up",
     "cte": "coefficient of expansion",

@@ -18,9 +18,11 @@ MARKED = 60  # points of a line, up to which each has a marker
 MARK = "mark"  # of traces that are no curve
 LABELLED = 120  # cells of a map, up to which each has its number
 LOOKS = {"before": ("dash", "circle"), "after": ("solid", "diamond")}  # dash and marker of a side
+SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "star")  # of LINES, for who sees no colours
 MAP_COLOURS = ("#f8fafc", "#fde68a", "#fdba74", "#fb923c", "#f87171")  # dark figures can be read on all of them
 ON_MAP = "#111827"
-MANY_COLOURS = ("#3b82f6", "#a855f7", "#ec4899", "#f59e0b")  # seen on a light page and on a dark one
+PHONE_COLUMNS = 7  # of a map, up to which numbers in its cells can be read on a phone
+MANY_COLOURS = ("#2f54dc", "#8b46e0", "#e0508c", "#f59e0b")  # seen on a light and a dark page, and as greys on paper
 
 
 def error_against(study: Study, rows: list[Row], key: str, limit: Limit | None = None) -> Figure:
@@ -43,11 +45,13 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
     for n, (side, span) in enumerate(zip(sides, shares)):
         which = "" if n == 0 else str(n + 1)
         place = {"xaxis": f"x{which}", "yaxis": f"y{which}"}
-        for value, colour in colours.items():
+        for k, (value, colour) in enumerate(colours.items()):
             name = side if other is None else plain(value)
             is_named = other is None or (n == 0 and len(colours) <= MOST_LINES)
             line_colour = colour or (WARM, COOL)[side == "after"]
-            traces += _line(grid, key, groups.get(value, []), side, name, line_colour, place, is_named)
+            symbol = LOOKS[side][1] if other is None or len(colours) > MOST_LINES else SYMBOLS[k]
+            look = {"color": line_colour, "symbol": symbol}
+            traces += _line(grid, key, groups.get(value, []), side, name, look, place, is_named)
         axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
         shown = axis(title_of(key)) if n == len(sides) - 1 else {"matches": f"x{len(sides)}", "showticklabels": False}
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", **_kind(whole, key), **shown}
@@ -64,8 +68,8 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
         f"Largest error against {words_of(key)}", [t for t in traces if t.get("meta") != "mark"], "µm"
     )
     drawn = figure(
-        traces, 110 + 270 * len(sides), alt, shapes=shapes, annotations=words, legend=look,
-        margin={"l": 60, "r": 20, "t": 60 if has_legend else 20, "b": 45}, **axes,
+        traces, 110 + 220 * len(sides), alt, {"legend": {"title": {"side": "top"}}}, shapes=shapes, annotations=words,
+        legend=look, margin={"l": 60, "r": 20, "t": 60 if has_legend else 20, "b": 45}, **axes,
     )  # fmt: skip
     return drawn, f"{few}{held}".strip()
 
@@ -80,6 +84,7 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
             cells[lines.index(grid.value(row, y)), columns.index(grid.value(row, x))] = error
     names = [plain(v) for v in columns], [plain(v) for v in lines]
     texts = [[_cell(error, limit) for error in line] for line in cells.tolist()]
+    unread = {"meta": {"phone": [{"texttemplate": ""}]}} if len(columns) > PHONE_COLUMNS else {}
     labelled = {"texttemplate": "%{text}", "textfont": {"color": ON_MAP}} if cells.size <= LABELLED else {}
     colours = [[i / (len(MAP_COLOURS) - 1), c] for i, c in enumerate(MAP_COLOURS)]
     bar = {"title": {"text": "µm"}, "thickness": 12, "outlinewidth": 0}
@@ -103,7 +108,7 @@ def error_map(whole: Grid, x: str, y: str, side: str, limit: Limit | None = None
     drawn = figure(
         traces, int(min(150 + 44 * len(lines), 620)), alt, xaxis=axis(title_of(x), **category),
         yaxis=axis(title_of(y), **category, automargin=True), showlegend=bool(failed),
-        narrow={"xaxis": {"tickangle": -45}},
+        narrow={"xaxis": {"tickangle": -45}}, **unread,
     )  # fmt: skip
     note = "" if limit is None else f"▲ over {limit.label}. "
     return drawn, f"{note if over else ''}{held}".strip()
@@ -132,19 +137,21 @@ def _colours(grid: Grid, other: str | None) -> tuple[dict[Value, str], str]:
 
 
 def _line(
-    grid: Grid, key: str, rows: Sequence[Row], side: str, name: str, colour: str, place: dict[str, str], is_named: bool
-) -> list[Trace]:
+    grid: Grid, key: str, rows: Sequence[Row], side: str, name: str, look: dict[str, str], place: dict[str, str],
+    is_named: bool,
+) -> list[Trace]:  # fmt: skip
     """A line of one side through scenarios that differ in one key."""
-    column, (dash, symbol) = f"{side}_on_part_max_um", LOOKS[side]
+    column, (dash, _) = f"{side}_on_part_max_um", LOOKS[side]
     points = [(grid.value(row, key), row[column]) for row in rows if column in row]
     if not points:
         return []
     order = {value: n for n, value in enumerate(grid.values(key))} if key not in grid.numeric else {}
     points.sort(key=lambda point: order.get(point[0], point[0]))
     x, y = ([point[k] for point in points] for k in range(2))
-    look = {"line": {"color": colour, "dash": dash, "width": 1.6}, "marker": {"symbol": symbol, "size": 7}}
+    line, marker = {"color": look["color"], "dash": dash, "width": 1.6}, {"symbol": look["symbol"], "size": 7}
     mode = "lines+markers" if len(points) <= MARKED else "lines"
-    return [trace("scatter", x, y, mode=mode, name=name, legendgroup=name, showlegend=is_named, **look, **place)]
+    return [trace("scatter", x, y, mode=mode, name=name, legendgroup=name, showlegend=is_named,
+                  line=line, marker=marker, **place)]  # fmt: skip
 
 
 def _marks(grid: Grid, key: str, side: str, place: dict[str, str]) -> list[Trace]:

@@ -5,10 +5,11 @@ from html import escape
 from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study
-from compgen.report.answer_figures import TITLES, answer_figure
+from compgen.report.answer_figures import TITLES, answer_figure, passes_table
+from compgen.report.band_words import rounded
 from compgen.report.figure_limits import Limit
 from compgen.report.inputs import Inputs, job_inputs
-from compgen.report.key_words import capital, title_of, words_of
+from compgen.report.key_words import capital, title_of, unit_of, words_of
 from compgen.report.page import PLAIN, PageOptions, figure_section, page, section, verdict
 from compgen.report.study_figures import curves, error_map
 from compgen.report.study_grid import Grid, grid_of, plain
@@ -16,6 +17,8 @@ from compgen.report.study_tables import band_caveat, column_names, headline
 from compgen.report.table import table
 
 MOST_ROWS = 500  # of the table on the page; the CSV file has all
+#: columns that the page leaves to the CSV file
+ONLY_IN_CSV = ("before_max_um", "after_max_um", "before_normal_max_um", "after_normal_max_um", "waypoints")
 
 
 def study_html(
@@ -37,8 +40,8 @@ def study_html(
     has_scenarios = study is not None and bool(study.scenarios)
     sentences = [headline(study, rows)] if study is not None and has_scenarios else []
     sentences += [answer.sentence for answer in answers]
-    opening = "".join(verdict("predicted", escape(capital(_printed(sentence)))) for sentence in sentences)
-    opening += f'<p class="lead">{escape(capital(_printed(band_caveat(rows))))}</p>'
+    opening = "".join(verdict("predicted", escape(_printed(sentence))) for sentence in sentences)
+    opening += f'<p class="lead">{escape(_printed(band_caveat(rows)))}.</p>'
     body, inputs = "", None if base is None else job_inputs(base)
     if study is not None and has_scenarios:
         grid = grid_of(study.keys, rows)
@@ -46,6 +49,7 @@ def study_html(
         inputs = (inputs or Inputs()).with_rows(("varied", _varied(grid)))
     for answer in answers:
         body += figure_section(TITLES[answer.key], answer_figure(answer), answer.key)
+        body += passes_table(answer) if answer.key == "passes" else ""
     body += live
     if study is not None and has_scenarios:
         body += _scenarios(study, grid, rows)
@@ -96,27 +100,45 @@ def _note(text: str) -> str:
 
 
 def _printed(text: str) -> str:
-    return text.replace(" um", " µm")
+    """A sentence with a page's signs, and with a capital unless it begins with a file's name."""
+    text = text.replace(" um", " µm").replace("+-", "±")
+    return capital(text) if text.split(" ", 1)[0].isalpha() else text
 
 
 def _scenarios(study: Study, grid: Grid, rows: list[Row]) -> str:
     """Every scenario in words, the largest error first and in bold; then those that failed, by reason."""
     hidden = ("state", "reason", *(name for row in rows for name in row if name.startswith("start_")))
     names = [n for n in column_names(study, grid.done) if n not in hidden or n == "start_window_s"]
-    text = ""
-    if grid.done:
-        side = grid.sides[-1]
-        ranked = sorted(grid.done, key=lambda row: (-row.get(f"{side}_on_part_max_um", 0.0), row["index"]))
-        cells = [[_cell(grid, row, name) for name in names] for row in ranked[:MOST_ROWS]]
-        cells[0] = [f"<strong>{cell}</strong>" for cell in cells[0]]
-        words = [n for n, name in enumerate(names) if name in grid.keys and name not in grid.numeric]
-        more = f"; {len(ranked) - MOST_ROWS} more are in the CSV file" if len(ranked) > MOST_ROWS else ""
-        lead = f"The largest error {side} first{more}. All digits: "
-        text = f'<p class="lead">{lead}<a href="whatif.csv">whatif.csv</a>.</p>'
-        text += table([escape(title_of(name)) for name in names], cells, words)
+    text = _ranked(grid, names) if grid.done else ""
     columns = "".join(f"<dt><code>{escape(name)}</code></dt><dd>{escape(title_of(name))}</dd>" for name in names)
     legend = f"<details><summary>Columns of whatif.csv</summary><dl>{columns}</dl></details>"
     return section("Scenarios", f"{text}{_failed(grid)}{legend}")
+
+
+def _ranked(grid: Grid, names: list[str]) -> str:
+    """What was varied and what came of it, the largest error first; what all have in common stands above."""
+    side = grid.sides[-1]
+    by_error = f"{side}_on_part_max_um"
+    ranked = sorted(grid.done, key=lambda row: (-row.get(by_error, 0.0), row["index"]))
+    shown = {name: [_cell(grid, row, name) for row in ranked] for name in names if name not in ONLY_IN_CSV}
+    common = [n for n, cells in shown.items() if len(cells) > 1 and len(set(cells)) == 1 and n != by_error]
+    columns = sorted((n for n in shown if n not in common), key=lambda n: _place(grid, n))
+    cells = [[shown[name][k] for name in columns] for k in range(min(len(ranked), MOST_ROWS))]
+    cells[0] = [f"<strong>{cell}</strong>" for cell in cells[0]]
+    words = [n for n, name in enumerate(columns) if name in grid.keys and name not in grid.numeric]
+    more = f"; {len(ranked) - MOST_ROWS} more are in the CSV file" if len(ranked) > MOST_ROWS else ""
+    same = ", ".join(f"{escape(words_of(n))} {shown[n][0]} {unit_of(n)}".rstrip() for n in common)
+    text = f"The largest error {side} first{more}. " + (f"The same in all: {same}. " if same else "")
+    text = f'<p class="lead">{text}All columns and digits: <a href="whatif.csv">whatif.csv</a>.</p>'
+    return text + table([escape(title_of(name)) for name in columns], cells, words)
+
+
+def _place(grid: Grid, name: str) -> int:
+    """Where a column stands: what was varied first, then the largest errors, the scenario's number last."""
+    if name in grid.keys:
+        return 0
+    side = next((n for n, side in enumerate(("before_", "after_")) if name.startswith(side)), 2)
+    return 9 if name == "index" else 1 + 2 * side + (not name.endswith("_on_part_max_um"))
 
 
 def _failed(grid: Grid) -> str:
@@ -138,6 +160,8 @@ def _cell(grid: Grid, row: Row, name: str) -> str:
     value = row.get(name, "")
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if name == "band_um" and isinstance(value, float):
+        return rounded(value)
     if isinstance(value, float):
         return f"{value:.2f}" if name.endswith(("_um", "_s")) else f"{value:.6g}"
     return escape(str(value))

@@ -90,7 +90,7 @@ def band_caveat(rows: list[Row]) -> str:
     bands = [row["band_um"] for row in rows if "band_um" in row]
     beyond = "what the robot file does not know comes on top: cgen predict names it"
     if not bands:
-        return f"all sizes are the model's; how well the files know them says cgen predict, and {beyond}"
+        return "all sizes are the model's; how well the files know them, and what they do not know, says cgen predict"
     if not max(bands):
         return f"{NO_BAND}; {beyond}"
     low, high = rounded(min(bands)), rounded(max(bands))

@@ -9,7 +9,7 @@ from shipped import path_file
 from compgen.core.units import UM
 from compgen.pipelines.path_file import load_job
 from compgen.pipelines.study import Answer, Scenario, Study
-from compgen.report.answer_figures import answer_figure
+from compgen.report.answer_figures import answer_figure, passes_table
 from compgen.report.figure import unpacked
 from compgen.report.figure_limits import Limit
 from compgen.report.study_figures import MANY_COLOURS, curves, error_map
@@ -66,13 +66,27 @@ def plane():
 
 def test_titles_and_axes_are_words_with_units(plane):
     page = texts(study_html("t", study_of(plane), list(plane.rows), []).decode())
-    for words in ("Largest error against first warm-up", "Largest error against feed", "before max [µm]"):
-        assert words in page
+    for words in ("Largest error against first warm-up", "Largest error against feed", "before max, on the part [µm]"):
+        assert words in page.split("<details>")[0]
     assert "duration_h" not in page.split("<details>")[0]
     figure, _ = curves(plane, FEED)
     assert figure["layout"]["xaxis"]["title"]["text"] == "feed [mm/s]"
     assert figure["layout"]["legend"]["title"]["text"] == "first warm-up [h]"
     assert [t["name"] for t in figure["data"]] == ["0", "1", "6"]
+
+
+def test_the_table_leaves_out_what_says_nothing_and_begins_with_what_was_varied(plane):
+    page = texts(study_html("t", study_of(plane), list(plane.rows), []).decode()).split("<details>")[0]
+    heads = re.findall(r'<th scope="col"[^>]*>([^<]*)</th>', page)
+    assert heads == ["first warm-up [h]", "feed [mm/s]", "before max, on the part [µm]", "scenario"]
+    assert "The same in all: may be off beside that (95 %) 5.0 µm." in page
+
+
+def test_lines_of_a_second_key_are_told_without_colours(plane):
+    figure, _ = curves(plane, FEED)
+    assert len({t["marker"]["symbol"] for t in figure["data"]}) == len(HOURS)
+    greys = [sum(w * int(c[i : i + 2], 16) for w, i in zip((0.3, 0.59, 0.11), (1, 3, 5))) for c in MANY_COLOURS]
+    assert all(b - a > 15 for a, b in zip(greys, greys[1:]))
 
 
 def test_lines_run_along_the_axis_whatever_the_order_of_the_values(plane):
@@ -201,6 +215,28 @@ def test_answers_show_the_limit_that_they_are_about():
     assert unpacked(within["y"]).tolist() == [3.0]
     assert unpacked(beyond["y"]).tolist() == [7.0]
     assert within["marker"]["symbol"] != beyond["marker"]["symbol"]
+
+
+def test_curves_are_shown_where_they_cross_the_limit():
+    late = np.linspace(0, 960, 97)
+    table = np.column_stack([late, late / 5, np.linspace(-5, 5, 97), np.abs(np.linspace(-50, 50, 97))])
+    columns = ("delay_min", "late_um", "ambient_K", "ambient_um")
+    layout = answer_figure(Answer("validity", "s", columns, table, limit=2 * UM))["layout"]
+    assert layout["yaxis"]["range"] == layout["yaxis2"]["range"] == [0, pytest.approx(12)]
+    assert layout["xaxis"]["range"] == [0, 70]
+    assert layout["xaxis2"]["range"] == [pytest.approx(-1.25), pytest.approx(1.25)]
+    assert "range" not in answer_figure(Answer("validity", "s", columns, table, limit=50 * UM))["layout"]["yaxis"]
+
+
+def test_passes_are_listed_with_those_within_the_limit_first():
+    table = np.array([[20, 9, 3], [50, 4, 7.0], [40, 5, 2.0]])
+    html = passes_table(Answer("passes", "s", ("feed_mm_s", "minutes", "error_um"), table, ("a > b", "c", "d"), 5 * UM))
+    assert re.findall(r'<th scope="row">([^<]*)', html) == ["d", "a, b", "c"]
+
+
+def test_a_sentence_that_begins_with_the_name_of_a_file_keeps_it():
+    answer = Answer("passes", "raster_2 then a: 3 um", ("feed_mm_s", "minutes", "error_um"), np.ones((1, 3)), ("a",))
+    assert "</span> raster_2 then a: 3 µm</p>" in study_html("t", None, [], [answer]).decode()
 
 
 def test_a_large_study_is_drawn_at_once_with_some_of_its_lines():

@@ -61,6 +61,8 @@ def warmup(job: Job, limit: float) -> Answer:
     feed = f" at {moving.feed / MM:g} mm/s"
     if needed is None:
         sentence = f"no warm-up up to {hours[-1]:g} h{feed} keeps the drift within one program below {limit / UM:g} um"
+    elif needed == 0:
+        sentence = f"no warm-up is needed{feed}: drift within one program stays below {limit / UM:g} um"
     else:
         sentence = f"warm up {needed:.2f} h{feed}: drift within one program then stays below {limit / UM:g} um"
     return Answer("warmup", sentence, ("warmup_h", "drift_um"), table, limit=limit)
