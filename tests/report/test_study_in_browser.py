@@ -1,4 +1,4 @@
-"""A study's page in a real browser: legends and maps that a phone can show, headings that paper keeps with their figures."""
+"""A study's page in a real browser: legends and maps that a phone can show, headings that paper keeps."""
 
 import pytest
 from browser import BEYOND, chromium
