@@ -50,8 +50,8 @@ def curves(whole: Grid, key: str, limit: Limit | None = None) -> tuple[Figure, s
             is_named = other is None or (n == 0 and len(colours) <= MOST_LINES)
             line_colour = colour or (WARM, COOL)[side == "after"]
             symbol = LOOKS[side][1] if other is None or len(colours) > MOST_LINES else SYMBOLS[k]
-            look = {"color": line_colour, "symbol": symbol}
-            traces += _line(grid, key, groups.get(value, []), side, name, look, place, is_named)
+            ink = {"color": line_colour, "symbol": symbol}
+            traces += _line(grid, key, groups.get(value, []), side, name, ink, place, is_named)
         axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
         shown = axis(title_of(key)) if n == len(sides) - 1 else {"matches": f"x{len(sides)}", "showticklabels": False}
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", **_kind(whole, key), **shown}
@@ -137,7 +137,7 @@ def _colours(grid: Grid, other: str | None) -> tuple[dict[Value, str], str]:
 
 
 def _line(
-    grid: Grid, key: str, rows: Sequence[Row], side: str, name: str, look: dict[str, str], place: dict[str, str],
+    grid: Grid, key: str, rows: Sequence[Row], side: str, name: str, ink: dict[str, str], place: dict[str, str],
     is_named: bool,
 ) -> list[Trace]:  # fmt: skip
     """A line of one side through scenarios that differ in one key."""
@@ -148,7 +148,7 @@ def _line(
     order = {value: n for n, value in enumerate(grid.values(key))} if key not in grid.numeric else {}
     points.sort(key=lambda point: order.get(point[0], point[0]))
     x, y = ([point[k] for point in points] for k in range(2))
-    line, marker = {"color": look["color"], "dash": dash, "width": 1.6}, {"symbol": look["symbol"], "size": 7}
+    line, marker = {"color": ink["color"], "dash": dash, "width": 1.6}, {"symbol": ink["symbol"], "size": 7}
     mode = "lines+markers" if len(points) <= MARKED else "lines"
     return [trace("scatter", x, y, mode=mode, name=name, legendgroup=name, showlegend=is_named,
                   line=line, marker=marker, **place)]  # fmt: skip
