@@ -22,18 +22,9 @@ Row = dict[str, Any]
 KEPT = 4  # geometries at a time
 #: tables whose keys leave path, joints and timing alone
 WARM = (
-    "before",
-    "cycle",
-    "after",
-    "shift",
-    "start",
-    "ambient",
-    "log",
-    "bounds",
-    "compensation",
-    "title",
-    "robot.thermal",
-)
+    "before", "cycle", "after", "shift", "start", "ambient", "log",
+    "bounds", "compensation", "title", "robot.thermal",
+)  # fmt: skip
 
 
 class Shared:

@@ -41,8 +41,11 @@ class Geometry:
 
     def rises(self, job: Job) -> Array:
         """Rises at the samples with a job's warmth, (M, K) [K]: the twin's clock and heat."""
-        reheated = self.prepared.reheated(twin_of(job), job.history.before, job.history.air)
-        return reheated.rise_and_growth(self.segment, self.fraction, self.now)[0]
+        return self.rises_of(self.prepared.reheated(twin_of(job), job.history.before, job.history.air))
+
+    def rises_of(self, prepared: PreparedProgram) -> Array:
+        """Rises at the samples with the warmth of the same text prepared otherwise, (M, K) [K]."""
+        return prepared.rise_and_growth(self.segment, self.fraction, self.now)[0]
 
 
 def lay_out(job: Job) -> Geometry:

@@ -16,10 +16,10 @@ from compgen.pipelines.study.geometry import Geometry, executed, lay_out
 from compgen.pipelines.study.live_band import LiveBand, band_places
 from compgen.pipelines.study.live_day import NodeLaw, fixed_stages
 from compgen.pipelines.study.live_model import Heat, Live
-from compgen.pipelines.study.live_places import Flown, fly_planned, places_of, rises_after
+from compgen.pipelines.study.live_places import Flown, fly_planned, places_of
 from compgen.pipelines.study.live_sliders import Day, day_of
 from compgen.pipelines.twin_of_job import twin_of
-from compgen.thermal import Duty, JointMotion, NodeModel, state_after
+from compgen.thermal import Duty, NodeModel, state_after
 from compgen.thermal.ensemble import Start, duties_before
 from compgen.thermal.history import History
 from compgen.verification.twin import prepare
@@ -72,11 +72,8 @@ def build_live(path_file: str, robot: str | None, overrides: Sequence[str], prog
 def rises_as_planned(job: Job, geometry: Geometry) -> Array:
     """Rises at the samples of a text as planned; of a file for several starts their mean, (M, K) [K]."""
     if job.ensemble is None:
-        return rises_after(job, geometry, job.history.before)
-    prepared = geometry.prepared
-    motion = JointMotion(prepared.time, prepared.theta, prepared.driven)
-    mean = prepared.with_rise(planned_rises(job, motion))
-    return mean.rise_and_growth(geometry.segment, geometry.fraction, geometry.now)[0]
+        return geometry.rises(job)
+    return geometry.rises_of(geometry.prepared.with_rise(planned_rises(job, geometry.motion)))
 
 
 def _heat(job: Job, day: Day) -> Heat:

@@ -8,10 +8,11 @@ from compgen.core.arrays import Array, own
 from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study.geometry import flown_pose
 from compgen.pipelines.study.live_band import band_at
 from compgen.pipelines.study.live_build import LiveJob
 from compgen.pipelines.study.live_model import Setting, at, overrides_of, planned_setting
-from compgen.pipelines.study.live_places import Flown, fly, rises_after
+from compgen.pipelines.study.live_places import Flown
 from compgen.pipelines.study.live_sliders import Slider
 from compgen.pipelines.study.sample_band import band_at_samples, some_samples
 from compgen.verification.deviation import percentile99, rms, sample_lengths
@@ -76,7 +77,7 @@ def check(live_job: LiveJob) -> Agreement:
             shown = at(live_job.live, setting, places)
             rows.append(np.array([shown.largest, shown.p99, shown.rms]) - full(job, flown))
         geometry = live_job.before.geometry
-        rise = rises_after(job, geometry, job.history.before)[some_samples(geometry)]
+        rise = geometry.rises(job)[some_samples(geometry)]
         whole = band_at_samples(job, geometry, rise=rise).largest
         band.append(band_at(live_job.live, live_job.band, setting).largest - whole)
     return Agreement(settings, np.array(before), np.array(after), np.array(band))
@@ -90,7 +91,7 @@ def job_at(live_job: LiveJob, setting: Setting) -> Job:
 
 def full(job: Job, flown: Flown) -> Array:
     """Largest, p99 and rms of the error of a text on the part, flown by the twin in another state, (3,) [m]."""
-    actual = fly(job, flown.geometry, rises_after(job, flown.geometry, job.history.before))
+    actual = flown_pose(job, flown.geometry, flown.geometry.rises(job)).position
     size = np.linalg.norm((flown.error + actual - flown.position)[flown.on_part], axis=1)
     weight = sample_lengths(flown.arc)[flown.on_part]
     return np.array([size.max(), percentile99(size, weight), rms(size, weight)])

@@ -13,7 +13,6 @@ each with the length that it stands for, and beside them those at which e0 lies 
 length, and those that are among the largest in some state: so the largest error is met.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -26,7 +25,7 @@ from compgen.error_model.knowledge import build_slopes, parameters_of
 from compgen.pipelines.job import Job
 from compgen.pipelines.study.geometry import Geometry, flown_pose, model_of
 from compgen.pipelines.twin_of_job import twin_of
-from compgen.thermal import Duty, still_air
+from compgen.thermal import still_air
 from compgen.verification.deviation import deviation_from_path, sample_lengths
 from compgen.verification.twin import Execution
 
@@ -68,17 +67,6 @@ class Places:
     place: IntArray  # (M,) j, of the place before each sample
     share: Array  # (M,) x, of the way to the next
     length: Array  # (M,) [m] of part that each stands for; 0 of those that only the largest error asks for
-
-
-def fly(job: Job, geometry: Geometry, rise: Array) -> Array:
-    """Where the tool of an executed text is, (M, 3) [m], with a job's arm at rises (M, K) [K]."""
-    return flown_pose(job, geometry, rise).position
-
-
-def rises_after(job: Job, geometry: Geometry, duties: Sequence[Duty]) -> Array:
-    """Rises at the samples after duties, by the twin's clock and heat, (M, K) [K]."""
-    heated = geometry.prepared.reheated(twin_of(job), duties, job.history.air)
-    return heated.rise_and_growth(geometry.segment, geometry.fraction, geometry.now)[0]
 
 
 def places_of(job: Job, flown: Flown, dearer: Job | None) -> Places:
@@ -126,7 +114,7 @@ def single(values: Array) -> Array:
 
 def fly_planned(job: Job, geometry: Geometry, rise: Array) -> Flown:
     """A text flown as planned, at rises (M, K) [K]."""
-    position = fly(job, geometry, rise)
+    position = flown_pose(job, geometry, rise).position
     actual = Pose(position, np.broadcast_to(np.eye(3), (len(position), 3, 3)))
     flown = Execution(geometry.segment, geometry.fraction, geometry.now, rise, geometry.theta, actual)
     deviation = deviation_from_path(geometry.path, [flown], len(rise))
@@ -199,5 +187,4 @@ def own_heat(job: Job, geometry: Geometry) -> Array:
     """What the program's own motion adds to the rises at the samples, (M, K) [K]: it starts cold, in still air."""
     heat = job.cell.heat
     cold = replace(twin_of(job), heat=heat if heat.start is None else replace(heat, start=None))
-    heated = geometry.prepared.reheated(cold, (), still_air())
-    return heated.rise_and_growth(geometry.segment, geometry.fraction, geometry.now)[0]
+    return geometry.rises_of(geometry.prepared.reheated(cold, (), still_air()))
