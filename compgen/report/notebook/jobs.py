@@ -86,11 +86,42 @@ def load_robot(robot: File) -> Robot:
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class Prediction:
-    """What would go wrong if the planned program ran as it is: N waypoints, K nodes of the heat model."""
+class _OfJob:
+    """What a job's plan says, corrected or not."""
 
     job: Job
     planned: Planned  # the whole plan, for who needs more
+
+    @property
+    def position(self) -> Array:
+        """Targets of the TCP in World, (N, 3) [m]."""
+        return self.planned.path.target.position
+
+    @property
+    def rotation(self) -> Array:
+        """Targets of the tool's axes, as columns, (N, 3, 3)."""
+        return self.planned.path.target.rotation
+
+    @property
+    def contact(self) -> BoolArray:
+        """Whether the tool is on the part, (N,)."""
+        return self.planned.path.contact
+
+    @property
+    def rise(self) -> Array:
+        """Temperature of each node above the reference, (N, K) [K]."""
+        return self.planned.rise
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """Names of the K nodes."""
+        return self.job.heat.names
+
+
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class Prediction(_OfJob):
+    """What would go wrong if the planned program ran as it is: N waypoints, K nodes of the heat model."""
+
     report: dict[str, Any]  # as report.json has it
     error: Array  # (N, 6) actual against target: [m] in World, rotation vector [rad] in tool axes
 
@@ -110,34 +141,9 @@ class Prediction:
         return self.planned.trajectory.time
 
     @property
-    def position(self) -> Array:
-        """Targets of the TCP in World, (N, 3) [m]."""
-        return self.planned.path.target.position
-
-    @property
-    def rotation(self) -> Array:
-        """Targets of the tool's axes, as columns, (N, 3, 3)."""
-        return self.planned.path.target.rotation
-
-    @property
-    def contact(self) -> BoolArray:
-        """Whether the tool is on the part, (N,)."""
-        return self.planned.path.contact
-
-    @property
     def theta(self) -> Array:
         """Planned joints, DH angles, (N, 6) [rad]."""
         return self.planned.theta
-
-    @property
-    def rise(self) -> Array:
-        """Temperature of each node above the reference, (N, K) [K]."""
-        return self.planned.rise
-
-    @property
-    def nodes(self) -> tuple[str, ...]:
-        """Names of the K nodes."""
-        return self.job.heat.names
 
     def band(self) -> Array:
         """Half-widths of what the robot file leaves open, k = 2, at each waypoint: World x, y, z, feed, cross, normal.
@@ -173,11 +179,9 @@ class Prediction:
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class GeneratedProgram:
+class GeneratedProgram(_OfJob):
     """A corrected program, proven from its text: N positions, K nodes of the heat model."""
 
-    job: Job
-    planned: Planned
     corrected: Corrected  # the whole result, for who needs more
     report: dict[str, Any]  # as report.json has it
     error: Array  # (N, 6) without correction, as predicted: [m] in World, rotation vector [rad] in tool axes
@@ -214,21 +218,6 @@ class GeneratedProgram:
         return self.corrected.written.time
 
     @property
-    def position(self) -> Array:
-        """Targets of the TCP in World, (N, 3) [m]."""
-        return self.planned.path.target.position
-
-    @property
-    def rotation(self) -> Array:
-        """Targets of the tool's axes, as columns, (N, 3, 3)."""
-        return self.planned.path.target.rotation
-
-    @property
-    def contact(self) -> BoolArray:
-        """Whether the tool is on the part, (N,)."""
-        return self.planned.path.contact
-
-    @property
     def correction(self) -> Array:
         """Commanded against target, (N, 6): [m] in World, rotation vector [rad] in tool axes."""
         return self.corrected.solution.correction
@@ -237,16 +226,6 @@ class GeneratedProgram:
     def theta(self) -> Array:
         """Commanded joints, DH angles, (N, 6) [rad]."""
         return self.corrected.solution.theta
-
-    @property
-    def rise(self) -> Array:
-        """Temperature of each node above the reference, (N, K) [K]."""
-        return self.planned.rise
-
-    @property
-    def nodes(self) -> tuple[str, ...]:
-        """Names of the K nodes."""
-        return self.job.heat.names
 
     @property
     def start_window(self) -> float:
