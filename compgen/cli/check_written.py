@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 
 
 def judge_written(
@@ -27,7 +27,7 @@ def judge_written(
     from compgen.cli.progress_bar import PREDICT, show_progress
     from compgen.core.findings import Level, first_message
     from compgen.pipelines.path_file import load_job
-    from compgen.pipelines.program_file import naming_program, read_program
+    from compgen.pipelines.program_file import read_program
     from compgen.pipelines.programs_beside import programs_beside
     from compgen.pipelines.written_program import fly_written
     from compgen.report.written_summary import written_summary
@@ -35,7 +35,7 @@ def judge_written(
 
     job = load_job(path, robot, overrides)
     data = read_program(program)
-    with show_progress(quiet, PREDICT) as progress, naming_program(f"--written {program}"):
+    with show_progress(quiet, PREDICT) as progress, naming_file(f"--written {program}"):
         flight = fly_written(job, data, programs_beside(Path(program)), progress, strict)
     broken = first_message(Level.OUTSIDE, flight.findings)
     verdict = verdict_of(flight.findings)

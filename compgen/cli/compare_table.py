@@ -1,9 +1,8 @@
 """What ``compare`` prints: what changed in the inputs, errors and times of both, positions, findings."""
 
 from rich.table import Table
-from rich.text import Text
 
-from compgen.cli.console import stdout_console
+from compgen.cli.console import print_table, stdout_console
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.report.compare_record import cell, change_of, headline, label_of, printed_unit
 from compgen.report.key_words import ascii_units, unit_of
@@ -17,11 +16,11 @@ def show_comparison(comparison: Comparison, files: str = "") -> None:
     for note in comparison.notes:
         console.print(f"warning: {note}")
     if comparison.inputs:
-        console.print(_inputs(comparison.inputs))
+        print_table(console, "inputs that changed", _inputs(comparison.inputs))
     else:
         console.print("inputs: no key changed")
-    console.print(_numbers("error", comparison.error))
-    console.print(_numbers("time and size", (*comparison.time, *comparison.program)))
+    print_table(console, "error", _numbers(comparison.error))
+    print_table(console, "time and size", _numbers((*comparison.time, *comparison.program)))
     findings = comparison.findings
     for words, group in (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)):
         for level, code, message in group:
@@ -32,15 +31,15 @@ def show_comparison(comparison: Comparison, files: str = "") -> None:
 
 
 def _inputs(pairs: tuple[Pair, ...]) -> Table:
-    table = _table("inputs that changed", "key")
+    table = _table("key")
     table.add_column("unit")
     for pair in pairs:
         table.add_row(pair.key, cell(pair.a, pair.key), cell(pair.b, pair.key), ascii_units(unit_of(pair.key)))
     return table
 
 
-def _numbers(title: str, pairs: tuple[Pair, ...]) -> Table:
-    table = _table(title, "")
+def _numbers(pairs: tuple[Pair, ...]) -> Table:
+    table = _table("")
     table.add_column("change", justify="right")
     table.add_column("unit")
     for pair in pairs:
@@ -55,8 +54,8 @@ def _numbers(title: str, pairs: tuple[Pair, ...]) -> Table:
     return table
 
 
-def _table(title: str, first: str) -> Table:
-    table = Table(title=Text(title), title_justify="left", title_style="bold")
+def _table(first: str) -> Table:
+    table = Table()
     table.add_column(first, no_wrap=True)
     for letter in ("A", "B"):
         table.add_column(letter, justify="right")

@@ -8,6 +8,7 @@ from compgen.core.findings import Finding
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 UNWRAPPED = 100_000  # columns
 
@@ -31,3 +32,11 @@ def print_findings(console: "Console", findings: Iterable[Finding | Mapping[str,
     """Print findings, a line each."""
     for line in finding_lines(findings):
         console.print(line)
+
+
+def print_table(console: "Console", title: str, table: "Table") -> None:
+    """Print a table under its title, which may be wider: rich would wrap a title of the table's own, and fill it up."""
+    from rich.text import Text
+
+    console.print(Text(" ".join(title.split()), style="bold"))
+    console.print(table)

@@ -15,7 +15,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.findings import Level, first_message
 
@@ -76,7 +76,6 @@ def correct(
     from compgen.pipelines.correct.result import options_of
     from compgen.pipelines.history_words import load_before
     from compgen.pipelines.program_file import (
-        naming_program,
         read_frames,
         read_program,
         read_registers,
@@ -107,14 +106,14 @@ def correct(
     if not again:
         refuse_corrected(source, content)
     if robot is None:
-        with naming_program(program):
+        with naming_file(program):
             robot = robot_of_program(content)
     cell, history = begin(load_cell(robot, overrides or ()), load_before(before or ()), state, state_age)
     if options.raised:  # under the name that it gets on this controller
         check_correction_folder(folder, renamed(content, cell.robot.controller.name_length), file, provenance)
     frames_table, register_table = read_frames(frames), read_registers(registers)
     with show_progress(quiet or as_json, CORRECT) as progress:
-        with naming_program(program):
+        with naming_file(program):
             correction = pipeline.correct(
                 content, cell, frames_table, history, options, progress, programs_beside(source), register_table
             )

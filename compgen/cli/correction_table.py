@@ -4,9 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rich.table import Table
-from rich.text import Text
 
-from compgen.cli.console import print_findings, stdout_console
+from compgen.cli.console import print_findings, print_table, stdout_console
 from compgen.pipelines.correct import Correction
 from compgen.report.band_words import headline
 from compgen.report.correction_summary import correction_summary
@@ -19,15 +18,14 @@ def show_correction(correction: Correction, folder: Path, files: Iterable[str]) 
     summary = correction_summary(correction)
     console = stdout_console()
     if summary["before"]:
-        table = Table(title=Text(f"{summary['name']} on {summary['provenance']['robot']}"), title_justify="left")
-        table.title_style = "bold"
+        table = Table()
         table.add_column("error", no_wrap=True)
         for side in ("before", "after"):
             for statistic in ("max", "p99", "rms"):
                 table.add_column(f"{side} {statistic}", justify="right")
         for key, label in (("total", "position, um"), ("turn", "orientation, mdeg")):
             table.add_row(label, *(f"{v:.2f}" for side in ("before", "after") for v in summary[side][key].values()))
-        console.print(table)
+        print_table(console, f"{summary['name']} on {summary['provenance']['robot']}", table)
     if summary["before"] and summary["band"]:
         console.print(headline(summary))
     console.print(f"verdict: {summary['verdict']}")

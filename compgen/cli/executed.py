@@ -15,6 +15,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import EXECUTED, check_executed_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
+from compgen.core.exceptions import naming_file
 from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
@@ -46,7 +47,7 @@ def executed(
 ) -> None:
     """Say whether a log of positions is of this program, at which override, in which time, and how true to the path."""
     from compgen.pipelines.executed import Situation, judge, read_text
-    from compgen.pipelines.program_file import naming_program, read_frames, read_program, read_registers
+    from compgen.pipelines.program_file import read_frames, read_program, read_registers
     from compgen.pipelines.programs_beside import programs_beside
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import find_robot, load_robot
@@ -59,7 +60,7 @@ def executed(
     bound = opt.checked_bound(max_um)
     folder = opt.output_folder(program, output, "_executed")
     content = read_program(program)
-    with naming_program(program):
+    with naming_file(program):
         robot_file = str(find_robot(robot if robot is not None else robot_of_program(content)))
         arm = load_robot(robot_file)
         text = read_text(program, content)
@@ -67,7 +68,7 @@ def executed(
     options = page_options(folder, assets, date)
     others = [(name, read_program(name)) for name in also or []]
     situation = Situation(arm, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world)
-    with naming_program(program):
+    with naming_file(program):
         situation.course(content)  # what is wrong with the program is named before the log is read
     positions = read_position_log(log)
     use_cores(workers)

@@ -15,6 +15,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import check_identified_motion
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import check_names, publish
+from compgen.core.exceptions import naming_file
 from compgen.core.files import file_hash
 from compgen.core.findings import Level, first_message
 from compgen.core.json_text import json_text
@@ -45,7 +46,7 @@ def identify_motion(
     from compgen.pipelines.executed import Situation, read_text
     from compgen.pipelines.identify_motion import identify_motion as identification
     from compgen.pipelines.identify_motion import motion_text
-    from compgen.pipelines.program_file import naming_program, read_frames, read_program, read_registers
+    from compgen.pipelines.program_file import read_frames, read_program, read_registers
     from compgen.pipelines.programs_beside import programs_beside
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_arm, load_robot
@@ -55,14 +56,14 @@ def identify_motion(
 
     log = opt.position_log(log)
     content = read_program(program)
-    with naming_program(program):
+    with naming_file(program):
         name = robot if robot is not None else robot_of_program(content)
     nominal, arm = load_robot(name), load_arm(name)
     target = opt.toml_file(output, Path("outputs") / "motion" / f"{nominal.name}.toml", "robot")
     check_names(target.parent, [target.with_suffix(suffix).name for suffix in (".html", ".json")])
     check_identified_motion(target)
     options = page_options(target.parent, assets, date)
-    with naming_program(program):
+    with naming_file(program):
         text = read_text(program, content)
     situation = Situation(
         nominal, read_frames(frames), read_registers(registers), programs_beside(Path(program)), in_world

@@ -8,6 +8,7 @@ import typer
 from compgen.cli.completion import complete_robots
 from compgen.cli.messages import print_record
 from compgen.cli.options import FramesFile, Json, ProgramFile, Quiet, RegistersFile
+from compgen.core.exceptions import naming_file
 
 
 def inspect(
@@ -31,7 +32,6 @@ def inspect(
     from compgen.fanuc.analysis import inspection
     from compgen.fanuc.analysis.watermark import Mark
     from compgen.pipelines.program_file import (
-        naming_program,
         provenance_beside,
         read_frames,
         read_program,
@@ -43,7 +43,7 @@ def inspect(
 
     frames_table, register_table = read_frames(frames), read_registers(registers)
     content = read_program(program)
-    with naming_program(program):
+    with naming_file(program):
         whole = fanuc.loads(content)
         name = robot if robot is not None else robot_named(content)
         arm = load_robot(name) if name is not None else None

@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from compgen.cli.console import print_findings, stdout_console
+from compgen.cli.console import print_findings, print_table, stdout_console
 from compgen.cli.junit import KINDS, Outcome
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.report import job_summary
@@ -24,6 +24,7 @@ ROWS = (  # row of the report, its label, its bound
     ("axis_angle", "tool axis, mdeg", "axis_mdeg"),
 )
 _SIZES = ("max_um", "p99_um", "rms_um")
+STARTS = "one file for many starts, largest error on the part, um"
 MOST_LISTED = 4  # numbered files of one name; of more, only the first and the last are
 
 
@@ -31,7 +32,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
     """Print errors and bounds, the motion, the warmth, the findings and the files."""
     summary = job_summary(planned, corrected)
     console = stdout_console()
-    table = Table(title=Text(planned.job.title or planned.job.name), title_justify="left", title_style="bold")
+    table = Table()
     table.add_column("TCP error", no_wrap=True)
     for side in ["before", "after"] if corrected else ["predicted"]:
         for statistic in ("max", "p99", "rms"):
@@ -41,7 +42,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
         cells = [f"{v:.2f}" for side in ("before", "after") if summary[side] for v in summary[side][row].values()]
         bound = summary["bounds"].get(key)
         table.add_row(label, *cells, "" if bound is None else f"{bound:g}")
-    console.print(table)
+    print_table(console, planned.job.title or planned.job.name, table)
     if summary.get("guaranteed"):
         console.print(guaranteed_text(summary["guaranteed"]))
     path, time, heat = summary["path"], summary["timing"], summary["thermal"]
@@ -57,7 +58,7 @@ def show_job(planned: Planned, corrected: Corrected | None, folder: Path | None,
             f"{summary['ratio']:.0f} times smaller; start within {heat['start_window_s']:.0f} s of the state it is for"
         )
     if corrected and corrected.averaged is not None:
-        console.print(_starts_table(summary["average_over"]))
+        print_table(console, STARTS, _starts_table(summary["average_over"]))
     console.print(headline(summary))
     print_findings(console, summary["findings"])
     robot_file = summary["provenance"]["robot_file"]
@@ -88,8 +89,7 @@ def show_outcomes(outcomes: Sequence[Outcome]) -> None:
 
 def _starts_table(average: dict[str, Any]) -> Table:
     """What one file leaves at each start that was flown, and what one made anew for it would."""
-    table = Table(title=Text("one file for many starts, largest error on the part, um"), title_justify="left")
-    table.title_style = "bold"
+    table = Table()
     for column in ("start", "this file", "p99", "rms", "made anew"):
         table.add_column(column, justify="left" if column == "start" else "right")
     table.add_row("mean of the rises", *(f"{average['at_mean'][key]:.2f}" for key in _SIZES), "")

@@ -10,7 +10,7 @@ from compgen.cli.completion import complete_jobs
 from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 
 
 def offsets(
@@ -86,7 +86,6 @@ def _of_program(
     from compgen.pipelines.correct.program_offsets import offsets_of_program
     from compgen.pipelines.history_words import load_before
     from compgen.pipelines.program_file import (
-        naming_program,
         read_frames,
         read_program,
         read_registers,
@@ -98,10 +97,10 @@ def _of_program(
     from compgen.pipelines.state_in_place import begin
 
     source, content = Path(program), read_program(program)
-    with naming_program(program):
+    with naming_file(program):
         robot = robot_of_program(content) if robot is None else robot
     cell, history = begin(load_cell(robot, overrides or ()), load_before(before or ()), state, state_age)
-    with naming_program(program):
+    with naming_file(program):
         refuse_any_corrected(source, content, cell.robot)
         return offsets_of_program(
             content, cell, read_frames(frames), history, progress, programs_beside(source), read_registers(registers)

@@ -12,7 +12,7 @@ from compgen.cli.messages import print_record
 from compgen.cli.options import Json, Overrides, ProgramFile, ProgramRobot, Quiet, output_folder
 from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import read_regular
 
 
@@ -39,14 +39,14 @@ def pages(
     from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX, check_manifest, manifest_json
     from compgen.fanuc.paging.split import split_program
     from compgen.fanuc.paging.stops import controller_capacity
-    from compgen.pipelines.program_file import naming_program, provenance_beside, read_program
+    from compgen.pipelines.program_file import provenance_beside, read_program
     from compgen.pipelines.resume.written_job import CORRECTED
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_cell
 
     folder = output_folder(program, output)
     content = read_program(program)
-    with naming_program(program):
+    with naming_file(program):
         whole = fanuc.loads(content)
         arm = load_cell(robot if robot is not None else robot_of_program(content), overrides or ()).robot
     capacity = controller_capacity(arm)
@@ -57,7 +57,8 @@ def pages(
             sys.stdout.write(unparted_text(whole))
         return
     marked = is_marked(whole, arm) or provenance_beside(Path(program), content) is not None
-    paged = split_program(whole, capacity, taken or (), common=(marking_remark(__version__),) if marked else ())
+    with naming_file(program):
+        paged = split_program(whole, capacity, taken or (), common=(marking_remark(__version__),) if marked else ())
     check_join(whole, paged.main, {p.name: p.data for p in paged.pages})
     manifest_name = f"{paged.name}{MANIFEST_SUFFIX}"
     provenance = provenance_beside(Path(program), content)

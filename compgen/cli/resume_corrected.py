@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from compgen.cli.console import finding_lines, stdout_console
+from compgen.cli.console import finding_lines, print_table, stdout_console
 from compgen.cli.figure_files import FigureFormat
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.progress_bar import CORRECT, show_progress
@@ -61,7 +61,7 @@ def _show(resumed: "ResumedProgram", folder: Path, is_written: bool) -> None:
     from compgen.pipelines.resume.corrected import words_of
 
     console = stdout_console()
-    console.print(pages_table(f"{resumed.correction.name} from page {resumed.from_page} on", resumed.pages))
+    print_table(console, f"{resumed.correction.name} from page {resumed.from_page} on", pages_table(resumed.pages))
     lines = [*words_of(resumed), *finding_lines(resumed.findings)]
     if is_written:
         lines.append(f"wrote {', '.join(resumed.replaced)} anew, {resumed.written.manifest_file} in {folder}")

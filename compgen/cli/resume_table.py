@@ -5,14 +5,14 @@ from pathlib import Path
 
 from rich.table import Table
 
-from compgen.cli.console import finding_lines, stdout_console
+from compgen.cli.console import finding_lines, print_table, stdout_console
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import PageResult, Resumed
 
 
-def pages_table(title: str, pages: Sequence[PageResult]) -> Table:
+def pages_table(pages: Sequence[PageResult]) -> Table:
     """Each page before and after."""
-    table = Table(title=title, title_justify="left")
+    table = Table()
     table.add_column("on the part, um", no_wrap=True)
     for side in ("before", "after"):
         for statistic in ("max", "p99", "rms"):
@@ -27,7 +27,7 @@ def show_resumed(resumed: Resumed, folder: Path, is_written: bool) -> None:
     """Print the pages, why, and what became of them."""
     console = stdout_console()
     planned, beginning = resumed.planned, resumed.beginning
-    console.print(pages_table(f"{planned.job.name} from page {resumed.from_page} on", resumed.pages))
+    print_table(console, f"{planned.job.name} from page {resumed.from_page} on", pages_table(resumed.pages))
     rises = ", ".join(
         f"{name} {now:.2f} ({now - then:+.2f})"
         for name, now, then in zip(planned.job.heat.names, planned.rise[0].tolist(), resumed.planned_rise.tolist())

@@ -1,5 +1,7 @@
 """The exceptions that compgen raises. An *error* is metres; an *exception* is Python."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import degrees
 
 from compgen.core.units import MM
@@ -37,7 +39,7 @@ class UnreachableError(ImpossibleError):
         x, y, z = (v / MM for v in position)
         super().__init__(
             f"waypoint {waypoint} at X {x:.1f} Y {y:.1f} Z {z:.1f} mm is out of reach: the wrist centre is "
-            f"{distance / MM:.3g} mm {side} of joint 3; move the path or make it smaller"
+            f"{_millimetres(distance)} mm {side} of joint 3; move the path or make it smaller"
         )
 
 
@@ -74,6 +76,21 @@ class SingularityError(ImpossibleError):
             f"waypoint {waypoint}: the path passes the {kind} singularity (joint {joint}) at {distance}, "
             f"closer than {limit}; move the path away from it"
         )
+
+
+@contextmanager
+def naming_file(file: str) -> Iterator[None]:
+    """Put a file's name before what is refused of it, where the message does not begin with it."""
+    try:
+        yield
+    except CompgenError as failure:
+        if not str(failure).startswith(f"{file}: "):
+            failure.args = (f"{file}: {failure}",)
+        raise
+
+
+def _millimetres(distance: float) -> str:
+    return f"{distance / MM:.0f}" if distance >= 100 * MM else f"{distance / MM:.3g}"
 
 
 def _deg(angle: float) -> str:

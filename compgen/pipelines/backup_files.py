@@ -4,11 +4,11 @@ import json
 from pathlib import Path
 
 from compgen import fanuc
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.files import read_regular
 from compgen.fanuc.comparison.backup import ComparedProgram, compare_programs, not_there
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
-from compgen.pipelines.program_file import naming_program, read_program
+from compgen.pipelines.program_file import read_program
 
 BINARY = "is a binary .TP; save it as ASCII: SELECT or FILE > SAVE AS .LS, FILE > BACKUP > ASCII Programs, or PrintTP"
 
@@ -51,7 +51,7 @@ def _compare(written: Path, backup: Path) -> ComparedProgram:
     programs = []
     for path in (written, backup):
         content = read_program(str(path))
-        with naming_program(str(path)):
+        with naming_file(str(path)):
             programs.append(fanuc.loads(content))
     return compare_programs(*programs)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen import __version__, fanuc
 from compgen.core.arrays import Array, IntArray, own
+from compgen.core.exceptions import naming_file
 from compgen.core.findings import Finding, Level
 from compgen.core.units import KB
 from compgen.fanuc import Program
@@ -74,7 +75,8 @@ def deliver_pages(job: Job, program: Program, starts_at: Callable[[IntArray], Se
         return [page_remarks(job, program, k, len(first), start) for k, start in enumerate(starts)]
 
     capacity, head_lines = controller_capacity(job.robot), head_line_count(len(job.heat.names))
-    paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
+    with naming_file(job.source):
+        paged = split_canonical(program, capacity, headings, head_lines, _ascii(program.remarks[:COMMON_REMARKS]))
     facts = [{**_place_of(page), **page_facts(job, start)} for page, start in zip(paged.pages, starts)]
     head = {
         "compgen": __version__,

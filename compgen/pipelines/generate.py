@@ -218,7 +218,7 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
         problem = limits.with_uncertainty_margin(problem, open_yet.rows, open_yet.moment, job.settings.margin)
     solution = optimise.optimise(problem, job.settings, _stage(progress, "correction", job.settings))
     if not solution.status.is_legal:
-        raise ImpossibleError(job_findings.failed(solution))
+        raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
     limited = job_findings.limited(solution)
     arcs = job.plan.process.arcs
     if job.plan.process.thin is not None and not arcs:
@@ -231,7 +231,7 @@ def find_correction(planned: Planned, progress: Progress) -> tuple[Planned, Prob
         stage = _stage(progress, "correction of the text's directions", job.settings)
         solution = optimise.optimise(problem, job.settings, stage)
         if not solution.status.is_legal:
-            raise ImpossibleError(job_findings.failed(solution))
+            raise ImpossibleError(f"{job.source}: {job_findings.failed(solution)}")
         limited = job_findings.limited(solution)
     if arcs:
         progress("arcs", 0.0)

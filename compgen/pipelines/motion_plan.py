@@ -12,7 +12,7 @@ import numpy as np
 from compgen import fanuc
 from compgen.compensation import refinement, simplify
 from compgen.core.arrays import Array
-from compgen.core.exceptions import ImpossibleError, InputError
+from compgen.core.exceptions import ImpossibleError, naming_file
 from compgen.core.findings import Progress
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
@@ -73,29 +73,27 @@ def plan_motion(program: ProgramPlan, cell: Cell, feed: float, progress: Progres
     model = build_error_model(robot, cell.sources, nodes, tool.pose)
     feed = fanuc.writable_speed(feed)
     layout = _layout(process, robot, feed)
-    try:
+    with naming_file(program.source):
         path = toolpath.plan_tool_path(
             program.path.pattern, program.path.surface, program.path.boundary,
             spin=tool.spin, chord=layout.chord, lift=process.lift, spacing=layout.spacing, periods=layout.periods,
             lead_in=_lead_in(program, cell, model), frame=program.path.place,
         )  # fmt: skip
-    except InputError as failure:
-        raise InputError(f"{program.source}: {failure}") from failure
-    path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, layout)
-    progress(f"path: {len(theta)} waypoints", 1.0)
-    page_stops, payload = None, tool.payload is not None
-    if pages and process.arcs:
-        page_stops = page_stops_of_arcs(robot, process, path, theta, feed, nodes, payload)
-    elif pages:
-        page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part, payload)
-    if page_stops is not None:
-        path = replace(path, stop=page_stops.stop)
-    progress("timing", 0.0)
-    followed = without_period(robot) if process.arcs else robot
-    trajectory = retiming.retime(
-        followed.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
-        lambda share: progress("timing", share), lines=not process.arcs,
-    )  # fmt: skip
+        path, theta = refinement.refine(robot, program.posture, tool.pose, cell.sources, model, path, feed, layout)
+        progress(f"path: {len(theta)} waypoints", 1.0)
+        page_stops, payload = None, tool.payload is not None
+        if pages and process.arcs:
+            page_stops = page_stops_of_arcs(robot, process, path, theta, feed, nodes, payload)
+        elif pages:
+            page_stops = place_page_stops(robot, path, theta, nodes, process.stop_on_the_part, payload)
+        if page_stops is not None:
+            path = replace(path, stop=page_stops.stop)
+        progress("timing", 0.0)
+        followed = without_period(robot) if process.arcs else robot
+        trajectory = retiming.retime(
+            followed.at_acceleration(process.acc), path.arc, theta, path.stop, feed * path.pace,
+            lambda share: progress("timing", share), lines=not process.arcs,
+        )  # fmt: skip
     return MotionPlan(feed, path, page_stops, model, theta, trajectory)
 
 

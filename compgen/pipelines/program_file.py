@@ -1,8 +1,6 @@
 """A program that exists: its file, what lies beside it, and the frames and registers that its positions are told in."""
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 
@@ -28,15 +26,6 @@ def read_program(program: str) -> bytes:
     if program.lower().endswith(".toml"):
         raise InputError(f"{program}: not a program listing (.LS); cgen generate, predict and check take path files")
     return content
-
-
-@contextmanager
-def naming_program(program: str) -> Iterator[None]:
-    """Put the file's name before what is wrong in it."""
-    try:
-        yield
-    except InputError as failure:
-        raise InputError(f"{program}: {failure}") from failure
 
 
 def read_frames(path: str | None) -> Frames:

@@ -31,6 +31,13 @@ def test_nothing_is_wrapped_and_nothing_is_coloured(folder, name, monkeypatch):
     strip = re.compile(r"│ +[\d.]+ │$", re.MULTILINE) if name == "check many" else re.compile("$^")  # seconds
     assert strip.sub("", narrow.stdout) == strip.sub("", wide.stdout)
     assert "\x1b" not in narrow.stdout + narrow.stderr
+    assert not [line for line in narrow.stdout.splitlines() if line != line.rstrip()]
+
+
+def test_a_title_wider_than_its_table_is_one_line(folder):
+    title = "a title of many words " * 10
+    done = run("check", LINE, "--set", f"title={title!r}", cwd=folder)
+    assert done.stdout.splitlines()[0] == title.rstrip()
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -1,7 +1,12 @@
 """What a refusal names: what the user gave or has to give, never a file that he does not know of."""
 
+import json
+import re
+
 import pytest
+from calls import ARTEFACT
 from command_line import refused, run
+from shipped import ROOT
 
 LINE = "paths/line_y.toml"
 TOUCHING = {"anchor": LINE, "teach-frame": "m710ic50", "identify": "m710ic50"}
@@ -26,6 +31,54 @@ def test_an_artefact_that_nobody_named_is_asked_for(tmp_path, command):
 def test_the_file_that_the_command_is_about_comes_first(command):
     done = run(command, "nope.toml", "--touches", "none.csv")
     refused(done, 2, "nope.toml: no such file")
+
+
+FAR = ("--set", "path.x_mm=9000")
+BEYOND = {
+    "generate": (),
+    "predict": (),
+    "check": (),
+    "heat": (),
+    "offsets": (),
+    "whatif": (),
+    "plan-touches": ("--artefact", "artefact.toml"),
+    "anchor": ("--touches", "touches.csv", "--artefact", "artefact.toml"),
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("cell")
+    for name in ("paths", "robots"):
+        (place / name).symlink_to(ROOT / name)
+    (place / "artefact.toml").write_text(ARTEFACT)
+    (place / "touches.csv").write_text(
+        "target,x_mm,y_mm,z_mm,w_deg,p_deg,r_deg,config\n"
+        + "".join(f'{"abc"[n % 3]},1300,0,0,180,0,0,"N U T, 0, 0, 0"\n' for n in range(6))
+    )
+    return place
+
+
+@pytest.mark.parametrize("command", BEYOND)
+def test_what_cannot_be_done_names_file_waypoint_joint_distance_and_mend(folder, command):
+    done = run(command, LINE, *BEYOND[command], *FAR, cwd=folder)
+    words = ("waypoint 1 at X 9000.0 Y", "wrist centre is 69", "of joint 3", "move the path or make it smaller")
+    refused(done, 3, f"cgen: {LINE}: ", *words)
+    assert done.stderr.count(LINE) == 1
+
+
+def test_a_joint_s_limit_is_named_with_its_file(folder):
+    done = run("check", LINE, "--set", "path.x_mm=100", "--json", cwd=folder)
+    refused(done, 3, f"cgen: {LINE}: waypoint ", "joint J2 needs -90.", "beyond its limits", "; move the path, or")
+    assert json.loads(done.stdout) == {"error": done.stderr.removeprefix("cgen: ").strip(), "exit_code": 3}
+
+
+def test_a_program_that_cannot_be_parted_is_named(folder):
+    assert run("predict", LINE, "--program", "-q", "-o", "plan", cwd=folder).returncode == 0
+    listing = (folder / "plan" / "LINE_Y_PLAN.LS").read_text()
+    (folder / "LOCAL.LS").write_text(re.sub(r"(:L P\[9\] +)\w+", r"\1R[AR[1]]", listing))
+    done = run("pages", "LOCAL.LS", "--robot", "m710ic50", "--set", "controller.max_lines=60", "-o", "c", cwd=folder)
+    refused(done, 3, "cgen: LOCAL.LS: program LINE_Y_PLAN: line ", "AR[] is known to this program only", "; hand it")
 
 
 def test_a_log_is_named_as_it_was_typed():

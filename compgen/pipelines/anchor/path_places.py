@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array
+from compgen.core.exceptions import naming_file
 from compgen.pipelines.job import Job
 from compgen.pipelines.motion_plan import COARSE
 from compgen.planning import toolpath
@@ -40,12 +41,13 @@ def path_places(job: Job, count: int = PLACES) -> PathPlaces:
         ImpossibleError: The robot cannot drive the path.
     """
     plan, tool = job.plan.path, job.tool
-    path = toolpath.plan_tool_path(
-        plan.pattern, plan.surface, plan.boundary, spin=tool.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING,
-        frame=plan.place,
-    )  # fmt: skip
-    flange = inverse_kinematics.flange_from_tool(path.target, tool.pose)
-    theta = joint_path.follow_branch(job.robot, flange, job.posture)
+    with naming_file(job.source):
+        path = toolpath.plan_tool_path(
+            plan.pattern, plan.surface, plan.boundary, spin=tool.spin, chord=COARSE, lift=0.0, spacing=MAX_SPACING,
+            frame=plan.place,
+        )  # fmt: skip
+        flange = inverse_kinematics.flange_from_tool(path.target, tool.pose)
+        theta = joint_path.follow_branch(job.robot, flange, job.posture)
     on = np.flatnonzero(path.contact if path.contact.any() else np.ones_like(path.contact))
     along = np.cumsum(np.diff(path.arc, prepend=path.arc[0])[on])
     some = on[np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], count)).clip(max=len(on) - 1))]

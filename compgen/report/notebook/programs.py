@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from compgen.core.arrays import Array, BoolArray
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, naming_file
 from compgen.core.findings import Finding, Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.core.toml import brief_value
@@ -16,7 +16,7 @@ from compgen.pipelines import correct as pipeline
 from compgen.pipelines.correct import Correction
 from compgen.pipelines.correct.result import options_of
 from compgen.pipelines.history_words import load_before
-from compgen.pipelines.program_file import naming_program, read_frames, read_registers, refuse_corrected
+from compgen.pipelines.program_file import read_frames, read_registers, refuse_corrected
 from compgen.pipelines.program_file import read_program as read_bytes
 from compgen.pipelines.programs_beside import programs_beside
 from compgen.pipelines.robot_choice import robot_of_program
@@ -61,7 +61,7 @@ def read_program(file: File) -> LsProgram:
     """
     name = file_name(file, "file", PROGRAM)
     content = read_bytes(name)
-    with naming_program(name):
+    with naming_file(name):
         return loads(content)
 
 
@@ -204,14 +204,14 @@ def correct(
     history_words = file_names(before, "before", "a history, as 'moving 200mm/s 5h', or a .toml file")
     if file is not None and not again:
         refuse_corrected(Path(file), content)
-    with nullcontext() if file is None else naming_program(file):
+    with nullcontext() if file is None else naming_file(file):
         chosen = robot_of_program(content) if robot_name is None else robot_name
     cell = load_cell(chosen, assignments(overrides))
     frames_table, age = read_frames(frames_file), optional_name(state_age, "state_age", "a time, as '20min'")
     cell, history = begin(cell, load_before(history_words), optional_name(state, "state", STATE), age)
     register_table = read_registers(register_file)
     neighbours = programs_beside(Path(file)) if file is not None else _no_program
-    with nullcontext() if file is None else naming_program(file), numpy_alone():
+    with nullcontext() if file is None else naming_file(file), numpy_alone():
         result = pipeline.correct(
             content, cell, frames_table, history, options, report_progress, neighbours, register_table
         )
