@@ -65,7 +65,10 @@ def expand_steps(
         else:
             duties = [Duty(step.state, step.feed, step.duration or 0.0, step.share)]
         if step.shifts:
-            duties = [piece for duty in duties for piece in _in_shifts(duty, shifts, clock)]
+            whole, duties, now = duties, [], clock
+            for duty in whole:
+                duties += cut_at_shifts(duty, shifts, now)
+                now += duty.duration
         clock += sum(d.duration for d in duties)
         stretches += [(step, d) for d in duties]
         if len(stretches) > MAX_STRETCHES:
@@ -75,7 +78,7 @@ def expand_steps(
     return stretches
 
 
-def _in_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> list[Duty]:
+def cut_at_shifts(duty: Duty, shifts: Sequence[Shift], clock: float) -> list[Duty]:
     """A stretch of wall-clock time cut at the edges of shifts and breaks."""
     day = clock // DAY
     spans: list[tuple[float, float, bool]] = []  # begin, end, is it a break

@@ -22,6 +22,12 @@ SCHEDULE = (
     'cycle=[{state="moving",repeat=12,dwell_s=120},{state="off",duration_h=20},{state="moving",repeat=3}]',
     'ambient={kind="wave",amplitude_K=3,value_degC=22}',
 )
+IN_SHIFTS = (
+    "shift=[{from_h=6,to_h=14,breaks_h=[[9,9.25],[12,12.5]]},{from_h=22,to_h=30}]",
+    'before=[{state="off",duration_h=3},{state="moving",program="line_x",repeat=60,dwell_s=120,shifts=true},'
+    '{state="moving",feed_mm_s=60,duration_h=29,duty=0.7,shifts=true}]',
+    'ambient={kind="wave",amplitude_K=3,clock_h=5}',
+)
 #: what a hand on a slider, or on the number beside it, does
 MOVE = """
 const [n, value, stops] = arguments, range = document.getElementById(`live-${n}`);
@@ -52,6 +58,7 @@ CASES = {
     "network": ("circle_1300", ("robot.thermal.model=network",)),
     "schedule": ("line_y", (*SCHEDULE, "robot.thermal.model=network")),
     "schedule by nodes": ("line_y", SCHEDULE),
+    "shifts": ("line_y", IN_SHIFTS),
 }
 
 

@@ -123,11 +123,39 @@ def test_settings_are_drawn_the_same_every_time_and_inside_the_ranges(schedule):
         assert all(s.low <= v <= s.high and (not s.stops or v in s.stops) for s, v in zip(sliders, setting))
 
 
+#: two shifts, the first with breaks; runs and hours that keep to them, with what comes between
+SHIFTS = "shift=[{from_h=6,to_h=14,breaks_h=[[9,9.25],[12,12.5]]},{from_h=22,to_h=30}]"
+IN_SHIFTS = (
+    SHIFTS,
+    'before=[{state="off",duration_h=3},{state="moving",program="line_x",repeat=60,dwell_s=120,shifts=true},'
+    '{state="moving",feed_mm_s=60,duration_h=29,duty=0.7,shifts=true}]',
+    'ambient={kind="wave",amplitude_K=3,clock_h=5}',
+)
+
+
+@pytest.mark.parametrize("model", ["nodes", "network"])
+def test_stretches_that_keep_to_the_shifts_have_their_sliders(model):
+    live_job = built("line_y", *IN_SHIFTS, f"robot.thermal.model={model}")
+    assert kinds(live_job)[:-3] == ["duration", "repeat", "feed", "duty", "duration", "feed", "duty"]
+    assert check(live_job).largest < 0.02 * UM
+    state = state_of(live_job.live, planned_setting(live_job.live.day))
+    before = live_job.job.history.before
+    assert [stage.state for stage in state.stages] == [duty.state for duty in before]
+    assert {"moving", "idle", "off"} == {duty.state for duty in before}
+
+
+def test_hours_that_would_move_the_shifts_of_the_cycle_have_no_slider():
+    cycle = 'cycle=[{state="moving",repeat=40,dwell_s=600,shifts=true}]'
+    live_job = built("line_y", SHIFTS, 'before=[{state="moving",program="line_x",repeat=60,shifts=true}]', cycle)
+    assert kinds(live_job) == ["duty", "air", "delay", "run", "cte"]
+    assert any("[[cycle]] keeps to the hours of [[shift]]" in words for words in live_job.live.day.missing)
+    assert check(live_job).largest < 0.02 * UM
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
         (["before=[]"], "no [[before]]"),
-        (['before=[{state="moving",feed_mm_s=100,duration_h=40,shifts=true}]', "shift=[{from_h=6,to_h=14}]"], "shifts"),
     ],
 )
 def test_a_slider_that_a_path_has_none_of_is_named_with_the_reason(overrides, words):

@@ -58,6 +58,16 @@ def test_a_named_program_runs_at_its_own_feed_unless_told():
     assert slower.history.before[0].feed == 0.05
 
 
+def test_runs_with_a_dwell_keep_to_the_shifts_each_at_its_own_time():
+    """Eight runs of half an hour, each with as long a dwell, from 8 h on: a shift from 6 to 14 h, a break at 10 h."""
+    step = Step("k", "moving", 0.1, repeat=8, dwell=0.5 * HOUR, shifts=True)
+    shift = Shift(6 * HOUR, 14 * HOUR, ((10 * HOUR, 10.25 * HOUR),))
+    duties = [duty for _, duty in expand_steps([step], [shift], 8 * HOUR, lambda s: 0.5 * HOUR)]
+    hours = [(duty.state, duty.duration / HOUR) for duty in duties]
+    pair = [("moving", 0.5), ("idle", 0.5)]
+    assert hours == [*pair * 2, ("idle", 0.25), ("moving", 0.25), ("idle", 0.5), *pair * 3, *[("off", 0.5)] * 4]
+
+
 def test_shifts_move_rest_in_breaks_and_switch_off_between():
     job = job_with(
         'before=[{state="moving", feed_mm_s=100, duration_h=24, shifts=true}]',

@@ -21,6 +21,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.thermal import Duty, NodeModel
+from compgen.thermal.schedule import Shift, cut_at_shifts
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,6 +48,7 @@ class Stage:
     repeated: bool = False  # runs of a program, whose time the feed decides
     stops: Stops | None = None  # None: the law of the nodes says its heat
     goal: Array | None = None  # (S,) of a stage whose heat no slider moves; None: by law or stops
+    keeps_to_shifts: bool = False  # moves in the working hours only: idle in their breaks, off between them
 
     @property
     def total(self) -> float:
@@ -123,6 +125,28 @@ def after_stages(law: NodeLaw | BuildUp | None, rate: Array, stages: Sequence[St
         sum_of_powers = np.where(q > 0, np.expm1(-stage.count * q) / np.where(q > 0, np.expm1(-q), 1.0), stage.count)
         z = z * np.exp(-stage.count * q) + one * sum_of_powers
     return z
+
+
+def cut(stages: Sequence[Stage], shifts: Sequence[Shift], clock: float) -> tuple[Stage, ...]:
+    """Stages with those that keep to the shifts cut at their edges; ``clock`` is when they begin, [s] of the day."""
+    pieces: list[Stage] = []
+    for stage in stages:
+        now, parts = clock, [Duty(stage.state, stage.feed, stage.duration * stage.count)]
+        if not stage.keeps_to_shifts:
+            parts = []
+            pieces.append(stage)
+        elif stage.dwell:
+            parts = [Duty(stage.state, stage.feed, stage.duration), Duty(stage.rest, 0.0, stage.dwell)] * stage.count
+        for part in parts:
+            pieces += [_piece(stage, duty) for duty in cut_at_shifts(part, shifts, now)]
+            now += part.duration
+        clock += stage.total
+    return tuple(pieces)
+
+
+def _piece(stage: Stage, duty: Duty) -> Stage:
+    """What a stage does in one stretch of its time."""
+    return replace(stage, state=duty.state, duration=duty.duration, count=1, dwell=0.0, keeps_to_shifts=False)
 
 
 def goals_of(law: NodeLaw | BuildUp | None, stage: Stage, modes: int) -> tuple[Array, Array]:

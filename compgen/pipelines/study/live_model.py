@@ -17,7 +17,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import HOUR, MINUTE, MM
-from compgen.pipelines.study.live_day import NodeLaw, Stage, after_stages
+from compgen.pipelines.study.live_day import NodeLaw, Stage, after_stages, cut
 from compgen.pipelines.study.live_places import Places
 from compgen.pipelines.study.live_sliders import Day, Slider
 from compgen.thermal import Ambient, ThermalModel
@@ -83,7 +83,7 @@ def planned_setting(day: Day) -> Setting:
 def state_of(live: Live, setting: Setting) -> State:
     """The state in which the program starts."""
     heat, values = live.heat, dict(zip(live.day.sliders, setting, strict=True))
-    stages, air = list(live.day.stages), live.heat.air
+    moved, air = list(live.day.stages), live.heat.air
     delay, run = 0.0, 0
     for slider, value in values.items():
         if slider.kind == "air":
@@ -93,17 +93,18 @@ def state_of(live: Live, setting: Setting) -> State:
         elif slider.kind == "run":
             run = slider.stops.index(value)
         elif slider.stage >= 0:
-            stages[slider.stage] = moved(stages[slider.stage], slider, value)
+            moved[slider.stage] = moved_stage(moved[slider.stage], slider, value)
     rate = heat.model.rate
     begin = np.zeros(len(rate)) if heat.model.start is None else heat.model.start
+    stages = cut(moved, live.day.shifts, live.day.clock)
     z = after_stages(heat.law, rate, stages, begin)
     z = np.exp(-rate * heat.run[run]) * z + heat.cycle[run]
     z = heat.standing + (z - heat.standing) * np.exp(-rate * delay)
     elapsed = sum(stage.total for stage in stages) + float(heat.run[run]) + delay
-    return State(z, elapsed, delay, air, tuple(stages), run)
+    return State(z, elapsed, delay, air, stages, run)
 
 
-def moved(stage: Stage, slider: Slider, value: float) -> Stage:
+def moved_stage(stage: Stage, slider: Slider, value: float) -> Stage:
     """A stage with one slider at a value."""
     if slider.kind == "duration":
         return replace(stage, duration=value * HOUR)

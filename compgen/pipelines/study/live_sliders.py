@@ -11,6 +11,7 @@ from compgen.core.arrays import Array
 from compgen.core.exceptions import CompgenError
 from compgen.core.toml import check, override, read_toml, read_toml_text
 from compgen.core.units import HOUR, MINUTE, MM
+from compgen.pipelines.day_plan import Programs
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import programs_of
 from compgen.pipelines.robot_file import find_robot
@@ -19,6 +20,9 @@ from compgen.pipelines.study.live_day import Stage, Stops, fixed_stages
 from compgen.thermal import Duty, NodeModel
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.network import NetworkModel
+from compgen.thermal.schedule import Shift
+from compgen.thermal.tables import shifts_of
+from compgen.thermal.tables.schema import StepTable
 
 FEEDS = (10.0, 20.0, 30.0, 50.0, 75.0, 100.0, 125.0, 150.0, 175.0, 200.0, 250.0, 300.0)  # [mm/s] of a table
 MOST_FEED = 300.0  # [mm/s]
@@ -51,6 +55,8 @@ class Day:
     stages: tuple[Stage, ...]
     sliders: tuple[Slider, ...]
     missing: tuple[str, ...]  # sentences: which sliders there are not, and why
+    shifts: tuple[Shift, ...]  # of every day, for stages that keep to them
+    clock: float  # [s] of the day at which the first stage begins
 
 
 def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job) -> Day:
@@ -72,6 +78,8 @@ def day_of(path_file: str, robot: str | None, overrides: Sequence[str], job: Job
         tuple(stages),
         (*sliders, *of_air, *of_start, *cte),
         tuple(dict.fromkeys([*missing, *no_air, *no_start, *no_cte])),
+        shifts_of(path.shift, path_file),
+        path.ambient.clock_h * HOUR,
     )
 
 
@@ -97,21 +105,49 @@ def _before(path: PathFile, job: Job) -> tuple[list[Stage], list[Slider], list[s
     if not path.before:
         given = "begins as the temperature log left it" if path.log is not None else "starts cold"
         return [], [], [f"Warm-up hours, feed and duty: the path has no [[before]], so that the robot {given}."]
-    if any(row.shifts for row in (*path.before, *path.cycle)):
-        words = "Warm-up: stretches with shifts = true are cut by the hours of [[shift]], which a slider would move."
-        return fixed_stages(duties, goals), [], [words]
     stages: list[Stage] = []
     sliders: list[Slider] = []
-    rest = list(duties)
+    programs, rest = programs_of(job), list(duties)
     for n, row in enumerate(path.before):
-        length = 2 * row.repeat if row.repeat is not None and row.dwell_s else 1
-        own, rest = rest[:length], rest[length:]
-        stage = _stage(own, row.repeat, goals)
+        if row.shifts:
+            stage = _stage_in_shifts(row, programs)
+            rest = rest[_count_until(rest, stage.total) :]
+        else:
+            length = 2 * row.repeat if row.repeat is not None and row.dwell_s else 1
+            own, rest = rest[:length], rest[length:]
+            stage = _stage(own, row.repeat, goals)
         if row.state == "moving":
             stage = _with_stops(stage, row.program or "", job)
         sliders += _sliders_of_stage(n, _name(n, path), stage)
         stages.append(stage)
+    if any(row.shifts for row in path.cycle):
+        words = (
+            "Hours and runs of the warm-up: [[cycle]] keeps to the hours of [[shift]], at which it would begin later."
+        )
+        return stages, [slider for slider in sliders if not _moves_the_clock(slider, stages)], [words]
     return stages, sliders, []
+
+
+def _stage_in_shifts(row: StepTable, programs: Programs) -> Stage:
+    """The stage of a stretch that is cut by the hours of the shifts, whole."""
+    program, share = row.program or "", 1.0 if row.duty is None else row.duty
+    feed = programs.plan(program).process.feed if row.feed_mm_s is None else row.feed_mm_s * MM
+    if row.repeat is None:
+        return Stage("moving", (row.duration_h or 0.0) * HOUR, feed, share, keeps_to_shifts=True)
+    run_time = float(programs.motion(program, feed).time[-1])
+    return Stage(
+        "moving", run_time, feed, share, row.repeat, row.dwell_s or 0.0, row.dwell or "idle", True, keeps_to_shifts=True
+    )
+
+
+def _count_until(duties: Sequence[Duty], time: float) -> int:
+    """How many of the first duties a time [s] is made of."""
+    return int(np.searchsorted(np.cumsum([0.0, *(d.duration for d in duties)]), time - 1e-6))
+
+
+def _moves_the_clock(slider: Slider, stages: Sequence[Stage]) -> bool:
+    """Whether what comes after its stage begins at another time."""
+    return slider.kind in ("duration", "repeat") or (slider.kind == "feed" and stages[slider.stage].repeated)
 
 
 def _name(n: int, path: PathFile) -> str:

@@ -74,6 +74,38 @@ const STANDING = {state: "idle", feed: 0, share: 1, count: 1, dwell: 0, rest: "i
 const total = stage => stage.count * (stage.duration + stage.dwell);
 const passed = stages => stages.reduce((sum, stage) => sum + total(stage), 0);
 
+// ---- stages that keep to the shifts, cut at their edges -------------------------------------------------------------
+const DAY = 24 * HOUR;
+function pieces(stage, part, now) {  // moving in the shifts, idle in their breaks, off between them
+  const end = now + part.duration, spans = [];
+  for (let day = Math.floor(now / DAY) - 1; day * DAY < end; day++) {
+    for (const shift of live.shifts) shift.forEach(([a, b], n) => spans.push([day * DAY + a, day * DAY + b, n > 0]));
+  }
+  const inside = spans.flatMap(([a, b]) => [a, b]).filter(t => now < t && t < end);
+  const at = [...new Set([now, ...inside, end])].sort((a, b) => a - b), out = [];
+  for (let k = 0; k + 1 < at.length; k++) {
+    const middle = (at[k] + at[k + 1]) / 2, here = spans.filter(([a, b]) => a <= middle && middle < b);
+    const state = !here.length ? "off" : here.some(span => span[2]) ? "idle" : part.state;
+    out.push({...stage, state, duration: at[k + 1] - at[k], count: 1, dwell: 0});
+  }
+  return out;
+}
+function cut(stages) {
+  let clock = live.clock;
+  return stages.flatMap(stage => {
+    const begin = clock;
+    clock += total(stage);
+    if (!stage.keeps_to_shifts) return [stage];
+    if (!stage.dwell) return pieces(stage, {state: stage.state, duration: stage.duration * stage.count}, begin);
+    const pair = stage.duration + stage.dwell, out = [];
+    for (let n = 0; n < stage.count; n++) {
+      out.push(...pieces(stage, stage, begin + n * pair));
+      out.push(...pieces(stage, {state: stage.rest, duration: stage.dwell}, begin + n * pair + stage.duration));
+    }
+    return out;
+  });
+}
+
 // ---- the air: straight from knot to knot, and one wave; exactly, mode by mode ---------------------------------------
 function level(air, t) {
   const {time, rise} = air, last = time.length - 1;
@@ -127,11 +159,11 @@ function airSince(air, rate, time, out) {  // u at rising times, (M x modes)
 
 // ---- a setting of the sliders, and the state in which the program starts ------------------------------------------------
 function stateOf(values) {
-  const stages = live.stages.map(stage => ({...stage}));
+  const moved = live.stages.map(stage => ({...stage}));
   const air = {...heat.air, rise: Float64Array.from(heat.air.rise)};
   let delay = 0, run = 0, factor = 1;
   sliders.forEach((slider, n) => {
-    const value = values[n], stage = stages[slider.stage];
+    const value = values[n], stage = moved[slider.stage];
     if (slider.kind === "air") slider.knots.forEach((k, q) => { air.rise[q] += (value - slider.value) * k; });
     else if (slider.kind === "delay") delay = value * MINUTE;
     else if (slider.kind === "run") run = slider.stops.indexOf(value);
@@ -145,7 +177,7 @@ function stateOf(values) {
     }
   });
   air.key = Array.from(air.rise).join();
-  const before = passed(stages), tau = heat.run[run];
+  const stages = cut(moved), before = passed(stages), tau = heat.run[run];
   const z = afterStages(heat.law, heat.rate, stages, heat.start || zeros(S));
   for (let s = 0; s < S; s++) {
     const w = heat.standing[s], r = heat.rate[s];

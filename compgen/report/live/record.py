@@ -28,6 +28,8 @@ def live_record(live_job: LiveJob) -> dict[str, Any]:
     return {
         "sliders": [_slider(slider, live_job) for slider in live.day.sliders],
         "stages": [_stage(stage) for stage in live.day.stages],
+        "shifts": [[[s.start, s.end], *map(list, s.breaks)] for s in live.day.shifts],
+        "clock": live.day.clock,
         "heat": _heat(live.heat, live_job),
         "before": _places(live.before),
         "after": _places(live.after),
@@ -85,6 +87,7 @@ def _stage(stage: Stage) -> dict[str, Any]:
     return {
         "state": stage.state, "duration": stage.duration, "feed": stage.feed, "share": stage.share,
         "count": stage.count, "dwell": stage.dwell, "rest": stage.rest, "repeated": stage.repeated,
+        "keeps_to_shifts": stage.keeps_to_shifts,
         "goal": None if stage.goal is None else packed(stage.goal),
         "stops": None if stops is None else {
             "feed": stops.feed.tolist(), "run_time": stops.run_time.tolist(), "moving": packed(stops.moving),
