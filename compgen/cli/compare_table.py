@@ -4,7 +4,7 @@ from rich.table import Table
 
 from compgen.cli.console import print_table, stdout_console
 from compgen.pipelines.comparison.comparison import Comparison, Pair
-from compgen.report.compare_record import cell, change_of, headline, label_of, printed_unit
+from compgen.report.compare_record import cell, change_of, headline, input_cells, label_of, printed_unit
 from compgen.report.key_words import ascii_units, unit_of
 
 
@@ -34,7 +34,7 @@ def _inputs(pairs: tuple[Pair, ...]) -> Table:
     table = _table("key")
     table.add_column("unit")
     for pair in pairs:
-        table.add_row(pair.key, cell(pair.a, pair.key), cell(pair.b, pair.key), ascii_units(unit_of(pair.key)))
+        table.add_row(pair.key, *map(ascii_units, input_cells(pair)), ascii_units(unit_of(pair.key)))
     return table
 
 

@@ -13,6 +13,7 @@ from compgen.report.compare_record import (
     change_of,
     comparison_record,
     headline,
+    input_cells,
     label_of,
     positions_sentence,
     printed_unit,
@@ -117,7 +118,10 @@ def _over(comparison: Comparison) -> str:
 def _inputs(inputs: tuple[Pair, ...]) -> str:
     if not inputs:
         return "<p>None: every key of the files has the same value.</p>"
-    rows = [[escape(capital(title_of(p.key))), *_cells(p), f"<code>{escape(p.key)}</code>"] for p in inputs]
+    rows = [
+        [escape(capital(title_of(p.key))), *map(escape, input_cells(p)), f"<code>{escape(p.key)}</code>"]
+        for p in inputs
+    ]
     return table(["what", A, B, "key"], rows, words=(0, 1, 2, 3))
 
 
@@ -126,12 +130,9 @@ def _pairs(pairs: tuple[Pair, ...]) -> str:
     for pair in pairs:
         unit = printed_unit(pair.key)
         label = capital(label_of(pair.key)) + (f" [{unit}]" if unit else "")
-        rows.append([escape(label), *_cells(pair), escape(change_of(pair))])
+        cells = (cell(pair.a, pair.key), cell(pair.b, pair.key), change_of(pair))
+        rows.append([escape(label), *map(escape, cells)])
     return table(["", A, B, "change"], rows)
-
-
-def _cells(pair: Pair) -> list[str]:
-    return [escape(cell(value, pair.key)) for value in (pair.a, pair.b)]
 
 
 def _findings(comparison: Comparison) -> str:

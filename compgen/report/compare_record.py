@@ -15,7 +15,8 @@ from compgen.pipelines.comparison.scenarios import MatchedScenarios
 from compgen.report.key_words import unit_of, words_of
 
 SCHEMA = 1
-ROUNDED_OFF = 1e-9  # share of a value that sums in another order differ by
+SHORT_LIST = 6  # values, up to which a list is shown whole
+WHOLE = 1e15  # below it a float without a fraction is shown as a whole number
 _SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on the part", "before": "before",
           "after": "after", "largest": "largest of all scenarios", "least": "least of all scenarios",
           "band.first": "first run", "band.largest": "run that errs most"}  # fmt: skip
@@ -77,16 +78,32 @@ def cell(value: Any, key: str, signed: bool = False) -> str:
     return value if isinstance(value, str) and value.isprintable() else json.dumps(value)
 
 
+def input_cells(pair: Pair) -> tuple[str, str]:
+    """Both values of an input as a file spells them, no digit left out; of long lists the entries that differ."""
+    a, b = pair.a, pair.b
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) > SHORT_LIST:
+        rows = [n for n, (x, y) in enumerate(zip(a, b)) if x != y]
+        more = f" and {len(rows) - SHORT_LIST} more" if len(rows) > SHORT_LIST else ""
+        one, other = (", ".join(f"no. {n + 1}: {_spelt(c[n])}" for n in rows[:SHORT_LIST]) + more for c in (a, b))
+        return one, other
+    return _spelt(a), _spelt(b)
+
+
+def _spelt(value: Any) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, float) and value.is_integer() and abs(value) < WHOLE:
+        return str(int(value))
+    if isinstance(value, list):
+        return f"[{', '.join(map(_spelt, value))}]"
+    return value if isinstance(value, str) and value and value.isprintable() else json.dumps(value)
+
+
 def change_of(pair: Pair) -> str:
-    """What B has more than A, signed; empty where they are the same."""
-    if pair.a == pair.b:
+    """What B has more than A, signed; empty where nothing of it would be shown."""
+    if pair.is_same:
         return ""
-    if pair.change is None:
-        return "changed"
-    if isinstance(pair.change, float) and abs(pair.change) < ROUNDED_OFF * max(abs(pair.a), abs(pair.b)):
-        return "0"
-    text = cell(pair.change, pair.key, signed=True)
-    return text.lstrip("+-") if text in ("+0.00", "-0.00") else text
+    return "changed" if pair.change is None else cell(pair.change, pair.key, signed=True)
 
 
 def headline(comparison: Comparison) -> str:
@@ -114,7 +131,7 @@ def error_sentence(comparison: Comparison) -> str:
     if key is None:
         return "no error of both is known"
     pair = next(p for p in comparison.error if p.key == key)
-    change = "unchanged" if pair.a == pair.b else f"{pair.change:+.2f}"
+    change = "unchanged" if pair.is_same else f"{pair.change:+.2f}"
     return f"{label_of(key)} {pair.a:.2f} um, then {pair.b:.2f} ({change})"
 
 
@@ -164,7 +181,14 @@ def whose_output(output: Output) -> dict[str, Any]:
 
 
 def _pair(pair: Pair) -> dict[str, Any]:
-    return {"key": pair.key, "a": pair.a, "b": pair.b, "change": pair.change, "unit": unit_of(pair.key)}
+    return {
+        "key": pair.key,
+        "a": pair.a,
+        "b": pair.b,
+        "change": pair.change,
+        "same": pair.is_same,
+        "unit": unit_of(pair.key),
+    }
 
 
 def _told(findings: Iterable[Told]) -> list[dict[str, str]]:

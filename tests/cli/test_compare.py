@@ -215,7 +215,7 @@ def test_what_cannot_be_compared_is_refused_in_one_line(home, tmp_path):
     for damaged, words in (
         (text[:-200], "not JSON"),
         ("[]", "not a report"),
-        (text.replace('"ratio": ', '"ratio": NaN, "other": ', 1), "not JSON"),
+        (text.replace('"ratio": ', '"ratio": NaN, "other": ', 1), "NaN is no number"),
         (text.replace('"schema": 1', '"schema": 2', 1), "schema 2"),
         (text.replace('"max_um"', '"largest"'), "damaged"),
         (text.replace('"timing"', '"clock"'), "not a report"),
@@ -261,3 +261,96 @@ def test_pages_of_a_long_program_are_one_program(tmp_path):
     assert record["positions"]["matched"] == "number"
     assert record["positions"]["moved"] == 0
     assert record["positions"]["count"] == len((tmp_path / "whole" / "waypoints.csv").read_text().splitlines()) - 1
+
+
+def perturbed(value, rng, size):
+    """Every float of a record moved by a share of itself."""
+    if isinstance(value, dict):
+        return {key: inner if key == "inputs" else perturbed(inner, rng, size) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [perturbed(inner, rng, size) for inner in value]
+    return value * (1 + size * rng.uniform(-1, 1)) if isinstance(value, float) else value
+
+
+def test_last_digits_of_a_double_are_no_change(home, tmp_path):
+    """What another machine or another order of sums moves, no table shows."""
+    for name, report in (
+        ("six", "report.json"),
+        ("cold", "report.json"),
+        ("grid", "whatif.json"),
+        ("day", "heat.json"),
+    ):
+        shutil.copytree(home / name, tmp_path / name)
+        data = json.loads((home / name / report).read_text())
+        (tmp_path / name / report).write_text(json.dumps(perturbed(data, np.random.default_rng(3), 1e-12)))
+        record = compared(home, name, tmp_path / name)
+        assert record["equal"]
+        pairs = [pair for group in ("error", "time", "program") for pair in record[group]]
+        assert all(pair["same"] for pair in pairs)
+        assert any(pair["change"] for pair in pairs), "the set-up must bite"
+    done = run("compare", "six", tmp_path / "six", cwd=home)
+    assert "e-" not in done.stdout
+
+
+def test_a_change_of_the_last_shown_digit_is_one(home, tmp_path):
+    shutil.copytree(home / "six", tmp_path / "six")
+    report = tmp_path / "six" / "report.json"
+    for change, same in ((0.009, True), (0.011, False)):
+        data = json.loads((home / "six" / "report.json").read_text())
+        data["after"]["total"]["rms_um"] += change
+        report.write_text(json.dumps(data))
+        record = compared(home, "six", tmp_path / "six")
+        assert record["equal"] is same
+        pair = next(pair for pair in record["error"] if pair["key"] == "after.total.rms_um")
+        assert pair["same"] is same
+
+
+def test_inputs_are_shown_to_the_last_digit(home, tmp_path):
+    """A key that changed never reads alike on both sides."""
+    options = ("--set", "before.0.duration_h=2.0000001", "--set", "bounds.max_um=50.0004")
+    assert run("predict", LINE, *options, "-o", tmp_path / "a", "-q").returncode == 0
+    options = ("--set", "before.0.duration_h=2", "--set", "bounds.max_um=50.0001")
+    assert run("predict", LINE, *options, "-o", tmp_path / "b", "-q").returncode == 0
+    done = run("compare", "a", "b", "-o", "page", cwd=tmp_path)
+    page = (tmp_path / "page" / "compare.html").read_text()
+    for shown in ("2.0000001", "50.0004", "50.0001"):
+        assert shown in done.stdout
+        assert shown in page
+
+
+def test_an_empty_list_is_no_key_that_changed(home, tmp_path):
+    assert (
+        run("predict", LINE, "--set", 'cycle=[{state="idle", duration_h=1}]', "-o", tmp_path / "b", "-q").returncode
+        == 0
+    )
+    keys = [pair["key"] for pair in compared(home, "hot", tmp_path / "b")["inputs"]]
+    assert keys == ["cycle.0.state", "cycle.0.duration_h", "cycle.0.shifts"]
+
+
+def test_a_report_of_windows_is_read(home, tmp_path):
+    """What a shell there makes of --json and a file: UTF-16."""
+    text = (home / "cold" / "report.json").read_text()
+    (tmp_path / "r.json").write_bytes(text.encode("utf-16"))
+    record = compared(home, "cold/report.json", tmp_path / "r.json")
+    assert record["error"]
+    assert all(pair["same"] for pair in record["error"])
+
+
+def test_json_that_no_command_writes_is_damage(home, tmp_path):
+    text = (home / "six" / "report.json").read_text()
+    shutil.copytree(home / "six", tmp_path / "six")
+    for damaged, words in (
+        (text.replace('"name"', '"schema": 1, "name"', 1), "'schema' is in it twice"),
+        (text.replace('"max_um": ', '"max_um": 1e999, "other": ', 1), "1e999 is no number"),
+        (text.replace('"max_um": ', '"max_um": -Infinity, "other": ', 1), "-Infinity is no number"),
+        (text.replace('"schema": 1', f'"schema": 1{"0" * 500}', 1), "is no number"),
+        (text.replace('"schema": 1', '"schema": true', 1), "not a report"),
+        (text[:500], "line"),
+        (text.encode("utf-8")[:50].decode() + "\ufffd", "line"),
+        ("", "line 1, column 1"),
+        ("[" * 100_000, "not JSON"),
+    ):
+        (tmp_path / "six" / "report.json").write_text(damaged)
+        refused(run("compare", home / "six", "six", cwd=tmp_path), 2, "report.json", words)
+    (tmp_path / "six" / "report.json").write_bytes(b"\xff\xfe\x00\xd8" + text.encode()[:99])
+    refused(run("compare", home / "six", "six", cwd=tmp_path), 2, "report.json", "not JSON")

@@ -8,6 +8,7 @@ from typing import Any
 from compgen.core.exceptions import InputError
 from compgen.core.resolved import flat_keys
 from compgen.pipelines.comparison import numbers
+from compgen.pipelines.comparison.agreement import tolerance_of
 from compgen.pipelines.comparison.course import Course, course_of
 from compgen.pipelines.comparison.outputs import Output, naming_damage, read_output
 from compgen.pipelines.comparison.positions import Movement, movement
@@ -32,6 +33,14 @@ class Pair:
             return None
         difference: int | float = self.b - self.a
         return difference
+
+    @property
+    def is_same(self) -> bool:
+        """Whether they are equal, or two numbers that differ by less than what a table of them shows."""
+        difference = self.change
+        if self.a == self.b or difference is None:
+            return bool(self.a == self.b)
+        return abs(difference) < tolerance_of(self.key, self.a, self.b)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +79,7 @@ class Comparison:
         pairs = (*self.error, *self.time, *self.program)
         moved = isinstance(self.movement, Movement) and self.movement.moved
         other_findings = self.findings.gone or self.findings.new or self.findings.changed
-        differs = any(pair.a != pair.b for pair in pairs) or moved or other_findings or self.inputs
+        differs = any(not pair.is_same for pair in pairs) or moved or other_findings or self.inputs
         return not (differs or (self.scenarios is not None and not self.scenarios.is_equal))
 
     @property
@@ -134,7 +143,7 @@ def _changed_inputs(a: Output, b: Output) -> tuple[Pair, ...] | None:
                 return None
             keys = {**inputs.get("path", {}), **{k: v for k, v in inputs.items() if k not in ("path", "robot")}}
             named = flat_keys(keys) | flat_keys({"robot": inputs["robot"]})  # as --set takes them
-            flat.append({key: value for key, value in named.items() if value is not None})
+            flat.append({key: value for key, value in named.items() if value not in (None, [])})
     return tuple(pair for pair in _pairs(*flat) if pair.a != pair.b)
 
 

@@ -1,6 +1,5 @@
 """What a command left in a folder, read again: its report, whose it is, and the tables beside it."""
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from typing import Any
 from compgen.core.csv_table import CsvTable, read_csv
 from compgen.core.exceptions import InputError
 from compgen.core.files import read_regular
+from compgen.pipelines.comparison.strict_json import read_json
 
 SCHEMA = 1
 RECORDS = ("report.json", "whatif.json", "heat.json")
@@ -87,16 +87,16 @@ def read_output(name: str) -> Output:
     else:
         file = place
     try:
-        record = json.loads(read_regular(file), parse_constant=_refuse_constant)
+        record = read_json(read_regular(file))
     except OSError as failure:
         raise InputError(f"{file}: cannot be read: {failure.strerror}; {_MEND}") from None
-    except (ValueError, RecursionError):
-        raise InputError(f"{file}: damaged: it is not JSON; {_MEND}, or run the command anew") from None
-    if not isinstance(record, dict) or not isinstance(record.get("schema"), int):
+    except ValueError as failure:
+        raise InputError(f"{file}: damaged: {failure}; {_MEND}, or run the command anew") from None
+    if not isinstance(record, dict) or type(record.get("schema")) is not int:
         raise InputError(f"{file}: not a report of compgen; {_MEND}")
     if record["schema"] != SCHEMA:
         raise InputError(
-            f"{file}: schema {record['schema']:.6g}, and this compgen compares schema {SCHEMA}; run the command anew"
+            f"{file}: schema {record['schema']}, and this compgen compares schema {SCHEMA}; run the command anew"
         )
     kind = next((kind for kind, keys in KINDS.items() if keys <= set(record)), None)
     if kind is None:
@@ -106,16 +106,11 @@ def read_output(name: str) -> Output:
     return Output(name, kind, record, file, file == place)
 
 
-def _refuse_constant(name: str) -> None:
-    """Raises ValueError for NaN and infinity, which are no JSON."""
-    raise ValueError(name)
-
-
 @contextmanager
 def naming_damage(output: Output) -> Iterator[None]:
     """Let what is not in a report, or is of another type, be an InputError that names it."""
     try:
         yield
-    except (KeyError, TypeError, AttributeError, ValueError, IndexError) as failure:
+    except (KeyError, TypeError, AttributeError, ValueError, IndexError, OverflowError) as failure:
         what = f"no key {failure}" if isinstance(failure, KeyError) else "a value of another type"
         raise InputError(f"{output.file}: damaged: {what[:80]} where its command writes one; run it anew") from None

@@ -8,6 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import Array
 from compgen.core.units import UM
+from compgen.pipelines.comparison.agreement import ERROR
 from compgen.pipelines.comparison.outputs import Output, naming_damage
 
 _COLUMN = {"before": "before_on_part_max_um", "after": "after_on_part_max_um"}
@@ -26,7 +27,9 @@ class MatchedScenarios:
     @property
     def is_equal(self) -> bool:
         """Whether both studies have the same scenarios with the same errors."""
-        return not (self.only_a or self.only_b or any(np.any(change) for change in self.changes.values()))
+        return not (
+            self.only_a or self.only_b or any(np.any(np.abs(change) >= ERROR) for change in self.changes.values())
+        )
 
 
 def match_scenarios(a: Output, b: Output) -> MatchedScenarios:

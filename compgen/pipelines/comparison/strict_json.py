@@ -1,0 +1,45 @@
+"""JSON as a command writes it: keys once, numbers finite; whatever else is damage, said with its place."""
+
+import json
+from math import isfinite
+from typing import Any
+
+MOST_DIGITS = 18  # of a count; beyond it no report has one
+
+
+def read_json(content: bytes) -> Any:
+    """The value that a report's bytes spell, in UTF-8, 16 or 32.
+
+    Raises:
+        ValueError: It is not JSON, names a key twice, or has a number that is none or beyond all reports.
+    """
+    try:
+        return json.loads(
+            content, parse_constant=_no_number, parse_float=_finite, parse_int=_count, object_pairs_hook=_table
+        )
+    except json.JSONDecodeError as failure:
+        raise ValueError(f"it is not JSON at line {failure.lineno}, column {failure.colno}") from None
+    except (UnicodeDecodeError, RecursionError):
+        raise ValueError("it is not JSON") from None
+
+
+def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
+        raise ValueError(f"key {twice[:40]!r} is in it twice")
+    return table
+
+
+def _finite(digits: str) -> float:
+    value = float(digits)
+    return value if isfinite(value) and abs(value) < 10.0**MOST_DIGITS else _no_number(digits)
+
+
+def _count(digits: str) -> int:
+    return int(digits) if len(digits) <= MOST_DIGITS else int(_no_number(digits))
+
+
+def _no_number(digits: str) -> float:
+    raise ValueError(f"{digits[:12]} is no number of a report")
