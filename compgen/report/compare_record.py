@@ -16,6 +16,7 @@ from compgen.report.key_words import unit_of, words_of
 
 SCHEMA = 1
 SHORT_LIST = 6  # values, up to which a list is shown whole
+MILLIMETRE = 1000  # [um] from which a distance is shown in mm
 WHOLE = 1e15  # below it a float without a fraction is shown as a whole number
 _SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on the part", "before": "before",
           "after": "after", "largest": "largest of all scenarios", "least": "least of all scenarios",
@@ -150,14 +151,31 @@ def positions_sentence(comparison: Comparison) -> str:
             return _scenarios_sentence(comparison.scenarios)
         return f"positions are not compared: {movement}"
     record = _positions(movement)
-    if not record["moved"]:
-        return f"all {record['count']} commanded positions are the same"
-    turned = "" if not record.get("largest_mdeg") else f", {record['largest_mdeg']:.3g} mdeg"
+    if movement.is_same:
+        within = (
+            ""
+            if movement.matched == "number"
+            else f" within the last digit of the texts, {record['same_within_um']:.2g} um"
+        )
+        return f"all {record['count']} commanded positions are the same{within}"
+    largest, rms = _length(record["largest_um"]), _length(record["rms_um"])
+    if movement.matched == "nearest":
+        back = _length(record["largest_of_b_um"])
+        there = f"A's positions are up to {largest} ({rms} rms) off the path of B"
+        return f"the paths differ: {there}, B's up to {back} off that of A"
+    turned = ""
+    if movement.angle is not None and movement.angle.max() > movement.same_angle:
+        turned = f" and turned, by up to {record['largest_mdeg']:.3g} mdeg"
     by = "" if movement.matched == "number" else ", matched by the length along the path"
     return (
-        f"{record['moved']} of {record['count']} commanded positions moved, by up to {record['largest_um']:.3g} um"
-        f"{turned} ({record['rms_um']:.3g} um rms){by}"
+        f"{record['moved']} of {record['count']} commanded positions moved, by up to {largest} at "
+        f"P[{record['largest_at']}] ({rms} rms){turned}{by}"
     )
+
+
+def _length(um: float) -> str:
+    """A distance in the unit that leaves it short."""
+    return f"{um:.3g} um" if um < MILLIMETRE else f"{um / MILLIMETRE:.3g} mm"
 
 
 def _scenarios_sentence(scenarios: MatchedScenarios) -> str:
@@ -198,17 +216,25 @@ def _told(findings: Iterable[Told]) -> list[dict[str, str]]:
 def _positions(movement: Movement | str) -> dict[str, Any]:
     if isinstance(movement, str):
         return {"matched": None, "reason": movement}
+    worst = int(movement.distance.argmax())
     record = {
         "matched": movement.matched,
         "count": len(movement.distance),
         "moved": movement.moved,
-        "largest_um": _figure(movement.distance.max() / UM),
+        "largest_um": _figure(movement.distance[worst] / UM),
+        "largest_at": int(movement.number[worst]),
         "rms_um": _figure(_rms(movement.distance) / UM),
+        "same_within_um": _figure(movement.same_within / UM),
     }
     if movement.angle is not None:
         record |= {
             "largest_mdeg": _figure(movement.angle.max() / MDEG),
             "rms_mdeg": _figure(_rms(movement.angle) / MDEG),
+        }
+    if movement.back is not None:
+        record |= {
+            "largest_of_b_um": _figure(movement.back.max() / UM),
+            "rms_of_b_um": _figure(_rms(movement.back) / UM),
         }
     return record
 

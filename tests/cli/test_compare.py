@@ -10,11 +10,14 @@ from command_line import refused, run
 from shipped import ROOT
 
 LINE = str(ROOT / "paths" / "line_y.toml")
+ZEROS = ("--set", "robot.sources.joint_zeros.offset_mdeg=[0,30,-20,0,15,0]")
 RUNS = {
     "six": ("generate", LINE),
     "two": ("generate", LINE, "--set", "before.0.duration_h=2"),
     "dense": ("generate", LINE, "--set", "process.spacing_mm=5"),
     "moved": ("generate", LINE, "--set", "path.z_mm=190"),
+    "zeros": ("generate", LINE, *ZEROS),
+    "zeros_dense": ("generate", LINE, *ZEROS, "--set", "process.spacing_mm=5"),
     "warm": ("generate", LINE, "--set", "robot.thermal.cte_um_m_K=12"),
     "cold": ("predict", LINE, "--set", "before.0.duration_h=1"),
     "hot": ("predict", LINE),
@@ -98,10 +101,41 @@ def test_another_spacing_is_matched_by_length(home):
     assert both == pytest.approx(compared(home, "two", "six")["positions"]["largest_um"], abs=3)
 
 
-def test_a_path_that_was_moved_is_not_matched(home):
+def test_another_spacing_has_the_angles_of_the_same_one(home):
+    """By number and by length: what the digits of the texts leave open is between them."""
+    alike, other = (compared(home, "six", name)["positions"] for name in ("zeros", "zeros_dense"))
+    assert (alike["matched"], other["matched"]) == ("number", "length")
+    assert alike["largest_mdeg"] > 20
+    assert other["largest_mdeg"] == pytest.approx(alike["largest_mdeg"], abs=2)
+    assert other["rms_mdeg"] == pytest.approx(alike["rms_mdeg"], abs=1)
+
+
+def test_what_the_digits_leave_open_is_no_movement(home):
+    """The same correction at other points of the path."""
+    record = compared(home, "zeros", "zeros_dense")["positions"]
+    assert record["moved"] == 0
+    assert 0 < record["largest_um"] <= record["same_within_um"] == 2
+    done = run("compare", "zeros", "zeros_dense", cwd=home)
+    assert "commanded positions are the same within the last digit of the texts, 2 um" in done.stdout
+
+
+def test_another_path_is_measured_to_its_nearest_place(home):
+    """An oracle that shares no code: every position against every segment of the other text."""
+    texts = [printed_positions((home / name / "LINE_Y.LS").read_text())[:, :3] for name in ("six", "moved")]
     positions = compared(home, "six", "moved")["positions"]
-    assert positions["matched"] is None
-    assert "mm apart" in positions["reason"]
+    assert positions["matched"] == "nearest"
+    for (points, path), largest, rms in zip(
+        (texts, texts[::-1]), ("largest_um", "largest_of_b_um"), ("rms_um", "rms_of_b_um")
+    ):
+        start, step = path[:-1], np.diff(path, axis=0)
+        share = ((points[:, None] - start) * step).sum(axis=2) / np.maximum((step**2).sum(axis=1), 1e-12)
+        off = points[:, None] - start - np.clip(share, 0, 1)[..., None] * step
+        distance = 1e3 * np.linalg.norm(off, axis=2).min(axis=1)
+        assert positions[largest] == pytest.approx(distance.max(), abs=0.01)
+        assert positions[rms] == pytest.approx(np.sqrt(np.mean(distance**2)), abs=0.01)
+    assert 12_000 < positions["largest_um"] < 14_000
+    done = run("compare", "six", "moved", cwd=home)
+    assert "the paths differ: A's positions are up to 13 mm" in done.stdout
 
 
 def test_errors_and_times_are_those_of_the_reports(home):

@@ -77,7 +77,7 @@ class Comparison:
     def is_equal(self) -> bool:
         """Whether inputs, numbers, positions and findings are the same."""
         pairs = (*self.error, *self.time, *self.program)
-        moved = isinstance(self.movement, Movement) and self.movement.moved
+        moved = isinstance(self.movement, Movement) and not self.movement.is_same
         other_findings = self.findings.gone or self.findings.new or self.findings.changed
         differs = any(not pair.is_same for pair in pairs) or moved or other_findings or self.inputs
         return not (differs or (self.scenarios is not None and not self.scenarios.is_equal))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from compgen.pipelines.comparison.outputs import Output, naming_damage
+from compgen.pipelines.comparison.outputs import Output, naming_damage, number
 
 Numbers = dict[str, Any]
 _WHOLE = ("after.total.max_um", "before.total.max_um")
@@ -62,12 +62,14 @@ def final_error(output: Output) -> float | None:
     """
     errors = error_of(output)
     if output.kind == "heat":
-        return float(errors["runs.residual_max_um"])
+        with naming_damage(output):
+            return number(errors["runs.residual_max_um"])
     keys = {
         "whatif": ("largest.after_on_part_max_um", "largest.before_on_part_max_um"),
         "correct": _WHOLE,
     }.get(output.kind, ("on_part.after.total.max_um", "on_part.before.total.max_um", *_WHOLE))
-    return next((float(errors[key]) for key in keys if errors.get(key) is not None), None)
+    with naming_damage(output):
+        return next((number(errors[key]) for key in keys if errors.get(key) is not None), None)
 
 
 def _of_job(record: Mapping[str, Any]) -> Numbers:
@@ -76,7 +78,7 @@ def _of_job(record: Mapping[str, Any]) -> Numbers:
     for prefix, sides in (("on_part.", record.get("on_part", nothing)), ("", record)):
         for side in ("before", "after"):
             if sides[side] is not None:
-                numbers |= {f"{prefix}{side}.total.{size}": float(sides[side]["total"][size]) for size in _SIZES}
+                numbers |= {f"{prefix}{side}.total.{size}": number(sides[side]["total"][size]) for size in _SIZES}
     return numbers | {"band.p95_um": record["band"]["p95_um"]}
 
 
@@ -114,7 +116,7 @@ def _extremes(rows: list[Mapping[str, Any]], columns: tuple[str, ...]) -> Number
     """The least and the largest of each column that any row has."""
     numbers: Numbers = {}
     for column in columns:
-        values = [float(row[column]) for row in rows if column in row]
+        values = [number(row[column]) for row in rows if column in row]
         if values:
             numbers |= {f"least.{column}": min(values), f"largest.{column}": max(values)}
     return numbers

@@ -98,12 +98,21 @@ def read_output(name: str) -> Output:
         raise InputError(
             f"{file}: schema {record['schema']}, and this compgen compares schema {SCHEMA}; run the command anew"
         )
+    if not isinstance(record.get("provenance", {}), dict):
+        raise InputError(f"{file}: damaged: its provenance is no table; run the command anew")
     kind = next((kind for kind, keys in KINDS.items() if keys <= set(record)), None)
     if kind is None:
         raise InputError(f"{file}: not a report of generate, predict, correct, whatif or heat; {_MEND}")
     if kind == "generate" and record["after"] is None:
         kind = "predict"
     return Output(name, kind, record, file, file == place)
+
+
+def number(value: Any) -> float:
+    """A number of a report; raises TypeError for what is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
 
 
 @contextmanager

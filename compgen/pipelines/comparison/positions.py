@@ -1,41 +1,54 @@
-r"""How far the commanded positions of two programs are apart, by the texts that were written.
+r"""How far the commanded positions of two programs are apart, in World, by the texts that were written.
 
-With the same planned points, P[n] of one against P[n] of the other, as both texts print them. Else along the path: at
-the length s of each planned point of A
+With the same planned points, P[n] of one against P[n] of the other. Else, on the same path, along it: at the length s
+of each planned point of A
 
-    movement(s) = correction_B(s) - correction_A(s),        correction = commanded - planned, in World
+    movement(s) = correction_B(s) - correction_A(s),        correction = commanded - planned
 
-where B's correction is linear between its positions: it is smooth, whatever the spacing. Both need the same path.
+where B's correction is linear between its positions: it is smooth, whatever the spacing. Their orientations are those
+of the programs themselves, turned evenly between two positions, as a controller does. On another path, or one that is
+said in other statements, each position of one against the nearest place on the path that the other commands.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, row_norms, step_lengths
-from compgen.core.rotations import relative_rotation
-from compgen.core.units import MM
+from compgen.core.arrays import Array, IntArray, row_norms, step_lengths
+from compgen.core.rotations import interpolate_rotation, relative_rotation
+from compgen.core.units import DEG, MM
+from compgen.pipelines.comparison.nearest import distance_to_path
 from compgen.pipelines.comparison.outputs import Output, naming_damage
-from compgen.pipelines.comparison.texts import Commanded, commanded_positions
+from compgen.pipelines.comparison.texts import Commanded, commanded_positions, drawn
 
 SAME_POINT = 1e-7  # [m] two planned points of one place
 SAME_PATH = 1e-4  # [m] two planned paths that are one but for where their points are: above a chord, below a move
 UNCHANGED = 1e-9  # [m] or [rad] two numbers that are printed alike
+DECIMALS = 3  # of the numbers in a text, unless the robot's controller has more
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Movement:
-    """How far the commanded positions of B are from those of A, at N positions."""
+    """How far the commanded positions of B are from those of A, at N positions of A."""
 
-    matched: str  # "number" or "length"
+    matched: str  # "number", "length" or "nearest"
+    number: IntArray  # (N,) of the positions
     distance: Array  # (N,) [m]
-    angle: Array | None  # (N,) [rad]; None where they are matched by length
+    angle: Array | None  # (N,) [rad]; None at nearest places
+    back: Array | None = None  # (M,) [m] at nearest places: of B's positions from the path of A
+    same_within: float = UNCHANGED  # [m] what the digits of the texts leave open
+    same_angle: float = UNCHANGED  # [rad]
 
     @property
     def moved(self) -> int:
-        """Positions that are printed otherwise."""
-        moved = self.distance > UNCHANGED
-        return int(np.count_nonzero(moved if self.angle is None else moved | (self.angle > UNCHANGED)))
+        """Positions of A that are elsewhere in B."""
+        moved = self.distance > self.same_within
+        return int(np.count_nonzero(moved if self.angle is None else moved | (self.angle > self.same_angle)))
+
+    @property
+    def is_same(self) -> bool:
+        """Whether nothing moved, seen from either."""
+        return not self.moved and (self.back is None or not np.any(self.back > self.same_within))
 
 
 def movement(a: Output, b: Output) -> Movement | str:
@@ -48,7 +61,7 @@ def movement(a: Output, b: Output) -> Movement | str:
         return f"cgen {a.kind} corrects no program"
     one, other = commanded_positions(a), commanded_positions(b)
     if one is None or other is None:
-        return f"{(a if one is None else b).name} has no program beside its report"
+        return f"{(a if one is None else b).name} has no program beside its report: not written, or taken elsewhere"
     if a.kind == "correct":
         return _of_corrections(a, b, one, other)
     first, second = _planned(a), _planned(b)
@@ -72,49 +85,75 @@ def _of_jobs(
     for output, text, points in zip(outputs, texts, planned):
         if len(text.number) != len(points):
             return f"{output.name}: {len(text.number)} positions in the program, {len(points)} rows in waypoints.csv"
+    one, other = (_in_world(output, text) for output, text in zip(outputs, texts))
     if planned[0].shape == planned[1].shape and row_norms(planned[0] - planned[1]).max() <= SAME_POINT:
-        return _by_number(*texts)
-    return _by_length(outputs, texts, planned)
+        movement = _by_number(one, other)
+        is_printed_alike = texts[0].position is one.position and texts[1].position is other.position
+        return movement if isinstance(movement, str) or is_printed_alike else _to_the_digits(movement, outputs)
+    movement = _by_length((one, other), planned) or _by_nearest(one, other)
+    return _to_the_digits(movement, outputs)
+
+
+def _to_the_digits(movement: Movement, outputs: tuple[Output, Output]) -> Movement:
+    """With what the rounding of three coordinates in both texts leaves open: sqrt(3), say 2, of the last digit."""
+    left_open = 2 * 10.0 ** -min(map(_decimals, outputs))
+    return replace(movement, same_within=left_open * MM, same_angle=left_open * DEG)
+
+
+def _decimals(output: Output) -> int:
+    with naming_damage(output):
+        inputs = output.record.get("inputs")
+        return int(inputs["robot"]["controller"]["decimals"]) if inputs else DECIMALS
 
 
 def _by_number(one: Commanded, other: Commanded) -> Movement | str:
     """At all positions that both programs have; joint angles are none."""
-    _, i, j = np.intersect1d(one.number, other.number, return_indices=True)
+    number, i, j = np.intersect1d(one.number, other.number, return_indices=True)
     distance = row_norms(other.position[j] - one.position[i])
     known = np.isfinite(distance)
     if not known.any():
         return "the positions are joint angles"
     turn = relative_rotation(one.rotation[i][known], other.rotation[j][known])
-    return Movement("number", distance[known], row_norms(turn))
+    return Movement("number", number[known], distance[known], row_norms(turn))
 
 
-def _by_length(
-    outputs: tuple[Output, Output], texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]
-) -> Movement | str:
-    """At the planned points of A, on the path that both follow."""
+def _by_length(texts: tuple[Commanded, Commanded], planned: tuple[Array, Array]) -> Movement | None:
+    """At the planned points of A, on the path that both follow; None where they follow two."""
     length = [np.concatenate([[0.0], np.cumsum(step_lengths(points))]) for points in planned]
+    if not (length[0][-1] and length[1][-1]):
+        return None
     at = length[0] * (length[1][-1] / length[0][-1])  # the lengths of one path differ by what chords cut off
-    gap = row_norms(_interpolated(at, length[1], planned[1]) - planned[0])
-    if gap.max() > SAME_PATH:
-        worst = int(gap.argmax())
-        return f"the planned paths are up to {gap[worst] / MM:.3g} mm apart (at P[{worst + 1}] of the first)"
-    corrections = [_in_world(o, text) - points for o, text, points in zip(outputs, texts, planned)]
-    return Movement("length", row_norms(_interpolated(at, length[1], corrections[1]) - corrections[0]), None)
+    if row_norms(_interpolated(at, length[1], planned[1]) - planned[0]).max() > SAME_PATH:
+        return None
+    corrections = [text.position - points for text, points in zip(texts, planned)]
+    moved = _interpolated(at, length[1], corrections[1]) - corrections[0]
+    segment = np.clip(np.searchsorted(length[1], at, side="right") - 1, 0, len(length[1]) - 2)
+    share = (at - length[1][segment]) / np.maximum(np.diff(length[1])[segment], np.finfo(float).tiny)
+    rotation = texts[1].rotation
+    turned = interpolate_rotation(rotation[segment], rotation[segment + 1], np.clip(share, 0.0, 1.0))
+    angle = row_norms(relative_rotation(texts[0].rotation, turned))
+    return Movement("length", texts[0].number, row_norms(moved), angle)
+
+
+def _by_nearest(one: Commanded, other: Commanded) -> Movement:
+    """From each position to the nearest place on the other's path."""
+    there = distance_to_path(one.position, drawn(other))
+    return Movement("nearest", one.number, there, None, distance_to_path(other.position, drawn(one)))
 
 
 def _interpolated(at: Array, length: Array, rows: Array) -> Array:
     return np.column_stack([np.interp(at, length, column) for column in rows.T])
 
 
-def _in_world(output: Output, text: Commanded) -> Array:
-    """The commanded positions in World, (N, 3) [m]."""
+def _in_world(output: Output, text: Commanded) -> Commanded:
+    """Positions of a program in World; itself where it is in World."""
     with naming_damage(output):
         frame = output.record["provenance"].get("frame")
         if frame is None:
-            return text.position
+            return text
         rotation = np.array(frame["rotation"], dtype=float).reshape(3, 3)
-        position: Array = text.position @ rotation.T + np.array(frame["position_mm"], dtype=float) * MM
-        return position
+        position = text.position @ rotation.T + np.array(frame["position_mm"], dtype=float) * MM
+        return replace(text, position=position, rotation=rotation @ text.rotation)
 
 
 def _planned(output: Output) -> Array | None:

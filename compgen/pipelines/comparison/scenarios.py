@@ -9,7 +9,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.units import UM
 from compgen.pipelines.comparison.agreement import ERROR
-from compgen.pipelines.comparison.outputs import Output, naming_damage
+from compgen.pipelines.comparison.outputs import Output, naming_damage, number
 
 _COLUMN = {"before": "before_on_part_max_um", "after": "after_on_part_max_um"}
 
@@ -45,7 +45,9 @@ def match_scenarios(a: Output, b: Output) -> MatchedScenarios:
     for side, column in _COLUMN.items():
         with naming_damage(b):
             pairs = [(values, tables[0][values], tables[1][values]) for values in same]
-            rows = [(v, (float(y[column]) - float(x[column])) * UM) for v, x, y in pairs if column in x and column in y]
+            rows = [
+                (v, (number(y[column]) - number(x[column])) * UM) for v, x, y in pairs if column in x and column in y
+            ]
         if rows:
             changes[side] = np.array([change for _, change in rows])
             worst[side] = dict(rows[int(np.abs(changes[side]).argmax())][0])

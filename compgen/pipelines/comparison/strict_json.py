@@ -1,6 +1,7 @@
 """JSON as a command writes it: keys once, numbers finite; whatever else is damage, said with its place."""
 
 import json
+from collections import Counter
 from math import isfinite
 from typing import Any
 
@@ -26,8 +27,7 @@ def read_json(content: bytes) -> Any:
 def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     table = dict(pairs)
     if len(table) < len(pairs):
-        seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
+        twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
         raise ValueError(f"key {twice[:40]!r} is in it twice")
     return table
 

@@ -1,7 +1,7 @@
 """The positions that the programs of an output command, as their texts print them."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arcs import Arcs, arcs_through
+from compgen.core.arrays import Array, BoolArray, IntArray
 from compgen.core.exceptions import InputError
 from compgen.core.files import PROVENANCE, read_regular
 from compgen.core.rotations import from_wpr
@@ -18,6 +19,8 @@ from compgen.fanuc import LsProgram, loads
 from compgen.fanuc.paging.manifest import MANIFEST_SUFFIX
 from compgen.pipelines.comparison.outputs import Output, naming_damage
 
+CHORD = 1e-7  # [m] that a chord leaves of an arc
+MOST_CHORDS = 4096  # of one arc
 _POSE = slice(0, 6)  # X Y Z W P R in the columns of a text's positions
 
 
@@ -28,6 +31,7 @@ class Commanded:
     number: IntArray  # (N,) of the undivided program
     position: Array  # (N, 3) [m] in the program's user frame; NaN for joint angles
     rotation: Array  # (N, 3, 3)
+    via: BoolArray  # (N,) middle of a circular motion
 
 
 def commanded_positions(output: Output) -> Commanded | None:
@@ -51,7 +55,29 @@ def commanded_positions(output: Output) -> Commanded | None:
     value = np.concatenate([p.value[:, _POSE] for p, _ in parts])
     _, rows = np.unique(number, return_index=True)  # pages share the position at which one ends and the next begins
     w, p, r = value[rows, 3:].T * DEG
-    return Commanded(number[rows], value[rows, :3] * MM, from_wpr(w, p, r))
+    vias = [p[0] + first - 1 for program, first in texts for letter, p in _statements(program) if letter == "C"]
+    return Commanded(number[rows], value[rows, :3] * MM, from_wpr(w, p, r), np.isin(number[rows], vias))
+
+
+def drawn(program: Commanded) -> Array:
+    """The path through a program's positions as a polyline, its arcs in chords that leave at most ``CHORD``."""
+    middle = np.flatnonzero(program.via)
+    middle = middle[(middle > 0) & (middle < len(program.via) - 1)]
+    at = program.position
+    arcs = arcs_through(at[middle - 1], at[middle], at[middle + 1])
+    bent = np.isfinite(arcs.angle).all(axis=1)
+    middle, arcs = middle[bent], Arcs(*(part[bent] for part in arcs))
+    if not len(middle):
+        return at
+    chord = np.sqrt(8 * CHORD / arcs.radius.max())  # [rad]
+    count = min(int(np.ceil(arcs.angle[:, 1].max() / chord)) + 1, MOST_CHORDS)
+    bows = arcs.at(arcs.angle[:, 1:] * np.linspace(0.0, 1.0, count))
+    straight = [at[first:last] for first, last in zip([0, *middle + 1], [*middle, len(at)])]
+    return np.concatenate([straight[0], *(x for bow, part in zip(bows, straight[1:]) for x in (bow, part))])
+
+
+def _statements(program: LsProgram) -> Iterator[tuple[str, tuple[int, ...]]]:
+    return zip(program.motions.letter, program.motions.position)
 
 
 def _files(output: Output) -> list[tuple[str, int, str | None]]:
