@@ -4,7 +4,10 @@ from pathlib import Path
 
 from shipped import ROOT
 
+from compgen.error_model.sources import ORDER
+
 SOURCES = Path(__file__).parent / "flawed_sources.toml"
+COUNT = len(ORDER) + 2  # each source once, the measured map for each axis of World
 
 
 def flawed_file(folder: Path, name: str = "flawed", drop: tuple[str, ...] = ()) -> str:

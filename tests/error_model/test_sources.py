@@ -5,7 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from flawed import flawed_file
+from flawed import COUNT, flawed_file
 from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 
@@ -42,7 +42,7 @@ from compgen.robot.kinematics import Chain, Frame, frames_at_zero, nominal_chain
 TOOL = Pose(np.array([0.03, -0.02, 0.2]), rotation_matrix(np.array([0.1, 0.2, 0.3])))
 FLANGE = IDENTITY
 ARCSEC = DEG / 3600
-NUMBERS = range(14)
+NUMBERS = range(COUNT)
 
 
 @pytest.fixture(scope="module")

@@ -19,21 +19,19 @@ from compgen.verification.verdict import judge
 PATHS = sorted(p.stem for p in (ROOT / "paths").glob("*.toml"))
 
 
-def test_all_ten_paths_are_shipped():
-    assert PATHS == sorted(
-        [
-            "line_x",
-            "line_y",
-            "line_z",
-            "circle_1300",
-            "spiral_1300",
-            "spiral_spindle",
-            "raster_1300",
-            "iso9283",
-            "optic_spiral",
-            "optic_raster",
-        ]
-    )
+def test_ten_paths_are_shipped_at_least():
+    assert set(PATHS) >= {
+        "line_x",
+        "line_y",
+        "line_z",
+        "circle_1300",
+        "spiral_1300",
+        "spiral_spindle",
+        "raster_1300",
+        "iso9283",
+        "optic_spiral",
+        "optic_raster",
+    }
 
 
 def test_the_spindles_flange_is_where_the_bare_flange_was():

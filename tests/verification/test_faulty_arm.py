@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from flawed import flawed_file
+from flawed import COUNT, flawed_file
 
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_matrix
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import DirectionState, direction_states, reversal_widths
 from compgen.error_model.model import build_error_model
+from compgen.error_model.sources import ORDER
 from compgen.error_model.sources.hysteresis import Hysteresis
 from compgen.pipelines.robot_file import load_cell
 from compgen.verification.sources_to_faults import faults_of
@@ -52,7 +53,7 @@ def test_chain_and_twin_agree_with_every_source_on(cell):
     assert np.linalg.norm(chain.position - nominal, axis=1).min() > 100 * UM  # the set-up bites
 
 
-@pytest.mark.parametrize("number", range(14))
+@pytest.mark.parametrize("number", range(COUNT))
 def test_chain_and_twin_agree_on_each_source_alone(cell, number):
     theta, rise = motion(cell, 60)
     one = (cell.sources[number],)
@@ -67,8 +68,8 @@ def test_chain_and_twin_agree_on_each_source_alone(cell, number):
 
 
 def test_all_sources_are_in_the_test(cell):
-    assert len(cell.sources) == 15
-    assert len({type(s) for s in cell.sources}) == 13
+    assert len(cell.sources) == COUNT
+    assert {type(s) for s in cell.sources} == set(ORDER)
 
 
 def test_the_faults_come_from_the_motion_executed(cell):
