@@ -16,6 +16,7 @@ Servo off, goals are zero. ``report/live/live.js`` has the same formulas with th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -38,13 +39,13 @@ class Stops:
 class Stage:
     """An entry of [[before]], or a part of one."""
 
-    state: str  # moving, idle or off
+    state: Literal["moving", "idle", "off"]
     duration: float  # [s] T; of repeats one run
     feed: float = 0.0  # [m/s]
     share: float = 1.0
     count: int = 1  # n
     dwell: float = 0.0  # [s] D
-    rest: str = "idle"  # during the dwell
+    rest: Literal["moving", "idle", "off"] = "idle"  # during the dwell
     repeated: bool = False  # runs of a program, whose time the feed decides
     stops: Stops | None = None  # None: the law of the nodes says its heat
     goal: Array | None = None  # (S,) of a stage whose heat no slider moves; None: by law or stops
