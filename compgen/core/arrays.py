@@ -69,6 +69,15 @@ def norm(a: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", a, a)))
 
 
+def rms(values: Array, weight: Array | None = None) -> float:
+    """Root of the mean square; with a weight, as the length that each value stands for, of the weighted mean."""
+    if weight is None:
+        return float(np.sqrt(np.mean(values**2)))
+    square = values * values
+    square *= weight
+    return float(np.sqrt(np.sum(square) / np.sum(weight)))
+
+
 def row_norms(a: Array, rows: int = 8192) -> Array:
     """Euclidean norm of many short rows, (N, k) to (N,): column by column over blocks that stay in cache.
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, own
+from compgen.core.arrays import Array, BoolArray, own, rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.rotations import cross_matrix, rotation_matrix
@@ -88,9 +88,9 @@ def fit_frame(
             break
         outlier = outlier.copy()
         outlier[worst] = True
-    rms = float(np.sqrt((fitted.residual[~fitted.outlier] ** 2).mean()))
-    if rms > MISFIT:
-        raise InputError(_misfit(artefact, touches, position, rotation, rms))
+    left = rms(fitted.residual[~fitted.outlier])
+    if left > MISFIT:
+        raise InputError(_misfit(artefact, touches, position, rotation, left))
     if fitted.sigma[:3].max() > VAGUE:
         raise InputError(
             f"{artefact.source}: the spheres touched lie on a line or near each other: the frame's turn is known to "

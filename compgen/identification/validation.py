@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, rms
 from compgen.core.findings import Finding, Level
 from compgen.core.units import UM
 from compgen.error_model.direction_memory import reversal_widths
@@ -49,7 +49,7 @@ def statistics(distance: Array) -> dict[str, float]:
         return {"mean": 0.0, "rms": 0.0, "p99": 0.0, "max": 0.0, "count": 0}
     return {
         "mean": float(distance.mean()),
-        "rms": float(np.sqrt((distance**2).mean())),
+        "rms": rms(distance),
         "p99": float(np.quantile(distance, 0.99)),
         "max": float(distance.max()),
         "count": len(distance),

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, frozen, own, row_norms
+from compgen.core.arrays import Array, IntArray, frozen, own, rms, row_norms
 from compgen.core.evaluation import map_blocks
 from compgen.core.findings import Finding, Level
 from compgen.core.pose import Pose
@@ -57,7 +57,7 @@ class FlownDraws:
     @property
     def linearity(self) -> float:
         """The disagreement of all draws, rms."""
-        return _rms(self.disagreement)
+        return rms(self.disagreement)
 
     def findings(self) -> list[Finding]:
         """Bounds that are not kept, and a linear band that the flights contradict."""
@@ -125,7 +125,7 @@ def fly_draws(
     on_part = program.path.contact[rows]
     on_part = on_part if on_part.any() else ~on_part
     linear = columns.column[on_part]
-    band = _rms(radius_of(directed_moment(columns))[on_part])
+    band = rms(radius_of(directed_moment(columns))[on_part])
 
     def fly(first: int, last: int) -> _Flight:
         return _fly(text, drawn[first], np.random.default_rng([guarantee.seed, first]))
@@ -134,8 +134,8 @@ def fly_draws(
     for k, flight in enumerate(map_blocks(D, fly, rows=1)):
         flights.append(flight.on_part)
         off = flight.moved[on_part] - linear @ drawn[k]
-        moved[k] = _rms(row_norms(flight.moved[on_part]))
-        difference[k] = _rms(row_norms(off)) / max(band, NO_BAND)
+        moved[k] = rms(row_norms(flight.moved[on_part]))
+        difference[k] = rms(row_norms(off)) / max(band, NO_BAND)
         along[k] = np.einsum("miq,mi->q", linear, off)
         progress((k + 1) / D)
     # how much of each column the flights have more than the band says, by least squares over the draws
@@ -204,7 +204,3 @@ def _displaced(path: ToolPath, executions: Iterator[Execution], arc: Array, fiel
         displacement = np.column_stack([np.interp(at, arc, column) for column in field.T])
         actual = execution.actual
         yield replace(execution, actual=Pose(frozen(actual.position + displacement), actual.rotation))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, row_norms
+from compgen.core.arrays import Array, IntArray, rms, row_norms
 from compgen.core.evaluation import kept_with
 from compgen.core.exceptions import CompgenError
 from compgen.core.findings import Finding, Level
@@ -78,7 +78,7 @@ def fly_across(job: Job, prepared: PreparedProgram, deviation: Deviation, stretc
     cold = np.zeros((len(rows), len(job.heat.names)))
     thermal = own_place - _places(job, prepared, rows, cold)
     return ModelForm(
-        _name(job), _name(other), float(error.max()), _rms(error), _rms(row_norms(moved)), _rms(row_norms(thermal))
+        _name(job), _name(other), float(error.max()), rms(error), rms(row_norms(moved)), rms(row_norms(thermal))
     )
 
 
@@ -123,7 +123,3 @@ def _rises(job: Job, prepared: PreparedProgram, rows: IntArray, stretch: int) ->
 def _name(job: Job) -> str:
     """What the robot file calls the job's heat model."""
     return "network" if isinstance(job.heat, NetworkModel) else "nodes"
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

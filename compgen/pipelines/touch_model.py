@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, rms
 from compgen.core.pose import Pose
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import build_error_model
@@ -63,7 +63,7 @@ def touch_model(
     forecast = forecast_now(job, _touches(artefact, ways))
     touch, thermal = _thermal(forecast, ways.theta[:, 2], probe.centre)
     along, warm = _thermal(forecast, path.theta, job.tool.pose)
-    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * _rms(thermal))
+    unknowns = unknowns_of(job, forecast, path.middle, path.radius, missing_of(forecast) * rms(thermal))
     H, N = _columns(forecast, unknowns, artefact, ways.theta[:, 2], probe.centre)
     still = DirectionState(np.zeros((len(along), 6)), np.zeros((len(along), 3)))
     rise = np.broadcast_to(forecast.rise, (len(along), len(forecast.rise)))
@@ -105,12 +105,12 @@ def left_by_anchoring(
     touches = replace(_touches(artefact, ways), sigma=np.full(len(ways.target), sigma))
     forecast = forecast_now(job, touches)
     seen = touched(artefact, touches, frame, forecast)
-    missed = missing_of(forecast) * _rms(seen.thermal)
+    missed = missing_of(forecast) * rms(seen.thermal)
     unknowns = unknowns_of(job, forecast, path.middle, path.radius, missed)
     innovation = innovation_of(seen, forecast, unknowns)
     columns = path_columns(job, forecast, unknowns, seen, innovation, path)
     expected = estimate(innovation, unknowns.prior, AS_FORECAST, columns, len(forecast.rise))
-    return _rms(expected.before), _rms(expected.after)
+    return rms(expected.before), rms(expected.after)
 
 
 def _touches(artefact: Artefact, ways: Ways) -> Touches:
@@ -163,7 +163,3 @@ def _field(
     share = np.asarray(np.linalg.solve(K, cross.T).T, dtype=np.float64)
     left = 3 * np.maximum(missed**2 - np.einsum("ms,ms->m", share, cross), 0.0)
     return share, np.asarray(K), np.asarray(left)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

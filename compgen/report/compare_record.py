@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import rms
 from compgen.core.units import MDEG, UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair, Told
 from compgen.pipelines.comparison.outputs import Output
@@ -223,18 +223,18 @@ def _positions(movement: Movement | str) -> dict[str, Any]:
         "moved": movement.moved,
         "largest_um": _figure(movement.distance[worst] / UM),
         "largest_at": int(movement.number[worst]),
-        "rms_um": _figure(_rms(movement.distance) / UM),
+        "rms_um": _figure(rms(movement.distance) / UM),
         "same_within_um": _figure(movement.same_within / UM),
     }
     if movement.angle is not None:
         record |= {
             "largest_mdeg": _figure(movement.angle.max() / MDEG),
-            "rms_mdeg": _figure(_rms(movement.angle) / MDEG),
+            "rms_mdeg": _figure(rms(movement.angle) / MDEG),
         }
     if movement.back is not None:
         record |= {
             "largest_of_b_um": _figure(movement.back.max() / UM),
-            "rms_of_b_um": _figure(_rms(movement.back) / UM),
+            "rms_of_b_um": _figure(rms(movement.back) / UM),
         }
     return record
 
@@ -245,10 +245,6 @@ def _scenarios(scenarios: MatchedScenarios) -> dict[str, Any]:
         for side, change in scenarios.changes.items()
     }
     return {"both": scenarios.both, "only_a": scenarios.only_a, "only_b": scenarios.only_b, "changes": changes}
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _figure(value: float) -> float:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.units import MDEG, MM, UM
 from compgen.pipelines.band import not_known
 from compgen.pipelines.correct import Correction
@@ -12,7 +12,7 @@ from compgen.pipelines.correct.proof import PoseErrors
 from compgen.report.averaged import served_record
 from compgen.report.band_words import band_record
 from compgen.report.provenance import SCHEMA, correction_inputs, provenance
-from compgen.verification.deviation import percentile99, rms
+from compgen.verification.deviation import percentile99
 
 
 def correction_summary(result: Correction) -> dict[str, Any]:

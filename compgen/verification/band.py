@@ -21,9 +21,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import gammaincinv
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.arrays import Array, BoolArray, IntArray, own, rms
 from compgen.planning.toolpath import ToolPath
-from compgen.verification.deviation import percentile99, rms
+from compgen.verification.deviation import percentile99
 
 COVERAGE = 2.0  # k
 SHARE = 0.95

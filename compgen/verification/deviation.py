@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from compgen.core.arrays import Array, frozen, own, row_norms
+from compgen.core.arrays import Array, frozen, own, rms, row_norms
 from compgen.core.evaluation import IndexedRows, evaluate
 from compgen.core.units import MDEG, UM
 from compgen.planning.curves import WIDTH
@@ -169,13 +169,6 @@ def percentile99(values: Array, weight: Array) -> float:
     order = np.argsort(values)
     cumulated = below + np.cumsum(weight[order])
     return float(values[order[min(int(np.searchsorted(cumulated, goal)), len(order) - 1)]])
-
-
-def rms(values: Array, weight: Array) -> float:
-    """Root of the mean square along the path."""
-    square = values * values
-    square *= weight
-    return float(np.sqrt(np.sum(square) / np.sum(weight)))
 
 
 def statistics(deviation: Deviation, on_part: bool = False) -> dict[str, dict[str, float]]:

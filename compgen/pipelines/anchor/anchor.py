@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from compgen.core.arrays import rms
 from compgen.core.pose import Pose
 from compgen.core.units import HOUR, MINUTE
 from compgen.error_model.anchored_state import AnchoredState, Verdict
@@ -27,7 +28,7 @@ from compgen.pipelines.anchor.hypotheses import (
 )
 from compgen.pipelines.anchor.next_touches import moved_target, next_touches
 from compgen.pipelines.anchor.path_places import PathPlaces, path_places
-from compgen.pipelines.anchor.result import Anchored, rms
+from compgen.pipelines.anchor.result import Anchored
 from compgen.pipelines.anchor.touching import innovation_of, missing_of, touched
 from compgen.pipelines.anchor.unknowns import Unknowns, unknowns_of
 from compgen.pipelines.anchor.verdict import APART, RIVAL, Moved, verdict_of

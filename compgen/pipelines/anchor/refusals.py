@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from compgen.core.arrays import rms
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import MINUTE, UM
@@ -67,7 +68,7 @@ def refuse_unidentified(cell: Cell, artefact: Artefact, touches: Touches, best: 
     is_explained = probability(best.chi2, len(innovation.y)) > PLAUSIBLE and not (h.base and h.day >= WILD)
     if is_known or artefact.taught is not None or is_explained:
         return
-    off = float(np.sqrt(np.mean(innovation.y**2)))
+    off = rms(innovation.y)
     raise InputError(
         f"{touches.file}: touches are {off / UM:.0f} um off (rms), and no likely drift explains it: {cell.robot_file} "
         f"was never "

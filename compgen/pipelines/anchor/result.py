@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, rms
 from compgen.core.findings import Finding
 from compgen.error_model.anchored_state import AnchoredState, Verdict
 from compgen.identification.touches import Artefact
@@ -50,8 +48,3 @@ class Anchored:
     def rms(self) -> tuple[float, float]:
         """Standard deviation of the path's place, all directions together, before and after: rms along it [m]."""
         return rms(self.chosen.before), rms(self.chosen.after)
-
-
-def rms(values: Array) -> float:
-    """Root of the mean of the squares."""
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level, Progress
 from compgen.core.pose import Pose
@@ -34,7 +34,7 @@ from compgen.pipelines.offset_kinds import (
     offset_findings,
 )
 from compgen.thermal import Duty
-from compgen.verification.deviation import percentile99, rms
+from compgen.verification.deviation import percentile99
 
 
 def offsets_of_program(

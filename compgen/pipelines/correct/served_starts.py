@@ -3,13 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from compgen.core.arrays import Array, BoolArray
+from compgen.core.arrays import Array, BoolArray, rms
 from compgen.core.pose import Pose
 from compgen.pipelines.correct.proof import ProgramExecution, pose_errors
 from compgen.pipelines.correct.starts import Residue, ServedStarts
 from compgen.thermal.ensemble import Ensemble
 from compgen.thermal.ensemble_starts import starts_to_fly, weighted_starts
-from compgen.verification.deviation import rms
 
 
 @dataclass(frozen=True, eq=False, slots=True)

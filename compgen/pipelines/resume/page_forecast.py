@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, rms, row_norms
 from compgen.core.pose import Pose
 from compgen.core.units import UM
 from compgen.error_model.anchored_state import AnchoredState, state_text
@@ -135,8 +135,8 @@ class Forecaster:
         touching = on_part_rows(whole)[at]
         error = error[touching] if touching.any() else error[:0]
         largest = float(error.max()) if len(error) else 0.0
-        rms = float(np.sqrt(np.mean(error**2))) if len(error) else 0.0
-        return Forecast(page, start, largest, rms, tuple(rise[0].tolist()))
+        mean = rms(error) if len(error) else 0.0
+        return Forecast(page, start, largest, mean, tuple(rise[0].tolist()))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

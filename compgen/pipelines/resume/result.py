@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, rms
 from compgen.core.findings import Finding
 from compgen.core.units import MM, UM
 from compgen.fanuc import Program
@@ -13,7 +13,7 @@ from compgen.pipelines.delivery import PageStart
 from compgen.pipelines.job_results import Planned
 from compgen.pipelines.resume.beginning import Beginning
 from compgen.pipelines.resume.written_job import WrittenJob
-from compgen.verification.deviation import Deviation, percentile99, rms
+from compgen.verification.deviation import Deviation, percentile99
 from compgen.verification.verdict import Verdict, verdict_of
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, own
+from compgen.core.arrays import Array, own, rms
 from compgen.core.units import UM
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
@@ -15,7 +15,7 @@ from compgen.pipelines.study.live_model import Setting, at, overrides_of, planne
 from compgen.pipelines.study.live_places import Flown
 from compgen.pipelines.study.live_sliders import Slider
 from compgen.pipelines.study.sample_band import band_at_samples, some_samples
-from compgen.verification.deviation import percentile99, rms, sample_lengths
+from compgen.verification.deviation import percentile99, sample_lengths
 
 DRAWN = 20
 SEED = 19

@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compgen.core.arrays import Array
+from compgen.core.arrays import Array, rms
 from compgen.core.units import HOUR, MINUTE, MM
 from compgen.pipelines.study.live_day import NodeLaw, Stage, after_stages, cut
 from compgen.pipelines.study.live_places import Places
 from compgen.pipelines.study.live_sliders import Day, Slider
 from compgen.thermal import Ambient, ThermalModel
-from compgen.verification.deviation import percentile99, rms
+from compgen.verification.deviation import percentile99
 
 STARTS = ("delay", "run")  # kinds of sliders that say which start is meant
 ONE_START = "compensation.average_over={override_percent=[100]}"  # of a file that serves several: this one alone

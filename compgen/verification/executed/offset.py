@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray
+from compgen.core.arrays import Array, IntArray, rms
 from compgen.core.pose import Pose
 from compgen.core.rotations import rotation_vector
 from compgen.core.units import DEG, MM
@@ -68,8 +68,8 @@ def shape_elsewhere(course: Course, position: Array, travelled: Array) -> Pose |
     if turn_of(moved) < 10 * TURNED:
         moved = _moved_only(course, position, travelled, moved)
     track = follow(course, moved.act(position), travelled)
-    rms = float(np.sqrt(np.mean(track.distance[track.on] ** 2))) if track.on.any() else np.inf
-    return moved if fits(course, track) and track.share > 0.9 and rms < SHAPE else None
+    off = _rms(track)
+    return moved if fits(course, track) and track.share > 0.9 and off < SHAPE else None
 
 
 def _moved_only(course: Course, position: Array, travelled: Array, moved: Pose) -> Pose:
@@ -91,7 +91,7 @@ def _moved_only(course: Course, position: Array, travelled: Array, moved: Pose) 
 
 
 def _rms(track: Track) -> float:
-    return float(np.sqrt(np.mean(track.distance[track.on] ** 2))) if track.on.any() else np.inf
+    return rms(track.distance[track.on]) if track.on.any() else np.inf
 
 
 def best_motion(start: Array, end: Array) -> Pose:

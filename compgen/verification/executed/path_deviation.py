@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own
-from compgen.verification.deviation import Extent, percentile99, rms
+from compgen.core.arrays import Array, BoolArray, IntArray, own, rms
+from compgen.verification.deviation import Extent, percentile99
 from compgen.verification.executed.course import Course
 from compgen.verification.executed.laid_log import LaidLog, row_noise
 from compgen.verification.executed.projection import components
