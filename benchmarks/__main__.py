@@ -40,19 +40,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--no-peers", action="store_true", help="only what is installed here")
     parser.add_argument("--ipopt", type=int, default=10_000, help="waypoints for the general program; 0: without")
     parser.add_argument("--points", type=int, default=LONG, help="waypoints of the largest whole run")
+    parser.add_argument("--starts", type=int, default=2 * ROUNDS, help="how often the short job starts from the shell")
     given = parser.parse_args(arguments)
     if given.points < 1000:
         parser.error("--points: give 1000 or more")
+    if given.starts < 1:
+        parser.error("--starts: give 1 or more")
     rows: list[Row] = []
     busy = load()
-    for row in measured(Path(given.folder), given.points, given.ipopt, not given.no_peers):
+    for row in measured(Path(given.folder), given.points, given.ipopt, given.starts, not given.no_peers):
         rows.append(row)
         print(f"{row[0]:<100} {row[1]:>10} {row[2]}", flush=True)
     asked = f"--points {given.points} --ipopt {given.ipopt}" + (" --no-peers" if given.no_peers else "")
+    asked += f" --starts {given.starts}" if given.starts != parser.get_default("starts") else ""
     Path(given.out).write_text(table(rows, asked, busy))
 
 
-def measured(folder: Path, points: int, ipopt: int, others: bool) -> Iterator[Row]:
+def measured(folder: Path, points: int, ipopt: int, starts: int, others: bool) -> Iterator[Row]:
     """Every row, as it comes."""
     folder.mkdir(parents=True, exist_ok=True)
     compiler = evaluation.find_compiler(folder / "compiled")
@@ -71,7 +75,7 @@ def measured(folder: Path, points: int, ipopt: int, others: bool) -> Iterator[Ro
     told = f"+ {(c['limited'] - one) / unit:.2f} ({100 * c['at a limit']:.1f} % at it)"
     yield "smoothing, 1 % of waypoints at a limit", "<= + 8", told
     yield from every_error(min(points, SOME))
-    yield from whole_runs(folder, unit, points)
+    yield from whole_runs(folder, unit, points, starts)
     yield from texts(min(points, SOME))
     yield identified(1000 if points >= LONG else 60)
     if others:
@@ -98,11 +102,12 @@ def every_error(points: int) -> Iterator[Row]:
     yield "correction with that model, vectorised, in units of that model", "", f"{spent / full:.2f}"
 
 
-def whole_runs(folder: Path, unit: float, points: int) -> Iterator[Row]:
+def whole_runs(folder: Path, unit: float, points: int, starts: int) -> Iterator[Row]:
     """From TOML to written, at three sizes; and a short job."""
     least = min(points, max(points // 100, 5000))
     sizes = [least, int(np.sqrt(least * points)), points]
-    small, middle, large = (whole.runs(folder / "compiled", WORKERS, size) for size in sizes)
+    run = {size: whole.runs(folder / "compiled", WORKERS, size) for size in dict.fromkeys(sizes)}
+    small, middle, large = (run[size] for size in sizes)
     count, elapsed, spent, peak = large
     long = points >= LONG
     told = f"whole generate at {count:.0f} waypoints, {WORKERS} workers, in units a waypoint"
@@ -123,7 +128,7 @@ def whole_runs(folder: Path, unit: float, points: int) -> Iterator[Row]:
     flown = bands.seconds_of_draws(folder / "compiled", min(points, DRAWN), WORKERS)
     what = f"{flown.draws} flights of a draw each at {flown.waypoints} waypoints, {WORKERS} workers: elapsed"
     yield what, "<= 15 s" if points >= DRAWN else "", f"{flown.elapsed:.1f} s (processor {flown.processor:.1f} s)"
-    processor, elapsed = whole.cold_start(folder)
+    processor, elapsed = whole.cold_start(folder, starts)
     told = f"{processor:.1f} (elapsed {elapsed:.1f})"
     yield "generate paths/spiral_1300.toml over importing casadi, pinocchio, scipy", "<= 3", told
 

@@ -16,6 +16,7 @@ SCRIPT = """
 import resource, sys, time
 from pathlib import Path
 from compgen.core import evaluation
+from compgen.core.json_text import json_text
 from compgen.pipelines.generate import generate
 from compgen.pipelines.path_file import load_job
 from compgen.report import job_html, job_summary, waypoints_blocks
@@ -49,7 +50,7 @@ def runs(cache: Path, workers: int, points: int) -> tuple[float, ...]:
     return tuple(statistics.median(column) for column in zip(*rows))
 
 
-def cold_start(cache: Path) -> tuple[float, float]:
+def cold_start(cache: Path, starts: int) -> tuple[float, float]:
     """A short job from the shell with a warm cache over importing what it stands on: processor time, elapsed time.
 
     Both as a user starts them: without this process's word on threads, and with modules kept compiled.
@@ -65,7 +66,7 @@ def cold_start(cache: Path) -> tuple[float, float]:
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, end - begin
 
     jobs, bases = [], []
-    for n in range(2 * ROUNDS + 1):  # in turn, so that both see the same machine; the first warms
+    for n in range(starts + 1):  # in turn, so that both see the same machine; the first warms
         with tempfile.TemporaryDirectory() as folder:
             job = spent("-m", "compgen", "generate", "paths/spiral_1300.toml", "-q", "-o", f"{folder}/o")
         base = spent("-c", "import casadi, pinocchio, scipy")
