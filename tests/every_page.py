@@ -74,7 +74,9 @@ def _measured(folder: Path) -> list[object]:
     data = measured(truth, random_theta(truth.arm.robot, rng, 30), rng)
     pendant = truth.arm.robot.to_pendant(data.theta)[data.pose] / DEG
     rows = ["order,target,j1_deg,j2_deg,j3_deg,j4_deg,j5_deg,j6_deg,x_mm,y_mm,z_mm"]
-    for pose, reflector, joints, place in zip(data.pose, data.reflector, pendant, data.position / MM):
+    places = data.position / MM
+    places[7, 2] += 5.0  # a slip of the tracker
+    for pose, reflector, joints, place in zip(data.pose, data.reflector, pendant, places):
         rows.append(",".join([str(pose), data.reflectors[reflector], *(f"{v:.6f}" for v in (*joints, *place))]))
     (folder / "poses.csv").write_text("\n".join(rows) + "\n")
     return [truth.arm.source, "--poses", "poses.csv", "--force"]

@@ -1,19 +1,21 @@
 """An identification as one page."""
 
+from html import escape
 from typing import Any
 
 import numpy as np
 
 from compgen.core.arrays import Array
-from compgen.core.units import DEG, MM, UM
+from compgen.core.units import DEG, HOUR, MM, UM
 from compgen.identification.identifiability import correlations
 from compgen.identification.identify import Identification
-from compgen.report.figure import COOL, GREY, LINES, RED_TO_BLUE, WARM, Figure, axis, figure, rows_to_draw, trace
+from compgen.report.figure import COOL, GREY, RED_TO_BLUE, WARM, Figure, Trace, axis, figure, rows_to_draw, spans, trace
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.figure_rows import Row, figure_in_rows
 from compgen.report.figure_words import course, curves_in_words, sentence
 from compgen.report.identification_summary import identification_summary, limits_sentence
 from compgen.report.inputs import Inputs
+from compgen.report.key_words import parameter_words
 from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, section, verdict
 from compgen.report.table import table
 
@@ -25,6 +27,9 @@ FIGURES = {
 }
 REMARK = "What the measurements do not excite stays at the robot file's value, and is known no better than it says."
 MAX_PARAMETERS = 60  # that a figure of correlations can show
+MOST_PARAMETERS = 40  # in the table, those first that move the tool most
+LONG = 2 * HOUR  # of measurements, from which their time is in hours
+MOST_PAIRS, ALIKE = 12, 0.8  # in the table of parameters that are hard to tell apart; correlation from which they are
 
 
 def identification_html(
@@ -46,13 +51,16 @@ def identification_html(
     figures = identification_figures(identification)
     opening += f"<p>{in_words(limits_sentence(data))}</p>"
     body = findings_list(identification.findings) + _ladder(data) + _kinds(data)
-    body += "".join(figure_section(FIGURES[key], content, key) for key, content in figures.items())
-    body += _parameters(data)
+    body += "".join(figure_section(FIGURES[key], figures[key], key) for key in figures if key != "correlation")
+    body += _parameters(data) + _alike(identification)
     return page(f"Identification of {identification.robot.name}", body, opening, inputs, REMARK, options)
 
 
 def identification_figures(identification: Identification) -> dict[str, Figure]:
-    """Figures by the keys of ``FIGURES``; none in space where no row is a place."""
+    """Figures by the keys of ``FIGURES``; none in space where no row is a place.
+
+    Correlations are for a wide screen: the page has the largest of them as a table.
+    """
     has_places = bool((identification.data.numbers == 3).any())  # a distance has no place to be drawn at
     return {
         **({"space": _residuals_in_space(identification)} if has_places else {}),
@@ -86,17 +94,38 @@ def _kinds(data: dict[str, Any]) -> str:
 
 
 def _parameters(data: dict[str, Any]) -> str:
+    ranked = sorted(data["parameters"], key=lambda p: -p["moves_um"])
     rows = [
-        [p["name"], f"{p['value']:.4g}", f"{p['sigma']:.3g}", f"{100 * p['told']:.0f} %"] for p in data["parameters"]
-    ]
-    lead = "<p class=lead>Known: how much of the prior's variance the data has taken away.</p>"
-    return section("Parameters", lead + table(["parameter", "value", "sigma", "known"], rows))
+        [escape(parameter_words(p["name"])), f"{p['value']:.4g} &plusmn; {p['sigma']:.2g}", f"{p['moves_um']:.0f}",
+         f"{100 * p['told']:.0f} %"]
+        for p in ranked[:MOST_PARAMETERS]
+    ]  # fmt: skip
+    rest = len(ranked) - MOST_PARAMETERS
+    more = f" {rest} more, which move the tool less, are in the JSON file beside this page." if rest > 0 else ""
+    lead = f'<p class="lead">Known: how much of the prior\'s variance the data has taken away.{more}</p>'
+    head = ["parameter", "value &plusmn; sigma", "moves the tool by [&micro;m]", "known"]
+    return section("Parameters", lead + table(head, rows))
+
+
+def _alike(identification: Identification) -> str:
+    """Pairs of parameters whose effects the data can hardly tell apart."""
+    fit = identification.selected.fit
+    names = [parameter_words(identification.model.parameters[k].name) for k in np.flatnonzero(fit.active)]
+    values = np.triu(correlations(fit), 1)
+    pairs = np.argwhere(np.abs(values) > ALIKE).tolist()
+    pairs.sort(key=lambda pair: -abs(values[pair[0], pair[1]]))
+    if not pairs:
+        return section("Hard to tell apart", f"<p>No two parameters correlate by more than {ALIKE:g}.</p>")
+    more = f", the first {MOST_PAIRS} of {len(pairs)}" if len(pairs) > MOST_PAIRS else ""
+    lead = f'<p class="lead">Parameters that correlate by more than {ALIKE:g}{more}: the data knows what both do.</p>'
+    rows = [[escape(names[i]), escape(names[j]), f"{values[i, j]:.2f}"] for i, j in pairs[:MOST_PAIRS]]
+    return section("Hard to tell apart", lead + table(["parameter", "and", "correlation"], rows, [1]))
 
 
 def _residuals_in_space(identification: Identification) -> Figure:
     """Residuals as lines from where they were measured, before and after, each as long as can be seen."""
     data, fit = identification.data, identification.selected.fit
-    located = np.flatnonzero(data.numbers == 3)
+    located = np.flatnonzero((data.numbers == 3) & ~fit.outlier)
     rows = located[rows_to_draw(np.linalg.norm(fit.residual[located], axis=1))]
     places = fit.frames.far_ends(data, *identification.model.pose(data, fit.p))[rows]
     paths, ends = [], [places]
@@ -125,50 +154,59 @@ def magnification(places: Array, size: Array) -> int:
 
 
 def _residuals_over_time(identification: Identification) -> Figure:
-    data = identification.data
-    time = data.time[data.pose]
+    """Each row on the scale of what was kept; rows that were set aside stand at the upper edge."""
+    data, set_aside = identification.data, identification.selected.fit.outlier
+    is_long = np.ptp(data.time) > LONG
+    time = data.time[data.pose] / (HOUR if is_long else 1.0)
     rows, words = [], []
     for step, colour, name, symbol in (
         (identification.candidates[0], WARM, "before", "circle"),
         (identification.selected, COOL, "after", "diamond"),
     ):
-        size = np.linalg.norm(step.fit.residual, axis=1)
-        shown = rows_to_draw(size)
+        size = np.linalg.norm(step.fit.residual, axis=1) / UM
+        kept = np.flatnonzero(~set_aside)
+        shown = kept[rows_to_draw(size[kept])]
         look = {"mode": "markers", "name": name, "marker": {"color": colour, "size": 5, "symbol": symbol}}
-        drawn = np.round(size[shown] / UM, 2)
+        drawn = np.round(size[shown], 2)
         traces = [trace("scatter", time[shown], drawn, showlegend=True, **look)]
         words.append(course(name, drawn, "µm"))
-        outliers = np.flatnonzero(step.fit.outlier) if step is identification.selected else np.zeros(0, dtype=int)
+        top = 1.15 * float(size[kept].max(initial=0.0)) or 1.0
+        outliers = np.flatnonzero(set_aside) if name == "after" else np.zeros(0, dtype=int)
         if len(outliers):
-            cross = {"mode": "markers", "name": "set aside", "marker": {"color": GREY, "symbol": "x", "size": 9}}
-            traces.append(trace("scatter", time[outliers], np.round(size[outliers] / UM, 2), **cross))
+            cross = {"color": GREY, "symbol": "x", "size": 9}
+            traces.append(
+                trace(
+                    "scatter", time[outliers], np.full(len(outliers), 0.96 * top), mode="markers", marker=cross,
+                    name="set aside, beyond this scale", text=[f"{value:.0f}" for value in size[outliers]],
+                    hovertemplate="%{text} µm<extra></extra>",
+                )
+            )  # fmt: skip
             words.append(f"{len(outliers)} set aside")
-        rows.append(Row(f"{name} [µm]", traces, options={"rangemode": "tozero"}))
-    return figure_in_rows(rows, "time [s], or order", sentence("Residual over time", words))
+        rows.append(Row(f"{name} [µm]", traces, options={"range": [0, top]}))
+    return figure_in_rows(rows, "time [h]" if is_long else "time [s], or order", sentence("Residual over time", words))
 
 
 def _residuals_over_joints(identification: Identification) -> Figure:
+    """A plot for each joint, all on one scale."""
     data, fit = identification.data, identification.selected.fit
     size = np.round(np.where(fit.outlier, np.nan, np.linalg.norm(fit.residual, axis=1)) / UM, 2)
     pendant = np.round(identification.robot.to_pendant(data.theta)[data.pose] / DEG, 3)
-    traces = [
-        trace(
-            "scatter", pendant[:, k], size, mode="markers", name=f"J{k + 1}", marker={"color": LINES[k], "size": 4},
-            visible=True if k == 0 else "legendonly",
-        )
-        for k in range(6)
-    ]  # fmt: skip
-    title = "pendant angle [deg]"
-    narrow = {"xaxis": {"title": {"text": title}}}
+    traces: list[Trace] = []
+    axes: dict[str, Any] = {}
+    narrow: dict[str, Any] = {}
+    for k in range(6):
+        which = str(k + 1) if k else ""
+        look = {"mode": "markers", "name": f"J{k + 1}", "marker": {"color": COOL, "size": 4, "symbol": "diamond"}}
+        traces.append(trace("scatter", pendant[:, k], size, xaxis=f"x{which}", yaxis=f"y{which}", **look))
+        for layout, columns, gaps in ((axes, 3, (0.05, 0.24)), (narrow, 2, (0.08, 0.14))):
+            across, up = spans(columns, gaps[0]), spans(6 // columns, gaps[1])[::-1]
+            of_y = {"showticklabels": k % columns == 0, "domain": up[k // columns]}
+            of_y["title"] = {"text": "residual [µm]" if k % columns == 0 else ""}
+            layout |= {f"xaxis{which}": {"domain": across[k % columns]}, f"yaxis{which}": of_y}
+        axes[f"xaxis{which}"] |= axis(f"J{k + 1} [deg]", anchor=f"y{which}", nticks=5)
+        axes[f"yaxis{which}"] |= {"anchor": f"x{which}", "rangemode": "tozero", **({"matches": "y"} if k else {})}
     alt = curves_in_words("Residual over each joint's angle", traces, "µm")
-    return figure(
-        traces,
-        340,
-        alt,
-        narrow,
-        yaxis=axis("residual [µm]"),
-        xaxis=axis(f"{title}; click the legend for another joint"),
-    )
+    return figure(traces, 420, alt, {**narrow, "height": 460}, showlegend=False, **axes)
 
 
 def _correlation_map(identification: Identification) -> Figure:

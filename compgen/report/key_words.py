@@ -50,6 +50,8 @@ WORDS = {
     "of_largest": "of the largest error",
     "own_largest": "its own largest",
     "hours": "time [h]",
+    "excess_a": "relative expansion beyond the file's of a",
+    "excess_d": "relative expansion beyond the file's of d",
 }
 #: tables whose keys say enough without them
 PLAIN = {"path", "robot", "process", "thermal", "compensation", "sources", "options", "timing", "program", "runs"}
@@ -85,6 +87,15 @@ def title_of(key: str) -> str:
     """A key in words with its unit in brackets, as an axis or a column has it."""
     unit = unit_of(key)
     return f"{words_of(key)} [{unit}]" if unit else words_of(key)
+
+
+def parameter_words(name: str) -> str:
+    """A source's parameter with its unit: ``link_offsets.alpha_mdeg[2]`` is link offsets: alpha 2 [mdeg]."""
+    source, _, entry = name.partition(".")
+    stem, _, place = entry.rstrip("]").partition("[")
+    stem, unit = _parted(stem)
+    words = f"{source.replace('_', ' ')}: {WORDS.get(stem, stem.replace('_', ' '))} {place}".strip()
+    return f"{words} [{unit}]" if unit else words
 
 
 def ascii_units(text: str) -> str:
