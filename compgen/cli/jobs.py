@@ -8,7 +8,7 @@ from compgen.cli import options as opt
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
-from compgen.core.dates import checked_date
+from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import Level, first_message
 from compgen.core.units import MM, UM
 
@@ -60,7 +60,7 @@ def generate(
         job = job if lift is None else lifted(job, lift)
         check_folder(folder, "generate", job)
         of_page = page_options(folder, assets, date)
-        in_header = opt.DEFAULT_DATE if date is None else checked_date(date)
+        in_header = DEFAULT_DATE if date is None else checked_date(date)
         planned, corrected = pipeline.generate(job, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
@@ -124,7 +124,7 @@ def predict(
         planned = pipeline.predict(job, progress)
         programs: dict[str, bytes] = {}
         if program:
-            planned, delivered = deliver_planned(planned, opt.DEFAULT_DATE if date is None else page_date(date)[2:])
+            planned, delivered = deliver_planned(planned, DEFAULT_DATE if date is None else page_date(date)[2:])
             programs = {} if first_message(Level.OUTSIDE, planned.findings) else dict(delivered.files)
         progress("report", 0.0)
         reports = page_files(folder, job_reports(planned, None, of_page), figures, of_page)

@@ -78,7 +78,6 @@ Strict = Annotated[
 ]
 ForceProgram = Annotated[bool, typer.Option("--force", help="Write the program even outside its bounds.")]
 Date = Annotated[str, typer.Option("--date", help="Date in the program's header, YY-MM-DD.")]
-DEFAULT_DATE = "26-01-01"  # fixed, so that the same inputs give the same bytes
 
 ProgramFile = Annotated[
     str, typer.Argument(autocompletion=complete_programs, help="A FANUC program, NAME.LS", show_default=False)

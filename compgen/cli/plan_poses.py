@@ -9,7 +9,7 @@ from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_record
 from compgen.cli.ownership import check_planned_poses
 from compgen.cli.publish import publish
-from compgen.core.dates import checked_date
+from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.exceptions import InputError
 
 FARTHEST_MM = 1e5  # of what stands in a cell
@@ -41,7 +41,7 @@ def plan_poses(
     ] = True,
     wait: Annotated[float, typer.Option("--wait", help="Seconds at each pose.")] = 3.0,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_poses.")] = None,
-    date: opt.Date = opt.DEFAULT_DATE,
+    date: opt.Date = DEFAULT_DATE,
     as_json: opt.Json = False,
     quiet: opt.Quiet = False,
     workers: opt.Workers = 0,

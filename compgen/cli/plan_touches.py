@@ -12,7 +12,7 @@ from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_record
 from compgen.cli.ownership import check_planned_touches
 from compgen.cli.publish import publish
-from compgen.core.dates import checked_date
+from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.exceptions import InputError
 from compgen.core.json_text import json_text
 
@@ -51,7 +51,7 @@ def plan_touches(
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<path name>_touches.")
     ] = None,
     as_json: opt.Json = False,
-    date: opt.Date = opt.DEFAULT_DATE,
+    date: opt.Date = DEFAULT_DATE,
     quiet: opt.Quiet = False,
     workers: opt.Workers = 0,
 ) -> None:

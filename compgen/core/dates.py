@@ -5,6 +5,8 @@ from calendar import monthrange
 
 from compgen.core.exceptions import InputError
 
+DEFAULT_DATE = "26-01-01"  # fixed, so that the same inputs give the same bytes
+
 
 def checked_date(date: str) -> str:
     """A date YY-MM-DD, given so or as 20YY-MM-DD.

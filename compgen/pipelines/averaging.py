@@ -20,10 +20,11 @@ from compgen.compensation import optimise
 from compgen.compensation.problem import Problem
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray, own
+from compgen.core.dates import DEFAULT_DATE
 from compgen.error_model.direction_memory import DirectionState
 from compgen.error_model.model import ErrorModel
 from compgen.pipelines.job import Job
-from compgen.pipelines.program_text import DATE, compose_program
+from compgen.pipelines.program_text import compose_program
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
@@ -164,7 +165,7 @@ def _fly(file: WrittenFile, prepared: PreparedProgram) -> Deviation:
 def _rewritten(file: WrittenFile, problem: Problem, solution: Solution, trajectory: Trajectory) -> PreparedProgram:
     """The text of another correction."""
     job, commanded = file.job, problem.commanded(solution.correction)
-    program, printed = compose_program(job, commanded, solution.theta, trajectory, file.path, DATE, None)
+    program, printed = compose_program(job, commanded, solution.theta, trajectory, file.path, DEFAULT_DATE, None)
     return prepare(twin_of(job), fanuc.as_written(program, printed), job.history.before, job.history.air)
 
 

@@ -12,6 +12,7 @@ from compgen.compensation.mid_spatial import mid_spatial
 from compgen.compensation.problem import Problem, Settings, Solver
 from compgen.compensation.solution import Solution
 from compgen.core.arrays import Array, IntArray
+from compgen.core.dates import DEFAULT_DATE
 from compgen.core.evaluation import run_in_background
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level, Progress
@@ -42,7 +43,7 @@ from compgen.pipelines.motion_findings import motion_findings, touching_segments
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.part_frame import frame_findings
 from compgen.pipelines.period_findings import over_periods, times_apart
-from compgen.pipelines.program_text import DATE, compose_program, planned_program, printed_in_world
+from compgen.pipelines.program_text import compose_program, planned_program, printed_in_world
 from compgen.pipelines.start_window import Course, windows
 from compgen.pipelines.statement_fit import flown_at_waypoints
 from compgen.pipelines.twin_of_job import twin_of
@@ -57,7 +58,7 @@ from compgen.verification.written_motion import WrittenMotion, read_motion
 MAX_RIPPLE = 0.05 * UM
 
 
-def predict(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> Planned:
+def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool = True) -> Planned:
     """What would go wrong if the planned program ran as it is.
 
     Args:
@@ -123,7 +124,7 @@ def _plan(job: Job, progress: Progress, date: str, pages: bool, alone: bool = Fa
     )  # fmt: skip
 
 
-def generate(job: Job, progress: Progress, date: str = DATE, pages: bool = True) -> tuple[Planned, Corrected]:
+def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool = True) -> tuple[Planned, Corrected]:
     """The corrected program, proven from the text that is delivered.
 
     Args:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from compgen import __version__, fanuc
+from compgen.core.dates import DEFAULT_DATE
 from compgen.fanuc import Program
 from compgen.fanuc.paging.canonical_split import split_canonical
 from compgen.fanuc.paging.join_check import interpret_pages
@@ -16,7 +17,7 @@ from compgen.fanuc.paging.stops import controller_capacity, head_line_count
 from compgen.pipelines.delivery import Delivery, deliver_file, require_equal, size_findings
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
-from compgen.pipelines.program_text import DATE, REMARK_WIDTH, compose_program
+from compgen.pipelines.program_text import REMARK_WIDTH, compose_program
 
 PLAN = "_PLAN"  # behind the name of a program that is not corrected
 COMMENT = "compgen PLANNED"
@@ -27,7 +28,7 @@ def planned_name_of(job: Job) -> str:
     return f"{fanuc.program_name(job.name, job.robot.controller.name_length - len(PLAN))}{PLAN}"
 
 
-def deliver_planned(planned: Planned, date: str = DATE) -> tuple[Planned, Delivery]:
+def deliver_planned(planned: Planned, date: str = DEFAULT_DATE) -> tuple[Planned, Delivery]:
     """The files of a prediction's program, and the prediction with what is said of their size.
 
     Args:

@@ -7,6 +7,7 @@ import numpy as np
 from compgen import __version__, fanuc
 from compgen.core.arcs import segment_lengths, statement_starts
 from compgen.core.arrays import Array, BoolArray, frozen
+from compgen.core.dates import DEFAULT_DATE
 from compgen.core.pose import Pose
 from compgen.fanuc import Program
 from compgen.fanuc.configuration import turn_digits
@@ -16,14 +17,15 @@ from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.robot import inverse_kinematics, joint_path
 
-DATE = "26-01-01"
 REMARK_WIDTH = 32
 FULL_SPEED = "_V100"  # behind the name of a program that is commanded for what a controller does at 100 % override
 DRY = "_DRY"  # behind the name of a dry run
 COMMON_REMARKS = 4  # that pages and their main program repeat: what it was made from, and the override to run it at
 
 
-def planned_program(job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DATE) -> Program:
+def planned_program(
+    job: Job, path: ToolPath, theta: Array, trajectory: Trajectory, date: str = DEFAULT_DATE
+) -> Program:
     """The uncorrected program as its text would be read."""
     program, printed = compose_program(job, path.target, theta, trajectory, path, date, None)
     return fanuc.as_written(program, printed)

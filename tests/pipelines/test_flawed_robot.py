@@ -16,6 +16,7 @@ from shipped import path_file, quiet
 from compgen import fanuc
 from compgen.compensation import general_solver, optimise, refinement
 from compgen.compensation.optimise import Status
+from compgen.core.dates import DEFAULT_DATE
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level
 from compgen.core.units import DEG, MDEG, MM, UM
@@ -30,7 +31,7 @@ from compgen.fanuc.frames import default_frames
 from compgen.pipelines import correct, generate
 from compgen.pipelines.motion_plan import plan_motion
 from compgen.pipelines.path_file import load_job
-from compgen.pipelines.program_text import DATE, compose_program
+from compgen.pipelines.program_text import compose_program
 from compgen.pipelines.robot_file import load_cell
 from compgen.planning import toolpath
 from compgen.report import job_summary
@@ -203,7 +204,7 @@ def test_an_existing_program_is_corrected_with_the_direction_it_comes_from(raste
     """The planned, uncorrected text as somebody's program."""
     _, planned, corrected = raster
     job, path = planned.job, planned.path
-    program, _ = compose_program(job, path.target, planned.theta, planned.trajectory, path, DATE, None)
+    program, _ = compose_program(job, path.target, planned.theta, planned.trajectory, path, DEFAULT_DATE, None)
     text = fanuc.compose(program)
     cell = load_cell(robot)
     result = correct.correct(

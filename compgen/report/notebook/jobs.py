@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from compgen.core.arrays import Array, BoolArray, frozen
-from compgen.core.dates import checked_date
+from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import Finding, Progress
 from compgen.core.sealed import RESULT, seal
 from compgen.pipelines import generate as pipeline
@@ -13,7 +13,6 @@ from compgen.pipelines.averaging import Averaged
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.pipelines.path_file import load_job as read_job
-from compgen.pipelines.program_text import DATE
 from compgen.pipelines.robot_file import load_robot as read_robot
 from compgen.pipelines.state_in_place import seconds_of_age, state_overrides
 from compgen.report.files import job_reports
@@ -307,7 +306,7 @@ def predict(job: Job, progress: Progress | None = None, workers: int | None = No
 
 def generate(
     job: Job,
-    date: str = DATE,
+    date: str = DEFAULT_DATE,
     pages: bool = True,
     progress: Progress | None = None,
     workers: int | None = None,
