@@ -8,7 +8,7 @@ import numpy as np
 
 from compgen.core.arrays import rms
 from compgen.core.units import MDEG, UM
-from compgen.pipelines.comparison.comparison import Comparison, Pair, Told
+from compgen.pipelines.comparison.comparison import Comparison, FindingText, Pair
 from compgen.pipelines.comparison.outputs import Output
 from compgen.pipelines.comparison.positions import Movement
 from compgen.pipelines.comparison.scenarios import MatchedScenarios
@@ -21,7 +21,6 @@ WHOLE = 1e15  # below it a float without a fraction is shown as a whole number
 _SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on the part", "before": "before",
           "after": "after", "largest": "largest of all scenarios", "least": "least of all scenarios",
           "band.first": "first run", "band.largest": "run that errs most"}  # fmt: skip
-_STATISTICS = {"max": "max", "p99": "p99", "rms": "rms"}
 
 
 def comparison_record(comparison: Comparison) -> dict[str, Any]:
@@ -39,7 +38,7 @@ def comparison_record(comparison: Comparison) -> dict[str, Any]:
         "final_error_um": comparison.final_error,
         "positions": _positions(comparison.movement),
         "scenarios": None if scenarios is None else _scenarios(scenarios),
-        "findings": {name: _told(getattr(comparison.findings, name)) for name in ("gone", "new", "changed")},
+        "findings": {name: _findings(getattr(comparison.findings, name)) for name in ("gone", "new", "changed")},
     }
 
 
@@ -54,8 +53,7 @@ def label_of(key: str) -> str:
     side = next((words for start, words in _SIDES.items() if key.startswith(f"{start}.")), "")
     name = words_of(last)
     if tables[-1:] in (["total"], ["turn"]):
-        statistic = _STATISTICS[last.split("_")[0]]
-        return f"{'error' if tables[-1] == 'total' else 'tool axis'} {side}: {statistic}"
+        return f"{'error' if tables[-1] == 'total' else 'tool axis'} {side}: {last.split('_')[0]}"
     if tables[:1] == ["rise_K"]:
         return f"rise of {last} at the {tables[1]}"
     if last == "p95_um":
@@ -69,13 +67,13 @@ def cell(value: Any, key: str, signed: bool = False) -> str:
         return "–"
     if isinstance(value, bool):
         return "true" if value else "false"
+    sign = "+" if signed else ""
     if isinstance(value, float) and unit_of(key) in ("µm", "mdeg", "s"):
-        return f"{value:+.2f}" if signed else f"{value:.2f}"
+        return f"{value:{sign}.2f}"
     if key.endswith(".at_feed"):
-        return f"{100 * value:{'+' if signed else ''}.2f}"
+        return f"{100 * value:{sign}.2f}"
     if isinstance(value, int | float):
-        figures = "d" if isinstance(value, int) else ".4g" if signed else ".6g"
-        return f"{value:{'+' if signed else ''}{figures}}"
+        return f"{value:{sign}{'d' if isinstance(value, int) else '.4g' if signed else '.6g'}}"
     return value if isinstance(value, str) and value.isprintable() else json.dumps(value)
 
 
@@ -120,20 +118,12 @@ def headline(comparison: Comparison) -> str:
 
 def error_sentence(comparison: Comparison) -> str:
     """The largest error that is left, of both."""
-    key = next(
-        (
-            pair.key
-            for wanted in FINAL
-            for pair in comparison.error
-            if pair.key == wanted and pair.a is not None and pair.b is not None
-        ),
-        None,
-    )
-    if key is None:
+    pairs = {pair.key: pair for pair in comparison.error if pair.a is not None and pair.b is not None}
+    pair = next((pairs[key] for key in FINAL if key in pairs), None)
+    if pair is None:
         return "no error of both is known"
-    pair = next(p for p in comparison.error if p.key == key)
     change = "unchanged" if pair.is_same else f"{pair.change:+.2f}"
-    return f"{label_of(key)} {pair.a:.2f} um, then {pair.b:.2f} ({change})"
+    return f"{label_of(pair.key)} {pair.a:.2f} um, then {pair.b:.2f} ({change})"
 
 
 #: what a comparison is about, by kind: the largest error that is left
@@ -209,7 +199,7 @@ def _pair(pair: Pair) -> dict[str, Any]:
     }
 
 
-def _told(findings: Iterable[Told]) -> list[dict[str, str]]:
+def _findings(findings: Iterable[FindingText]) -> list[dict[str, str]]:
     return [dict(zip(("level", "code", "message"), finding)) for finding in findings]
 
 

@@ -14,7 +14,7 @@ from compgen.pipelines.comparison.outputs import Output, naming_damage, read_out
 from compgen.pipelines.comparison.positions import Movement, movement
 from compgen.pipelines.comparison.scenarios import MatchedScenarios, match_scenarios
 
-Told = tuple[str, str, str]  # of a finding: level, code, message
+FindingText = tuple[str, str, str]  # of a finding: level, code, message
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +47,9 @@ class Pair:
 class ChangedFindings:
     """Findings that one output has alone: level, code, message; those of B that A has with other numbers in them."""
 
-    gone: tuple[Told, ...]
-    new: tuple[Told, ...]
-    changed: tuple[Told, ...]
+    gone: tuple[FindingText, ...]
+    new: tuple[FindingText, ...]
+    changed: tuple[FindingText, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -123,7 +123,7 @@ def _pairs(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[Pair, ...]:
     return tuple(Pair(key, a.get(key), b.get(key)) for key in dict.fromkeys([*a, *b]))
 
 
-def _changed_findings(a: list[Told], b: list[Told]) -> ChangedFindings:
+def _changed_findings(a: list[FindingText], b: list[FindingText]) -> ChangedFindings:
     only_a, only_b = Counter(a) - Counter(b), Counter(b) - Counter(a)
     kinds = [{finding[:2] for finding in only} for only in (only_a, only_b)]
     return ChangedFindings(
