@@ -4,9 +4,9 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import Json, MaxUm, Quiet, checked_bound, output_folder
 from compgen.cli.ownership import check_compare_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
@@ -23,12 +23,12 @@ def compare(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for compare.html and compare.json; default: none.")
     ] = None,
-    max_um: MaxUm = None,
-    as_json: Json = False,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
     date: PageDate = None,
-    quiet: Quiet = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Set two outputs side by side. Exit 0, equal or not; with --max-um 1 where B's largest error is beyond it."""
     from compgen.cli.compare_table import show_comparison
@@ -36,8 +36,8 @@ def compare(
     from compgen.report.compare_page import comparison_files
     from compgen.report.compare_record import comparison_record
 
-    checked_bound(max_um)
-    folder = None if output is None else output_folder("", output)
+    opt.checked_bound(max_um)
+    folder = None if output is None else opt.output_folder("", output)
     comparison = pipeline(a, b)
     written = ""
     if folder is not None:

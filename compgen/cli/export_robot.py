@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from compgen.cli.options import Json, Quiet, RobotArgument
+from compgen.cli import options as opt
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
@@ -14,15 +14,15 @@ from compgen.core.json_text import json_text
 
 
 def export_robot(
-    robot: RobotArgument,
+    robot: opt.RobotArgument,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="File to write, .urdf or .json; default: print a URDF.")
     ] = None,
     rises: Annotated[
         str | None, typer.Option("--rise-K", help="Rises of its nodes, j2=11,j3=13; default: a cold arm.")
     ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Write an arm, identified or not, cold or hot, as URDF or JSON for other software."""
     from compgen.pipelines.robot_export import export_arm

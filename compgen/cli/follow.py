@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.durations import duration
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_note_once
-from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateFile, Workers, checked_bound
 from compgen.cli.output import reader_has_left
 from compgen.cli.page_options import Assets, AssetsOption, page_options
 from compgen.cli.resume import JobPath, LoadedPages, PagesFolder, RecordDate, checked_moment, within
@@ -51,20 +51,20 @@ def follow(
     lead: Annotated[
         str, typer.Option("--lead", help="How long before the page that runs ends the next one is taken as loaded.")
     ] = "1min",
-    state: StateFile = None,
+    state: opt.StateFile = None,
     once: Annotated[
         bool, typer.Option("--once", help="Look once and end; exit 1 when a page leaves the bound.")
     ] = False,
     path: JobPath = None,
-    robot: JobRobot = None,
+    robot: opt.JobRobot = None,
     date: RecordDate = None,
     force: Annotated[bool, typer.Option("--force", help="Write pages even outside the job's own bounds.")] = False,
-    max_um: MaxUm = None,
-    as_json: Json = False,
+    max_um: opt.MaxUm = None,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Follow a running job by its log: forecast the pages to come, and write the next one anew when it is due."""
     from compgen.cli.machine import use_machine
@@ -78,7 +78,7 @@ def follow(
     from compgen.pipelines.state_in_place import load_state
     from compgen.thermal.growing_log import read_growing_log
 
-    bound = checked_bound(max_um)
+    bound = opt.checked_bound(max_um)
     within_um = (max_um or WITHIN_UM) if within_um is None else within_um
     if not 0 < within_um < 1e4:
         raise InputError(f"--within-um {within_um:g}: outside 0 to 1e4; give micrometres, as 5")

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.messages import print_record
-from compgen.cli.options import Json, Quiet
 from compgen.cli.publish import check_writable, write_file
 from compgen.core.exceptions import InputError
 
@@ -28,8 +28,8 @@ def init(
     tutorial: Annotated[
         str | None, typer.Option("--tutorial", help="Lay down the files that this tutorial begins with, too.")
     ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Lay down the robots, paths and schemas that come with compgen, or a robot file from a URDF file."""
     from compgen.core.toml import shipped

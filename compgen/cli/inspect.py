@@ -5,14 +5,14 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.completion import complete_robots
 from compgen.cli.messages import print_record
-from compgen.cli.options import FramesFile, Json, ProgramFile, Quiet, RegistersFile
 from compgen.core.exceptions import naming_file
 
 
 def inspect(
-    program: ProgramFile,
+    program: opt.ProgramFile,
     robot: Annotated[
         str | None,
         typer.Option(
@@ -21,10 +21,10 @@ def inspect(
             help="Robot name or file, for reach and limits; default: the one that the program names.",
         ),
     ] = None,
-    frames: FramesFile = None,
-    registers: RegistersFile = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    frames: opt.FramesFile = None,
+    registers: opt.RegistersFile = None,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Say what a program is, and what makes correcting it unsafe. Changes nothing."""
     from compgen import fanuc

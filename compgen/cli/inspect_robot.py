@@ -5,9 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.messages import print_record
-from compgen.cli.options import Json, Quiet, RobotArgument, output_folder
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import publish
 from compgen.core.json_text import json_text
@@ -16,12 +16,12 @@ RECORD, PICTURE = "robot.json", "zero.svg"
 
 
 def inspect_robot(
-    robot: RobotArgument,
+    robot: opt.RobotArgument,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder; default outputs/<robot>_inspect.")
     ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Show a robot file's reach, limits and poses, to compare with the data sheet and the pendant."""
     from compgen.pipelines.robot_file import load_arm
@@ -29,7 +29,7 @@ def inspect_robot(
     from compgen.report.robot_sheet import sheet_record, zero_svg
 
     arm = load_arm(robot)
-    folder = output_folder(f"{arm.robot.name}_inspect", output)
+    folder = opt.output_folder(f"{arm.robot.name}_inspect", output)
     check_own_file("-o", str(folder / RECORD), b'"inspected_robot"', "inspect-robot")
     check_own_file("-o", str(folder / PICTURE), b"<svg", "inspect-robot")
     sheet = robot_sheet(arm)

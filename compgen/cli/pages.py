@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.messages import print_record
-from compgen.cli.options import Json, Overrides, ProgramFile, ProgramRobot, Quiet, output_folder
 from compgen.cli.ownership import check_pages_folder
 from compgen.cli.publish import files_of_earlier_run, publish
 from compgen.core.exceptions import InputError, naming_file
@@ -17,17 +17,17 @@ from compgen.core.files import read_regular
 
 
 def pages(
-    program: ProgramFile,
-    robot: ProgramRobot = None,
+    program: opt.ProgramFile,
+    robot: opt.ProgramRobot = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Folder for the pages; default outputs/<program>.")
     ] = None,
-    overrides: Overrides = None,
+    overrides: opt.Overrides = None,
     taken: Annotated[
         list[str] | None, typer.Option("--taken", help="A program's name that pages must not get; repeatable.")
     ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Part an existing program into pages that the controller holds, with a main program and a manifest."""
     from compgen import __version__, fanuc
@@ -44,7 +44,7 @@ def pages(
     from compgen.pipelines.robot_choice import robot_of_program
     from compgen.pipelines.robot_file import load_cell
 
-    folder = output_folder(program, output)
+    folder = opt.output_folder(program, output)
     content = read_program(program)
     with naming_file(program):
         whole = fanuc.loads(content)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.completion import complete_page_folders
 from compgen.cli.durations import duration
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import JobRobot, Json, MaxUm, Quiet, StateAge, StateFile, Workers, checked_bound
 from compgen.cli.page_options import Assets, AssetsOption, page_options
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Level, first_message
@@ -28,7 +28,6 @@ PagesFolder = Annotated[
 JobPath = Annotated[
     str | None, typer.Option("--path", help="Where the path file is now; default where it was, seen from here.")
 ]
-
 LoadedPages = Annotated[int, typer.Option("--loaded", help="The last page that the controller has.")]
 RecordDate = Annotated[
     str | None, typer.Option("--date", help="When, for the record, default now (UTC); on the page if given.")
@@ -38,8 +37,8 @@ RecordDate = Annotated[
 def resume(
     folder: PagesFolder,
     from_page: Annotated[int, typer.Option("--from-page", help="The first page to write anew, from 1.")],
-    state: StateFile = None,
-    state_age: StateAge = None,
+    state: opt.StateFile = None,
+    state_age: opt.StateAge = None,
     log: Annotated[
         str | None, typer.Option("--log", help="Thermocouple log so far; the page starts at its end.")
     ] = None,
@@ -48,16 +47,16 @@ def resume(
     ] = None,
     loaded: LoadedPages = 0,
     done: Annotated[int, typer.Option("--done", help="The last page that has run.")] = 0,
-    max_um: MaxUm = None,
+    max_um: opt.MaxUm = None,
     path: JobPath = None,
-    robot: JobRobot = None,
+    robot: opt.JobRobot = None,
     date: RecordDate = None,
     force: Annotated[bool, typer.Option("--force", help="Write the pages even outside their bounds.")] = False,
-    as_json: Json = False,
+    as_json: opt.Json = False,
     assets: AssetsOption = Assets.INLINE,
     figures: FiguresOption = None,
-    quiet: Quiet = False,
-    workers: Workers = 0,
+    quiet: opt.Quiet = False,
+    workers: opt.Workers = 0,
 ) -> None:
     """Write the remaining pages of a job anew, under their names, for what the robot is when the next one starts."""
     from compgen.cli.machine import use_machine
@@ -93,7 +92,7 @@ def resume(
     finish_replacing(place)
     written = read_written_job(place)
     require_free(written, from_page, loaded, done)
-    bound = checked_bound(max_um)
+    bound = opt.checked_bound(max_um)
     use_machine(workers)
     if CORRECTED in written.record:
         resume_corrected_program(

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.messages import print_record
-from compgen.cli.options import Json, Quiet
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import write_file
 from compgen.core.json_text import json_text
@@ -15,8 +15,8 @@ from compgen.core.json_text import json_text
 def schema(
     kind: Annotated[Literal["path", "robot"], typer.Argument(help="Which kind of file.", show_default=False)],
     output: Annotated[str | None, typer.Option("-o", "--output", help="A file to write it to.")] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Print the JSON Schema of path or robot files."""
     from compgen.pipelines.json_schema import path_schema, robot_schema

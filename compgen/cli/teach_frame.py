@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.console import finding_lines
 from compgen.cli.identify import ReferenceOption, Temperatures, UserFrames
 from compgen.cli.messages import print_record
-from compgen.cli.options import ArtefactFile, Json, Quiet, RobotArgument, TouchesFile, toml_file
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import check_names, publish
 from compgen.core.exceptions import InputError
@@ -17,9 +17,9 @@ from compgen.core.json_text import json_text
 
 
 def teach_frame(
-    robot: RobotArgument,
-    touches: TouchesFile = None,
-    artefact: ArtefactFile = None,
+    robot: opt.RobotArgument,
+    touches: opt.TouchesFile = None,
+    artefact: opt.ArtefactFile = None,
     temperatures: Temperatures = None,
     reference: ReferenceOption = "start",
     number: Annotated[int, typer.Option("--number", help="UFRAME number.", min=1, max=9)] = 1,
@@ -29,8 +29,8 @@ def teach_frame(
         str | None,
         typer.Option("-o", "--output", help="The frame's file; default outputs/frames/<robot>_<number>.toml."),
     ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Compute a part's user frame from spheres that the identified, warm arm has touched."""
     from compgen.fanuc.frames import default_frames, load_frames
@@ -42,7 +42,7 @@ def teach_frame(
         raise InputError("--touches: missing; give the CSV of touches")
     arm = load_arm(robot)
     artefact = artefact_of_touches(touches, artefact)
-    target = toml_file(output, Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml", "frame's")
+    target = opt.toml_file(output, Path("outputs") / "frames" / f"{arm.robot.name}_{number}.toml", "frame's")
     report = target.with_suffix(".json")
     check_names(target.parent, [report.name])
     check_own_file("-o", str(target), b"as cgen teach-frame wrote it", "teach-frame")

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from compgen.cli import options as opt
 from compgen.cli.completion import complete_programs
 from compgen.cli.messages import print_error, print_record
-from compgen.cli.options import Json, Quiet
 
 
 def verify_backup(
@@ -21,8 +21,8 @@ def verify_backup(
         str, typer.Argument(help="What the controller saved as ASCII: NAME.LS, or the folder.", show_default=False)
     ],
     first: Annotated[int, typer.Option("--first", min=0, help="Differences that are printed of each program.")] = 20,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    as_json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Compare a controller's ASCII backup with the written program, to the last digit; exit 1 where they differ."""
     from compgen.pipelines.backup_files import verify_backup as compare
