@@ -10,6 +10,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import check_compare_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
+from compgen.core.number_text import beyond_text
 
 
 def compare(
@@ -53,5 +54,9 @@ def compare(
         show_comparison(comparison, written)
     final = comparison.final_error
     if max_um is not None and (final is None or final > max_um):
-        reason = "no error of B is known" if final is None else f"B is {final:.2f} um off, --max-um {max_um:g}"
+        reason = (
+            "no error of B is known"
+            if final is None
+            else f"B is {beyond_text(final, max_um)} um off, --max-um {max_um:g}"
+        )
         raise typer.Exit(print_error(f"outside bounds: {reason}", 1))

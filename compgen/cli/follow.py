@@ -18,6 +18,7 @@ from compgen.cli.resume import JobPath, LoadedPages, PagesFolder, RecordDate, ch
 from compgen.cli.resume_files import put_pages
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
+from compgen.core.number_text import beyond_text
 from compgen.core.units import UM
 
 if TYPE_CHECKING:
@@ -183,5 +184,6 @@ def _end(looked: "Look | None", resumed: "Resumed | None", within: float, force:
         reason = "it runs" if bad[0].page == looked.running else "the controller has it"
         if bad[0].page > looked.loaded:
             reason = "its correction is outside the job's bounds (--force)"
-        message = f"page {bad[0].page}: {bad[0].max / UM:.1f} um by its forecast, --within-um {within:g}; {reason}"
+        size = beyond_text(bad[0].max / UM, within, 1)
+        message = f"page {bad[0].page}: {size} um by its forecast, --within-um {within:g}; {reason}"
         raise typer.Exit(print_error(message, 1))

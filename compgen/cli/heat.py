@@ -13,6 +13,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import HEAT, check_heat_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
+from compgen.core.number_text import beyond_text
 from compgen.core.units import UM
 
 
@@ -62,4 +63,8 @@ def heat(
     largest = float(day.residual.max())
     if bound is not None and largest > bound:
         run = int(day.residual.argmax()) + 1
-        raise typer.Exit(print_error(f"one file is off by {largest / UM:.2f} um in run {run}, --max-um {max_um:g}", 1))
+        raise typer.Exit(
+            print_error(
+                f"one file is off by {beyond_text(largest / UM, bound / UM)} um in run {run}, --max-um {max_um:g}", 1
+            )
+        )

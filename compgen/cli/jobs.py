@@ -10,6 +10,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import Level, first_message
+from compgen.core.number_text import beyond_text
 from compgen.core.units import MM, UM
 
 
@@ -138,7 +139,9 @@ def predict(
         raise typer.Exit(print_error(f"{broken}; {planned_name_of(job)}.LS not written", 1))
     largest = planned.deviation().on_part["total"].max
     if bound is not None and largest > bound:
-        raise typer.Exit(print_error(f"predicted: error of {largest / UM:.2f} um, --max-um {max_um:g}", 1))
+        raise typer.Exit(
+            print_error(f"predicted: error of {beyond_text(largest / UM, bound / UM)} um, --max-um {max_um:g}", 1)
+        )
 
 
 def outcome_words(verdict: str) -> str:

@@ -11,6 +11,7 @@ from compgen.cli.console import print_findings, stdout_console
 from compgen.cli.machine import use_cores
 from compgen.cli.messages import print_error, print_record
 from compgen.core.exceptions import InputError, naming_file
+from compgen.core.number_text import beyond_text
 
 
 def offsets(
@@ -68,7 +69,11 @@ def offsets(
     best = min((way for way in record["ways"] if way["type_in"] is not None), key=lambda way: way["leaves"]["max_um"])
     left = best["leaves"]["max_um"]
     if max_um is not None and left > max_um:
-        raise typer.Exit(print_error(f"the best offset ({best['kind']}) leaves {left:.2f} um, --max-um {max_um:g}", 1))
+        raise typer.Exit(
+            print_error(
+                f"the best offset ({best['kind']}) leaves {beyond_text(left, max_um)} um, --max-um {max_um:g}", 1
+            )
+        )
 
 
 def _of_program(

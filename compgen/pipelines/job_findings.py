@@ -20,6 +20,7 @@ from compgen.planning.retiming import Trajectory
 from compgen.planning.toolpath import ToolPath
 from compgen.verification.written_motion import WrittenMotion
 
+SAME_USE = 1e-4  # of a joint's limit: what the digits of a written speed come to
 CLOCK_ERROR = 0.01  # difference of plan's and twin's duration, above which it is a finding
 SAME_FEED = 1e-3  # difference of the wanted feed and the written one, above which it is a finding
 FEED_ERROR = 0.01  # of a written speed, above which it is a finding
@@ -159,14 +160,14 @@ def clocks_apart(trajectory: Trajectory, written: WrittenMotion) -> list[Finding
 
 def joints_asked(job: Job, program: Program, written: WrittenMotion) -> list[Finding]:
     """Where the written speeds ask more of a joint than its limits."""
-    if written.use.max() <= 1:
+    if written.use.max() <= 1 + SAME_USE:
         return []
     kind, joint = np.unravel_index(int(np.argmax(written.use)), written.use.shape)
     n = written.hardest
     place = f" at P[{n}], {program.speed[n - 2] / MM:.4g} to {program.speed[n - 1] / MM:.4g} mm/s" if kind else ""
     limit = f"{('speed', 'acceleration')[int(kind)]} limit of joint {job.robot.joint_names[int(joint)]}"
     message = (
-        f"the written speeds ask {written.use.max():.4g} times the {limit}{place}: the controller is slower there; "
+        f"the written speeds ask {written.use.max():.5g} times the {limit}{place}: the controller is slower there; "
         "lower process.feed_mm_s"
     )
     return [Finding(Level.WARNING, "timing.joint_use", message)]

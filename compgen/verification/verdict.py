@@ -6,6 +6,7 @@ from enum import StrEnum
 from math import ceil, floor, isfinite, log10
 
 from compgen.core.findings import Finding, Level
+from compgen.core.number_text import beyond_text
 from compgen.core.units import MDEG, UM
 from compgen.verification.deviation import COMPONENTS, Deviation, Extent
 
@@ -71,7 +72,8 @@ def judge(deviation: Deviation, bounds: Bounds) -> list[Finding]:
             if bound is None or value <= bound or {f.code for f in findings} & {code, f"bounds.{key}"}:
                 continue
             factor, unit = unit_of(key)
-            message = f"{value / factor:.3f} {unit} after correction is above bounds.{key} = {bound / factor:g}"
+            size = beyond_text(value / factor, bound / factor, 3)
+            message = f"{size} {unit} after correction is above bounds.{key} = {bound / factor:g}"
             message += f"; worst {extent.where:.3f} m along the path"
             if level is Level.OUTSIDE:
                 message += f"; {rounded_up(value / factor):g} can be kept"

@@ -1,6 +1,7 @@
 """``check`` of many paths: every outcome in JUnit, one bad path stops no other, one exit code for all."""
 
 import json
+import os
 import shutil
 import signal
 from xml.etree import ElementTree
@@ -14,16 +15,18 @@ from compgen.cli import check as command
 from compgen.cli.junit import Outcome, junit_xml
 from compgen.core import interrupts
 from compgen.pipelines import generate
+from compgen.report import band_words
 
+OUTSIDE = {"level": "outside", "code": "bounds.max_um", "message": "too large"}
 CASE_TAGS = {"failure", "error", "skipped", "system-out"}
 
 
 def parsed(content):
     """JUnit XML with what the readers of GitHub, GitLab and Jenkins need: its root, and its cases by name."""
     root = ElementTree.fromstring(content)
-    suites = [root] if root.tag == "testsuite" else root.findall("testsuite")
-    assert root.tag in ("testsuites", "testsuite")
-    assert suites
+    suites = root.findall("testsuite")
+    assert root.tag == "testsuites"
+    assert len(suites) == 1
     for suite in [root, *suites]:
         cases = list(suite.iter("testcase"))
         assert suite.get("name")
@@ -106,8 +109,8 @@ def test_a_refused_path_alone_has_a_case_too(paths, tmp_path):
     assert record["exit_code"] == 2
     assert "paths/bad.toml" in record["error"]
     root, cases = parsed((tmp_path / "r.xml").read_bytes())
-    assert (root.tag, root.get("errors")) == ("testsuite", "1")
-    assert cases["check"].find("error").get("message") == record["error"]
+    assert root.get("errors") == "1"
+    assert cases["paths/bad.toml"].find("error").get("message") == record["error"]
 
 
 def test_a_path_that_stands_twice_is_checked_once(paths, tmp_path):
@@ -181,6 +184,38 @@ def test_a_path_file_is_not_taken_for_the_junit_file(paths, tmp_path):
     before = (paths / "inside.toml").read_bytes()
     refused(run("check", "--junit", "paths/inside.toml", "paths/outside.toml", cwd=tmp_path), 2, "paths/inside.toml")
     assert (paths / "inside.toml").read_bytes() == before
+
+
+def test_one_path_has_the_shape_of_many(monkeypatch):
+    """Every outcome is a case with its time, wherever it stands."""
+    monkeypatch.setattr(band_words, "headline", lambda summary: "as large as it is")
+    outcomes = [
+        Outcome("a.toml", 0, 1.0, {"findings": [], "verdict": "inside"}),
+        Outcome("b.toml", 1, 1.0, {"findings": [OUTSIDE], "verdict": "outside"}, "m"),
+        *(Outcome(f"{code}.toml", code, 1.0, message="why") for code in (2, 3, 70, 130)),
+        Outcome("late.toml", None, 0.0),
+    ]
+    _, together = parsed(junit_xml(outcomes))
+    for outcome in outcomes:
+        _, cases = parsed(junit_xml([outcome]))
+        assert list(cases) == [outcome.path]
+        one, other = (ElementTree.tostring(found[outcome.path]).strip() for found in (cases, together))
+        assert one == other
+    kinds = [next((c.tag for c in case if c.tag != "system-out"), "passed") for case in together.values()]
+    assert kinds == ["passed", "failure", *4 * ["error"], "skipped"]
+
+
+def test_a_name_that_is_not_utf8_is_carried(paths, tmp_path):
+    name = os.fsdecode(b"paths/\xff<\"&'\x01.toml")
+    try:
+        (tmp_path / name).write_text("[path\n")
+    except OSError:
+        pytest.skip("the file system takes no such name")
+    done = run("check", name, "--junit", "r.xml", "--json", cwd=tmp_path)
+    assert done.returncode == 2
+    assert json.loads(done.stdout)["exit_code"] == 2
+    _, cases = parsed((tmp_path / "r.xml").read_bytes())
+    assert set(cases) == {"paths/\\udcff<\"&'\\x01.toml"}
 
 
 @pytest.mark.parametrize("count", [1, 2])

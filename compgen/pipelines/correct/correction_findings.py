@@ -6,6 +6,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray
 from compgen.core.findings import Finding, Level
+from compgen.core.number_text import beyond_text
 from compgen.core.units import KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
@@ -110,7 +111,8 @@ def _bound_findings(result: Correction) -> list[Finding]:
     bound = result.options.bound
     if bound is not None and after.max() > bound:
         line = _line_of(result, int(result.execution.station[judged][int(np.argmax(after))]))
-        message = f"line {line}: {after.max() / UM:.2f} um after correction, above the {bound / UM:g} um of --max-um"
+        size = beyond_text(float(after.max()) / UM, bound / UM)
+        message = f"line {line}: {size} um after correction, above the {bound / UM:g} um of --max-um"
         findings.append(Finding(Level.OUTSIDE, "bounds.max", message))
     return findings
 
