@@ -10,7 +10,6 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.ownership import check_compare_folder
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
-from compgen.core.number_text import beyond_text
 
 
 def compare(
@@ -52,11 +51,6 @@ def compare(
         print_record(comparison_record(comparison))
     elif not quiet:
         show_comparison(comparison, written)
-    final = comparison.final_error
-    if max_um is not None and (final is None or final > max_um):
-        reason = (
-            "no error of B is known"
-            if final is None
-            else f"B is {beyond_text(final, max_um)} um off, --max-um {max_um:g}"
-        )
-        raise typer.Exit(print_error(f"outside bounds: {reason}", 1))
+    broken = None if max_um is None else comparison.broken_bound(max_um)
+    if broken is not None:
+        raise typer.Exit(print_error(f"outside bounds: {broken}", 1))

@@ -4,7 +4,17 @@ from rich.table import Table
 
 from compgen.cli.console import print_table, stdout_console
 from compgen.pipelines.comparison.comparison import Comparison, Pair
-from compgen.report.compare_record import cell, change_of, headline, input_cells, label_of, printed_unit
+from compgen.report.compare_words import (
+    MOST_ROWS,
+    SAME,
+    cell,
+    change_of,
+    headline,
+    input_cells,
+    label_of,
+    printed_unit,
+    ranked,
+)
 from compgen.report.key_words import ascii_units, unit_of
 
 
@@ -16,11 +26,14 @@ def show_comparison(comparison: Comparison, files: str = "") -> None:
     for note in comparison.notes:
         console.print(f"warning: {note}")
     if comparison.inputs:
-        print_table(console, "inputs that changed", _inputs(comparison.inputs))
+        print_table(console, "inputs that changed", _inputs(comparison.inputs[:MOST_ROWS]))
+        if len(comparison.inputs) > MOST_ROWS:
+            console.print(f"and {len(comparison.inputs) - MOST_ROWS} more: --json has all")
     else:
         console.print("inputs: no key changed")
     print_table(console, "error", _numbers(comparison.error))
     print_table(console, "time and size", _numbers((*comparison.time, *comparison.program)))
+    console.print(f"no change: {SAME}")
     findings = comparison.findings
     for words, group in (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed)):
         for level, code, message in group:
@@ -42,7 +55,7 @@ def _numbers(pairs: tuple[Pair, ...]) -> Table:
     table = _table("")
     table.add_column("change", justify="right")
     table.add_column("unit")
-    for pair in pairs:
+    for pair in ranked(pairs):
         row = (
             label_of(pair.key),
             cell(pair.a, pair.key),

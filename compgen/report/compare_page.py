@@ -8,28 +8,32 @@ import numpy as np
 from compgen.core.json_text import json_text
 from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair
-from compgen.report.compare_record import (
+from compgen.report.compare_record import comparison_record, whose_output
+from compgen.report.compare_words import (
+    MOST_ROWS,
+    SAME,
     cell,
     change_of,
-    comparison_record,
+    file_of,
     headline,
     input_cells,
     label_of,
     positions_sentence,
     printed_unit,
-    whose_output,
+    ranked,
 )
 from compgen.report.figure import COOL, WARM, Figure, Trace, axis, figure, horizontal_line, rows_to_draw, spans, trace
 from compgen.report.figure_limits import limit_label
 from compgen.report.figure_words import curves_in_words
 from compgen.report.inputs import SHORT, Inputs
 from compgen.report.key_words import capital, title_of
-from compgen.report.page import PLAIN, PageOptions, figure_section, in_words, page, section, verdict
+from compgen.report.page import PLAIN, PageOptions, figure_section, in_words, page, section, verdict, with_units
 from compgen.report.table import table
 
 A, B = "A", "B"
 _MARKERS = ("circle", "diamond")
 FEW = 60  # points of a curve, up to which each is marked
+MANY = 1000  # beyond which a curve may cover the other
 
 
 def comparison_files(
@@ -44,12 +48,15 @@ def comparison_files(
 
 def comparison_html(comparison: Comparison, max_um: float | None = None, options: PageOptions = PLAIN) -> bytes:
     """One page; ``max_um`` is the largest error allowed of B [um], drawn as a limit."""
-    final, kind = comparison.final_error, "predicted"
-    if max_um is not None and final is not None:
-        kind = "inside" if final <= max_um else "outside"
-    opening = verdict(kind, f"{in_words(headline(comparison))}.")
-    body = section("What changed in the inputs", _inputs(comparison.inputs))
-    body += section("Error, verdict and band", _pairs(comparison.error))
+    kind, judged = "predicted", ""
+    if max_um is not None and comparison.final_error is not None:
+        broken = comparison.broken_bound(max_um)
+        kind = "inside" if broken is None else "outside"
+        judged = f" {broken or f'B is within --max-um {max_um:g} um'}."
+    opening = verdict(kind, in_words(f"{headline(comparison)}.{judged}"))
+    body = section("What changed in the inputs", _inputs(comparison))
+    same = f"<p>What changed stands first, the largest change above the others. No change: {with_units(SAME)}.</p>"
+    body += section("Error, verdict and band", _pairs(comparison.error) + same)
     drawn = courses_figure(comparison, max_um)
     if drawn is not None:
         body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses")
@@ -95,9 +102,10 @@ def courses_figure(comparison: Comparison, max_um: float | None = None) -> Figur
             rows = rows_to_draw(np.nan_to_num(values))
             look = {"line": {"color": colour, "dash": dash, "width": 1.4}, "marker": {"symbol": marker, "size": 6}}
             mode = "lines+markers" if len(rows) <= FEW else "lines"
+            seen_through = {"opacity": 0.7} if letter == B and len(rows) > MANY else {}
             xy = np.round(course.at[rows], 5), np.round(values[rows] / UM, 4)
             place = {"xaxis": f"x{which}", "yaxis": f"y{which}", "legendgroup": letter, "showlegend": n == 0}
-            traces.append(trace("scatter", *xy, name=letter, mode=mode, **look, **place))
+            traces.append(trace("scatter", *xy, name=letter, mode=mode, **look, **place, **seen_through))
         axes[f"yaxis{which}"] = axis(f"{side} [µm]", anchor=f"x{which}", domain=span, rangemode="tozero")
         axes[f"xaxis{which}"] = {"anchor": f"y{which}", "domain": [0.0, 1.0]}
         if which != lowest:
@@ -115,19 +123,30 @@ def _over(comparison: Comparison) -> str:
     return {"correct": "stations", "heat": "runs", "whatif": "scenarios"}.get(comparison.kind, "path")
 
 
-def _inputs(inputs: tuple[Pair, ...]) -> str:
-    if not inputs:
+def _inputs(comparison: Comparison) -> str:
+    pairs, kind = comparison.inputs, comparison.kind
+    if not pairs:
         return "<p>None: every key of the files has the same value.</p>"
+    first, more = (_input_rows(rows, kind) for rows in (pairs[:MOST_ROWS], pairs[MOST_ROWS:]))
+    return first + (f"<details><summary>{len(pairs) - MOST_ROWS} more</summary>{more}</details>" if more else "")
+
+
+def _input_rows(pairs: tuple[Pair, ...], kind: str) -> str:
+    if not pairs:
+        return ""
     rows = [
-        [escape(capital(title_of(p.key))), *map(escape, input_cells(p)), f"<code>{escape(p.key)}</code>"]
-        for p in inputs
+        [
+            f"{escape(capital(title_of(p.key)))}<br><code>{escape(p.key)}</code> of the {file_of(p.key, kind)}",
+            *map(escape, input_cells(p)),
+        ]
+        for p in pairs
     ]
-    return table(["what", A, B, "key"], rows, words=(0, 1, 2, 3))
+    return table(["what", A, B], rows, words=(0,))
 
 
 def _pairs(pairs: tuple[Pair, ...]) -> str:
     rows = []
-    for pair in pairs:
+    for pair in ranked(pairs):
         unit = printed_unit(pair.key)
         label = capital(label_of(pair.key)) + (f" [{unit}]" if unit else "")
         cells = (cell(pair.a, pair.key), cell(pair.b, pair.key), change_of(pair))
@@ -139,7 +158,7 @@ def _findings(comparison: Comparison) -> str:
     findings = comparison.findings
     kinds = (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed))
     rows = "".join(
-        f'<li class="{escape(level)}">{words}: {escape(level)} {escape(code)}: {escape(message)}</li>'
+        f'<li class="{escape(level)}">{words}: {escape(level)} {escape(code)}: {with_units(message)}</li>'
         for words, group in kinds
         for level, code, message in group
     )

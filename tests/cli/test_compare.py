@@ -186,6 +186,55 @@ def test_max_um_is_the_largest_error_that_b_may_leave(home):
     refused(run("compare", "six", "two", "--max-um", "0", cwd=home), 2, "--max-um 0")
 
 
+def test_what_was_not_corrected_is_never_within(home, tmp_path):
+    shutil.copytree(home / "two", tmp_path / "b")
+    report = tmp_path / "b" / "report.json"
+    for verdict in ("nothing corrected", "not loadable"):
+        report.write_text(json.dumps({**json.loads(report.read_text()), "verdict": verdict}))
+        done = run("compare", "six", tmp_path / "b", "-q", "--max-um", "1000", "-o", tmp_path / "page", cwd=home)
+        refused(done, 1, f"outside bounds: B is {verdict}")
+        page = (tmp_path / "page" / "compare.html").read_text()
+        assert f"B is {verdict}." in page
+        assert 'class="big outside"' in page
+
+
+def test_what_changed_stands_first_and_the_largest_change_above(home):
+    lines = run("compare", "six", "two", cwd=home).stdout.splitlines()
+    table = lines[lines.index("error") : lines.index("time and size")]
+    changes = [float(c) for c in re.findall(r"│\s*([+-][\d.]+) │", "\n".join(table))]
+    assert len(changes) > 6
+    assert np.all(np.diff(np.abs(changes)) <= 0)
+    rows = [line for line in table if line.startswith("│")]
+    assert [bool(re.search(r"[+-][\d.]+ │", row)) for row in rows] == sorted(
+        (bool(re.search(r"[+-][\d.]+ │", row)) for row in rows), reverse=True
+    )
+
+
+def test_one_sentence_says_what_changed(home):
+    record = compared(home, "six", "two")
+    pair = next(pair for pair in record["error"] if pair["key"] == "on_part.after.total.max_um")
+    last = run("compare", "six", "two", cwd=home).stdout.splitlines()[-1]
+    assert last.startswith("first warm-up went from 6 to 2 h; the largest error left on the part ")
+    moved = record["positions"]
+    assert f"{pair['b']:.2f} um" in last
+    assert (
+        f"{moved['moved']} of {moved['count']} commanded positions moved, by up to {moved['largest_um']:.3g} um" in last
+    )
+    assert f"at P[{moved['largest_at']}]" in last
+
+
+def test_another_robot_is_many_keys_and_all_are_on_the_page(home, tmp_path):
+    assert run("predict", LINE, "--robot", "m710ic45m", "-o", tmp_path / "b", "-q").returncode == 0
+    keys = [pair["key"] for pair in compared(home, "hot", tmp_path / "b")["inputs"]]
+    assert len(keys) > 40
+    done = run("compare", "hot", tmp_path / "b", "-o", tmp_path / "page", cwd=home)
+    assert f"and {len(keys) - 30} more: --json has all" in done.stdout
+    page = (tmp_path / "page" / "compare.html").read_text()
+    assert all(f"<code>{key}</code> of the robot file" in page for key in keys if key != "robot")
+    assert "<code>robot</code> of the path file" in page
+    assert f"<summary>{len(keys) - 30} more</summary>" in page
+
+
 def test_predictions_studies_and_days_are_compared_with_their_like(home):
     record = compared(home, "cold", "hot")
     assert record["positions"] == {"matched": None, "reason": "cgen predict corrects no program"}

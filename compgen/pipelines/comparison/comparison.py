@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from compgen.core.exceptions import InputError
+from compgen.core.number_text import beyond_text
 from compgen.core.resolved import flat_keys
 from compgen.pipelines.comparison import numbers
 from compgen.pipelines.comparison.agreement import tolerance_of
@@ -13,6 +14,7 @@ from compgen.pipelines.comparison.course import Course, course_of
 from compgen.pipelines.comparison.outputs import Output, naming_damage, read_output
 from compgen.pipelines.comparison.positions import Movement, movement
 from compgen.pipelines.comparison.scenarios import MatchedScenarios, match_scenarios
+from compgen.verification.verdict import Verdict
 
 FindingText = tuple[str, str, str]  # of a finding: level, code, message
 
@@ -86,6 +88,17 @@ class Comparison:
     def final_error(self) -> float | None:
         """The largest error that B leaves [um]."""
         return numbers.final_error(self.b)
+
+    def broken_bound(self, max_um: float) -> str | None:
+        """Why B is not within a largest error [um]; None where it is. What was not corrected never is."""
+        verdict = next((pair.b for pair in self.error if pair.key == "verdict"), None)
+        if self.final_error is None:
+            return "no error of B is known"
+        if verdict in (Verdict.NOT_CORRECTED, Verdict.NOT_LOADABLE):
+            return f"B is {verdict}"
+        if self.final_error <= max_um:
+            return None
+        return f"B is {beyond_text(self.final_error, max_um)} um off, --max-um {max_um:g}"
 
 
 def compare(first: str, second: str) -> Comparison:

@@ -21,13 +21,13 @@ def time_of(output: Output) -> Numbers:
     record = output.record
     with naming_damage(output):
         if output.kind == "correct":
-            return {"duration_s": record["duration_s"]}
+            return {"duration_s": number(record["duration_s"])}
         if output.kind == "whatif":
             return _extremes(_done(record), ("duration_s",))
         if output.kind == "heat":
-            return {"start_s": record["start_s"], "duration_s": record["duration_s"]}
+            return {key: number(record[key]) for key in ("start_s", "duration_s")}
         window = {"thermal.start_window_s": record["thermal"].get("start_window_s")} if record["after"] else {}
-        return {f"timing.{key}": record["timing"][key] for key in ("duration_s", "at_feed")} | window
+        return {f"timing.{key}": number(record["timing"][key]) for key in ("duration_s", "at_feed")} | window
 
 
 def program_of(output: Output) -> Numbers:

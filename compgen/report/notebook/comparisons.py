@@ -7,7 +7,8 @@ from compgen.core.sealed import RESULT, seal
 from compgen.pipelines.comparison.comparison import Comparison
 from compgen.pipelines.comparison.comparison import compare as pipeline
 from compgen.report.compare_page import comparison_files, courses_figure
-from compgen.report.compare_record import comparison_record, headline
+from compgen.report.compare_record import comparison_record
+from compgen.report.compare_words import headline
 from compgen.report.notebook.arguments import File, file_name
 from compgen.report.notebook.machine import numpy_alone
 from compgen.report.notebook.tables import plotly_figure

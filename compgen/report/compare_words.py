@@ -1,0 +1,187 @@
+"""Two outputs side by side in words: labels, cells and sentences of the terminal and of the page."""
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from compgen.core.units import UM
+from compgen.pipelines.comparison.comparison import Comparison, Pair
+from compgen.pipelines.comparison.scenarios import MatchedScenarios
+from compgen.report.compare_record import positions_record
+from compgen.report.key_words import ascii_units, unit_of, words_of
+
+MOST_ROWS = 30  # of inputs that are shown at once
+SAME = "less than 0.01 um, mdeg, s or % apart; of other numbers, less than the sixth digit"
+LONG = 40  # characters of a value, beyond which a sentence does not spell it
+SHORT_LIST = 6  # values, up to which a list is shown whole
+MILLIMETRE = 1000  # [um] from which a distance is shown in mm
+WHOLE = 1e15  # below it a float without a fraction is shown as a whole number
+_SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on the part", "before": "before",
+          "after": "after", "largest": "largest of all scenarios", "least": "least of all scenarios",
+          "band.first": "first run", "band.largest": "run that errs most"}  # fmt: skip
+
+
+def printed_unit(key: str) -> str:
+    """The unit that ``cell`` writes a value in."""
+    return "%" if key.endswith(".at_feed") else unit_of(key)
+
+
+def label_of(key: str) -> str:
+    """A key of a report in words, for a table of two outputs."""
+    *tables, last = key.split(".")
+    side = next((words for start, words in _SIDES.items() if key.startswith(f"{start}.")), "")
+    name = words_of(last)
+    if tables[-1:] in (["total"], ["turn"]):
+        return f"{'error' if tables[-1] == 'total' else 'tool axis'} {side}: {last.split('_')[0]}"
+    if tables[:1] == ["rise_K"]:
+        return f"rise of {last} at the {tables[1]}"
+    if last == "p95_um":
+        return f"may be off (95 %){f', {side}' if side else ''}"
+    return f"{name}, {side}" if side else words_of(key).replace(", ", " ")
+
+
+def cell(value: Any, key: str, signed: bool = False) -> str:
+    """A value for a table, with so many digits as its unit deserves."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    sign = "+" if signed else ""
+    if isinstance(value, float) and unit_of(key) in ("µm", "mdeg", "s"):
+        return f"{value:{sign}.2f}"
+    if key.endswith(".at_feed"):
+        return f"{100 * value:{sign}.2f}"
+    if isinstance(value, int | float):
+        return f"{value:{sign}{'d' if isinstance(value, int) else '.4g' if signed else '.6g'}}"
+    return value if isinstance(value, str) and value.isprintable() else json.dumps(value)
+
+
+def input_cells(pair: Pair) -> tuple[str, str]:
+    """Both values of an input as a file spells them, no digit left out; of long lists the entries that differ."""
+    a, b = pair.a, pair.b
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) > SHORT_LIST:
+        rows = [n for n, (x, y) in enumerate(zip(a, b)) if x != y]
+        more = f" and {len(rows) - SHORT_LIST} more" if len(rows) > SHORT_LIST else ""
+        one, other = (", ".join(f"no. {n + 1}: {_spelt(c[n])}" for n in rows[:SHORT_LIST]) + more for c in (a, b))
+        return one, other
+    return _spelt(a), _spelt(b)
+
+
+def _spelt(value: Any) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, float) and value.is_integer() and abs(value) < WHOLE:
+        return str(int(value))
+    if isinstance(value, list):
+        return f"[{', '.join(map(_spelt, value))}]"
+    return value if isinstance(value, str) and value and value.isprintable() else json.dumps(value)
+
+
+def change_of(pair: Pair) -> str:
+    """What B has more than A, signed; empty where nothing of it would be shown."""
+    if pair.is_same:
+        return ""
+    return "changed" if pair.change is None else cell(pair.change, pair.key, signed=True)
+
+
+def ranked(pairs: Iterable[Pair]) -> list[Pair]:
+    """What changed first: words, then numbers unit by unit, the largest change above; what is the same as it was."""
+    pairs = list(pairs)
+    units = list(dict.fromkeys(unit_of(p.key) for p in pairs if not p.is_same and p.change is not None))
+    changed = [p for p in pairs if not p.is_same]
+    changed.sort(key=lambda p: (-1, 0.0) if p.change is None else (units.index(unit_of(p.key)), -abs(p.change)))
+    return [*changed, *(p for p in pairs if p.is_same)]
+
+
+def file_of(key: str, kind: str) -> str:
+    """Where an input of a command stands."""
+    if key.startswith("robot."):
+        return "robot file"
+    return "command line" if kind == "correct" else "path file"
+
+
+def headline(comparison: Comparison) -> str:
+    """What changed, in one sentence."""
+    if comparison.is_equal:
+        return "the two are equal: inputs, errors, times, positions and findings"
+    sentences = (_inputs_sentence(comparison.inputs), error_sentence(comparison), positions_sentence(comparison))
+    return "; ".join(sentences)
+
+
+def _inputs_sentence(inputs: tuple[Pair, ...]) -> str:
+    if not inputs:
+        return "no input changed"
+    a, b = input_cells(inputs[0])
+    if len(inputs) > 1 or max(len(a), len(b)) > LONG:
+        return f"{len(inputs)} input{'' if len(inputs) == 1 else 's'} changed"
+    key = inputs[0].key
+    return f"{words_of(key)} went from {a} to {b} {ascii_units(unit_of(key))}".replace("–", "none").rstrip()
+
+
+def error_sentence(comparison: Comparison) -> str:
+    """The largest error that is left, of both, and their verdicts where they differ."""
+    pairs = {pair.key: pair for pair in comparison.error}
+    known = [key for key in FINAL if key in pairs and pairs[key].change is not None]
+    if not known:
+        return "no error of both is known"
+    pair, words = pairs[known[0]], FINAL[known[0]]
+    verdict = pairs.get("verdict")
+    turned = "" if verdict is None or verdict.is_same else f", and the verdict from {verdict.a!r} to {verdict.b!r}"
+    if pair.is_same:
+        return f"{words} stayed at {pair.b:.2f} um{turned.replace('and the verdict', 'and the verdict went')}"
+    return f"{words} went from {pair.a:.2f} to {pair.b:.2f} um ({pair.change:+.2f}){turned}"
+
+
+#: what a comparison is about, by kind: the largest error that is left
+FINAL = {
+    "on_part.after.total.max_um": "the largest error left on the part",
+    "on_part.before.total.max_um": "the largest error on the part",
+    "after.total.max_um": "the largest error left",
+    "before.total.max_um": "the largest error",
+    "largest.after_on_part_max_um": "the largest error left on the part in any scenario",
+    "largest.before_on_part_max_um": "the largest error on the part in any scenario",
+    "runs.residual_max_um": "the most that one corrected file leaves in a run",
+}
+
+
+def positions_sentence(comparison: Comparison) -> str:
+    """How far the commanded positions moved."""
+    movement = comparison.movement
+    if isinstance(movement, str):
+        if comparison.scenarios is not None:
+            return _scenarios_sentence(comparison.scenarios)
+        return f"positions are not compared: {movement}"
+    record = positions_record(movement)
+    if movement.is_same:
+        digit = f" within the last digit of the texts, {record['same_within_um']:.2g} um"
+        within = "" if movement.matched == "number" else digit
+        return f"all {record['count']} commanded positions are the same{within}"
+    largest, rms = _length(record["largest_um"]), _length(record["rms_um"])
+    if movement.matched == "nearest":
+        back = _length(record["largest_of_b_um"])
+        there = f"A's positions are up to {largest} ({rms} rms) off the path of B"
+        return f"the paths differ: {there}, B's up to {back} off that of A"
+    turned = ""
+    if movement.angle is not None and movement.angle.max() > movement.same_angle:
+        turned = f" and turned, by up to {record['largest_mdeg']:.3g} mdeg"
+    by = "" if movement.matched == "number" else ", matched by the length along the path"
+    return (
+        f"{record['moved']} of {record['count']} commanded positions moved, by up to {largest} at "
+        f"P[{record['largest_at']}] ({rms} rms){turned}{by}"
+    )
+
+
+def _length(um: float) -> str:
+    """A distance in the unit that leaves it short."""
+    return f"{um:.3g} um" if um < MILLIMETRE else f"{um / MILLIMETRE:.3g} mm"
+
+
+def _scenarios_sentence(scenarios: MatchedScenarios) -> str:
+    text = f"{scenarios.both} scenarios are in both"
+    if scenarios.only_a or scenarios.only_b:
+        text += f", {scenarios.only_a} in A alone, {scenarios.only_b} in B alone"
+    for side, change in scenarios.changes.items():
+        text += f"; error {side} changed by up to {np.abs(change).max() / UM:.3g} um"
+    return text
