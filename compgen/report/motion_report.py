@@ -11,7 +11,8 @@ from compgen.core.units import MS, PERCENT, UM
 from compgen.identification.motion.fit import times_of, variance_of
 from compgen.identification.motion.identify import NOISE_MULTIPLE, IdentifiedMotion
 from compgen.pipelines.executed import ProgramText
-from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace
+from compgen.report.figure import COOL, GREY, Figure, axis, figure, trace, vertical_line
+from compgen.report.figure_limits import LIMIT
 from compgen.report.figure_words import sentence
 from compgen.report.inputs import Inputs
 from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, section, verdict
@@ -20,6 +21,8 @@ from compgen.robot.robot import Robot
 from compgen.verification.executed.judgement import ExecutedRun
 
 REMARK = "Of the motion that the log shows: how the controller smooths what it is told, not where the tool was."
+
+TICKS = [step * 10.0**power for power in range(-2, 5) for step in (1, 2, 5)]  # of an axis of logarithms
 
 
 def motion_summary(run: ExecutedRun, text: ProgramText, identified: IdentifiedMotion, robot: Robot) -> dict[str, Any]:
@@ -84,7 +87,11 @@ def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: 
     """One page, the same bytes for the same inputs."""
     is_accepted = summary["verdict"] == "accepted"
     opening = f'<p class="lead">{escape(summary["program"]["name"])} by {escape(summary["log"]["file"])}</p>'
-    opening += "".join(verdict("inside" if is_accepted else "outside", in_words(s)) for s in motion_sentences(summary))
+    kind, held_out, _ = motion_sentences(summary)
+    opening += verdict(
+        "inside" if is_accepted else "outside", f"<b>{in_words(summary['verdict'])}.</b> {in_words(kind)}"
+    )
+    opening += f"<p>{in_words(held_out)}.</p>"
     rows = [
         [
             fit["kind"], ", ".join(f"{t:.1f}" for t in fit["times_ms"]), f"{fit['sigma_ms']:.2f}",
@@ -95,20 +102,35 @@ def motion_html(summary: dict[str, Any], inputs: Inputs | None = None, options: 
     head = ["kind", "times [ms]", "sigma [ms]", "held out, rms [&micro;m]", "foretells as well"]
     findings = (Finding(Level(f["level"]), f["code"], f["message"]) for f in summary["findings"])
     body = findings_list(findings) + section("What was tried", table(head, rows))
-    body += figure_section("What each kind leaves on stretches that it was not fitted to", _bars(summary), "kinds")
+    body += figure_section("What each kind leaves on stretches that it was not fitted to", _kinds(summary), "kinds")
     return page(f"{summary['name']}: the controller's motion", body, opening, inputs, REMARK, options)
 
 
-def _bars(summary: dict[str, Any]) -> Figure:
-    bars, words = [], []
-    for name, as_well, colour, pattern in (("foretells as well", True, COOL, ""), ("worse", False, GREY, "/")):
+def _kinds(summary: dict[str, Any]) -> Figure:
+    """A mark for each kind that was tried, what it leaves on an axis of logarithms, and what is accepted."""
+    limit = summary["held_out"]["limit_um"]
+    traces, words = [], []
+    for name, as_well, colour, symbol in (
+        ("foretells as well", True, COOL, "diamond"),
+        ("worse", False, GREY, "circle"),
+    ):
         fits = [fit for fit in summary["tried"] if fit["as_well"] is as_well]
-        heights = [round(fit["held_out_um"], 3) for fit in fits]
-        look = {"color": colour, "pattern": {"shape": pattern}}
-        bars.append(trace("bar", [fit["kind"] for fit in fits], heights, name=name, marker=look))
-        words += [f"{fit['kind']} {height:.3g} µm" for fit, height in zip(fits, heights)]
-    alt = sentence("What each kind leaves on stretches held out, rms", words)
-    order = {"categoryorder": "array", "categoryarray": [fit["kind"] for fit in summary["tried"]]}
+        left = [round(fit["held_out_um"], 3) for fit in fits]
+        marker = {"color": colour, "symbol": symbol, "size": 11}
+        traces.append(trace("scatter", left, [_label(fit) for fit in fits], mode="markers", name=name, marker=marker))
+        words += [f"{fit['kind']} {size:.3g} µm" for fit, size in zip(fits, left)]
+    alt = sentence("What each kind leaves on stretches held out, rms", [*words, f"up to {limit:.3g} µm is accepted"])
+    order = {"categoryorder": "array", "categoryarray": [_label(fit) for fit in summary["tried"]][::-1]}
+    label = {"text": f"accepted up to {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
+    look = {"showarrow": False, "xanchor": "left", "yanchor": "top", "font": {"color": LIMIT, "size": 11}}
     return figure(
-        bars, 340, alt, {"height": 440}, yaxis=axis("held out, rms [µm]", type="log"), xaxis=order, showlegend=True
-    )
+        traces, 90 + 34 * len(summary["tried"]), alt,
+        xaxis=axis("left on stretches held out, rms [µm]", type="log", tickvals=TICKS),
+        yaxis={**order, "automargin": True}, shapes=[vertical_line(limit, LIMIT)],
+        annotations=[{**label, **look}],
+    )  # fmt: skip
+
+
+def _label(fit: dict[str, Any]) -> str:
+    """A kind in two lines."""
+    return str(fit["kind"]).replace(" in ", "<br>in ")

@@ -64,3 +64,15 @@ def test_every_joint_has_a_plot_of_its_own_that_paper_shows(every_page):
     assert all(t.get("visible", True) is True for t in figure["data"])
     titles = [figure["layout"][f"xaxis{k or ''}"]["title"]["text"] for k in ("", *range(2, 7))]
     assert titles == [f"J{k} [deg]" for k in range(1, 7)]
+
+
+def test_kinds_of_smoothing_stand_against_what_is_accepted(every_page):
+    page = every_page["identify-motion"]
+    figure = figures_of_page(page.read_bytes())["kinds"]
+    limit = figure["layout"]["shapes"][0]["x0"]
+    assert figure["layout"]["annotations"][0]["text"] == f"accepted up to {limit:.2f} µm"
+    well, worse = figure["data"]
+    assert well["marker"]["symbol"] != worse["marker"]["symbol"]
+    assert max(well["x"]) < limit < min(worse["x"])
+    assert "Accepted." in words_of(page)
+    assert words_of(page).count("✓") == 1
