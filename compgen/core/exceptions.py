@@ -17,6 +17,10 @@ class InputError(CompgenError):
     """Bad input: names the file, the key or line, the value, and the mend."""
 
 
+class TableError(InputError):
+    """A table of a file is not what it can be: a key, or its value alone, is wrong whatever else the file says."""
+
+
 class ShapeError(InputError, ValueError):
     """An array of another shape than its place has."""
 

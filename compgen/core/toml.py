@@ -13,7 +13,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
-from compgen.core.exceptions import InputError
+from compgen.core.exceptions import InputError, TableError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 from compgen.core.near_files import near_file
 
@@ -138,7 +138,7 @@ def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
     """The table that the data describe.
 
     Raises:
-        InputError: The first thing that is wrong, in one line: file, key, value, limit.
+        TableError: The first thing that is wrong, in one line: file, key, value, limit.
     """
     deep = next((key for key, value in data.items() if _is_deeper(value, DEEPEST)), None)
     if deep is not None:
@@ -147,7 +147,7 @@ def check(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
         return model.model_validate(data)
     except ValidationError as failure:
         errors = failure.errors(include_url=False)
-    raise InputError(f"{where}: {_message(model, data, errors)}")
+    raise TableError(f"{where}: {_message(model, data, errors)}")
 
 
 def _message(model: type[Table], data: Mapping[str, Any], errors: Sequence[ErrorDetails]) -> str:

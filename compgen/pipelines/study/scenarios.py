@@ -12,7 +12,7 @@ from typing import Any
 
 from compgen import __version__
 from compgen.core.csv_table import read_csv
-from compgen.core.exceptions import CompgenError, InputError
+from compgen.core.exceptions import CompgenError, InputError, TableError
 from compgen.core.files import read_regular
 from compgen.core.toml import suggest, toml_value
 from compgen.pipelines.path_file import load_job
@@ -74,7 +74,7 @@ def build(
         correct: Whether each scenario is corrected and proven as well.
 
     Raises:
-        InputError: Nothing to vary, an unknown key, no values, too many scenarios.
+        InputError: Nothing to vary, an unknown key, no values or one that the key never takes, too many scenarios.
     """
     axes = [_axis(item) for item in vary]
     rows = [dict(zip(keys, row)) for keys, table in [_listed(listed)] for row in table] if listed else [{}]
@@ -94,6 +94,7 @@ def build(
         Scenario(n, tuple({**row, **point}.items())) for n, (row, point) in enumerate(itertools.product(rows, grid))
     )
     _check_keys(path, robot, base, scenarios)
+    _check_values(path, robot, base, scenarios)
     inputs = [__version__, _inputs(path, robot, base), [s.values for s in scenarios], correct]
     identity = sha256(json.dumps(inputs).encode()).hexdigest()
     return Study(path, robot, tuple(base), tuple(every), scenarios, correct, identity)
@@ -158,7 +159,7 @@ def _listed(file: str) -> tuple[list[str], list[list[str]]]:
 
 
 def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:
-    """Raises InputError for a key that no file knows; a bad value of a known one is its scenario's own failure."""
+    """Raises InputError for a key that no file knows."""
     seen: set[str] = set()
     for scenario in scenarios[:1]:
         for key, value in scenario.values:
@@ -174,3 +175,42 @@ def _check_keys(path: str, robot: str | None, base: Sequence[str], scenarios: Se
                 ):
                     hint = suggest(key, list(SHORT)) if "." not in key and "did you mean" not in message else ""
                     raise InputError(f"--vary {key}: {message}{hint}") from None
+
+
+def _check_values(path: str, robot: str | None, base: Sequence[str], scenarios: Sequence[Scenario]) -> None:
+    """Raises InputError for a value that its key never takes; one that only the arm cannot follow is a failed scenario.
+
+    A value is looked at in the first and in the last scenario that has it: another varied key may change what a key
+    takes. Limits are ranges, so of many numbers the least and the largest tell.
+    """
+    for key in dict(scenarios[0].values):
+        last = {dict(scenario.values)[key]: scenario for scenario in scenarios}
+        first = {dict(scenario.values)[key]: scenario for scenario in reversed(scenarios)}
+        for value in _telling(list(last)):
+            messages = [_refusal(path, robot, base, key, scenario) for scenario in (first[value], last[value])]
+            if all(messages):
+                raise InputError(f"--vary {key}: {messages[0]}; change this value or leave it out")
+
+
+def _telling(values: Sequence[str]) -> list[str]:
+    """Of numbers the least and the largest, and everything that is no number, each once."""
+    numbers: dict[float, str] = {}
+    words: dict[str, None] = {}
+    for value in values:
+        try:
+            numbers.setdefault(float(value), value)
+        except ValueError:
+            words[value] = None
+    ends = [numbers[end] for end in dict.fromkeys((min(numbers), max(numbers)))] if numbers else []
+    return [*ends, *words]
+
+
+def _refusal(path: str, robot: str | None, base: Sequence[str], key: str, scenario: Scenario) -> str:
+    """Why the file's table refuses what a scenario gives a key; empty where it takes it, or something else is wrong."""
+    try:
+        load_job(path, robot, [*base, *scenario.overrides()])
+    except TableError as failure:
+        return str(failure) if f": {key.removeprefix('robot.')}: " in str(failure) else ""
+    except CompgenError:
+        pass
+    return ""
