@@ -53,6 +53,11 @@ def test_the_search_answers_from_a_file_and_pages_fit_a_phone_without_asking_any
         for page in ("overview.html", "keys.html", "api.html", "commands.html", "gallery.html", "index.html"):
             browser.open(site / page, width=400, dark=True)
             assert browser.run("return document.documentElement.scrollWidth") <= 400
+        browser.open(site / "tutorials" / "my_raster.html", width=400)
+        wraps = "return [...document.querySelectorAll('.language-sh code')].every(c => c.scrollWidth <= c.clientWidth)"
+        assert browser.run(wraps)  # commands are whole
+        assert browser.run("return document.querySelector('article p > img').clientWidth") >= 600  # words are read
+        assert browser.run("return document.documentElement.scrollWidth") <= 400
         browser.run("document.querySelector('#__search').click()")
         waiting = WebDriverWait(browser.driver, 300)
         waiting.until(element_to_be_clickable(("css selector", ".md-search__input"))).send_keys("ballbar")
