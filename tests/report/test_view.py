@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
+from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.figure_in_space import Coloured, figure_in_space
 from compgen.report.still import side_by_side
 from compgen.report.view import close_together, ticks, view_of
@@ -159,6 +160,21 @@ def test_a_still_picture_is_interrupted_where_the_path_is():
         "x", [Coloured("a", places, np.ones(len(places)))], places[~np.isnan(places[:, 0])], np.ones(800, bool)
     )
     assert both["still"][0].count("stroke-linecap") == 2
+
+
+def test_a_still_picture_has_the_colour_of_the_error_at_each_place():
+    places = LINES["line along X"]
+    (picture,) = still(places, np.linspace(0, 1, len(places)))
+    drawn = re.findall(r'stroke="(#\w+)" stroke-width', picture)
+    assert (drawn[0], drawn[-1]) == (LIGHT_TO_DARK[0], LIGHT_TO_DARK[-1])
+    assert drawn == re.findall(r'fill="(#\w+)"', picture)  # the scale above
+
+
+def test_a_still_picture_of_a_circle_is_round():
+    angle = np.linspace(0, 2 * np.pi, 400)
+    (picture,) = still(np.column_stack([200 * np.cos(angle), 200 * np.sin(angle), 0 * angle]), np.ones(400))
+    (drawn,) = re.findall(r'<path d="([^"]*)" stroke="#\w+" stroke-width', picture)
+    assert drawn.count("L") > 20
 
 
 def test_nothing_to_colour_is_a_picture_all_the_same():
