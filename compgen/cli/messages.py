@@ -29,7 +29,12 @@ def print_record(record: object) -> None:
 
 
 def print_note_once(note: str) -> None:
-    """Print a note, unless it has been printed or the run is stopped: a compiler that is stopped has not failed."""
+    """Print a note, unless it has been printed, ``-q`` asks for errors only, or the run is stopped.
+
+    A compiler that is stopped has not failed.
+    """
+    if {"-q", "--quiet"} & {*sys.argv[1:]}:
+        return
     if note not in _printed_notes and not interrupts.pending_interrupt():
         _printed_notes.add(note)
         sys.stderr.write(f"{one_line(f'cgen: note: {note}')}\n")

@@ -5,20 +5,21 @@ process ends where it stands. From there on a signal raises ``Interrupted``, onc
 being put in place, and signals are ignored.
 """
 
+import json
 import os
 import platform
 import secrets
 import shutil
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 
 _VERBS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up"}
 
 _handled_signals: list[int] = []
-_end_at_once = False
+_end_at_once = _says_record = False
 _received = 0  # number of the signal that came, 0 for none
 _outcome = "nothing was written"
 _raise_later = False
@@ -34,10 +35,14 @@ class Interrupted(BaseException):
         super().__init__(_message(number))
 
 
-def install_handlers() -> None:
-    """Handle the signals from here on; those that the caller had ignored stay ignored."""
-    global _end_at_once
-    _end_at_once = True
+def install_handlers(as_json: bool = False) -> None:
+    """Handle the signals from here on; those that the caller had ignored stay ignored.
+
+    Args:
+        as_json: Whether a process that ends where it stands leaves its refusal as a record on the output, too.
+    """
+    global _end_at_once, _says_record
+    _end_at_once, _says_record = True, as_json
     for name in _VERBS:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
@@ -167,7 +172,10 @@ def _handle(number: int, frame: FrameType | None) -> None:
     _received = number
     _ignore_signals()
     if _end_at_once:
-        os.write(2, f"cgen: {_message(number)}\n".encode())
+        record = json.dumps({"error": _message(number), "exit_code": 128 + number})
+        with suppress(OSError):  # nobody reads it
+            os.write(1, f"{record}\n".encode() if _says_record else b"")
+            os.write(2, f"cgen: {_message(number)}\n".encode())
         os._exit(128 + number)
     if not _raise_later:
         raise Interrupted(number)

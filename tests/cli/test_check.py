@@ -119,6 +119,13 @@ def test_a_path_that_stands_twice_is_checked_once(paths, tmp_path):
     assert done.stderr == "cgen: note: ./paths/inside.toml: given twice; it is checked once\n"
 
 
+@pytest.mark.parametrize("quiet", ["-q", "--quiet"])
+def test_quiet_leaves_notes_away_and_refusals_not(paths, tmp_path, quiet):
+    done = run("check", "paths/bad.toml", "./paths/bad.toml", quiet, cwd=tmp_path)
+    refused(done, 2, "cgen: paths/bad.toml: ")
+    assert done.stdout == ""
+
+
 def test_a_fault_of_compgen_is_an_error_and_the_others_are_judged(paths, tmp_path, monkeypatch):
     proper, calls = generate.generate, []
 

@@ -1,10 +1,14 @@
 """``--json``, ``-q``, ``--workers`` and ``--max-um`` at work: the same in every command that has them."""
 
 import json
+import signal
+import subprocess
+import sys
 
 import pytest
 from calls import CALLS, LINE, prepare
-from command_line import refused, run
+from command_line import ENVIRONMENT, refused, run
+from shipped import ROOT
 from typer.main import get_command
 
 from compgen.cli.app import app
@@ -49,6 +53,30 @@ def test_a_refusal_is_json_too(tmp_path, command):
     assert record["exit_code"] == 2
     assert done.stderr == f"cgen: {record['error']}\n"
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("more", [(), ("--json",)])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_run_that_is_stopped_before_it_has_begun_to_write_leaves_one_record(name, more):
+    """The signal comes in the middle of the work, for which the command line's own module stands in here."""
+    number = getattr(signal, name)
+    script = (
+        "import os, sys, types\n"
+        f"work = types.SimpleNamespace(main=lambda: os.kill(os.getpid(), {int(number)}))\n"
+        "sys.modules['compgen.cli.main'] = work\n"
+        f"sys.argv = ['cgen', 'check', 'some.toml', *{more!r}]\n"
+        "from compgen.__main__ import main\n"
+        "main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=ENVIRONMENT, cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 128 + number
+    message = done.stderr.removeprefix("cgen: ").strip()
+    assert message.endswith("ed; nothing was written")
+    assert (json.loads(done.stdout) if more else done.stdout) == (
+        {"error": message, "exit_code": 128 + number} if more else ""
+    )
 
 
 SHARING = [n for n, c in CALLS.items() if any("--workers" in p.opts for p in COMMANDS[c[0]].params)]
