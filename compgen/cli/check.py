@@ -1,9 +1,7 @@
 """The command for CI: path files judged in memory, an outcome for each, and one exit code."""
 
 import os
-import sys
 import time
-import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,12 +10,11 @@ import typer
 
 from compgen.cli import options as opt
 from compgen.cli.check_written import judge_written, refuse_several, show_written
-from compgen.cli.junit import CRASHED, INTERRUPTED, Outcome, junit_xml
-from compgen.cli.messages import print_error, print_note_once, print_record, print_refusal
+from compgen.cli.junit import INTERRUPTED, Outcome, junit_xml
+from compgen.cli.messages import outcome_words, print_error, print_note_once, print_record, print_refusal, reason_of
 from compgen.cli.ownership import check_own_file
 from compgen.cli.publish import write_file
 from compgen.core import interrupts
-from compgen.core.exceptions import CompgenError
 
 Judge = Callable[[str], tuple[dict[str, Any], str]]  # the report of a path, and why it is not inside
 
@@ -49,7 +46,6 @@ def check(
     _write(junit, _stopped([], names, 0.0))  # a run that is killed leaves no older file behind
 
     from compgen.cli.job_table import show_job, show_outcomes
-    from compgen.cli.jobs import outcome_words
     from compgen.cli.machine import use_machine
     from compgen.cli.progress_bar import CHECK, show_progress
     from compgen.core.findings import Level, first_message
@@ -145,14 +141,8 @@ def _outcome(path: str, judge: Judge, begun: float) -> Outcome:
     try:
         summary, message = judge(path)
         code = 1 if message else 0
-    except CompgenError as failure:
-        code, message = failure.exit_code, str(failure)
-    except MemoryError:
-        code, message = 2, "not enough memory; make the path smaller, or raise process.chord_um"
-    except Exception as failure:  # noqa: BLE001  a fault of compgen: the other paths are judged all the same
-        interrupts.raise_if_interrupted()
-        traceback.print_exc(file=sys.stderr)
-        code, message = CRASHED, f"a fault of compgen: {type(failure).__name__}: {failure}"
+    except Exception as failure:  # noqa: BLE001  also of a fault of compgen: the other paths are judged all the same
+        code, message = reason_of(failure)
     stop_background()
     return Outcome(path, code, time.monotonic() - begun, summary, message)
 

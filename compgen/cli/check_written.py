@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from compgen.cli.messages import outcome_words
 from compgen.core.exceptions import InputError, naming_file
 
 
@@ -23,7 +24,6 @@ def judge_written(
     Raises:
         CompgenError: The program is another path's, or cannot be driven.
     """
-    from compgen.cli.jobs import outcome_words
     from compgen.cli.progress_bar import PREDICT, show_progress
     from compgen.core.findings import Level, first_message
     from compgen.pipelines.path_file import load_job

@@ -11,7 +11,7 @@ from compgen.cli import options as opt
 from compgen.cli.completion import complete_marks
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.machine import use_cores
-from compgen.cli.messages import print_error, print_record
+from compgen.cli.messages import outcome_words, print_error, print_record
 from compgen.cli.ownership import check_correction_folder, check_restored
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
@@ -86,7 +86,6 @@ def correct(
     from compgen.pipelines.robot_file import load_cell
     from compgen.pipelines.state_in_place import begin
     from compgen.report.files import correction_files
-    from compgen.verification.verdict import Verdict
 
     use_cores(workers)
     options = options_of(split, insert, strict, again, mark, max_um, average_over, lift_all)
@@ -132,8 +131,7 @@ def correct(
         broken = first_message(Level.OUTSIDE, correction.findings)
         ending = "written all the same" + ("" if correction.is_usable else " (--force)")
         ending = ending if written else f"{file} not written; --force writes it"
-        outcome = "outside bounds" if correction.verdict is Verdict.OUTSIDE else correction.verdict
-        raise typer.Exit(print_error(f"{outcome}: {broken}; {ending}", 1))
+        raise typer.Exit(print_error(f"{outcome_words(correction.verdict)}: {broken}; {ending}", 1))
 
 
 def _restore(source: Path, content: bytes, folder: Path, as_json: bool, quiet: bool) -> None:

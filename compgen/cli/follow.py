@@ -12,10 +12,10 @@ from compgen.cli import options as opt
 from compgen.cli.durations import duration
 from compgen.cli.figure_files import FiguresOption
 from compgen.cli.messages import print_error, print_note_once
-from compgen.cli.output import reader_has_left
 from compgen.cli.page_options import Assets, AssetsOption, page_options
 from compgen.cli.resume import JobPath, LoadedPages, PagesFolder, RecordDate, checked_moment, within
 from compgen.cli.resume_files import put_pages
+from compgen.cli.streams import reader_has_left
 from compgen.core import interrupts
 from compgen.core.exceptions import InputError
 from compgen.core.number_text import beyond_text

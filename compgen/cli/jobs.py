@@ -6,7 +6,7 @@ import typer
 
 from compgen.cli import options as opt
 from compgen.cli.figure_files import FiguresOption
-from compgen.cli.messages import print_error, print_record
+from compgen.cli.messages import outcome_words, print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_date, page_files, page_options
 from compgen.core.dates import DEFAULT_DATE, checked_date
 from compgen.core.findings import Level, first_message
@@ -142,8 +142,3 @@ def predict(
         raise typer.Exit(
             print_error(f"predicted: error of {beyond_text(largest / UM, bound / UM)} um, --max-um {max_um:g}", 1)
         )
-
-
-def outcome_words(verdict: str) -> str:
-    """What a run that is not inside its bounds ends with, for the error line."""
-    return "outside bounds" if verdict == "outside" else verdict

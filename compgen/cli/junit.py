@@ -7,7 +7,9 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-INTERRUPTED, CRASHED = 130, 70  # exit codes beside 0 inside, 1 outside, 2 bad input, 3 cannot be done
+from compgen.cli.messages import CRASHED
+
+INTERRUPTED = 130  # exit code beside 0 inside, 1 outside, 2 bad input, 3 cannot be done
 #: what an exit code without a report means
 KINDS = {2: "bad input", 3: "cannot be done", CRASHED: "crash", INTERRUPTED: "interrupted"}
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # no reader takes them, escaped or not

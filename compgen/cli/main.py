@@ -6,7 +6,6 @@ Exit codes: 0 inside the bounds, 1 outside, 2 bad input, 3 the job cannot be don
 
 import os
 import sys
-import traceback
 from typing import Any
 
 import typer
@@ -14,12 +13,10 @@ import typer
 import compgen.cli.blas_threads  # noqa: F401  (before numpy is loaded)
 from compgen.cli.app import app, options_of_commands
 from compgen.cli.console import UNWRAPPED
-from compgen.cli.junit import CRASHED
-from compgen.cli.messages import print_error, print_refusal
-from compgen.cli.output import let_readers_leave
+from compgen.cli.messages import print_error, print_refusal, reason_of
+from compgen.cli.streams import let_readers_leave
 from compgen.cli.usage import usage_words
 from compgen.core import interrupts
-from compgen.core.exceptions import CompgenError
 
 #: a wrong call, as typer and click name it; typer has a name of its own for it only from 0.28 on
 WrongCall: type[Any] = typer.BadParameter.__bases__[0]
@@ -48,20 +45,15 @@ def _exit_code() -> int:
         code = app(arguments, prog_name="cgen", standalone_mode=False, terminal_width=width) or 0
         sys.stdout.flush()
         return int(code)
-    except CompgenError as failure:
-        return print_refusal(str(failure), failure.exit_code)
     except (KeyboardInterrupt, typer.Abort):
         return print_refusal("interrupted; nothing was written", 130)
     except WrongCall as failure:
         return print_refusal(usage_words(failure, sys.argv[1:], options_of_commands()), 2)
-    except MemoryError:
-        return print_refusal("not enough memory; make the path smaller, or raise process.chord_um", 2)
     except OSError as failure:
         return print_error(f"output: cannot be written: {failure.strerror}; see where it goes", 2)
     except Exception as failure:  # noqa: BLE001  a fault of compgen must not end with the code of a verdict
-        interrupts.raise_if_interrupted()
-        traceback.print_exc(file=sys.stderr)
-        return print_refusal(f"a fault of compgen: {type(failure).__name__}: {failure}", CRASHED)
+        code, message = reason_of(failure)
+        return print_refusal(message, code)
 
 
 def _exit(code: int) -> None:

@@ -2,11 +2,14 @@
 
 import json
 import sys
+import traceback
 
 from compgen.core import interrupts
+from compgen.core.exceptions import CompgenError
 from compgen.core.json_text import json_text
 from compgen.core.one_line import one_line
 
+CRASHED = 70  # exit code of a fault of compgen
 _printed_notes: set[str] = set()
 
 
@@ -14,6 +17,22 @@ def print_error(message: str, code: int) -> int:
     """Print why the command failed, in one line; returns the exit code to leave with."""
     sys.stderr.write(f"{one_line(f'cgen: {message}')}\n")
     return code
+
+
+def reason_of(failure: Exception) -> tuple[int, str]:
+    """The exit code and the message of what ended a run; of a fault of compgen the trace is printed."""
+    if isinstance(failure, CompgenError):
+        return failure.exit_code, str(failure)
+    if isinstance(failure, MemoryError):
+        return 2, "not enough memory; make the path smaller, or raise process.chord_um"
+    interrupts.raise_if_interrupted()
+    traceback.print_exception(failure, file=sys.stderr)
+    return CRASHED, f"a fault of compgen: {type(failure).__name__}: {failure}"
+
+
+def outcome_words(verdict: str) -> str:
+    """What a run that is not inside its bounds ends with, for the error line."""
+    return "outside bounds" if verdict == "outside" else verdict
 
 
 def print_refusal(message: str, code: int) -> int:
