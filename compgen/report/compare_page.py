@@ -60,7 +60,8 @@ def comparison_html(comparison: Comparison, max_um: float | None = None, options
     drawn = courses_figure(comparison, max_um)
     if drawn is not None:
         body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses")
-    body += section("Commanded positions", f"<p>{in_words(positions_sentence(comparison))}.</p>")
+    title = "Commanded positions" if comparison.scenarios is None else "Scenarios of both"
+    body += section(title, f"<p>{in_words(positions_sentence(comparison))}.</p>")
     body += section("Time and size", _pairs((*comparison.time, *comparison.program)))
     body += section("Findings that came and went", _findings(comparison))
     if comparison.notes:

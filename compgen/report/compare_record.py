@@ -7,6 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import rms
 from compgen.core.units import MDEG, UM
+from compgen.pipelines.comparison.agreement import RISES
 from compgen.pipelines.comparison.comparison import Comparison, FindingText, Pair
 from compgen.pipelines.comparison.outputs import Output
 from compgen.pipelines.comparison.positions import Movement
@@ -53,8 +54,13 @@ def _pair(pair: Pair) -> dict[str, Any]:
         "b": pair.b,
         "change": pair.change,
         "same": pair.is_same,
-        "unit": unit_of(pair.key),
+        "unit": number_unit(pair.key),
     }
+
+
+def number_unit(key: str) -> str:
+    """The unit of a number of a report."""
+    return "K" if key.startswith(RISES) else unit_of(key)
 
 
 def _findings(findings: Iterable[FindingText]) -> list[dict[str, str]]:

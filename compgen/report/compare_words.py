@@ -9,11 +9,12 @@ import numpy as np
 from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.pipelines.comparison.scenarios import MatchedScenarios
-from compgen.report.compare_record import positions_record
+from compgen.report.compare_record import number_unit, positions_record
 from compgen.report.key_words import ascii_units, unit_of, words_of
 
+UNCORRECTED = ("predict", "heat")  # commands that write no program
 MOST_ROWS = 30  # of inputs that are shown at once
-SAME = "less than 0.01 um, mdeg, s or % apart; of other numbers, less than the sixth digit"
+SAME = "less than 0.01 um, mdeg, s, K or % apart; of other numbers, less than the sixth digit"
 LONG = 40  # characters of a value, beyond which a sentence does not spell it
 SHORT_LIST = 6  # values, up to which a list is shown whole
 MILLIMETRE = 1000  # [um] from which a distance is shown in mm
@@ -25,7 +26,7 @@ _SIDES = {"on_part.before": "before, on the part", "on_part.after": "after, on t
 
 def printed_unit(key: str) -> str:
     """The unit that ``cell`` writes a value in."""
-    return "%" if key.endswith(".at_feed") else unit_of(key)
+    return "%" if key.endswith(".at_feed") else number_unit(key)
 
 
 def label_of(key: str) -> str:
@@ -49,7 +50,7 @@ def cell(value: Any, key: str, signed: bool = False) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     sign = "+" if signed else ""
-    if isinstance(value, float) and unit_of(key) in ("µm", "mdeg", "s"):
+    if isinstance(value, float) and number_unit(key) in ("µm", "mdeg", "s", "K"):
         return f"{value:{sign}.2f}"
     if key.endswith(".at_feed"):
         return f"{100 * value:{sign}.2f}"
@@ -89,9 +90,9 @@ def change_of(pair: Pair) -> str:
 def ranked(pairs: Iterable[Pair]) -> list[Pair]:
     """What changed first: words, then numbers unit by unit, the largest change above; what is the same as it was."""
     pairs = list(pairs)
-    units = list(dict.fromkeys(unit_of(p.key) for p in pairs if not p.is_same and p.change is not None))
+    units = list(dict.fromkeys(number_unit(p.key) for p in pairs if not p.is_same and p.change is not None))
     changed = [p for p in pairs if not p.is_same]
-    changed.sort(key=lambda p: (-1, 0.0) if p.change is None else (units.index(unit_of(p.key)), -abs(p.change)))
+    changed.sort(key=lambda p: (-1, 0.0) if p.change is None else (units.index(number_unit(p.key)), -abs(p.change)))
     return [*changed, *(p for p in pairs if p.is_same)]
 
 
@@ -106,7 +107,9 @@ def headline(comparison: Comparison) -> str:
     """What changed, in one sentence."""
     if comparison.is_equal:
         return "the two are equal: inputs, errors, times, positions and findings"
-    sentences = (_inputs_sentence(comparison.inputs), error_sentence(comparison), positions_sentence(comparison))
+    sentences = [_inputs_sentence(comparison.inputs), error_sentence(comparison)]
+    if comparison.kind not in UNCORRECTED:
+        sentences.append(positions_sentence(comparison))
     return "; ".join(sentences)
 
 

@@ -437,3 +437,64 @@ def test_json_that_no_command_writes_is_damage(home, tmp_path):
         refused(run("compare", home / "six", "six", cwd=tmp_path), 2, "report.json", words)
     (tmp_path / "six" / "report.json").write_bytes(b"\xff\xfe\x00\xd8" + text.encode()[:99])
     refused(run("compare", home / "six", "six", cwd=tmp_path), 2, "report.json", "not JSON")
+
+
+def test_reports_of_other_commands_are_refused_by_their_name(home, tmp_path):
+    for kind, record in (
+        ("identify", {"compgen": "0.1.0", "ladder": [], "coverage": {}}),
+        ("executed", {"schema": 1, "covered": {}, "override": [], "log": {}}),
+        ("anchor", {"schema": 1, "anchored_state": True}),
+        ("resume", {"schema": 1, "from_page": 2, "replaced": []}),
+    ):
+        (tmp_path / "r.json").write_text(json.dumps(record))
+        refused(run("compare", "six", tmp_path / "r.json", cwd=home), 2, "r.json", f"cgen {kind}", "not compared")
+    assert run("compare", "six", "two", "-o", tmp_path / "c", "-q", cwd=home).returncode == 0
+    refused(run("compare", "six", tmp_path / "c" / "compare.json", cwd=home), 2, "cgen compare", "not compared")
+
+
+def test_what_is_no_output_is_refused_in_one_line(home, tmp_path):
+    (tmp_path / "loop").symlink_to(tmp_path / "pool")
+    (tmp_path / "pool").symlink_to(tmp_path / "loop")
+    (tmp_path / "folder" / "report.json").mkdir(parents=True)
+    (tmp_path / "r.json").mkdir()
+    for name, words in (
+        ("loop", "cannot be read"),
+        ("folder", "not an output"),
+        ("r.json", "not an output"),
+        ("/dev/null", "a pipe or a device"),
+        ("x" * 300, "cgen generate"),
+        ("", "empty name"),
+        (str(home / "six" / "LINE_Y.LS"), "not JSON at line 1"),
+    ):
+        refused(run("compare", home / "six", name, cwd=tmp_path), 2, words)
+
+
+def test_names_with_spaces_and_letters_of_all_kinds(home, tmp_path):
+    other = tmp_path / "nach dem Öl wechsel µ"
+    shutil.copytree(home / "two", other)
+    assert compared(home, "six", other)["b"]["output"] == str(other)
+    assert run("compare", "six", other, "-o", tmp_path / "s ü", "-q", cwd=home).returncode == 0
+    assert "nach dem Öl wechsel" in (tmp_path / "s ü" / "compare.html").read_text()
+
+
+def test_rises_of_a_day_have_their_unit(home):
+    record = compared(home, "day", "duty")
+    rises = [pair for pair in record["error"] if pair["key"].startswith("rise_K.")]
+    assert rises
+    assert {pair["unit"] for pair in rises} == {"K"}
+    last = run("compare", "day", "duty", cwd=home).stdout.splitlines()[-1]
+    assert "the most that one corrected file leaves in a run" in last
+    assert "positions" not in last
+
+
+def test_a_value_of_another_type_is_damage(home, tmp_path):
+    for name, report, changes in (
+        ("day", "heat.json", {"provenance": 3, "runs": {"error_max_um": 1.0, "residual_max_um": [], "count": 1}}),
+        ("grid", "whatif.json", {"scenarios": [{"state": "done", "duration_s": "NaN"}]}),
+        ("six", "report.json", {"timing": {"at_feed": {}, "duration_s": 1.0}, "provenance": "x"}),
+    ):
+        shutil.copytree(home / name, tmp_path / name)
+        data = json.loads((home / name / report).read_text())
+        for key, value in changes.items():
+            (tmp_path / name / report).write_text(json.dumps({**data, key: value}))
+            refused(run("compare", home / name, name, cwd=tmp_path), 2, report, "damaged")

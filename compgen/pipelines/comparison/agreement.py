@@ -8,7 +8,8 @@ from math import floor, log10
 
 from compgen.core.units import UM
 
-#: by what a key ends with, the last digit that is shown: 0.01 um, mdeg or s, and 0.01 % of a share
+RISES = "rise_K."  # what the keys of rises begin with
+#: by what a key ends with, the last digit that is shown: 0.01 um, mdeg, s or K, and 0.01 % of a share
 SHOWN = {"_um": 0.01, "_mdeg": 0.01, "_s": 0.01, "at_feed": 1e-4}
 DIGITS = 6  # that are shown of every other number that is no count
 ERROR = SHOWN["_um"] * UM  # [m]
@@ -18,6 +19,8 @@ def tolerance_of(key: str, a: float, b: float) -> float:
     """What the values of a key may differ by, in its own unit; counts are exact."""
     if isinstance(a, int) and isinstance(b, int):
         return 0.0
+    if key.startswith(RISES):
+        return 0.01
     shown = next((limit for ending, limit in SHOWN.items() if key.endswith(ending)), None)
     if shown is not None:
         return shown

@@ -79,7 +79,7 @@ def _of_job(record: Mapping[str, Any]) -> Numbers:
         for side in ("before", "after"):
             if sides[side] is not None:
                 numbers |= {f"{prefix}{side}.total.{size}": number(sides[side]["total"][size]) for size in _SIZES}
-    return numbers | {"band.p95_um": record["band"]["p95_um"]}
+    return numbers | {"band.p95_um": _half_width(record["band"])}
 
 
 def _of_correction(record: Mapping[str, Any]) -> Numbers:
@@ -88,8 +88,10 @@ def _of_correction(record: Mapping[str, Any]) -> Numbers:
         for kind, unit in (("total", "um"), ("turn", "mdeg")):
             if kind in record[side]:
                 sizes = record[side][kind]
-                numbers |= {f"{side}.{kind}.{name}_{unit}": sizes[f"{name}_{unit}"] for name in ("max", "p99", "rms")}
-    return numbers | {"band.p95_um": None if record["band"] is None else record["band"]["p95_um"]}
+                numbers |= {
+                    f"{side}.{kind}.{name}_{unit}": number(sizes[f"{name}_{unit}"]) for name in ("max", "p99", "rms")
+                }
+    return numbers | {"band.p95_um": _half_width(record["band"])}
 
 
 def _of_study(record: Mapping[str, Any]) -> Numbers:
@@ -100,12 +102,19 @@ def _of_study(record: Mapping[str, Any]) -> Numbers:
 
 
 def _of_day(record: Mapping[str, Any]) -> Numbers:
-    runs = {f"runs.{key}": record["runs"][key] for key in ("error_max_um", "residual_max_um")}
-    bands = {f"band.{name}.p95_um": band["p95_um"] for name, band in record["band"].items()}
+    runs = {f"runs.{key}": number(record["runs"][key]) for key in ("error_max_um", "residual_max_um")}
+    bands = {f"band.{name}.p95_um": _half_width(band) for name, band in record["band"].items()}
     warmth = {
-        f"rise_K.{when}.{node}": rise for when in ("start", "end") for node, rise in record["rise_K"][when].items()
+        f"rise_K.{when}.{node}": number(rise)
+        for when in ("start", "end")
+        for node, rise in record["rise_K"][when].items()
     }
     return runs | bands | warmth
+
+
+def _half_width(band: Mapping[str, Any] | None) -> float | None:
+    """Of a band [um]; None where none is known."""
+    return None if band is None or band["p95_um"] is None else number(band["p95_um"])
 
 
 def _done(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:

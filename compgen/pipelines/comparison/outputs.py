@@ -20,6 +20,18 @@ KINDS = {
     "heat": {"runs", "rise_K"},
     "generate": {"path", "timing", "before", "after"},
 }
+#: of others, which are not compared, in the same way
+OTHERS = {
+    "identify": {"ladder", "coverage"},
+    "validate": {"overall", "targets", "set_aside"},
+    "executed": {"covered", "override", "log"},
+    "anchor": {"anchored_state"},
+    "resume": {"from_page", "replaced"},
+    "compare": {"a", "b", "equal"},
+}
+_IN_ITS_PLACE = {
+    "identify": "predict one path with each robot file (--robot) and compare those: every key of the files is named",
+}
 _MEND = "give the folder that cgen generate, predict, correct, whatif or heat wrote, or the JSON report in it"
 
 
@@ -76,7 +88,7 @@ def read_output(name: str) -> Output:
     if not name.strip() or "\0" in name:
         raise InputError(f"output {name!r}: an empty name; {_MEND}")
     place = Path(name)
-    if place.is_dir():
+    if _is_folder(place):
         reports = [place / report for report in RECORDS if (place / report).is_file()]
         if not reports:
             raise InputError(f"{name}: no {', '.join(RECORDS[:2])} or {RECORDS[2]} in it: not an output; {_MEND}")
@@ -92,6 +104,8 @@ def read_output(name: str) -> Output:
         raise InputError(f"{file}: cannot be read: {failure.strerror}; {_MEND}") from None
     except ValueError as failure:
         raise InputError(f"{file}: damaged: {failure}; {_MEND}, or run the command anew") from None
+    if isinstance(record, dict):
+        _refuse_others(file, set(record))
     if not isinstance(record, dict) or type(record.get("schema")) is not int:
         raise InputError(f"{file}: not a report of compgen; {_MEND}")
     if record["schema"] != SCHEMA:
@@ -106,6 +120,21 @@ def read_output(name: str) -> Output:
     if kind == "generate" and record["after"] is None:
         kind = "predict"
     return Output(name, kind, record, file, file == place)
+
+
+def _is_folder(place: Path) -> bool:
+    try:
+        return place.is_dir()
+    except OSError:  # a name that no file can have: reading it says why
+        return False
+
+
+def _refuse_others(file: Path, keys: set[str]) -> None:
+    """Raises InputError for a report that is of another command."""
+    for kind, own in OTHERS.items():
+        if own <= keys:
+            mend = _IN_ITS_PLACE.get(kind, "compared are those of generate, predict, correct, whatif and heat")
+            raise InputError(f"{file}: of cgen {kind}, whose reports are not compared; {mend}")
 
 
 def number(value: Any) -> float:
