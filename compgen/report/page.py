@@ -142,7 +142,7 @@ def error_table(
     return section(title, table(head, rows))
 
 
-def _signed(text: str) -> str:
+def signed(text: str) -> str:
     """A text as HTML, with the sign of the micrometre."""
     return re.sub(r"(?<=[0-9]) um\b", " &micro;m", escape(text))
 

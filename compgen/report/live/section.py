@@ -23,7 +23,7 @@ from compgen.pipelines.study.live_sliders import Slider
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.live.record import live_record, sources_of
-from compgen.report.page import section
+from compgen.report.page import section, signed
 from compgen.report.table import table
 
 UNITS = {"degC": "&deg;C", "um/(m K)": "&micro;m/(m K)"}
@@ -206,7 +206,7 @@ def _figures(live_job: LiveJob) -> str:
     )
     curves = "".join(
         f'<figure><svg viewBox="0 0 640 118" role="img" aria-label="The error {key} along the path, on a scale of its '
-        f'own that ends at the largest"><path class="live-axis" d="M52 8V96H632"/><text x="46" y="16" '
+        f'own that ends at the largest"><path class="live-axis" d="M52 8V96H632"/><text x="46" y="19" '
         f'text-anchor="end" id="live-top-{key}"></text><text x="46" y="98" text-anchor="end">0</text>'
         f'<text x="52" y="113">start</text><text x="632" y="113" text-anchor="end">end of the path</text>'
         f'<path id="live-curve-{key}" d="M0 0"/></svg><figcaption>{words} [&micro;m], on its own scale</figcaption>'
@@ -229,7 +229,7 @@ def _band(live_job: LiveJob) -> str:
     unknown = unknown_words(record)
     words = "<p>What the files leave open beside the numbers above, in this state: on 95 of 100 robots and days that "
     words += "they may be talking of, the tool stays within it of where it is said to be.</p>"
-    not_in = f'<p class="lead">Not known, and on top: {escape(unknown)}.</p>' if unknown else ""
+    not_in = f'<p class="lead">Not known, and on top: {signed(unknown)}.</p>' if unknown else ""
     return words + table(["source", "largest on the part [&micro;m]"], rows) + not_in
 
 
