@@ -49,7 +49,7 @@ def heat(
     files = {
         HEAT: heat_json(job, day),
         "heat.csv": heat_csv(job, day),
-        "heat.html": heat_html(job, day, options),
+        "heat.html": heat_html(job, day, options, max_um),
         "runs.csv": runs_csv(job, day),
     }
     reports = page_files(folder, files, figures, options)

@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.units import UM
 from compgen.pipelines.averaging import Averaged
 from compgen.pipelines.correct.starts import Residue, ServedStarts
-from compgen.report.figure import GREY, LINES, WARM, Figure, Trace, axis, figure, trace
+from compgen.report.figure import DASHES, GREY, LINES, WARM, Figure, Trace, axis, figure, trace
 from compgen.report.figure_words import curves_in_words
 from compgen.thermal.ensemble import Ensemble, Start
 from compgen.verification.deviation import Extent
@@ -88,7 +88,8 @@ def averaged_figure(averaged: Averaged) -> Figure:
         points = sorted((_start(start)[key], size / UM) for start, size in group)
         x, y = (np.round(np.array(column, dtype=float), 3) for column in zip(*points))
         name = ", ".join(["this file", *_words(others, averaged.ensemble)])
-        traces.append(trace("scatter", x, y, name=name, mode="lines", line={"color": LINES[k % len(LINES)]}))
+        line = {"color": LINES[k % len(LINES)], "dash": DASHES[k % len(DASHES)]}
+        traces.append(trace("scatter", x, y, name=name, mode="lines", line=line))
     flown = sorted((_start(one.start)[key], one.total.max / UM) for one in averaged.flown)
     anew = sorted((_start(one.start)[key], one.remade.max / UM) for one in averaged.flown if one.remade is not None)
     for name, points, marker in (

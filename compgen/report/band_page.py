@@ -8,7 +8,7 @@ import numpy as np
 from compgen.core.arrays import Array
 from compgen.core.units import UM
 from compgen.report.band_words import known_words, rounded, unknown_words
-from compgen.report.figure import GREY, LINES, Figure, axis, figure, spans, trace
+from compgen.report.figure import GREY, Figure, axis, figure, spans, trace
 from compgen.report.figure_rows import Row
 from compgen.report.figure_words import sentence
 from compgen.report.page import with_units
@@ -29,6 +29,7 @@ MEANINGS = {  # of the sources of a budget, for who has not written the robot fi
     "identified parameters": "how well measuring told the robot's numbers",
     "fit noise": "scatter of what was measured",
 }
+FILE = "#1d4ed8"  # what the file knows of: neither before nor after
 BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
 
 
@@ -77,11 +78,11 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     traces = [
         trace(
             "bar", [size for _, size in sources], [name for name, _ in sources], orientation="h", showlegend=False,
-            marker={"color": LINES[0]}, text=[rounded(size) for _, size in sources], cliponaxis=False,
+            marker={"color": FILE}, text=[rounded(size) for _, size in sources], cliponaxis=False, constraintext="none",
         )
     ]  # fmt: skip
     layout: dict[str, Any] = {
-        "xaxis": axis("known so well [µm], 95 %", domain=left), "yaxis": {"automargin": True},
+        "xaxis": axis("left open by the file [µm], 95 %", domain=left), "yaxis": {"automargin": True},
     }  # fmt: skip
     height, narrow = 120 + 30 * max(len(sources), len(sized)), {}
     words = [f"{name} {rounded(size)} µm" for name, size in record["budget_um"].items()]
@@ -92,10 +93,10 @@ def budget_figure(record: dict[str, Any]) -> Figure:
             trace(
                 "bar", [b - a for a, b in zip(low, high)], [row["what"] for row in sized], base=list(low),
                 orientation="h", showlegend=False, xaxis="x2", yaxis="y2", text=extents, cliponaxis=False,
-                marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}},
+                constraintext="none", marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}},
             )
         )  # fmt: skip
-        layout["xaxis2"] = axis("not known; found elsewhere [µm]", domain=right, anchor="y2", rangemode="tozero")
+        layout["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", rangemode="tozero")
         layout["yaxis2"] = {"anchor": "x2", "automargin": True}
         words += [f"not known: {row['what']}, {extent} µm" for row, extent in zip(sized[::-1], extents[::-1])]
         below = 75 + 30 * len(sized)
@@ -104,7 +105,7 @@ def budget_figure(record: dict[str, Any]) -> Figure:
         narrow = {
             "height": tall + 60,
             "xaxis": {"domain": [0.0, 1.0]}, "yaxis": {"domain": [split, 1.0]},
-            "xaxis2": {"domain": [0.0, 1.0], "title": {"text": "not known [µm]"}},
+            "xaxis2": {"domain": [0.0, 1.0], },
             "yaxis2": {"domain": [0.0, max(split - 75 / tall, 0.05)]},
         }  # fmt: skip
     alt = sentence("What the part will see beyond the arithmetic", words)

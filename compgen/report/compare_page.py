@@ -27,7 +27,17 @@ from compgen.report.figure_limits import limit_label
 from compgen.report.figure_words import curves_in_words
 from compgen.report.inputs import SHORT, Inputs
 from compgen.report.key_words import capital, title_of
-from compgen.report.page import PLAIN, PageOptions, figure_section, in_words, page, section, verdict, with_units
+from compgen.report.page import (
+    PLAIN,
+    PageOptions,
+    figure_section,
+    finding_item,
+    in_words,
+    page,
+    section,
+    verdict,
+    with_units,
+)
 from compgen.report.table import table
 
 A, B = "A", "B"
@@ -65,7 +75,7 @@ def comparison_html(comparison: Comparison, max_um: float | None = None, options
     body += section("Time and size", _pairs((*comparison.time, *comparison.program)))
     body += section("Findings that came and went", _findings(comparison))
     if comparison.notes:
-        notes = "".join(f'<li class="warning">{escape(note)}</li>' for note in comparison.notes)
+        notes = "".join(finding_item("warning", note) for note in comparison.notes)
         opening += f'<ul class="findings">{notes}</ul>'
     return page("Two outputs compared", body, opening, _whose(comparison), options=options)
 
@@ -159,7 +169,7 @@ def _findings(comparison: Comparison) -> str:
     findings = comparison.findings
     kinds = (("gone", findings.gone), ("new", findings.new), ("with other numbers", findings.changed))
     rows = "".join(
-        f'<li class="{escape(level)}">{words}: {escape(level)} {escape(code)}: {with_units(message)}</li>'
+        finding_item(level, f"{words}: {level} {code}: {message}")
         for words, group in kinds
         for level, code, message in group
     )

@@ -38,16 +38,25 @@ def executed_html(
         f"{100 * summary['covered']['share']:.1f} % of the path</p>"
     )
     total = summary["deviation"].get("total")
-    largest = f"largest {total['max_um']:.1f} &micro;m at {total['at']}" if total else "nothing judged"
-    off = "" if time["off_percent"] is None else f" ({time['off_percent']:+.2f} %)"
-    text = (
-        f"Override <b>{overrides}</b>; <b>{time['took_s']:.2f} s</b> where the plan has {time['expected_s']:.2f} s{off}"
-        f"; off the path: <b>{largest}</b>: <b>{summary['verdict']}</b>."
+    bound, off = summary["bounds"].get("max_um"), time["off_percent"]
+    by_bound = f"{summary['verdict'].capitalize()}{'' if bound is None else ' its bound'}."
+    text = f"<b>{by_bound}</b> " + (
+        f"The motion is at most <b>{total['max_um']:.1f} &micro;m</b> off the path, at {escape(total['at'])}."
+        if total
+        else "No part of the path could be judged."
     )
-    body = findings_list(run.findings) + _table(summary)
+    facts = [
+        ("bound", "none" if bound is None else f"{bound:g} &micro;m"),
+        ("override", overrides),
+        (
+            "time",
+            f"{time['took_s']:.2f} s, planned {time['expected_s']:.2f} s" + ("" if off is None else f" ({off:+.2f} %)"),
+        ),
+    ]
+    body = findings_list(run.findings)
     for key, content in executed_figures(run).items():
         body += figure_section(FIGURES[key], content, key)
-    opening = lead + verdict("inside" if run.inside else "outside", text)
+    opening = lead + verdict("inside" if run.inside else "outside", text, facts) + _table(summary)
     return page(f"{summary['name']}: executed", body, opening, inputs, REMARK, options)
 
 
@@ -75,7 +84,10 @@ def _space(run: ExecutedRun) -> Figure:
 
 def _over_time(run: ExecutedRun) -> Figure:
     d, traces = run.deviation, []
-    for name, values, colour, dash in (("across", d.across, WARM, "solid"), ("normal", d.normal, COOL, "dot")):
+    for name, values, colour, dash in (
+        (LABELS["across"], d.across, WARM, "solid"),
+        (LABELS["normal"], d.normal, COOL, "dot"),
+    ):
         rows = rows_to_draw(np.abs(values))
         x, y = np.round(d.time[rows], 3), np.round(values[rows] / UM, 3)
         traces.append(trace("scatter", x, y, name=name, line={"color": colour, "width": 1.2, "dash": dash}))

@@ -4,11 +4,13 @@
 // camera looks at it: [right, up].
 const cgenFigures = (() => {
   const PRINTED = 680; // width on paper [px]: A4 and Letter within their margins
-  const NARROW = 720; // a width below which the narrow layout is taken [px]
+  const NARROW = 640; // a width below which the narrow layout is taken [px]
   const PHONE = 480; // and one below which its traces are a phone's [px]
-  const LABELS = 48; // around the box of a scene [px]
+  const LABELS = 48; // at both sides of the box of a scene, and below it [px]
+  const ABOVE = 8; // the box, where no words are [px]
+  const PRINTED_HEIGHT = 0.75; // of the height on a screen
   const PRINTED_INK = "#1e293b";
-  const CONFIG = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+  const CONFIG = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "sendChartToCloud"], plotlyServerURL: "" };
   const specifications = new Map();
   let printing = false;
 
@@ -38,18 +40,23 @@ const cgenFigures = (() => {
       const share = (k) => scene.domain?.[k] ?? [0, 1];
       const width = (layout.width - layout.margin.l - layout.margin.r) * (share("x")[1] - share("x")[0]);
       const height = (layout.height - layout.margin.t - layout.margin.b) * (share("y")[1] - share("y")[0]);
-      const size = Math.min((1 - (2 * LABELS) / height) / extent[1], (width - 2 * LABELS) / height / extent[0]);
+      const size = Math.min((1 - (LABELS + ABOVE) / height) / extent[1], (width - 2 * LABELS) / height / extent[0]);
+      const { eye } = scene.camera;
+      const [x, y, z] = layout.meta.up.map((v) => (-v * (LABELS - ABOVE)) / height); // by which all is moved up
+      const camera = { ...scene.camera, eye: { x: eye.x + x, y: eye.y + y, z: eye.z + z }, center: { x, y, z } };
       const longest = Math.max(...Object.values(scene.aspectratio));
       const ratio = Object.fromEntries(Object.entries(scene.aspectratio).map(([k, v]) => [k, (v / longest) * size]));
-      layout[name] = { ...scene, aspectratio: ratio };
+      layout[name] = { ...scene, aspectratio: ratio, camera };
     }
   }
 
   function adapted(specification, width, ink) {
     const { data, layout } = printing ? specification : inColours(specification);
     const narrow = width < NARROW ? layout.meta?.narrow : {};
-    const look = { width, autosize: false, uirevision: "kept", font: { color: ink }, modebar: { bgcolor: "rgba(0,0,0,0)" } };
+    const modebar = { bgcolor: "rgba(0,0,0,0)", orientation: layout.meta?.extent ? "v" : "h" }; // beside scales of colour
+    const look = { width, autosize: false, uirevision: "kept", font: { color: ink }, modebar };
     const result = merged(merged(layout, narrow), look);
+    if (printing) result.height = Math.round(result.height * PRINTED_HEIGHT);
     fitScenes(result);
     const changes = (width < PHONE && layout.meta?.phone) || [];
     return { data: data.map((trace, k) => merged(trace, changes[k])), layout: result };

@@ -157,7 +157,10 @@ def library_name() -> str:
 
 @lru_cache(maxsize=1)
 def _template() -> Any:
-    return json.loads((files("plotly") / "package_data" / "templates" / "plotly_white.json").read_bytes())
+    template = json.loads((files("plotly") / "package_data" / "templates" / "plotly_white.json").read_bytes())
+    for name in ("xaxis", "yaxis"):  # numbers a little off the axis: the zeros of both do not meet
+        template["layout"][name] |= {"ticks": "outside", "ticklen": 4, "tickcolor": GRID}
+    return template
 
 
 def _script(value: Any) -> str:

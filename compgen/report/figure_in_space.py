@@ -13,9 +13,11 @@ from compgen.report.figure_words import between, rounded_number, sentence
 from compgen.report.still import still_svg
 from compgen.report.view import View, middle_tick, ticks, view_of
 
-TALL, TALL_ON_PHONE, TOP = 460, 370, 62  # a scene with its scale of colours, and that alone [px]
+TALL, TALL_ON_PHONE, TOP = 510, 400, 68  # a scene with its scale of colours, and that alone [px]
+LARGEST = "\u25c7 largest"  # the mark in the picture
 FEW = 150  # places that are marked one by one
 TICKS = 5  # on the longest side
+NEAR_END = 0.06  # of an axis
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +45,7 @@ def figure_in_space(
     view = view_of(all_places, part)
     note = _note(view, all_places)
     traces, panels, parts = [], [], []
-    layout: dict[str, Any] = {"meta": {"extent": {}}}
+    layout: dict[str, Any] = {"meta": {"extent": {}, "up": view.up.round(4).tolist()}}
     for k, path in enumerate(paths):
         which = str(k + 1) if k else ""
         seen = view.shows(np.nan_to_num(path.places))
@@ -51,13 +53,15 @@ def figure_in_space(
         values = np.where(seen, path.values, np.nan)
         largest = float(np.nanmax(values, initial=0.0))
         title = f"{path.title} [{unit}]" + (", own scale" if len(paths) > 1 else "")
+        mark = f"{LARGEST} {rounded_number(largest)}" if largest > 0 else ""
         traces += _traces(path, places, values, which)
         layout[f"scene{which}"] = _scene(view)
         layout["meta"]["extent"][f"scene{which}"] = [round(e, 4) for e in view.extent]
         layout[f"coloraxis{which}"] = {
-            "colorscale": scale(LIGHT_TO_DARK), "cmin": 0, "cmax": max(largest, 1e-3), "colorbar": _bar(title),
+            "colorscale": scale(LIGHT_TO_DARK), "cmin": 0, "cmax": max(largest, 1e-3),
+            "colorbar": _bar(f"{title}<br>{mark}"),
         }  # fmt: skip
-        panels.append(still_svg(title, view, places, values, largest, _steps()))
+        panels.append(still_svg([title, mark], view, places, values, largest, _steps()))
         parts.append(f"{path.title} {between(values, unit)}{_where(places, values)}")
     for name, change in _arranged(len(paths), False).items():
         layout[name] = _merge(layout[name], change)
@@ -96,8 +100,7 @@ def _traces(path: Coloured, places: Array, values: Array, which: str) -> list[di
         worst = places[int(np.nanargmax(values))]
         mark = {"symbol": "diamond-open", "size": 7, "color": "#2a3f5f", "line": {"width": 2}}
         at = ([round(float(v), 2)] for v in worst)
-        label = {"text": ["largest"], "textposition": "top center", "textfont": {"color": "#2a3f5f", "size": 12}}
-        traces.append(trace("scatter3d", *at, mode="markers+text", marker=mark, hoverinfo="skip", **label, **place))
+        traces.append(trace("scatter3d", *at, mode="markers", marker=mark, hoverinfo="skip", **place))
     return traces
 
 
@@ -107,7 +110,7 @@ def _scene(view: View) -> dict[str, Any]:
     axes = {}
     for k, name in enumerate("xyz"):
         low, high = float(view.low[k]), float(view.high[k])
-        numbers = ticks(low, high, max(2, round(TICKS * float(ratio[k])))).tolist()
+        numbers = _off_corners(ticks(low, high, max(2, round(TICKS * float(ratio[k])))), low, high).tolist()
         title, words = f"{name.upper()} [mm]", {}
         if view.short[k]:
             numbers, title = [middle_tick(low, high)], ""
@@ -127,6 +130,12 @@ def _scene(view: View) -> dict[str, Any]:
             "projection": {"type": "orthographic"},
         },
     }  # fmt: skip
+
+
+def _off_corners(numbers: Array, low: float, high: float) -> Array:
+    """Numbers of an axis without those so near its ends that they would meet another axis' numbers."""
+    inner = numbers[(numbers > low + NEAR_END * (high - low)) & (numbers < high - NEAR_END * (high - low))]
+    return inner if len(inner) > 1 else numbers
 
 
 def _bar(title: str) -> dict[str, Any]:

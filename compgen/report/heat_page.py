@@ -1,5 +1,7 @@
 """The temperatures of a job's day, and the error of each run: as a page, CSV tables, JSON and sentences."""
 
+from html import escape
+
 import numpy as np
 
 from compgen import __version__
@@ -9,13 +11,15 @@ from compgen.pipelines.averaging_findings import ensemble_words
 from compgen.pipelines.band import not_known
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Timeline
+from compgen.report.band_page import LEFT_OPEN, band_facts
 from compgen.report.band_words import band_record, known_words, rounded, unknown_words
 from compgen.report.figure import COOL, DASHES, GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.figure_rows import Row, figure_in_rows
 from compgen.report.figure_words import course, curves_in_words, sentence
 from compgen.report.inputs import day_inputs
-from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, in_words, page, verdict
+from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, verdict
 
+COLD = 0.05  # a smaller rise than this is none [K]
 REMARK = "Warmth by the robot file's heat model; errors by the sources active in it."
 
 
@@ -90,14 +94,41 @@ def heat_sentences(job: Job, day: Timeline) -> list[str]:
     return sentences
 
 
-def heat_html(job: Job, day: Timeline, options: PageOptions = PLAIN) -> bytes:
-    """One page, the same bytes for the same inputs."""
-    opening = "".join(verdict("predicted", in_words(words)) for words in heat_sentences(job, day))
+def heat_html(job: Job, day: Timeline, options: PageOptions = PLAIN, max_um: float | None = None) -> bytes:
+    """One page, the same bytes for the same inputs; ``max_um`` is the largest error allowed of one file [um]."""
+    opening = _opening(job, day, max_um)
     body = figure_section("Temperature over the day", _rises(job, day), "rises")
     if len(day.run) > 1:
-        body += figure_section("Each run of the program", _runs(job, day), "runs")
+        body += figure_section("Each run of the program", _runs(job, day, max_um), "runs")
     findings = findings_list(job.unlikely) if job.unlikely else ""
     return page(f"Heat: {job.title or job.name}", findings + body, opening, day_inputs(job), REMARK, options)
+
+
+def _opening(job: Job, day: Timeline, max_um: float | None) -> str:
+    """What one file is worth over the day, and how warm the robot is when the program starts and at the day's end."""
+    most, worst = int(np.argmax(day.error)), int(np.argmax(day.residual))
+    left, kind, judged = float(day.residual[worst] / UM), "predicted", ""
+    text = f"Uncorrected, the tool will be up to <b>{day.error[most] / UM:.1f} &micro;m</b> off"
+    if len(day.run) > 1:
+        size = f"<b>{left:.{1 if left >= 10 else 2}f} &micro;m</b>, in run {worst + 1}"
+        text += f", in run {most + 1} of {len(day.run)}; with {escape(_file_of(job))} up to {size}"
+    if max_um is not None:
+        kind = "inside" if left <= max_um else "outside"
+        judged = f"<b>{kind.capitalize()} its bound.</b> "
+    first, largest = (band_record(band, not_known(job.cell, band)) for band in day.band)
+    facts = [] if max_um is None else [("bound", f"{max_um:g} &micro;m for one file in every run")]
+    for name, words in band_facts(first):
+        if name == LEFT_OPEN and len(day.run) > 1:
+            words += f" in the first run, {rounded(largest['p95_um'])} &micro;m in run {most + 1}"
+        facts.append((name, words))
+    for when, hours, rises in (
+        ("as the program starts", day.start / HOUR, day.run_rise[0]),
+        ("at the end", day.time[-1] / HOUR, day.rise[-1]),
+    ):
+        parts = ", ".join(f"{escape(n)} {r + 0.0:.1f}" for n, r in zip(job.heat.names, rises))
+        warmth = f"{parts} K warmer than the cold robot" if np.abs(rises).max() >= COLD else "the robot is cold"
+        facts.append((when, f"after {hours:.1f} h: {warmth}"))
+    return verdict(kind, f"{judged}{text}.", facts)
 
 
 def _rises(job: Job, day: Timeline) -> Figure:
@@ -121,7 +152,7 @@ def _file_of(job: Job) -> str:
     return "a file made for the first run" if job.ensemble is None else f"one file for {ensemble_words(job.ensemble)}"
 
 
-def _runs(job: Job, day: Timeline) -> Figure:
+def _runs(job: Job, day: Timeline, max_um: float | None) -> Figure:
     runs, rows, words = np.arange(1, len(day.run) + 1), [], []
     for title, name, values, colour, symbol in (
         ("before", "uncorrected", day.error, WARM, "circle"),
@@ -129,8 +160,8 @@ def _runs(job: Job, day: Timeline) -> Figure:
     ):
         size = np.round(values / UM, 3)
         look = {"mode": "lines+markers", "line": {"color": colour}, "marker": {"symbol": symbol}, "showlegend": True}
-        rows.append(
-            Row(f"{title} [µm]", [trace("scatter", runs, size, name=name, **look)], options={"rangemode": "tozero"})
-        )
-        words.append(course(name, size, "µm"))
+        limit = (max_um, f"bound {max_um:g} µm") if title == "after" and max_um is not None else None
+        curve = trace("scatter", runs, size, name=name, **look)
+        rows.append(Row(f"{title} [µm]", [curve], limit, {"rangemode": "tozero"}))
+        words += [course(name, size, "µm"), limit[1] if limit else ""]
     return figure_in_rows(rows, "run", sentence("Largest error of each run", words))

@@ -1,12 +1,13 @@
 """A job as one page that opens offline: findings first, then the error, the path, the temperatures, the joints."""
 
+from dataclasses import replace
 from html import escape
 from typing import Any
 
 from compgen.pipelines.job_results import Corrected, Planned
 from compgen.report.band_page import band_explained, band_facts
 from compgen.report.guaranteed import guaranteed_text
-from compgen.report.inputs import job_inputs, time_words
+from compgen.report.inputs import SHORT, Inputs, job_inputs, time_words
 from compgen.report.job_figures import job_figures
 from compgen.report.job_summary import job_summary
 from compgen.report.page import PLAIN, PageOptions, error_table, figure_section, findings_list, page, verdict
@@ -72,8 +73,22 @@ def job_html(planned: Planned, corrected: Corrected | None, options: PageOptions
     findings = findings_list(corrected.findings if corrected else planned.findings)
     return page(
         data["title"] or data["name"], findings + body, lead + _verdict(data) + _table(data),
-        job_inputs(planned.job), REMARK, options,
+        _inputs(planned, data), REMARK, options,
     )  # fmt: skip
+
+
+def _inputs(planned: Planned, data: dict[str, Any]) -> Inputs:
+    """What the page was made from, and the programs that it speaks of."""
+    made = job_inputs(planned.job)
+    written = list(data["program"]["sha256"].items()) if data.get("program") else []
+    if not written:
+        return made
+    file, digest = written[-1] if data["program"]["pages"] else written[0]
+    pages = f" and {len(written) - 1} pages" if len(written) > 1 else ""
+    return replace(
+        made.with_rows(("program", f"{file}{pages}, sha256 {digest[:SHORT]}")),
+        hashes=(*made.hashes, *((f"program {name}", whole) for name, whole in written)),
+    )
 
 
 def _verdict(data: dict[str, Any]) -> str:

@@ -111,12 +111,14 @@ def with_units(text: str) -> str:
 
 def findings_list(findings: Iterable[Finding]) -> str:
     """Findings as a list under a heading: a sign, the word for how bad it is, and the message."""
-    rows = "".join(
-        f'<li class="{kind}">{_mark(kind)}{f.level}: {with_units(f.message)}</li>'
-        for f in findings
-        for kind in ("outside" if f.level in (Level.REFUSED, Level.OUTSIDE) else str(f.level),)
-    )
+    rows = "".join(finding_item(f.level, f"{f.level}: {f.message}") for f in findings)
     return section("Findings", f'<ul class="findings">{rows or "<li class=note>none</li>"}</ul>')
+
+
+def finding_item(level: str, words: str) -> str:
+    """One line of such a list."""
+    kind = "outside" if level in (Level.REFUSED, Level.OUTSIDE) else escape(level)
+    return f'<li class="{kind}">{_mark(kind)}{with_units(words)}</li>'
 
 
 def error_table(
@@ -148,4 +150,4 @@ def signed(text: str) -> str:
 
 
 def _mark(kind: str) -> str:
-    return f'<span class="mark" aria-hidden="true">{MARKS[kind]}</span>'
+    return f'<span class="mark" aria-hidden="true">{MARKS.get(kind, MARKS["note"])}</span>'

@@ -1,5 +1,6 @@
 """An arm's sheet as a record and as a picture of it at pendant zero."""
 
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,14 @@ from compgen.core.units import DEG, MM
 from compgen.pipelines.robot_sheet import RobotSheet
 
 KEYS = ("x_mm", "y_mm", "z_mm", "w_deg", "p_deg", "r_deg")
-SIZE, EDGE = 420, 40  # of each view [px]
-JOINT, FLANGE, LINK, TEXT = "#0f766e", "#c2410c", "#64748b", "#334155"
+SIZE, EDGE = 440, 72  # of each view [px]
+LETTER = 6.2  # of a word, at most [px]
+#: Colours on white, and in the dark where the picture is shown there.
+STYLE = (
+    "<style>.ground{fill:#ffffff}.joint{fill:#0f766e}.flange{fill:#c2410c}.link{stroke:#64748b}text{fill:#334155}"
+    "@media screen and (prefers-color-scheme:dark){.ground{fill:#0f172a}.joint{fill:#2dd4bf}.flange{fill:#fb923c}"
+    ".link{stroke:#94a3b8}text{fill:#e2e8f0}}</style>"
+)
 
 
 def sheet_record(sheet: RobotSheet) -> dict[str, Any]:
@@ -57,12 +64,17 @@ def zero_svg(sheet: RobotSheet) -> str:
     spread = max(float(np.ptp(way[:, k])) for k in range(3))
     scale = (SIZE - 2 * EDGE) / max(spread, 1e-3)
     views = [_view(way, places, (0, 2), scale, 0, "side view"), _view(way, places, (0, 1), scale, SIZE, "from above")]
-    name = sheet.arm.robot.name
+    name, (x, y, z) = escape(sheet.arm.robot.name), (places[-1] / MM).tolist()
+    words = (
+        f"{name} with all joints of the pendant at zero, from the side and from above: its flange is at X {x:.0f}, "
+        f"Y {y:.0f}, Z {z:.0f} mm in World, {len(places)} joint frames are marked."
+    )
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{2 * SIZE}" height="{SIZE}" font-family="sans-serif">\n'
-        f'<rect width="{2 * SIZE}" height="{SIZE}" fill="white"/>\n' + "\n".join(views) + "\n"
-        f'<text x="{EDGE}" y="{SIZE - 10}" font-size="12" fill="{TEXT}">{name}, all joints of the pendant zero; '
-        "origins of the joints' frames, World in mm</text>\n</svg>\n"
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {2 * SIZE} {SIZE}" width="{2 * SIZE}" height="{SIZE}" '
+        f'font-family="sans-serif" role="img" aria-labelledby="title">\n<title id="title">{words}</title>\n{STYLE}\n'
+        f'<rect class="ground" width="{2 * SIZE}" height="{SIZE}"/>\n' + "\n".join(views) + "\n"
+        f'<text x="{EDGE}" y="{SIZE - 10}" font-size="12">{name}, all joints of the pendant zero; '
+        "origins of the joints' frames, World in mm; the larger dot is the flange</text>\n</svg>\n"
     )
 
 
@@ -77,21 +89,35 @@ def _view(way: Array, places: Array, axes: tuple[int, int], scale: float, left: 
 
     points = " ".join(f"{x:.1f},{y:.1f}" for x, y in map(pixel, way))
     parts = [
-        f'<text x="{left + EDGE}" y="20" font-size="13" fill="{TEXT}">{title} '
-        f"({'xyz'[axes[0]]} right, {'xyz'[axes[1]]} up)</text>",
-        f'<polyline points="{points}" fill="none" stroke="{LINK}" stroke-width="4"/>',
+        f'<text x="{left + EDGE}" y="20" font-size="13">{title} ({"xyz"[axes[0]]} right, {"xyz"[axes[1]]} up)</text>',
+        f'<polyline points="{points}" fill="none" class="link" stroke-width="4"/>',
     ]
-    drawn = set()
+    words: dict[str, tuple[float, float, str]] = {}
     for n, place in enumerate(places):
         x, y = pixel(place)
-        colour = FLANGE if n == len(places) - 1 else JOINT
-        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{colour}"/>')
-        at = f"{x:.0f},{y:.0f}"
-        if at not in drawn:
-            drawn.add(at)
-            u, v = (place[list(axes)] / MM).tolist()
-            parts.append(f'<text x="{x + 7:.1f}" y="{y - 7:.1f}" font-size="11" fill="{TEXT}">{u:.0f}, {v:.0f}</text>')
-    return "\n".join(parts)
+        kind, radius = ("flange", 7) if n == len(places) - 1 else ("joint", 5)
+        parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius}" class="{kind}"/>')
+        u, v = (place[list(axes)] / MM).tolist()
+        words[f"{x:.0f},{y:.0f}"] = (x, y, f"{u:.0f}, {v:.0f}")
+    return "\n".join(parts + _beside(list(words.values())[::-1], left))
+
+
+def _beside(words: list[tuple[float, float, str]], left: float) -> list[str]:
+    """Words beside their places, each where it neither meets another nor leaves its view; ``left`` is the view's."""
+    taken: list[tuple[float, float]] = []  # left and top of words, each as long as the longest
+    length, height = LETTER * max(len(text) for _, _, text in words), 12.0
+    parts = []
+    for x, y, text in words:
+        own = LETTER * len(text)
+        corners = [
+            (x + dx - (own if dx < 0 else 0), y + dy - 10) for dy in (-7, 17, -21, 31, -35, 45) for dx in (7, -7)
+        ]
+        inside = [(a, b) for a, b in corners if left <= a <= left + SIZE - own]
+        free = [(a, b) for a, b in inside if all(abs(a - c) >= length or abs(b - d) >= height for c, d in taken)]
+        a, b = (free or corners)[0]
+        taken.append((a, b))
+        parts.append(f'<text x="{a:.1f}" y="{b + 10:.1f}" font-size="11">{text}</text>')
+    return parts
 
 
 def _rounded(values: Array) -> list[float]:

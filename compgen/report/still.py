@@ -3,49 +3,49 @@
 The same view, the same colours and the same ranges as plotly's figure beside it has.
 """
 
+import re
 from collections.abc import Callable, Sequence
-from html import escape
+from html import escape, unescape
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, column_extremes
 from compgen.report.view import View, middle_tick, ticks
 
 Pixels = Callable[[Array], Array]  # places (N, 3) to their pixels (N, 2)
+WORD = re.compile(r'<text x="([-0-9.]+)" y="([-0-9.]+)" text-anchor="(start|middle|end)"[^>]*>([^<]*)<')
 
-WIDTH, HEIGHT = 340, 330  # [px]
-TOP, EDGE, SIDE = 58, 36, 80  # for the scale of colours, and around the box [px]
+WIDTH, HEIGHT = 340, 340  # [px]
+TOP, EDGE = 70, 6  # for the scale of colours, and around the box with its words [px]
+LETTER, LINE = 7.0, 12.0  # of a word: what a letter takes at most, and the height [px]
 PIECES = 400  # of the path, each in one colour
 CHORD = 0.25  # how far a drawn line is from the path at most [px]
 BAR_LEFT, BAR_WIDTH = 60, WIDTH - 120
 
 
-def still_svg(title: str, view: View, places: Array, values: Array, largest: float, colours: Sequence[str]) -> str:
+def still_svg(
+    titles: Sequence[str], view: View, places: Array, values: Array, largest: float, colours: Sequence[str]
+) -> str:
     """One scene: the scale of its colours, the box with its axes, and the path.
 
     Args:
-        title: Above the scale of colours.
+        titles: Lines above the scale of colours.
         view: The box, and from where it is seen.
         places: (N, 3) [mm]; a row of NaN interrupts the path.
         values: What colours it, (N,).
         largest: Of the scale, which starts from zero.
         colours: From zero to the largest.
     """
-    right, up = view.extent
-    scale = min((WIDTH - 2 * SIDE) / right, (HEIGHT - TOP - 2 * EDGE) / up) / 2
-
-    def pixels(points: Array) -> Array:
-        flat = scale * view.project(points)
-        return np.column_stack([WIDTH / 2 + flat[:, 0], TOP + (HEIGHT - TOP) / 2 - flat[:, 1]])
-
+    pixels = _fitted(view)
     share = np.nan_to_num(values) / max(largest, 1e-12)
     level: IntArray = np.clip(share * len(colours), 0, len(colours) - 1).astype(int)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '
         'font-family="system-ui,sans-serif" font-size="11" fill="currentColor">',
-        *_colour_bar(title, largest, colours),
+        *_colour_bar(titles, largest, colours),
         *_box(view, pixels),
         *_path(pixels(places), level, colours),
+        *_largest(pixels(places), values),
         "</svg>",
     ]
     return "".join(parts)
@@ -63,17 +63,56 @@ def side_by_side(panels: Sequence[str], note: str) -> str:
     )
 
 
-def _colour_bar(title: str, largest: float, colours: Sequence[str]) -> list[str]:
+def _fitted(view: View) -> Pixels:
+    """Where places lie in the picture: as large as the box and the words at its axes allow, and in the middle."""
+    scale, middle = WIDTH / (4 * max(view.extent)), np.array([WIDTH, HEIGHT + TOP]) / 2
+    room = np.array([WIDTH, HEIGHT - TOP]) - 2 * EDGE
+
+    def at(scale: float, middle: Array) -> Pixels:
+        return lambda points: middle + scale * view.project(points) * [1, -1]
+
+    for _ in range(4):  # words keep their size: what they take does not grow with the box
+        low, high = _reach(view, at(scale, middle))
+        box = 2 * scale * np.array(view.extent)
+        scale *= float(((room - (high - low) + box) / box).min())
+        low, high = _reach(view, at(scale, middle))
+        middle = middle + np.array([WIDTH, HEIGHT + TOP]) / 2 - (low + high) / 2
+    return at(scale, middle)
+
+
+def _reach(view: View, pixels: Pixels) -> tuple[Array, Array]:
+    """Corners of what the box and its words take, (2,) each [px]."""
+    ends = np.array([view.low, view.high])
+    corners = [pixels(np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]))]
+    for x, y, anchor, text in WORD.findall("".join(_box(view, pixels))):
+        length = LETTER * len(unescape(text))
+        left = float(x) - {"start": 0.0, "middle": length / 2, "end": length}[anchor]
+        corners.append(np.array([[left, float(y) - LINE + 3], [left + length, float(y) + 3]]))
+    return column_extremes(np.vstack(corners))
+
+
+def _largest(flat: Array, values: Array) -> list[str]:
+    """A mark where the largest value is; nothing where none is above zero."""
+    if not np.isfinite(values).any() or np.nanmax(values) <= 0:
+        return []
+    x, y = flat[int(np.nanargmax(values))]
+    return [f'<path d="M{x:.1f} {y - 6:.1f}l6 6l-6 6l-6 -6z" fill="none" stroke="currentColor" stroke-width="1.5"/>']
+
+
+def _colour_bar(titles: Sequence[str], largest: float, colours: Sequence[str]) -> list[str]:
     step = BAR_WIDTH / len(colours)
-    parts = [f'<text x="{WIDTH / 2:g}" y="16" text-anchor="middle" font-size="12">{escape(title)}</text>']
+    parts = [
+        f'<text x="{WIDTH / 2:g}" y="{13 + 15 * k}" text-anchor="middle" font-size="12">{escape(title)}</text>'
+        for k, title in enumerate(titles)
+    ]
     for k, colour in enumerate(colours):
         parts.append(
-            f'<rect x="{BAR_LEFT + k * step:.1f}" y="24" width="{step + 0.5:.1f}" height="10" fill="{colour}"/>'
+            f'<rect x="{BAR_LEFT + k * step:.1f}" y="36" width="{step + 0.5:.1f}" height="10" fill="{colour}"/>'
         )
     for value in ticks(0.0, largest, 5):
         x = BAR_LEFT + (BAR_WIDTH * value / largest if largest > 0 else 0.0)
-        parts.append(f'<path d="M{x:.1f} 34v4" stroke="currentColor"/>')
-        parts.append(f'<text x="{x:.1f}" y="49" text-anchor="middle">{value:g}</text>')
+        parts.append(f'<path d="M{x:.1f} 46v4" stroke="currentColor"/>')
+        parts.append(f'<text x="{x:.1f}" y="61" text-anchor="middle">{value:g}</text>')
     return parts
 
 

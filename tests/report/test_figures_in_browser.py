@@ -76,6 +76,15 @@ def test_figures_fit_paper_whole_and_go_back(browser, every_page, command):
     assert "rgb(30, 41, 59)" not in browser.run(ink)
 
 
+@pytest.mark.parametrize("command", ["generate", "whatif"])
+def test_no_button_of_a_figure_sends_its_numbers_to_another_host(browser, every_page, command):
+    show(browser, every_page[command])
+    buttons = "return [...document.querySelectorAll('.modebar-btn')].map(button => button.dataset.title)"
+    titles = set(browser.run(buttons))
+    assert "Download plot as a PNG" in titles
+    assert not [title for title in titles if re.search("[Ss]hare|[Cc]loud|[Ee]dit", title)]
+
+
 def test_a_figure_in_space_is_drawn_on_screen_and_still_on_paper(browser, every_page):
     show(browser, every_page["generate"])
     assert browser.run("return document.querySelectorAll('#space canvas').length") >= 1

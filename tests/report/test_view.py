@@ -133,7 +133,7 @@ def test_a_still_picture_is_well_formed_small_and_the_same_every_time(name):
     root = ElementTree.fromstring(picture)
     width, height = (float(root.attrib[k]) for k in ("width", "height"))
     words = ["".join(t.itertext()) for t in root.iter("{http://www.w3.org/2000/svg}text")]
-    assert "a <b> & c [µm]" in words
+    assert {"a <b> & c [µm]", f"\u25c7 largest {values.max():.2f}"} <= set(words)
     for axis in "XYZ":
         assert any(re.fullmatch(rf"{axis} (\[mm\]|-?[\d.]+ mm)", word) for word in words), axis
     for text in root.iter("{http://www.w3.org/2000/svg}text"):
@@ -146,6 +146,19 @@ def test_a_still_picture_is_well_formed_small_and_the_same_every_time(name):
         assert 0 <= float(y) <= height
     assert "nan" not in picture
     ElementTree.fromstring(side_by_side([picture, picture], "2 < 3"))
+
+
+@pytest.mark.parametrize("name", [*PLANES, *LINES])
+def test_a_still_picture_is_as_large_as_its_words_allow(name):
+    places = {**PLANES, **LINES}[name]
+    (picture,) = still(places, np.ones(len(places)))
+    xy = [(float(x), float(y)) for x, y in re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", picture)]
+    words = re.findall(r'<text x="([-\d.]+)" y="([-\d.]+)" text-anchor="(\w+)"[^>]*>([^<]*)', picture)
+    for x, y, anchor, text in words[2:]:
+        shift = {"start": 0, "middle": 0.5, "end": 1}[anchor] * 7 * len(text)
+        xy += [(float(x) - shift, float(y)), (float(x) - shift + 7 * len(text), float(y))]
+    below = np.array([point for point in xy if point[1] > 70])
+    assert (np.ptp(below, axis=0) / [340, 340 - 70]).max() > 0.9
 
 
 def test_a_still_picture_is_interrupted_where_the_path_is():
