@@ -8,9 +8,11 @@ from shipped import path_file, quiet
 from compgen.core.units import UM
 from compgen.pipelines import generate
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.study.geometry import lay_out
 from compgen.pipelines.study.live_build import build_live
 from compgen.pipelines.study.live_check import check, drawn_settings
 from compgen.pipelines.study.live_model import at, overrides_of, planned_setting, state_of
+from compgen.pipelines.study.sample_band import band_at_samples
 from compgen.thermal import state_after
 from compgen.thermal.ensemble import Start, duties_before
 from compgen.verification.deviation import deviation_from_path
@@ -58,6 +60,17 @@ def test_the_formula_is_the_full_computation_on_the_spiral(spiral):
     assert agreement.largest < 0.1 * UM
     errors = [at(spiral.live, setting, spiral.live.after).largest for setting in agreement.settings]
     assert min(errors) < 3 * UM < 100 * UM < max(errors)  # the settings lie far from each other
+
+
+@pytest.mark.parametrize("name", ["raster_1300", "spiral_1300"])
+def test_the_band_of_some_samples_is_that_of_the_whole_path(name):
+    job = load_job(path_file(name))
+    whole = generate.predict(job, quiet).band_of_plan().largest
+    assert band_at_samples(job, lay_out(job)).largest == pytest.approx(whole, abs=0.1 * UM)
+
+
+def test_the_largest_error_of_the_corrected_text_is_among_the_places_wherever_it_comes_to_lie():
+    assert np.abs(check(built("raster_1300")).after[:, 0]).max() < 0.01 * UM
 
 
 def test_the_formula_is_the_full_computation_in_a_schedule_by_the_network(schedule):

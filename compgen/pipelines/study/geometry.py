@@ -35,7 +35,10 @@ class Geometry:
 
     def thinned(self, count: int) -> "Geometry":
         """At some of the samples only, both ends among them."""
-        some = np.unique(np.linspace(0, len(self.now) - 1, count).astype(int))
+        return self.at(np.unique(np.linspace(0, len(self.now) - 1, count).astype(int)))
+
+    def at(self, some: IntArray) -> "Geometry":
+        """At some of the samples only."""
         few = {n: getattr(self, n)[some] for n in ("segment", "fraction", "now", "theta")}
         return replace(self, **few)
 

@@ -24,7 +24,7 @@ from compgen.pipelines.study.geometry import Geometry, model_of
 from compgen.pipelines.study.live_day import BuildUp, NodeLaw, Stage, after_stages
 from compgen.pipelines.study.live_model import Live, Setting, State, air_since, expansion_factor, state_of
 from compgen.pipelines.study.live_places import own_heat, single
-from compgen.pipelines.study.sample_band import SAMPLES, part_weight, some_samples
+from compgen.pipelines.study.sample_band import part_weight, some_samples
 from compgen.pipelines.uncertainty import quantities_of
 from compgen.thermal.uncertainty import STEP, steady_miss
 from compgen.verification.band import ONE_SIDED, radius_of, squares
@@ -94,7 +94,8 @@ def band_places(job: Job, live: Live, geometry: Geometry, dearer: Job | None) ->
         geometry: Of the planned text.
         dearer: The job with twice the coefficient of expansion; None: no slider moves that.
     """
-    some, thin = some_samples(geometry), geometry.thinned(SAMPLES)
+    some = some_samples(geometry)
+    thin = geometry.at(some)
     position = model_of(job).nominal_pose(geometry.theta).position
     motion = direction_states(reversal_widths(job.sources), geometry.theta, position).at(some)
     uncertainty = quantities_of(job, middle=(position.min(axis=0) + position.max(axis=0)) / 2)

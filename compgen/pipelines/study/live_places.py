@@ -14,7 +14,6 @@ length, and those that are among the largest in some state: so the largest error
 """
 
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from compgen.error_model.direction_memory import direction_states, reversal_widt
 from compgen.error_model.knowledge import build_slopes, parameters_of
 from compgen.pipelines.job import Job
 from compgen.pipelines.study.geometry import Geometry, flown_pose, model_of
+from compgen.pipelines.study.sample_band import DIRECTIONS
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.thermal import still_air
 from compgen.verification.deviation import deviation_from_path, sample_lengths
@@ -36,8 +36,8 @@ SAMPLES = 30_000  # evenly along the part
 GOLDEN = (5**0.5 - 1) / 2
 SHORT, NEAR = 0.02, 0.97  # [m] stretches whose largest are kept, from this share of the largest of all on
 AROUND = 10.0  # [K] about the planned air
+NEARBY = 12  # drawn changes about the planned rises
 STRETCHES = 400  # in which the farthest in each of some directions are kept
-DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -141,8 +141,14 @@ def _places_along(arc: Array, on_part: BoolArray) -> IntArray:
 
 
 def _states(rise: Array) -> list[Array]:
-    """Rises about the planned ones, (P, K) [K] each, in which the largest errors are looked for."""
-    return [share * rise + air for share in (0.0, 0.4, 1.0) for air in (-AROUND, -AROUND / 4, 0.0, AROUND / 4, AROUND)]
+    """Rises about the planned ones, (P, K) [K] each, in which the largest errors are looked for.
+
+    The day cooler and in other air, and small changes of each node by itself, drawn with a seed: a corrected text errs
+    where they happen to add up.
+    """
+    days = [share * rise + air for share in (0.0, 0.4, 1.0) for air in (-AROUND, -AROUND / 4, 0.0, AROUND / 4, AROUND)]
+    changes = np.random.default_rng(0).standard_normal((NEARBY, rise.shape[1]))
+    return [*days, *(rise + size * change for change in changes for size in (1.0, AROUND))]
 
 
 def _largest(size: Array, arc: Array) -> IntArray:

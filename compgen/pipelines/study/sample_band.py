@@ -1,5 +1,7 @@
 """The band at the samples of a geometry: for a scenario, a run of the day, a question."""
 
+from itertools import product
+
 import numpy as np
 
 from compgen.core.arrays import Array, IntArray
@@ -11,7 +13,8 @@ from compgen.pipelines.uncertainty import quantities_of
 from compgen.thermal.history import History
 from compgen.verification.band import Band, band_of
 
-SAMPLES = 200
+SAMPLES = 200  # evenly
+DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 
 
 def band_at_samples(job: Job, geometry: Geometry, history: History | None = None, rise: Array | None = None) -> Band:
@@ -24,7 +27,7 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
         rise: Then, (K,) or at the samples (n, K) [K]; None: as the job's rises run.
     """
     some = some_samples(geometry)
-    thin, model = geometry.thinned(SAMPLES), model_of(job)
+    thin, model = geometry.at(some), model_of(job)
     position = model.nominal_pose(geometry.theta).position
     motion = direction_states(reversal_widths(job.sources), geometry.theta, position).at(some)
     rises = thin.rises(job) if rise is None else np.broadcast_to(rise, (len(some), rise.shape[-1]))
@@ -36,8 +39,19 @@ def band_at_samples(job: Job, geometry: Geometry, history: History | None = None
 
 
 def some_samples(geometry: Geometry) -> IntArray:
-    """Which samples of a geometry stand for it, both ends among them."""
-    return np.asarray(np.unique(np.linspace(0, len(geometry.now) - 1, SAMPLES).astype(int)))
+    """Which samples of a geometry stand for its band: evenly where the tool touches, and what lies farthest out there.
+
+    What is open is smooth along the part and largest at its rim: the farthest in each direction are among them, for
+    either way that the tool goes, because play and friction follow it.
+    """
+    position = model_of(geometry.job).nominal_pose(geometry.theta).position
+    touching = np.flatnonzero(part_weight(geometry, geometry))
+    rows = touching if len(touching) else np.arange(len(geometry.now))
+    along = np.gradient(position, axis=0)[rows] if len(rows) > 1 else np.zeros((1, 3))
+    evenly = rows[np.linspace(0, len(rows) - 1, min(SAMPLES, len(rows))).astype(int)]
+    ways = [rows[sign * along[:, axis] >= 0] for axis in range(3) for sign in (-1, 1)]
+    rim = [way[np.argmax(position[way] @ DIRECTIONS.T, axis=0)] for way in ways if len(way)]
+    return np.asarray(np.unique(np.concatenate([evenly, *rim])))
 
 
 def part_weight(geometry: Geometry, thin: Geometry) -> Array:

@@ -391,6 +391,7 @@ function overrides() {
 // -- the path, and the error along it
 const view = {axes: [0, 1], colour: "after"};
 const frame = {w: 640, h: 440};
+const DRAWN = 600;  // stretches of a colour: what a browser has to style anew with every move
 function scaled(side) {
   const [i, j] = view.axes, xs = [], ys = [];
   for (let p = 0; p < side.time.length; p++) { xs.push(side.position[p * 3 + i]); ys.push(side.position[p * 3 + j]); }
@@ -399,18 +400,20 @@ function scaled(side) {
   const cx = (low[0] + high[0]) / 2, cy = (low[1] + high[1]) / 2;
   return xs.map((x, p) => [frame.w / 2 + (x - cx) / size, frame.h / 2 - (ys[p] - cy) / size]);
 }
-let lines = [];
+let lines = [];  // [what is drawn in one colour, its first place, the place after its last]
 function drawPath() {
-  const side = live[view.colour], points = scaled(side), group = $("live-path");
+  const side = live[view.colour], points = scaled(side), group = $("live-path"), last = points.length - 1;
+  const most = Math.ceil(points.length / DRAWN);
   group.replaceChildren();
   lines = [];
-  for (let p = 0; p + 1 < points.length; p++) {
-    if (side.gap[p]) { lines.push(null); continue; }
-    const line = document.createElementNS(SVG, "line");
-    const [[x1, y1], [x2, y2]] = [points[p], points[p + 1]];
-    for (const [key, value] of Object.entries({x1, y1, x2, y2})) line.setAttribute(key, value.toFixed(1));
+  for (let p = 0; p < last;) {
+    if (side.gap[p]) { p++; continue; }
+    const begin = p;
+    while (p < last && p - begin < most && !side.gap[p]) p++;
+    const line = document.createElementNS(SVG, "polyline");
+    line.setAttribute("points", points.slice(begin, p + 1).map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" "));
     group.append(line);
-    lines.push(line);
+    lines.push([line, begin, p]);
   }
   text($("live-axes"), `seen along ${"XYZ"[3 - view.axes[0] - view.axes[1]]}: ${"XYZ"[view.axes[0]]} to the right, ` +
     `${"XYZ"[view.axes[1]]} up`);
@@ -423,7 +426,11 @@ const palette = Array.from({length: 101}, (_, n) => {
 function colourPath(shown) {
   const {local, largest} = shown[view.colour];
   const top = largest > 0 ? largest : 1;
-  lines.forEach((line, p) => { if (line) line.setAttribute("stroke", palette[Math.round(100 * Math.min(1, local[p] / top))]); });
+  for (const [line, begin, end] of lines) {
+    let here = 0;
+    for (let p = begin; p < end; p++) if (local[p] > here) here = local[p];
+    line.setAttribute("stroke", palette[Math.round(100 * Math.min(1, here / top))]);
+  }
   text($("live-scale-top"), `${micro(largest)} µm`);
 }
 const chart = {left: 52, right: 632, height: 96};
