@@ -10,12 +10,13 @@ from compgen.core.json_text import json_text
 from compgen.core.one_line import one_line
 
 CRASHED = 70  # exit code of a fault of compgen
+_NAME = "cgen: "  # before what stderr says
 _printed_notes: set[str] = set()
 
 
 def print_error(message: str, code: int) -> int:
     """Print why the command failed, in one line; returns the exit code to leave with."""
-    sys.stderr.write(f"{one_line(f'cgen: {message}')}\n")
+    sys.stderr.write(f"{one_line(f'{_NAME}{message}')}\n")
     return code
 
 
@@ -38,7 +39,9 @@ def outcome_words(verdict: str) -> str:
 def print_refusal(message: str, code: int) -> int:
     """Print why the command ends without a result, with ``--json`` on the output as well; returns the exit code."""
     if "--json" in sys.argv[1:]:
-        sys.stdout.write(json.dumps({"error": one_line(message), "exit_code": code}) + "\n")
+        sys.stdout.write(
+            json.dumps({"error": one_line(f"{_NAME}{message}").removeprefix(_NAME), "exit_code": code}) + "\n"
+        )
     return print_error(message, code)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 
@@ -101,3 +102,25 @@ def test_a_folder_that_cannot_be_read_is_no_failure(tmp_path):
     (tmp_path / "outputs").mkdir(mode=0o000)
     assert os.path.isdir(tmp_path / "outputs")
     assert complete("cgen resume o", cwd=tmp_path).split() == []
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+def test_the_script_works_in_a_bash(project, tmp_path):
+    """Sourced, its function called as bash calls it: command, word at work, word before."""
+    command = tmp_path / "cgen"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m compgen "$@"\n')
+    command.chmod(0o755)
+    script = """
+source <(_CGEN_COMPLETE=source_bash cgen)
+function=$(complete -p cgen | sed -E 's/.* -F ([^ ]+).*/\\1/')
+ask() { COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); "$function" cgen "${!#}" "${@: -2:1}"; echo "${COMPREPLY[@]}"; }
+ask cgen gen
+ask cgen check paths/m
+ask cgen check x --wor
+"""
+    environment = {**ENVIRONMENT, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(
+        ["bash", "--norc", "-c", script], cwd=project, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stderr == ""
+    assert done.stdout.splitlines() == ["generate", "paths/mirror.toml", "--workers"]

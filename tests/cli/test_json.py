@@ -89,6 +89,38 @@ def test_any_number_of_workers_gives_the_same(folder, name):
     assert one.stdout == three.stdout
 
 
+def one_record(result, code):
+    refused(result, code)
+    assert json.loads(result.stdout) == {"error": result.stderr.removeprefix("cgen: ").strip(), "exit_code": code}
+
+
+@pytest.mark.parametrize("command", sorted({CALLS[name][0] for name in SHARING}))
+@pytest.mark.parametrize("value", ["-1", "257", "abc", "1.5", ""])
+def test_a_number_of_workers_that_is_none_is_refused_alike(folder, command, value):
+    one_record(run(command, "x", "--workers", value, "--json", cwd=folder), 2)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_wrong_use_is_one_record_and_help_is_help(folder, command):
+    one_record(run(command, "x", "--bogus", "--json", cwd=folder), 2)
+    assert "Example" in run(command, "-h", cwd=folder).stdout
+
+
+@pytest.mark.parametrize("name", [name for name, call in CALLS.items() if "-o" in call and call[0] != "pages"])
+@pytest.mark.parametrize("place", ["LINE_Y.LS/x", "", "a" * 300, "a\0b"], ids=["below a file", "none", "long", "zero"])
+def test_a_place_that_cannot_be_written_to_is_refused_before_any_work(folder, name, place):
+    (folder / "LINE_Y.LS").write_bytes(b"somebody's")
+    call = [place if CALLS[name][n - 1] == "-o" else word for n, word in enumerate(CALLS[name])]
+    one_record(run(*call, "--json", cwd=folder), 2)
+
+
+def test_a_folder_may_have_any_name(folder):
+    for name in ("with a space", "größe", "-dash", "quote'\"s"):
+        done = run("generate", LINE, "-q", "-o", f"{name}/deep er", cwd=folder)
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+        assert (folder / name / "deep er" / "LINE_Y.LS").exists()
+
+
 BOUNDED = {
     ("generate", LINE, "-o", "b"): (0.5, 2),
     ("generate", LINE, "-o", "b", "--set", "bounds.max_um=900"): (0.5, 2),
@@ -118,7 +150,7 @@ def test_an_error_beyond_max_um_is_exit_1_and_within_it_0(folder, call):
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if any("--max-um" in p.opts for p in COMMANDS[c].params)])
-@pytest.mark.parametrize("value", ["0", "nan", "1e7"])
+@pytest.mark.parametrize("value", ["0", "nan", "1e7", "-1", "inf"])
 def test_a_bound_that_is_none_is_refused_alike(folder, command, value):
     call = next((c for c in CALLS.values() if c[0] == command), None)
     if call is None:
