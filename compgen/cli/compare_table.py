@@ -6,6 +6,7 @@ from compgen.cli.console import print_table, stdout_console
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.report.compare_words import (
     MOST_ROWS,
+    NOT_KNOWN,
     SAME,
     cell,
     change_of,
@@ -30,7 +31,7 @@ def show_comparison(comparison: Comparison, files: str = "") -> None:
         if len(comparison.inputs) > MOST_ROWS:
             console.print(f"and {len(comparison.inputs) - MOST_ROWS} more: --json has all")
     else:
-        console.print("inputs: no key changed")
+        console.print(NOT_KNOWN if comparison.inputs is None else "inputs: no key changed")
     print_table(console, "error", _numbers(comparison.error))
     print_table(console, "time and size", _numbers((*comparison.time, *comparison.program)))
     console.print(f"no change: {SAME}")

@@ -11,6 +11,7 @@ from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.report.compare_record import comparison_record, whose_output
 from compgen.report.compare_words import (
     MOST_ROWS,
+    NOT_KNOWN,
     SAME,
     cell,
     change_of,
@@ -136,6 +137,8 @@ def _over(comparison: Comparison) -> str:
 
 def _inputs(comparison: Comparison) -> str:
     pairs, kind = comparison.inputs, comparison.kind
+    if pairs is None:
+        return f"<p>{in_words(NOT_KNOWN)}.</p>"
     if not pairs:
         return "<p>None: every key of the files has the same value.</p>"
     first, more = (_input_rows(rows, kind) for rows in (pairs[:MOST_ROWS], pairs[MOST_ROWS:]))

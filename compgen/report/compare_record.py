@@ -27,7 +27,7 @@ def comparison_record(comparison: Comparison) -> dict[str, Any]:
         "b": whose_output(comparison.b),
         "equal": comparison.is_equal,
         "notes": list(comparison.notes),
-        "inputs": [{"key": p.key, "a": p.a, "b": p.b, "unit": unit_of(p.key)} for p in comparison.inputs],
+        "inputs": None if comparison.inputs is None else [_input(p) for p in comparison.inputs],
         **{name: [_pair(p) for p in getattr(comparison, name)] for name in ("error", "time", "program")},
         "final_error_um": comparison.final_error,
         "positions": positions_record(comparison.movement),
@@ -45,6 +45,10 @@ def whose_output(output: Output) -> dict[str, Any]:
         "compgen": output.version,
         "inputs_sha256": made.get("inputs_sha256") or made.get("robot_sha256") or output.record.get("study_sha256"),
     }
+
+
+def _input(pair: Pair) -> dict[str, Any]:
+    return {"key": pair.key, "a": pair.a, "b": pair.b, "unit": unit_of(pair.key)}
 
 
 def _pair(pair: Pair) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from compgen.report.compare_record import number_unit, positions_record
 from compgen.report.key_words import ascii_units, unit_of, words_of
 
 UNCORRECTED = ("predict", "heat")  # commands that write no program
+NOT_KNOWN = "what changed in the inputs is not known"
 MOST_ROWS = 30  # of inputs that are shown at once
 SAME = "less than 0.01 um, mdeg, s, K or % apart; of other numbers, less than the sixth digit"
 LONG = 40  # characters of a value, beyond which a sentence does not spell it
@@ -113,7 +114,9 @@ def headline(comparison: Comparison) -> str:
     return "; ".join(sentences)
 
 
-def _inputs_sentence(inputs: tuple[Pair, ...]) -> str:
+def _inputs_sentence(inputs: tuple[Pair, ...] | None) -> str:
+    if inputs is None:
+        return NOT_KNOWN
     if not inputs:
         return "no input changed"
     a, b = input_cells(inputs[0])

@@ -498,3 +498,23 @@ def test_a_value_of_another_type_is_damage(home, tmp_path):
         for key, value in changes.items():
             (tmp_path / name / report).write_text(json.dumps({**data, key: value}))
             refused(run("compare", home / name, name, cwd=tmp_path), 2, report, "damaged")
+
+
+def test_inputs_that_are_not_known_are_not_called_the_same(home, tmp_path):
+    """Of a report from before they were in it."""
+    shutil.copytree(home / "six", tmp_path / "old")
+    report = tmp_path / "old" / "report.json"
+    data = json.loads(report.read_text())
+    del data["inputs"], data["on_part"], data["program"]["sha256"]
+    report.write_text(json.dumps(data))
+    record = compared(home, "six", tmp_path / "old")
+    assert record["inputs"] is None
+    assert record["equal"] is False
+    assert record["positions"]["moved"] == 0
+    done = run("compare", "six", tmp_path / "old", "-o", tmp_path / "page", cwd=home)
+    assert "warning" in done.stdout
+    assert "what changed in the inputs is not known" in done.stdout
+    page = (tmp_path / "page" / "compare.html").read_text()
+    assert "What changed in the inputs is not known." in page
+    for words in ("no key changed", "no input changed", "every key of the files", "are equal"):
+        assert words not in done.stdout + page

@@ -61,7 +61,7 @@ class Comparison:
     a: Output
     b: Output
     notes: tuple[str, ...]  # what makes the two less alike than they look
-    inputs: tuple[Pair, ...]  # that differ
+    inputs: tuple[Pair, ...] | None  # that differ; None where a report has none, from before they were in it
     error: tuple[Pair, ...]
     time: tuple[Pair, ...]
     program: tuple[Pair, ...]
@@ -77,11 +77,11 @@ class Comparison:
 
     @property
     def is_equal(self) -> bool:
-        """Whether inputs, numbers, positions and findings are the same."""
+        """Whether inputs, numbers, positions and findings are the same, as far as all of them are known."""
         pairs = (*self.error, *self.time, *self.program)
         moved = isinstance(self.movement, Movement) and not self.movement.is_same
         other_findings = self.findings.gone or self.findings.new or self.findings.changed
-        differs = any(not pair.is_same for pair in pairs) or moved or other_findings or self.inputs
+        differs = any(not pair.is_same for pair in pairs) or moved or other_findings or self.inputs != ()
         return not (differs or (self.scenarios is not None and not self.scenarios.is_equal))
 
     @property
@@ -121,7 +121,7 @@ def compare(first: str, second: str) -> Comparison:
         a=a,
         b=b,
         notes=tuple(_notes(a, b, inputs)),
-        inputs=inputs or (),
+        inputs=inputs,
         error=_pairs(numbers.error_of(a), numbers.error_of(b)),
         time=_pairs(numbers.time_of(a), numbers.time_of(b)),
         program=_pairs(numbers.program_of(a), numbers.program_of(b)),

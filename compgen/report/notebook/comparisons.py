@@ -31,7 +31,7 @@ class ComparedOutputs:
     @property
     def inputs(self) -> dict[str, tuple[Any, Any]]:
         """Keys whose values differ, with the value in A and in B; None where one has none."""
-        return {pair.key: (pair.a, pair.b) for pair in self.result.inputs}
+        return {pair.key: (pair.a, pair.b) for pair in self.result.inputs or ()}
 
     def plot(self) -> Any:
         """A plotly Figure: the errors of both over the path.
