@@ -194,6 +194,30 @@ def test_a_key_moves_a_slider_and_the_number_is_said(page):
     assert page.window.execute_script("return document.querySelector('#live [aria-live=polite]') !== null")
 
 
+def test_what_is_typed_beyond_a_slider_or_is_no_number_is_said(page):
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+
+    n = next(n for n, slider in enumerate(page.sliders) if slider.kind == "air")
+    slider = page.sliders[n]
+    box = page.window.find_element(By.ID, f"live-number-{n}")
+    half = f"{slider.value + 0.5:g}"
+    for typed, shown, words in (
+        ("1e9", slider.high, f"1e9 is beyond this slider: {slider.low:g} to {slider.high:g} °C"),
+        (half.replace(".", ","), slider.value + 0.5, ""), ("nan", slider.value + 0.5, '"nan" is not a number'),
+        ("", slider.value + 0.5, "no number was typed"), ("-1e400", slider.low, "-1e400 is beyond"),
+    ):  # fmt: skip
+        box.click()
+        box.send_keys(Keys.CONTROL, "a")
+        box.send_keys(Keys.DELETE, typed, Keys.TAB)
+        notes = page.window.execute_async_script(READ)["notes"]
+        assert float(box.get_attribute("value")) == pytest.approx(shown)
+        assert words in notes[n]
+        assert words or "typed" not in notes[n]
+    page.window.execute_script("document.getElementById('live-reset').click()")
+    assert page.window.execute_async_script(READ)["notes"][n] == ""
+
+
 @pytest.mark.parametrize("width", [400, 800])
 def test_nothing_is_wider_than_the_screen(page, width):
     try:

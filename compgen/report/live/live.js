@@ -378,6 +378,7 @@ const text = (element, words) => { if (element.textContent !== words) element.te
 const SVG = "http://www.w3.org/2000/svg";
 const plannedValues = sliders.map(slider => slider.value);
 let values = [...plannedValues];
+const refused = sliders.map(() => "");  // why what was typed is not shown
 
 function overrides() {
   const out = live.averaged ? [`'${live.one_start}'`] : [];
@@ -475,7 +476,7 @@ function update(announce = true) {
     text(cell, rounded(open.largest[n]));
   });
   const [words, all] = beyond(values, state, [shown.before, shown.after]);
-  words.forEach((list, n) => { text($(`live-note-${n}`), list.join("; ")); });
+  words.forEach((list, n) => { text($(`live-note-${n}`), [refused[n], ...list].filter(w => w).join("; ")); });
   text($("live-beyond"), all.length ? `Beyond what was measured: ${all.join("; ")}.` : "");
   $("live-beyond").hidden = !all.length;
   sliders.forEach((slider, n) => {
@@ -512,18 +513,29 @@ sliders.forEach((slider, n) => {
   $(`live-${n}`).addEventListener("input", event => {
     const value = +event.target.value;
     values[n] = slider.stops.length ? slider.stops[value] : snapped(slider, value);
+    refused[n] = "";
     later();
   });
   const number = $(`live-number-${n}`);
   if (number.tagName === "OUTPUT") return;
   number.addEventListener("change", event => {
-    const value = event.target.value.trim() === "" ? NaN : +event.target.value;
-    if (Number.isFinite(value)) values[n] = Math.min(slider.high, Math.max(slider.low, value));
+    const typed = event.target.value.trim(), value = typed === "" ? NaN : +typed.replace(",", ".");
+    const unit = slider.unit ? ` ${slider.unit}` : "";
+    refused[n] = "";
+    if (Number.isNaN(value)) {
+      refused[n] = `${typed ? `"${typed.slice(0, 20)}" is not a number` : "no number was typed"}: it stays`;
+    } else {
+      values[n] = Math.min(slider.high, Math.max(slider.low, value));
+      if (slider.kind === "repeat") values[n] = Math.round(values[n]);
+      if (value < slider.low || value > slider.high) {
+        refused[n] = `${typed.slice(0, 20)} is beyond this slider: ${fixed(slider.low)} to ${fixed(slider.high)}${unit}`;
+      }
+    }
     event.target.value = fixed(values[n]);
     later();
   });
 });
-$("live-reset").addEventListener("click", () => { values = [...plannedValues]; later(); });
+$("live-reset").addEventListener("click", () => { values = [...plannedValues]; refused.fill(""); later(); });
 for (const input of root.querySelectorAll("input[name=live-colour]")) input.addEventListener("change", event => {
   view.colour = event.target.value;
   drawPath();

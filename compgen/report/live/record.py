@@ -67,6 +67,7 @@ def _slider(slider: Slider, live_job: LiveJob) -> dict[str, Any]:
     record: dict[str, Any] = {
         "kind": slider.kind, "key": slider.key, "low": slider.low, "high": slider.high, "step": slider.step,
         "value": slider.value, "stops": list(slider.stops), "stage": slider.stage, "knots": list(slider.knots),
+        "unit": slider.unit.replace("deg", "°").replace("um", "µm"),
         "spoken": CELSIUS_SPOKEN.get(slider.unit, slider.unit),
     }  # fmt: skip
     if slider.kind == "run":

@@ -128,8 +128,8 @@ def _row(n: int, slider: Slider) -> str:
     else:
         step = "1" if slider.kind == "repeat" else "any"
         reach = f'min="{slider.low:g}" max="{slider.high:g}" step="{step}" value="{value}"'
-        number = (
-            f'<input type="number" id="live-number-{n}" {reach} inputmode="decimal" autocomplete="off" '
+        number = (  # as text: a field of numbers reads 3,5 as 35 in some languages
+            f'<input type="text" id="live-number-{n}" value="{value}" inputmode="decimal" autocomplete="off" '
             f'aria-label="{label}, typed" aria-describedby="live-note-{n}">'
         )
     when = f'<p class="live-when" id="live-when-{n}"></p>' if slider.kind == "run" else ""
