@@ -16,7 +16,7 @@ from compgen.report.band_words import band_record, known_words, rounded, unknown
 from compgen.report.figure import COOL, DASHES, GREY, LINES, WARM, Figure, axis, figure, trace, vertical_line
 from compgen.report.figure_rows import Row, figure_in_rows
 from compgen.report.figure_words import course, curves_in_words, sentence
-from compgen.report.inputs import day_inputs
+from compgen.report.inputs import day_inputs, made_from
 from compgen.report.page import PLAIN, PageOptions, figure_section, findings_list, page, verdict
 
 COLD = 0.05  # a smaller rise than this is none [K]
@@ -62,9 +62,7 @@ def heat_json(job: Job, day: Timeline) -> bytes:
         },
         "provenance": {
             "compgen": __version__,
-            "inputs_sha256": job.inputs_hash,
-            "robot": job.robot.name,
-            "robot_file": {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash},
+            **made_from(job),
             "overrides": list(job.overrides),
         },
         "inputs": dict(job.inputs),

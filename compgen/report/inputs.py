@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 from compgen import __version__
 from compgen.core.pose import Pose
@@ -46,6 +47,12 @@ def job_inputs(job: Job) -> Inputs:
         overrides_row(job.overrides),
     ]
     return Inputs(tuple(rows), (("path, robot and overrides", job.inputs_hash), _robot_hash(job.cell)))
+
+
+def made_from(job: Job) -> dict[str, Any]:
+    """The same for a record: the hash of all that a job was read from, its robot, and the robot's file."""
+    robot_file = {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash}
+    return {"inputs_sha256": job.inputs_hash, "robot": job.robot.name, "robot_file": robot_file}
 
 
 def day_inputs(job: Job) -> Inputs:

@@ -15,6 +15,7 @@ from compgen.pipelines.motion_findings import with_motion
 from compgen.report.averaged import averaged_record, ensemble_record
 from compgen.report.band_words import band_record
 from compgen.report.guaranteed import guaranteed_record
+from compgen.report.inputs import made_from
 from compgen.report.motion_record import motion_record
 from compgen.verification.band import Band
 from compgen.verification.deviation import statistics
@@ -107,9 +108,7 @@ def job_summary(planned: Planned, corrected: Corrected | None) -> dict[str, Any]
         report["average_over"] = ensemble_record(job.ensemble) if averaged is None else averaged_record(averaged)
     report["provenance"] = {
         "compgen": __version__,
-        "inputs_sha256": job.inputs_hash,
-        "robot": job.robot.name,
-        "robot_file": {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash},
+        **made_from(job),
         "sources": [source.NAME for source in job.sources],
         "overrides": list(job.overrides),
         "tool": {

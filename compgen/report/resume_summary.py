@@ -7,6 +7,7 @@ import numpy as np
 from compgen import __version__
 from compgen.core.units import UM
 from compgen.pipelines.resume.result import Resumed
+from compgen.report.inputs import made_from
 from compgen.verification.deviation import statistics
 
 SCHEMA = 1
@@ -52,9 +53,7 @@ def resume_summary(resumed: Resumed) -> dict[str, Any]:
         "findings": [finding.record() for finding in resumed.findings],
         "provenance": {
             "compgen": __version__,
-            "inputs_sha256": job.inputs_hash,
-            "robot": job.robot.name,
-            "robot_file": {"path": job.cell.robot_file, "sha256": job.cell.robot_file_hash},
+            **made_from(job),
             "manifest": resumed.written.manifest_file,
         },
     }

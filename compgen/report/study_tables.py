@@ -13,6 +13,7 @@ from compgen.core.csv_table import text_cell
 from compgen.pipelines.job import Job
 from compgen.pipelines.study import Answer, Row, Study
 from compgen.report.band_words import NO_BAND, rounded
+from compgen.report.inputs import made_from
 from compgen.report.key_words import ascii_units, words_of
 from compgen.report.study_grid import grid_of, in_words
 
@@ -70,19 +71,10 @@ def study_json(
         "answers": sentences,
         **({} if live is None else {"live": live}),
         "scenarios": rows,
-        "provenance": {"compgen": __version__, **({} if base is None else _made_from(base))},
+        "provenance": {"compgen": __version__, **({} if base is None else made_from(base))},
         "inputs": None if base is None else dict(base.inputs),
     }
     return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
-
-
-def _made_from(base: Job) -> dict[str, Any]:
-    cell = base.cell
-    return {
-        "inputs_sha256": base.inputs_hash,
-        "robot": base.robot.name,
-        "robot_file": {"path": cell.robot_file, "sha256": cell.robot_file_hash},
-    }
 
 
 def band_caveat(rows: list[Row]) -> str:
