@@ -14,6 +14,7 @@ from compgen.cli.messages import print_error, print_record
 from compgen.cli.page_options import Assets, AssetsOption, PageDate, page_files, page_options
 from compgen.cli.publish import publish
 from compgen.cli.study_folder import QUESTIONS, RECORD, own_files, study_folder
+from compgen.core.number_text import beyond_text
 
 
 def whatif(
@@ -118,5 +119,6 @@ def _judge(rows: list[dict[str, Any]], max_um: float) -> None:
         raise typer.Exit(print_error(f"scenario {outside['index']}: {outside['reason']}", 1))
     worst = max(rows, key=lambda row: row["before_on_part_max_um"])
     if "inside" not in worst and worst["before_on_part_max_um"] > max_um:
-        message = f"scenario {worst['index']}: {worst['before_on_part_max_um']:.2f} um uncorrected, --max-um {max_um:g}"
+        size = beyond_text(worst["before_on_part_max_um"], max_um)
+        message = f"scenario {worst['index']}: {size} um uncorrected, --max-um {max_um:g}"
         raise typer.Exit(print_error(message, 1))

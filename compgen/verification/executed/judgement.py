@@ -8,6 +8,7 @@ import numpy as np
 from compgen.core.arrays import norm
 from compgen.core.exceptions import InputError
 from compgen.core.findings import Finding, Level
+from compgen.core.number_text import beyond_text
 from compgen.core.units import MM, MS, PERCENT, UM
 from compgen.verification.executed.clock_fit import ClockFit, fit_clock
 from compgen.verification.executed.course import Course
@@ -265,8 +266,9 @@ def _of_bound(course: Course, deviation: PathDeviation, bound: float | None) -> 
     total = deviation.extents["total"]
     if bound is None or total.max <= bound:
         return []
+    size = beyond_text(total.max / UM, bound / UM, 1)
     message = (
-        f"{total.max / UM:.1f} um off the path near {course.point_name(total.where)}, {total.where:.3f} m along, is "
+        f"{size} um off the path near {course.point_name(total.where)}, {total.where:.3f} m along, is "
         f"above --max-um {bound / UM:g}; p99 {total.p99 / UM:.1f}, rms {total.rms / UM:.1f} um"
     )
     return [Finding(Level.OUTSIDE, "executed.max", message)]
