@@ -168,7 +168,7 @@ def positions_sentence(comparison: Comparison) -> str:
     if movement.matched == "nearest":
         back = _length(record["largest_of_b_um"])
         there = f"A's positions are up to {largest} ({rms} rms) off the path of B"
-        return f"the paths differ: {there}, B's up to {back} off that of A"
+        return f"at the nearest places {there}, B's up to {back} off that of A"
     turned = ""
     if movement.angle is not None and movement.angle.max() > movement.same_angle:
         turned = f" and turned, by up to {record['largest_mdeg']:.3g} mdeg"

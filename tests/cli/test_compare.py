@@ -135,7 +135,7 @@ def test_another_path_is_measured_to_its_nearest_place(home):
         assert positions[rms] == pytest.approx(np.sqrt(np.mean(distance**2)), abs=0.01)
     assert 12_000 < positions["largest_um"] < 14_000
     done = run("compare", "six", "moved", cwd=home)
-    assert "the paths differ: A's positions are up to 13 mm" in done.stdout
+    assert "at the nearest places A's positions are up to 13 mm" in done.stdout
 
 
 def test_errors_and_times_are_those_of_the_reports(home):

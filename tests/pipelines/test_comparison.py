@@ -25,6 +25,10 @@ def test_distance_to_a_path_is_that_to_its_nearest_segment(length):
     assert_allclose(distance_to_path(path, path), 0, atol=1e-15)
 
 
+def test_a_path_that_stands_still_is_a_point():
+    assert_allclose(distance_to_path(np.eye(3), np.zeros((4, 3))), 1)
+
+
 def test_distance_to_one_point_is_to_it():
     assert_allclose(distance_to_path(np.eye(3), np.zeros((1, 3))), 1)
 
