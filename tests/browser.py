@@ -20,6 +20,19 @@ return [...document.querySelectorAll("body *")].filter(element => {
   return !isInside && !scrolls && box.width && (box.right > innerWidth + 1 || box.left < -1);
 }).map(element => element.tagName + "." + element.className + " " + element.getBoundingClientRect().right)
 """
+#: words of figures in the plane that reach beyond their figure
+CUT = """
+return [...document.querySelectorAll(".chart .main-svg text")].filter(text => {
+  const box = text.getBoundingClientRect(), whole = text.closest(".chart").getBoundingClientRect();
+  return box.width && text.textContent.trim() &&
+    !text.closest(".hoverlayer, #js-plotly-tester") &&
+    (box.left < whole.left - 1 || box.right > whole.right + 1 ||
+      box.top < whole.top - 1 || box.bottom > whole.bottom + 1);
+}).map(text => text.closest(".chart").querySelector(".plotly-graph-div").id + ": " + text.textContent)
+"""
+ALL_DRAWN = """
+return [...document.querySelectorAll(".chart")].every(chart => chart.querySelector(".main-svg"))
+"""
 
 
 def missing() -> str:
@@ -70,6 +83,13 @@ class Browser:
         self._do("Emulation.setEmulatedMedia", media="", features=[scheme])
         self.driver.get(page.as_uri())
 
+    def show(self, page: Path, **how) -> None:
+        """Open a page and wait until its figures are drawn."""
+        from selenium.webdriver.support.ui import WebDriverWait
+
+        self.open(page, **how)
+        WebDriverWait(self.driver, 120).until(lambda driver: driver.execute_script(ALL_DRAWN))
+
     def run(self, script: str):
         """What a script in the page returns."""
         return self.driver.execute_script(script)
@@ -84,10 +104,15 @@ class Browser:
         printed = self._do("Page.printToPDF", printBackground=True, paperWidth=8.27, paperHeight=11.69)
         return base64.b64decode(printed["data"])
 
-    def print_media(self) -> None:
-        """Show the page as it is printed where the screen is dark."""
+    @contextmanager
+    def print_media(self) -> Iterator[None]:
+        """The page as it is printed where the screen is dark; behind it the dark screen."""
         dark = {"name": "prefers-color-scheme", "value": "dark"}
         self._do("Emulation.setEmulatedMedia", media="print", features=[dark])
+        try:
+            yield
+        finally:
+            self._do("Emulation.setEmulatedMedia", media="", features=[dark])
 
     def text(self, selector: str) -> str:
         """All words of the elements that a selector finds."""

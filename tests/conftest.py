@@ -1,4 +1,7 @@
+import signal
+
 import pytest
+from browser import chromium
 from hypothesis import settings
 from shipped import path_file
 
@@ -8,6 +11,9 @@ from compgen.pipelines.path_file import load_job
 
 settings.register_profile("same every time", derandomize=True, deadline=None)  # a busy machine is no fault
 settings.load_profile("same every time")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell's background hands on, and tests send it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
@@ -19,3 +25,17 @@ def job() -> Job:
 @pytest.fixture(scope="session")
 def robot(job):
     return job.robot
+
+
+@pytest.fixture(scope="session")
+def one_browser():
+    """A browser that starts when the first test looks at a page, and serves all."""
+    with chromium() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def browser(one_browser):
+    """The browser; a page with figures in space would go on drawing behind the tests that follow."""
+    yield one_browser
+    one_browser.driver.get("about:blank")

@@ -4,7 +4,7 @@ import json
 import shlex
 
 import pytest
-from browser import BEYOND, chromium
+from browser import BEYOND
 from command_line import run
 from shipped import ROOT, path_file, quiet
 
@@ -91,12 +91,6 @@ class Page:
         done = run(*words, cwd=self.folder)
         assert done.returncode in (0, 1), done.stderr
         return json.loads(done.stdout)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -231,12 +225,12 @@ def test_nothing_is_wider_than_the_screen(page, width):
 def test_on_paper_stands_the_setting_that_was_shown(page):
     setting = drawn_settings(page.sliders, 1, seed=16)[0]
     shown = page.moved(setting)
-    page.browser.print_media()
     try:
-        hidden = "return getComputedStyle(document.querySelector('#live input[type=range]')).display"
-        assert page.browser.run(hidden) == "none"
-        values = "return [...document.querySelectorAll('[id^=live-number-]')].map(e => +(e.value || e.textContent))"
-        assert page.browser.run(values) == pytest.approx(list(setting))
-        assert shown["sentence"] in page.browser.text("#live-sentence")
+        with page.browser.print_media():
+            hidden = "return getComputedStyle(document.querySelector('#live input[type=range]')).display"
+            assert page.browser.run(hidden) == "none"
+            values = "return [...document.querySelectorAll('[id^=live-number-]')].map(e => +(e.value || e.textContent))"
+            assert page.browser.run(values) == pytest.approx(list(setting))
+            assert shown["sentence"] in page.browser.text("#live-sentence")
     finally:
         page.browser.open(page.file)

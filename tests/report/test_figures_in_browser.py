@@ -1,21 +1,10 @@
-"""Figures in a real browser: drawn or still, dark, on a phone, on paper, whole."""
+"""Figures in a real browser: named, drawn or still, dark, on a phone."""
 
 import re
 
 import pytest
-from browser import chromium
 from every_page import COMMANDS
 
-#: words of figures in the plane that reach beyond their figure
-CUT = """
-return [...document.querySelectorAll(".chart .main-svg text")].filter(text => {
-  const box = text.getBoundingClientRect(), whole = text.closest(".chart").getBoundingClientRect();
-  return box.width && text.textContent.trim() &&
-    !text.closest(".hoverlayer, #js-plotly-tester") &&
-    (box.left < whole.left - 1 || box.right > whole.right + 1 ||
-      box.top < whole.top - 1 || box.bottom > whole.bottom + 1);
-}).map(text => text.closest(".chart").querySelector(".plotly-graph-div").id + ": " + text.textContent)
-"""
 SHOWN = "getComputedStyle(document.querySelector('{}')).display != 'none'"
 NO_WEBGL = """
 const context = HTMLCanvasElement.prototype.getContext;
@@ -23,25 +12,6 @@ HTMLCanvasElement.prototype.getContext = function(kind, ...more) {
   return kind.startsWith("webgl") ? null : context.call(this, kind, ...more);
 };
 """
-
-
-ALL_DRAWN = """
-return [...document.querySelectorAll(".chart")].every(chart => chart.querySelector(".main-svg"))
-"""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as opened:
-        yield opened
-
-
-def show(browser, page, **how):
-    """Open a page and wait until its figures are drawn."""
-    from selenium.webdriver.support.ui import WebDriverWait
-
-    browser.open(page, **how)
-    WebDriverWait(browser.driver, 120).until(lambda driver: driver.execute_script(ALL_DRAWN))
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -54,31 +24,9 @@ def test_every_figure_of_every_page_is_named_by_its_numbers(every_page, command)
         assert not re.search(r"\bnan\b|\binf\b|: nothing", words), words
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("width", [1400, 800, 400])
-def test_no_word_of_a_figure_is_cut(browser, every_page, command, width):
-    show(browser, every_page[command], width=width)
-    assert browser.run(CUT) == []
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_figures_fit_paper_whole_and_go_back(browser, every_page, command):
-    show(browser, every_page[command], width=1400, dark=True)
-    widths = "return [...document.querySelectorAll('.chart .main-svg')].map(svg => svg.getBoundingClientRect().width)"
-    before = browser.run(widths)
-    browser.run("dispatchEvent(new Event('beforeprint'))")
-    assert all(width <= 680 for width in browser.run(widths))
-    assert browser.run(CUT) == []
-    ink = "return [...document.querySelectorAll('.chart [class*=tick] text')].map(text => getComputedStyle(text).fill)"
-    assert set(browser.run(ink)) <= {"rgb(30, 41, 59)"}
-    browser.run("dispatchEvent(new Event('afterprint'))")
-    assert browser.run(widths) == before
-    assert "rgb(30, 41, 59)" not in browser.run(ink)
-
-
 @pytest.mark.parametrize("command", ["generate", "whatif"])
 def test_no_button_of_a_figure_sends_its_numbers_to_another_host(browser, every_page, command):
-    show(browser, every_page[command])
+    browser.show(every_page[command])
     buttons = "return [...document.querySelectorAll('.modebar-btn')].map(button => button.dataset.title)"
     titles = set(browser.run(buttons))
     assert "Download plot as a PNG" in titles
@@ -86,12 +34,12 @@ def test_no_button_of_a_figure_sends_its_numbers_to_another_host(browser, every_
 
 
 def test_a_figure_in_space_is_drawn_on_screen_and_still_on_paper(browser, every_page):
-    show(browser, every_page["generate"])
+    browser.show(every_page["generate"])
     assert browser.run("return document.querySelectorAll('#space canvas').length") >= 1
     live, still = SHOWN.format("#space"), SHOWN.format(".chart:has(#space) .still")
     assert browser.run(f"return [{live}, {still}]") == [True, False]
-    browser.print_media()
-    assert browser.run(f"return [{live}, {still}]") == [False, True]
+    with browser.print_media():
+        assert browser.run(f"return [{live}, {still}]") == [False, True]
 
 
 def test_without_webgl_the_still_picture_stands_in_place(browser, every_page):
@@ -126,7 +74,7 @@ def test_the_words_of_a_figure_change_with_the_page_to_dark_and_back(browser, ev
     fill = "return getComputedStyle(document.querySelector('#time [class*=tick] text')).fill"
     line = "return getComputedStyle(document.querySelector('#time .scatterlayer .js-line')).stroke"
     seen = []
-    show(browser, every_page["generate"])
+    browser.show(every_page["generate"])
     for scheme in ("light", "dark", "light"):
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
@@ -138,9 +86,9 @@ def test_the_words_of_a_figure_change_with_the_page_to_dark_and_back(browser, ev
 
 def test_scenes_stand_beside_each_other_on_a_screen_and_below_each_other_on_a_phone(browser, every_page):
     tops = "return [...document.querySelectorAll('#space [id^=scene]')].map(e => e.getBoundingClientRect().top)"
-    show(browser, every_page["generate"])
+    browser.show(every_page["generate"])
     one, other = browser.run(tops)
     assert one == other
-    show(browser, every_page["generate"], width=400)
+    browser.show(every_page["generate"], width=400)
     one, other = browser.run(tops)
     assert abs(one - other) > 300
