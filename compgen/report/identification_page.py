@@ -26,6 +26,7 @@ FIGURES = {
     "correlation": "Correlation of the parameters that the data knows best",
 }
 REMARK = "What the measurements do not excite stays at the robot file's value, and is known no better than it says."
+SIGNED = 0.3  # from which on a correlation has its sign written on it
 MAX_PARAMETERS = 60  # that a figure of correlations can show
 MOST_PARAMETERS = 40  # in the table, those first that move the tool most
 LONG = 2 * HOUR  # of measurements, from which their time is in hours
@@ -223,9 +224,11 @@ def _correlation_map(identification: Identification) -> Figure:
         alt += (
             f": largest {values[one, other]:.2f}, of {names[one]} and {names[other]}; {(pairs > 0.9).sum()} above 0.9"
         )
+    signs = [["" if abs(v) < SIGNED else "+" if v > 0 else "\N{MINUS SIGN}" for v in row] for row in values.tolist()]
     unnamed = {"showticklabels": False}
     narrow = {"height": 420, "margin": {"l": 10, "b": 20}, "xaxis": unnamed, "yaxis": unnamed}
     look = {"colorscale": RED_TO_BLUE, "zmin": -1, "zmax": 1, "colorbar": {"title": {"text": "correlation"}}}
+    look |= {"text": signs, "texttemplate": "%{text}"}  # by more than hue
     return figure(
         [trace("heatmap", names, names, values, **look)], 760, f"{alt}.", narrow,
         yaxis={**small, "autorange": "reversed"}, xaxis=small, margin={"l": 190, "r": 20, "t": 40, "b": 190},
