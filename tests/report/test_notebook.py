@@ -164,12 +164,6 @@ def test_the_files_of_identify_are_those_of_the_command_line(tmp_path, poses, id
     assert {name: files[name] for name in identified.files(force=True)} == identified.files(force=True)
 
 
-def test_the_sign_of_a_correlation_is_written_on_its_map(identified):
-    page = next(text for name, text in identified.files(force=True).items() if name.endswith(".html"))
-    text = page if isinstance(page, str) else page.decode()
-    assert '"texttemplate":"%{text}"' in text.replace('": "', '":"')
-
-
 def test_processes_give_the_rows_of_this_one(grid):
     again = compgen.study(LINE, vary={"duty": [0.2, 0.5], "feed": [50, 100]}, ask=["warmup"], workers=2)
     assert again.rows == grid.rows
