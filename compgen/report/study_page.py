@@ -130,7 +130,7 @@ def _ranked(grid: Grid, names: list[str]) -> str:
     same = ", ".join(f"{escape(words_of(n))} {shown[n][0]} {unit_of(n)}".rstrip() for n in common)
     text = f"The largest error {side} first{more}. " + (f"The same in all: {same}. " if same else "")
     text = f'<p class="lead">{text}All columns and digits: <a href="whatif.csv">whatif.csv</a>.</p>'
-    return text + table([escape(title_of(name)) for name in columns], cells, words)
+    return text + table([escape(title_of(name)) for name in columns], cells, words, stacks=False)
 
 
 def _place(grid: Grid, name: str) -> int:

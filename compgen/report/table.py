@@ -9,15 +9,16 @@ from collections.abc import Collection, Iterable, Sequence
 WIDE = 4  # columns of numbers beside the first, a column of words counted twice: more than a phone has room for
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = ()) -> str:
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (), stacks: bool = True) -> str:
     """A table whose first column names its rows.
 
     Args:
         head: Of each column, as HTML; one that begins with ``before`` or ``after`` is underlined as curves of it are.
         rows: Cells as HTML, as many as the head has.
         words: Columns of words, from 0; the others are numbers.
+        stacks: Whether rows become blocks on a phone where they are wide; a long list is compared down its columns.
     """
-    is_wide = len(head) - 1 + len([n for n in words if n]) >= WIDE
+    is_wide = stacks and len(head) - 1 + len([n for n in words if n]) >= WIDE
     labels = [_label(name) if is_wide else "" for name in head]
     columns = "".join(f'<th scope="col"{_classes(_side(name), n in words)}>{name}</th>' for n, name in enumerate(head))
     lines = "".join(
