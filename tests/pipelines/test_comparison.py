@@ -21,8 +21,17 @@ def test_distance_to_a_path_is_that_to_its_nearest_segment(length):
     path = rng.uniform(-0.3, 0.3, (length, 3))
     path[-1] = path[-2]  # a segment of no length
     points = rng.uniform(-0.4, 0.4, (300, 3))
-    assert_allclose(distance_to_path(points, path), brute_force(points, path), atol=2e-6)
+    assert_allclose(distance_to_path(points, path), brute_force(points, path), atol=1e-12)
     assert_allclose(distance_to_path(path, path), 0, atol=1e-15)
+
+
+def test_short_segments_do_not_hide_a_long_one():
+    """A straight lead ends where a fine curve begins: the point is on the lead."""
+    angle = np.linspace(0, 1, 2000)
+    curve = 0.002 * np.column_stack([np.sin(angle), 1 - np.cos(angle), 0 * angle])
+    path = np.vstack([[[0, 0, 0.02]], curve])
+    point = np.array([[0, 0, 0.000149]])
+    assert_allclose(distance_to_path(point, path), 0, atol=1e-12)
 
 
 def test_a_path_that_stands_still_is_a_point():
