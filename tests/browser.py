@@ -85,10 +85,14 @@ class Browser:
 
     def show(self, page: Path, **how) -> None:
         """Open a page and wait until its figures are drawn."""
+        self.open(page, **how)
+        self.wait_for(lambda: self.run(ALL_DRAWN))
+
+    def wait_for(self, holds) -> None:
+        """Wait until something holds in the page; selenium's TimeoutException when it never does."""
         from selenium.webdriver.support.ui import WebDriverWait
 
-        self.open(page, **how)
-        WebDriverWait(self.driver, 120).until(lambda driver: driver.execute_script(ALL_DRAWN))
+        WebDriverWait(self.driver, 120).until(lambda _: holds())
 
     def run(self, script: str):
         """What a script in the page returns."""
