@@ -28,9 +28,23 @@ def usage_words(failure: Exception, arguments: Sequence[str], options: dict[str,
         message = f"{message.rstrip('.')}{_about_file(arguments, options)}"
     else:
         message = getattr(failure, "format_message", failure.__str__)().rstrip(".")
+        message = message.replace("Value error, ", "").replace(*_about_value(failure))
         if message.startswith("Missing"):
             message += f": {getattr(getattr(failure, 'param', None), 'help', None) or 'give it'}"
     return f"{message.rstrip('.')}; see {place} --help"
+
+
+def _about_value(failure: Exception) -> tuple[str, str]:
+    """What the parser says of a value, and the same with the value."""
+    from pydantic import ValidationError
+
+    from compgen.core.toml import brief_value
+
+    if not isinstance(failure.__cause__, ValidationError):
+        return "", ""
+    error = failure.__cause__.errors()[0]
+    reason = error["msg"].replace("Input should ", "must ").partition(", unable")[0]
+    return error["msg"], f"{brief_value(error['input'])}: {reason}"
 
 
 def _about_option(option: str, command: str, arguments: Sequence[str], options: dict[str, set[str]]) -> str:

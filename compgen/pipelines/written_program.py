@@ -7,7 +7,7 @@ import numpy as np
 
 from compgen.core.arrays import Array, IntArray, step_lengths
 from compgen.core.exceptions import InputError
-from compgen.core.findings import Finding, Progress
+from compgen.core.findings import Finding, Level, Progress
 from compgen.core.pose import Pose
 from compgen.core.rotations import relative_rotation
 from compgen.core.units import MM
@@ -82,9 +82,20 @@ def fly_written(
         raise InputError("compensation.average_over: it has no start to fly")
     draws = _draws(planned, path, rows, prepared, worst[1], progress)
     findings = [*judge(worst[1], job.bounds), *(draws.findings() if draws is not None else ()), *planned.findings]
+    findings += _robot_findings(job, program)
     if with_other_ramps:
         findings += ramp_findings(job, path, program)
     return WrittenFlight(planned, program, *worst, draws, tuple(findings))
+
+
+def _robot_findings(job: Job, program: Program) -> list[Finding]:
+    """That the text was written with another robot file than it is flown with: then more than the state is another."""
+    made = next((line.split()[2] for line in program.remarks if line.startswith("robot file ")), "")
+    if not made or job.cell.robot_file_hash.startswith(made):
+        return []
+    now = f"{job.cell.robot_file} now, {job.cell.robot_file_hash[: len(made)]}"
+    message = f"{program.name} was written with another robot file ({made} in its remarks) than {now}; give that one"
+    return [Finding(Level.WARNING, "written.robot_file", f"{message} with --robot, or generate it anew")]
 
 
 def _draws(

@@ -102,6 +102,18 @@ def test_another_path_s_program_is_refused(line, tmp_path):
     refused(run("check", LINE, "--written", line, *moved), 2, "LINE_Y.LS", "line_y.toml", "another path's program")
 
 
+def test_another_robot_file_than_it_was_written_with_is_a_warning(line, tmp_path):
+    other = tmp_path / "other.toml"
+    other.write_text((ROOT / "robots" / "m710ic50.toml").read_text() + "\n# a later state of the file\n")
+    code, record = report(LINE, line, "--robot", other)
+    assert code == 0
+    [warning] = [finding for finding in record["findings"] if finding["code"] == "written.robot_file"]
+    assert warning["level"] == "warning"
+    assert record["written"]["made_as"][2].removeprefix("robot file ") in warning["message"]
+    own = report(LINE, line, *STATE, "--set", "robot.thermal.cte_um_m_K=12")[1]
+    assert "written.robot_file" not in {finding["code"] for finding in own["findings"]}
+
+
 def test_what_is_no_program_and_several_paths_are_refused(line, tmp_path):
     (tmp_path / "NOTE.LS").write_text("/PROG NOTE\n/END\n")
     refused(run("check", LINE, "--written", tmp_path / "NOTE.LS"), 2, "NOTE.LS", "generate it anew")

@@ -67,7 +67,9 @@ def test_an_option_without_its_value_names_the_command_s_help(command):
         (["correct", "paths/line_y.toml"], "cgen generate, predict and check take path files"),
         (["check", "tests/golden/MOVES.LS"], "cgen correct and cgen inspect take it"),
         (["check", "paths/line_y.toml", "--set"], "'--set' requires an argument"),
-        (["check", "paths/line_y.toml", "--workers", "-1"], "--workers"),
+        (["check", "paths/line_y.toml", "--workers", "-1"], "'--workers': '-1': must be greater than or equal to 0"),
+        (["check", "paths/line_y.toml", "--workers", "two"], "'--workers': 'two': must be a valid integer; see"),
+        (["heat", "paths/line_y.toml", "--figures", "gif"], "'--figures': 'gif' is not one of 'svg', 'png', 'pdf'"),
         (["check", "paths/line_y.toml", "--max-um", "nan"], "--max-um nan: must be 0.001 to 1e+06 um"),
     ],
 )

@@ -139,6 +139,8 @@ def test_a_list_is_read_row_by_row(tmp_path):
         (("robot.thermal.cte=1,2",), ("robot.thermal.cte", "unknown key")),
         (("feed=",), ("empty", "process.feed_mm_s")),
         (("feed=1:2:0",), ("empty",)),
+        (("feed=1:2:1000000000",), ("more than 100000 values",)),
+        (("feed=1,,2",), ("feed=1,,2", "a value is missing")),
         ((), ("nothing to vary",)),
         (("feed",), ("expected KEY",)),
         (("feed=1,2", "process.feed_mm_s=3"), ("twice",)),

@@ -20,6 +20,7 @@ from compgen.pipelines.path_file import load_job
 MOST = 100_000
 _NUMBERS_WITH_COLONS = re.compile(r"[\s\d.+\-eE]+(:[\s\d.+\-eE]*)+")
 _RANGE = re.compile(r"[^:]+:[^:]+:\s*\+?\d+\s*")
+_GAP, _QUOTED = re.compile(r"^\s*,|,\s*,"), re.compile(r"[\"'\[{]")
 #: short names of keys that studies vary most
 SHORT = {
     "feed": "process.feed_mm_s",
@@ -115,6 +116,10 @@ def _axis(item: str) -> tuple[str, list[str]]:
         raise InputError(f"--vary {item[:80]}: not FROM:TO:COUNT; say how many values, as in {key[:60]}=20:200:10")
     if not equals or not key or not item.isprintable():
         raise InputError(f"--vary {item}: expected KEY=V1,V2 as in --vary process.feed_mm_s=20,100,200")
+    if _GAP.search(text) and not _QUOTED.search(text):
+        raise InputError(f"--vary {item[:80]}: a value is missing between its commas; take a comma away")
+    if _RANGE.fullmatch(text) and float(text.rpartition(":")[2]) > MOST:
+        raise InputError(f"--vary {item[:80]}: more than {MOST} values; give fewer")
     values = _values(text.strip())
     if not values:
         raise InputError(f"--vary {item}: no values: the grid is empty; give {key}=V1,V2")

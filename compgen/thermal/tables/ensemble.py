@@ -52,7 +52,8 @@ def ensemble_of(table: AverageOverTable, run_count: int, feed: float, where: str
     if runs[0] > runs[1]:
         raise InputError(f"{where}.runs: {runs} must rise; give the first run first")
     if runs[1] > run_count:
-        raise InputError(f"{where}.runs: there is no run {runs[1]}; runs are {_runs(run_count)}")
+        known = f"runs are {_runs(run_count)}; they count from [start]"
+        raise InputError(f"{where}.runs: there is no run {runs[1]}; {known}")
     return Ensemble((delay[0], delay[1]), _overrides(table, feed, where), (int(runs[0]) - 1, int(runs[1]) - 1))
 
 
