@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import re
+import sys
 import warnings
 from collections.abc import Mapping
 from importlib.resources import files
@@ -27,11 +28,14 @@ def render(figures: Mapping[str, Mapping[str, Any]], kind: str) -> dict[str, byt
     Raises:
         NoRenderer: kaleido or the browser that it needs is not installed, or fails.
     """
+    arguments, sys.argv = sys.argv, sys.argv[:1]  # kaleido's logger reads them as its own, and ends on --log
     try:
         import kaleido
         from kaleido.errors import BrowserClosedError, BrowserFailedError, ChromeNotFoundError, KaleidoError
     except ImportError:
         raise NoRenderer("kaleido is not installed: pip install 'compgen[figures]'") from None
+    finally:
+        sys.argv = arguments
     for name in ("kaleido", "choreographer"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:

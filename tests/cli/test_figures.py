@@ -114,6 +114,26 @@ def test_a_browser_that_fails_is_said(tmp_path, monkeypatch):
     assert "the browser failed (BrowserFailedError)" in predict(tmp_path / "o", "--figures", "png").stderr
 
 
+def test_kaleido_does_not_read_the_arguments_of_a_command_with_a_log(tmp_path, monkeypatch):
+    package = tmp_path / "kaleido"
+    package.mkdir()
+    (package / "__init__.py").write_text(
+        "import argparse\nparser = argparse.ArgumentParser()\nfor name in ('human', 'level'):\n"
+        "    parser.add_argument(f'--logistro-{name}')\nparser.parse_known_args()\n"
+    )
+    names = "BrowserFailedError", "BrowserClosedError", "ChromeNotFoundError", "KaleidoError"
+    (package / "errors.py").write_text("\n".join(f"class {name}(Exception): pass" for name in names))
+    for module in ("kaleido", "kaleido.errors"):
+        monkeypatch.setitem(sys.modules, module, None)
+        del sys.modules[module]
+    monkeypatch.syspath_prepend(tmp_path)
+    command = ["cgen", "follow", "outputs/part", "--log", "growing.csv", "--figures", "svg"]
+    monkeypatch.setattr(sys, "argv", list(command))
+    with pytest.raises(AttributeError, match="Kaleido"):  # it is read, and draws nothing
+        render.render({}, "svg")
+    assert sys.argv == command
+
+
 def test_another_kind_of_file_is_refused(tmp_path):
     assert predict(tmp_path / "o", "--figures", "jpg").returncode == 2
     assert not (tmp_path / "o").exists()
