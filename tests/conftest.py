@@ -1,10 +1,13 @@
+import pkgutil
 import signal
+from importlib import import_module
 
 import pytest
 from browser import chromium
 from hypothesis import settings
 from shipped import path_file
 
+import compgen
 import compgen.cli.blas_threads  # noqa: F401  one thread a matrix product, as under the command; before numpy
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
@@ -14,6 +17,14 @@ settings.load_profile("same every time")
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell's background hands on, and tests send it
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config):
+    """Load all in a worker: property tests draw from what is loaded, and which worker runs what is chance."""
+    if hasattr(config, "workerinput"):
+        for module in pkgutil.walk_packages(compgen.__path__, "compgen."):
+            if not module.name.endswith("__main__"):
+                import_module(module.name)
 
 
 @pytest.fixture(scope="session")

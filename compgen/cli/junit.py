@@ -1,4 +1,4 @@
-"""What ``check`` leaves for a CI server: JUnit XML, a case for each path, refusals and crashes included."""
+"""What ``check`` leaves for a CI server: JUnit XML, a case for every outcome, refusals and crashes included."""
 
 import re
 from collections.abc import Sequence
@@ -37,20 +37,48 @@ class Outcome:
 
 
 def junit_xml(outcomes: Sequence[Outcome]) -> bytes:
-    """A suite with a case for each path, of one path as of many.
+    """Of one path a suite with a case for each bound; of several a suite with a case for each path.
 
     Args:
         outcomes: In the order of the paths.
     """
-    suite = Element("testsuite", name="cgen check")
-    for outcome in outcomes:
-        _fill(_case(suite, f"compgen.{outcome.name}", outcome.path, outcome.seconds), outcome)
-    root = Element("testsuites", name="cgen check")
-    root.append(_counted(suite))
-    for key in ("tests", "failures", "errors", "skipped", "time"):
-        root.set(key, suite.attrib[key])
+    if len(outcomes) == 1:
+        root = _bounds_suite(outcomes[0])
+    else:
+        suite = Element("testsuite", name="cgen check")
+        for outcome in outcomes:
+            _fill(_case(suite, f"compgen.{outcome.name}", outcome.path, outcome.seconds), outcome)
+        root = Element("testsuites", name="cgen check")
+        root.append(_counted(suite))
+        for key in ("tests", "failures", "errors", "skipped", "time"):
+            root.set(key, suite.attrib[key])
     ElementTree.indent(root)
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
+
+
+def _bounds_suite(outcome: Outcome) -> Element:
+    """A case for each bound, failed by its finding; the band as properties and in words."""
+    summary, name = outcome.summary, f"compgen.{outcome.name}"
+    suite = Element("testsuite", name=_text(name))
+    if summary is None:
+        _fill(_case(suite, name, "check", outcome.seconds), outcome)
+        return _counted(suite)
+    from compgen.report.band_words import headline, unknown_words
+
+    broken = outcome.broken()
+    keys = [f"bounds.{key}" for key in summary["bounds"]]
+    keys += [f"bounds.guaranteed.{key}" for key in (summary.get("guaranteed") or {"bounds": {}})["bounds"]]
+    keys += [code for code in broken if code not in keys]
+    properties = SubElement(suite, "properties")
+    band = {"band.p95_um": f"{summary['band']['p95_um']:g}", "band.not_known": unknown_words(summary["band"])}
+    for key, value in band.items():
+        SubElement(properties, "property", name=key, value=_text(value))
+    for key in keys:
+        case = _case(suite, name, key, outcome.seconds / len(keys))
+        if key in broken:
+            SubElement(case, "failure", type="outside", message=_text(broken[key]))
+    SubElement(suite, "system-out").text = _text(headline(summary))
+    return _counted(suite)
 
 
 def _fill(case: Element, outcome: Outcome) -> None:

@@ -388,7 +388,7 @@ def test_a_program_the_controller_cannot_load_is_not_inside(folder):
     refused(result, 1, "cgen: not loadable: ", "8 lines", "cgen pages", "written all the same")
     assert "verdict: not loadable" in result.stdout
     assert report(folder)["verdict"] == "not loadable"
-    assert "more than the controller can load" in (folder / "out" / "report.html").read_text()
+    assert "<b>More than the controller can load.</b>" in (folder / "out" / "report.html").read_text()
     assert (folder / "out" / "PART.LS").exists()  # for cgen pages
     refused(
         correct(folder, *BEFORE, "-q", "--max-um", "0.1", "--set", "controller.max_lines=5"),
@@ -407,11 +407,11 @@ def test_without_a_bound_nothing_is_inside_it(folder):
     quiet = run("correct", folder / "PART.LS", "-o", folder / "out", *ROBOT_OPTION, *BEFORE, "-q", "--json")
     assert (quiet.returncode, json.loads(quiet.stdout)["findings"][-1]["code"]) == (1, "bounds.none")
     refused(run("correct", folder / "PART.LS", "-o", folder / "out", *ROBOT_OPTION, "-q", "--force"), 1, "no bounds")
-    assert "inside its bound" not in (folder / "out" / "report.html").read_text()
+    assert "nside its bound" not in (folder / "out" / "report.html").read_text()
     assert "--max-um" in (folder / "out" / "report.html").read_text()
     assert correct(folder, "-q", "--max-um", "5").returncode == 0
     assert report(folder)["verdict"] == "inside"
-    assert "<b>inside its bound</b>" in (folder / "out" / "report.html").read_text()
+    assert "<b>Inside its bound.</b>" in (folder / "out" / "report.html").read_text()
 
 
 # Which robot -------------------------------------------------------------------------------------------------------

@@ -188,7 +188,7 @@ MILLION = ("--set", "path.stepover_mm=2.065", "--set", "process.chord_um=0.2")
 
 
 def generate_in_shell(out, *more, **surroundings):
-    call = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-q", "-o", str(out), *more]
+    call = [sys.executable, "-m", "compgen", "generate", "paths/optic_spiral.toml", "-o", str(out), *more]
     return subprocess.run(
         call, cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, **surroundings}
     )
@@ -199,9 +199,12 @@ def generate_in_shell(out, *more, **surroundings):
     [
         (
             "path.x_mm=1400",
-            r"cgen: waypoint \d{6} at X .* is out of reach: .*; move the path or make it smaller",
+            r"cgen: paths/optic_spiral.toml: waypoint \d{6} at X .* is out of reach: .*; move the path or make it smaller",
         ),
-        ("robot.limits.j1_deg=[-20,180]", r"cgen: waypoint \d{6}: joint J1 needs .* beyond its limits .*; move"),
+        (
+            "robot.limits.j1_deg=[-20,180]",
+            r"cgen: paths/optic_spiral.toml: waypoint \d{6}: joint J1 needs .* beyond its limits .*; move",
+        ),
     ],
 )
 def test_a_million_waypoints_that_leave_the_robot_half_way_are_refused_within_seconds(tmp_path, override, told):
