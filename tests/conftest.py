@@ -8,7 +8,7 @@ from hypothesis import settings
 from shipped import path_file
 
 import compgen
-import compgen.cli.blas_threads  # noqa: F401  one thread a matrix product, as under the command; before numpy
+import compgen.cli.blas_threads  # one thread a matrix product, as under the command; before numpy
 from compgen.pipelines.job import Job
 from compgen.pipelines.path_file import load_job
 

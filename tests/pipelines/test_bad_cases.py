@@ -199,7 +199,7 @@ def generate_in_shell(out, *more, **surroundings):
     [
         (
             "path.x_mm=1400",
-            r"cgen: paths/optic_spiral.toml: waypoint \d{6} at X .* is out of reach: .*; move the path or make it smaller",
+            r"cgen: paths/optic_spiral.toml: waypoint \d{6} at X .* is out of reach: .*; move the path or make it",
         ),
         (
             "robot.limits.j1_deg=[-20,180]",
