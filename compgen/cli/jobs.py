@@ -65,8 +65,8 @@ def generate(
         planned, corrected = pipeline.generate(job, progress, in_header, pages)
         corrected = judge_ramps(planned, corrected) if strict else corrected
         progress("report", 0.0)
-        reports = page_files(folder, job_reports(planned, corrected, of_page), figures, of_page)
-        written = corrected.inside or corrected.is_as_planned or force
+        written = corrected.is_usable or force
+        reports = page_files(folder, job_reports(planned, corrected, of_page, written), figures, of_page)
         programs = dict(corrected.delivery.files) if written else {}
         publish_job(folder, programs, reports, job, progress)
     if as_json:

@@ -126,6 +126,11 @@ class Corrected:
         return {f.code for f in self.findings if f.level is Level.OUTSIDE} == {"correction.none"}
 
     @property
+    def is_usable(self) -> bool:
+        """Whether the program is written unasked: inside its bounds, or nothing was there to correct."""
+        return self.inside or self.is_as_planned
+
+    @property
     def inside(self) -> bool:
         """Whether there are bounds, every one is kept, and the controller can load the program."""
         return self.verdict is Verdict.INSIDE

@@ -61,14 +61,14 @@ def motion_findings(effect: MotionEffect | None, bounds: Bounds, at_half: float 
     if effect.motion.enabled and effect.motion.evidence is not None:
         why = "its [motion.identified] was rejected: log another run for cgen identify-motion"
     elif effect.motion.evidence is None:
-        why = "its numbers are not from a log of this robot: run cgen identify-motion, then set motion.enabled = true"
+        why = "its numbers are not from a log: run cgen identify-motion, then set motion.enabled = true"
     elif not effect.motion.evidence.accepted:
         why = "its [motion.identified] was rejected: log another run for cgen identify-motion"
     else:
         why = "motion.enabled is false"
     message = (
         f"{WHAT} as [motion] has it ({words}) leads the tool up to {size} um off the written path ({place}){along}; it "
-        f"is part of the errors before and after, and nothing is commanded against it: {why}"
+        f"is part of the errors, and not commanded against: {why}"
     )
     return [Finding(level, "motion.known", message)]
 

@@ -30,6 +30,7 @@ MEANINGS = {  # of the sources of a budget, for who has not written the robot fi
     "fit noise": "scatter of what was measured",
 }
 FILE = "#1d4ed8"  # what the file knows of: neither before nor after
+BESIDE = {"textposition": "outside", "textangle": 0, "cliponaxis": False}  # what a bar says: hatched ground is not read
 BAND, BAND_LINE = "rgba(100,116,139,0.25)", "#64748b"  # an area of what may be
 
 
@@ -74,15 +75,17 @@ def budget_figure(record: dict[str, Any]) -> Figure:
     """Bars: what each source of the file leaves open, and beside them what is not known, with a scale of its own."""
     sources = list(record["budget_um"].items())[::-1]
     sized = [row for row in record["unknown"][::-1] if row["size_um"] is not None]
+    largest = max((size for _, size in sources), default=1.0)
     left, right = spans(2, 0.24) if sized else ([0.0, 1.0], [])
     traces = [
         trace(
             "bar", [size for _, size in sources], [name for name, _ in sources], orientation="h", showlegend=False,
-            marker={"color": FILE}, text=[rounded(size) for _, size in sources], cliponaxis=False, constraintext="none",
+            marker={"color": FILE}, text=[rounded(size) for _, size in sources], **BESIDE,
         )
     ]  # fmt: skip
     layout: dict[str, Any] = {
-        "xaxis": axis("left open by the file [µm], 95 %", domain=left), "yaxis": {"automargin": True},
+        "xaxis": axis("left open by the file [µm], 95 %", domain=left, range=[0, 1.15 * largest]),
+        "yaxis": {"automargin": True},
     }  # fmt: skip
     height, narrow = 120 + 30 * max(len(sources), len(sized)), {}
     words = [f"{name} {rounded(size)} µm" for name, size in record["budget_um"].items()]
@@ -92,11 +95,11 @@ def budget_figure(record: dict[str, Any]) -> Figure:
         traces.append(
             trace(
                 "bar", [b - a for a, b in zip(low, high)], [row["what"] for row in sized], base=list(low),
-                orientation="h", showlegend=False, xaxis="x2", yaxis="y2", text=extents, cliponaxis=False,
-                constraintext="none", marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}},
+                orientation="h", showlegend=False, xaxis="x2", yaxis="y2", text=extents,
+                marker={"color": GREY, "pattern": {"shape": "/", "fgopacity": 0.3}}, **BESIDE,
             )
         )  # fmt: skip
-        layout["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", rangemode="tozero")
+        layout["xaxis2"] = axis("not known [µm]: another scale", domain=right, anchor="y2", range=[0, 1.5 * max(high)])
         layout["yaxis2"] = {"anchor": "x2", "automargin": True}
         words += [f"not known: {row['what']}, {extent} µm" for row, extent in zip(sized[::-1], extents[::-1])]
         below = 75 + 30 * len(sized)

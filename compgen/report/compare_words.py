@@ -10,6 +10,7 @@ from compgen.core.units import UM
 from compgen.pipelines.comparison.comparison import Comparison, Pair
 from compgen.pipelines.comparison.scenarios import MatchedScenarios
 from compgen.report.compare_record import number_unit, positions_record
+from compgen.report.inputs import SHORT
 from compgen.report.key_words import ascii_units, unit_of, words_of
 
 UNCORRECTED = ("predict", "heat")  # commands that write no program
@@ -61,8 +62,12 @@ def cell(value: Any, key: str, signed: bool = False) -> str:
 
 
 def input_cells(pair: Pair) -> tuple[str, str]:
-    """Both values of an input as a file spells them, no digit left out; of long lists the entries that differ."""
+    """Both values of an input as a file spells them, no digit left out; of long lists the entries that differ, of a
+    hash its first characters."""
     a, b = pair.a, pair.b
+    if pair.key.endswith("sha256"):
+        one, other = ("–" if value is None else str(value)[:SHORT] for value in (a, b))
+        return one, other
     if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) > SHORT_LIST:
         rows = [n for n, (x, y) in enumerate(zip(a, b)) if x != y]
         more = f" and {len(rows) - SHORT_LIST} more" if len(rows) > SHORT_LIST else ""

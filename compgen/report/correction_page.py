@@ -42,8 +42,8 @@ REMARK = "CNT is taken as passing through the points; jumps and calls are not fo
 MAX_STATEMENTS = 500  # unsafe ones on the page
 
 
-def correction_html(result: Correction, options: PageOptions = PLAIN) -> bytes:
-    """One page, the same bytes for the same inputs."""
+def correction_html(result: Correction, options: PageOptions = PLAIN, with_program: bool = True) -> bytes:
+    """One page, the same bytes for the same inputs; it says of a program that it is not written, where it is not."""
     data, plan = correction_summary(result), result.plan
     lead = (
         f'<p class="lead">{escape(data["name"])} on {escape(data["provenance"]["robot"])} &middot; '
@@ -72,7 +72,7 @@ def correction_html(result: Correction, options: PageOptions = PLAIN) -> bytes:
     if plan.scope.unsafe:
         body += _unsafe_statements(plan.scope.unsafe)
     made = data["provenance"]
-    inputs = correction_inputs(result, made["planned_sha256"], made["corrected_sha256"])
+    inputs = correction_inputs(result, made["planned_sha256"], made["corrected_sha256"] if with_program else None)
     opening = lead + verdict(kind, text, facts) + errors
     return page(f"{data['name']}: correction", body, opening, inputs, REMARK, options)
 

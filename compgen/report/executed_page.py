@@ -39,7 +39,9 @@ def executed_html(
     )
     total = summary["deviation"].get("total")
     bound, off = summary["bounds"].get("max_um"), time["off_percent"]
+    is_judged = bound is not None or not run.inside
     by_bound = f"{summary['verdict'].capitalize()}{'' if bound is None else ' its bound'}."
+    by_bound = by_bound if is_judged else "Judged by no bound, for none is given."
     text = f"<b>{by_bound}</b> " + (
         f"The motion is at most <b>{total['max_um']:.1f} &micro;m</b> off the path, at {escape(total['at'])}."
         if total
@@ -56,7 +58,7 @@ def executed_html(
     body = findings_list(run.findings)
     for key, content in executed_figures(run).items():
         body += figure_section(FIGURES[key], content, key)
-    opening = lead + verdict("inside" if run.inside else "outside", text, facts) + _table(summary)
+    opening = lead + verdict(summary["verdict"] if is_judged else "warning", text, facts) + _table(summary)
     return page(f"{summary['name']}: executed", body, opening, inputs, REMARK, options)
 
 

@@ -33,6 +33,7 @@ VARIABLES = {  # of a page's style, by the colour they have on a light page
     "#c8d4e3": "--grid", "#2a3f5f": "--text", "#506784": "--grid", "#94a3b8": "--neutral", "#cbd5e1": "--line",
 }  # fmt: skip
 DASHED = {"color": "#b91c1c", "dash": "dash", "width": 1}  # a limit
+HALO = ", ".join(["0 0 4px var(--ground)"] * 8)  # around words that may stand amid curves
 # viridis without its ends, which a dark and a white page swallow; light is little: even greys on paper
 LIGHT_TO_DARK = ("#b5de2b", "#6ece58", "#35b779", "#1f9e89", "#26828e", "#31688e")
 _RED_TO_BLUE = (
@@ -160,6 +161,7 @@ def _template() -> Any:
     template = json.loads((files("plotly") / "package_data" / "templates" / "plotly_white.json").read_bytes())
     for name in ("xaxis", "yaxis"):  # numbers a little off the axis: the zeros of both do not meet
         template["layout"][name] |= {"ticks": "outside", "ticklen": 4, "tickcolor": GRID}
+        template["layout"][name] |= {"exponentformat": "none", "separatethousands": True}  # 5,000 s, not 5k
     return template
 
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from compgen.report.figure import HALO
+
 LIMIT = "#b91c1c"
 
 
@@ -18,5 +20,5 @@ class Limit:
 def limit_label(text: str, y: float, axis_number: str = "") -> dict[str, Any]:
     """The words of a limit, at the right end of its line; ``axis_number`` is the number of the plot's axes, from 2."""
     place = {"xref": f"x{axis_number} domain", "x": 1, "yref": f"y{axis_number}", "y": y}
-    look = {"showarrow": False, "xanchor": "right", "yanchor": "bottom", "font": {"color": LIMIT, "size": 11}}
-    return {"text": text, **place, **look}
+    font = {"color": LIMIT, "size": 11, "shadow": HALO}
+    return {"text": text, **place, "showarrow": False, "xanchor": "right", "yanchor": "bottom", "font": font}

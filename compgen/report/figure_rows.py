@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from compgen.report.figure import DASHED, Figure, Trace, axis, figure, horizontal_line
+from compgen.report.figure import DASHED, HALO, Figure, Trace, axis, figure, horizontal_line
 
 ROW, GAP = 165, 62  # [px]
 TOP, BOTTOM = 36, 50
@@ -40,7 +40,7 @@ def figure_in_rows(rows: Sequence[Row], x_title: str, alt: str, shapes: Sequence
             layout["shapes"].append(horizontal_line(level, which))
             layout["annotations"].append(
                 {"text": words, "x": 1, "xref": "paper", "xanchor": "right", "y": level, "yref": f"y{which}",
-                 "yanchor": "bottom", "showarrow": False, "font": {"color": DASHED["color"]}}
+                 "yanchor": "bottom", "showarrow": False, "font": {"color": DASHED["color"], "shadow": HALO}}
             )  # fmt: skip
     last = f"xaxis{count if count > 1 else ''}"
     layout[last].update(axis(x_title), showticklabels=True)

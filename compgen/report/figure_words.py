@@ -11,10 +11,11 @@ LEVEL, CLEAR_TREND = 0.1, 0.8  # of the largest value; of the rank correlation
 
 
 def rounded_number(value: float) -> str:
-    """Three figures, no exponent; 0.00 of what is smaller than that."""
+    """Three figures, no exponent; all of them before the point, and 0.00 of what is smaller than that."""
     if not np.isfinite(value):
         return "unknown"
-    digits = 2 if abs(value) < 1 else max(0, 2 - int(np.floor(np.log10(abs(value)))))
+    size = abs(float(f"{value:.3g}"))
+    digits = 2 if size < 1 else max(0, 2 - int(np.floor(np.log10(size))))
     return f"{value:,.{digits}f}"
 
 

@@ -25,12 +25,19 @@ from compgen.report.waypoints_csv import waypoints_blocks
 
 
 def job_reports(
-    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN
+    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, with_program: bool = True
 ) -> dict[str, bytes | Iterable[bytes]]:
-    """The reports of a planned program, or of a corrected one."""
+    """The reports of a planned program, or of a corrected one.
+
+    Args:
+        planned: The program without its correction.
+        corrected: With it; None: it was only predicted.
+        options: Of the page.
+        with_program: Whether the program is written; the page says of one that is not.
+    """
     return {
         "report.json": json_text(job_summary(planned, corrected)),
-        "report.html": job_html(planned, corrected, options),
+        "report.html": job_html(planned, corrected, options, with_program),
         "waypoints.csv": waypoints_blocks(planned, corrected),
     }
 
@@ -49,7 +56,7 @@ def correction_files(
     files = {
         "report.json": json_text(correction_summary(correction)),
         "positions.csv": correction_csv(correction),
-        "report.html": correction_html(correction, options),
+        "report.html": correction_html(correction, options, with_program),
     }
     if with_program:
         files[PurePath(name).stem + PROVENANCE] = provenance_json(correction)

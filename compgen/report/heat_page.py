@@ -107,9 +107,11 @@ def _opening(job: Job, day: Timeline, max_um: float | None) -> str:
     most, worst = int(np.argmax(day.error)), int(np.argmax(day.residual))
     left, kind, judged = float(day.residual[worst] / UM), "predicted", ""
     text = f"Uncorrected, the tool will be up to <b>{day.error[most] / UM:.1f} &micro;m</b> off"
+    size = f"<b>{left:.{1 if left >= 10 else 2}f} &micro;m</b>"
     if len(day.run) > 1:
-        size = f"<b>{left:.{1 if left >= 10 else 2}f} &micro;m</b>, in run {worst + 1}"
-        text += f", in run {most + 1} of {len(day.run)}; with {escape(_file_of(job))} up to {size}"
+        text += f", in run {most + 1} of {len(day.run)}; with {escape(_file_of(job))} up to {size}, in run {worst + 1}"
+    elif max_um is not None:
+        text += f"; with {escape(_file_of(job))} {size}"
     if max_um is not None:
         kind = "inside" if left <= max_um else "outside"
         judged = f"<b>{kind.capitalize()} its bound.</b> "

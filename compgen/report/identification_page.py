@@ -199,15 +199,15 @@ def _residuals_over_joints(identification: Identification) -> Figure:
         which = str(k + 1) if k else ""
         look = {"mode": "markers", "name": f"J{k + 1}", "marker": {"color": COOL, "size": 4, "symbol": "diamond"}}
         traces.append(trace("scatter", pendant[:, k], size, xaxis=f"x{which}", yaxis=f"y{which}", **look))
-        for layout, columns, gaps in ((axes, 3, (0.05, 0.24)), (narrow, 2, (0.08, 0.14))):
+        for layout, columns, gaps in ((axes, 3, (0.07, 0.34)), (narrow, 2, (0.1, 0.18))):
             across, up = spans(columns, gaps[0]), spans(6 // columns, gaps[1])[::-1]
             of_y = {"showticklabels": k % columns == 0, "domain": up[k // columns]}
             of_y["title"] = {"text": "residual [µm]" if k % columns == 0 else ""}
             layout |= {f"xaxis{which}": {"domain": across[k % columns]}, f"yaxis{which}": of_y}
-        axes[f"xaxis{which}"] |= axis(f"J{k + 1} [deg]", anchor=f"y{which}", nticks=5)
+        axes[f"xaxis{which}"] |= axis(f"J{k + 1} [deg]", anchor=f"y{which}", nticks=4, tickangle=0)
         axes[f"yaxis{which}"] |= {"anchor": f"x{which}", "rangemode": "tozero", **({"matches": "y"} if k else {})}
     alt = curves_in_words("Residual over each joint's angle", traces, "µm")
-    return figure(traces, 420, alt, {**narrow, "height": 460}, showlegend=False, **axes)
+    return figure(traces, 420, alt, {**narrow, "height": 540}, showlegend=False, **axes)
 
 
 def _correlation_map(identification: Identification) -> Figure:

@@ -63,8 +63,8 @@ def day_inputs(job: Job) -> Inputs:
     return job_inputs(job).with_rows(("runs of the program", str(len(history.runs))), *day)
 
 
-def correction_inputs(result: Correction, planned_sha256: str, corrected_sha256: str) -> Inputs:
-    """Of a program that existed: itself, robot, frames, history, options."""
+def correction_inputs(result: Correction, planned_sha256: str, corrected_sha256: str | None) -> Inputs:
+    """Of a program that existed: itself, robot, frames, history, options; None: the corrected one is not written."""
     frames, options = result.around.frames, result.options
     given = [
         f"{kind} {number}: {pose_words(pose)}"
@@ -86,8 +86,10 @@ def correction_inputs(result: Correction, planned_sha256: str, corrected_sha256:
         ("asked for", ", ".join(wishes) or "nothing beyond the correction"),
         overrides_row(result.cell.overrides),
     ]
-    hashes = (("planned program", planned_sha256), ("corrected program", corrected_sha256), _robot_hash(result.cell))
-    return Inputs(tuple(rows), hashes)
+    if corrected_sha256 is None:
+        rows.append(("corrected program", "not written"))
+    written = [] if corrected_sha256 is None else [("corrected program", corrected_sha256)]
+    return Inputs(tuple(rows), (("planned program", planned_sha256), *written, _robot_hash(result.cell)))
 
 
 def measured_inputs(robot: str, robot_file: tuple[str, str], files: Sequence[tuple[str, str, str]]) -> Inputs:

@@ -57,8 +57,10 @@ VERDICTS = {
 KINDS = {"inside": "inside", "predicted": "predicted", "no bounds": "warning"}
 
 
-def job_html(planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN) -> bytes:
-    """One page, the same bytes for the same inputs."""
+def job_html(
+    planned: Planned, corrected: Corrected | None, options: PageOptions = PLAIN, with_program: bool = True
+) -> bytes:
+    """One page, the same bytes for the same inputs; it says of a program that it is not written, where it is not."""
     data = job_summary(planned, corrected)
     figures = job_figures(planned, corrected, data)
     body = "".join(
@@ -73,16 +75,18 @@ def job_html(planned: Planned, corrected: Corrected | None, options: PageOptions
     findings = findings_list(corrected.findings if corrected else planned.findings)
     return page(
         data["title"] or data["name"], findings + body, lead + _verdict(data) + _table(data),
-        _inputs(planned, data), REMARK, options,
+        _inputs(planned, data, with_program), REMARK, options,
     )  # fmt: skip
 
 
-def _inputs(planned: Planned, data: dict[str, Any]) -> Inputs:
+def _inputs(planned: Planned, data: dict[str, Any], with_program: bool) -> Inputs:
     """What the page was made from, and the programs that it speaks of."""
     made = job_inputs(planned.job)
     written = list(data["program"]["sha256"].items()) if data.get("program") else []
     if not written:
         return made
+    if not with_program:
+        return made.with_rows(("program", f"not written: {VERDICTS[data['verdict']]}"))
     file, digest = written[-1] if data["program"]["pages"] else written[0]
     pages = f" and {len(written) - 1} pages" if len(written) > 1 else ""
     return replace(

@@ -117,20 +117,17 @@ def _kinds(summary: dict[str, Any]) -> Figure:
         fits = [fit for fit in summary["tried"] if fit["as_well"] is as_well]
         left = [round(fit["held_out_um"], 3) for fit in fits]
         marker = {"color": colour, "symbol": symbol, "size": 11}
-        traces.append(trace("scatter", left, [_label(fit) for fit in fits], mode="markers", name=name, marker=marker))
+        traces.append(trace("scatter", left, [fit["kind"] for fit in fits], mode="markers", name=name, marker=marker))
         words += [f"{fit['kind']} {size:.3g} µm" for fit, size in zip(fits, left)]
     alt = sentence("What each kind leaves on stretches held out, rms", [*words, f"up to {limit:.3g} µm is accepted"])
-    order = {"categoryorder": "array", "categoryarray": [_label(fit) for fit in summary["tried"]][::-1]}
+    kinds = [str(fit["kind"]) for fit in summary["tried"]][::-1]
+    order = {"categoryorder": "array", "categoryarray": kinds}
+    in_two_lines = {"tickvals": kinds, "ticktext": [kind.replace(" in ", "<br>in ") for kind in kinds]}
     label = {"text": f"accepted up to {limit:.2f} µm", "x": float(np.log10(limit)), "y": 1, "yref": "paper"}
     look = {"showarrow": False, "xanchor": "left", "yanchor": "top", "font": {"color": LIMIT, "size": 11}}
     return figure(
-        traces, 90 + 34 * len(summary["tried"]), alt,
+        traces, 90 + 34 * len(summary["tried"]), alt, {"yaxis": in_two_lines},
         xaxis=axis("left on stretches held out, rms [µm]", type="log", tickvals=TICKS),
         yaxis={**order, "automargin": True}, shapes=[vertical_line(limit, LIMIT)],
         annotations=[{**label, **look}],
     )  # fmt: skip
-
-
-def _label(fit: dict[str, Any]) -> str:
-    """A kind in two lines."""
-    return str(fit["kind"]).replace(" in ", "<br>in ")

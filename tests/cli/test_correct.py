@@ -323,8 +323,10 @@ def test_outside_its_bound_the_report_is_written_and_the_program_only_by_force(f
     refused(result, 1, "COARSE.LS not written", "--force", "line 4")
     assert {"report.json", "report.html"} < {p.name for p in (folder / "out").iterdir()}
     assert not (folder / "out" / "COARSE.LS").exists()
+    assert "<dd>not written</dd>" in (folder / "out" / "report.html").read_text()
     assert correct(folder, *BEFORE, "--max-um", "5", "--force", name="COARSE.LS").returncode == 1
     assert (folder / "out" / "COARSE.LS").exists()
+    assert "<dt>corrected program sha256</dt>" in (folder / "out" / "report.html").read_text()
     assert correct(folder, *BEFORE, "--max-um", "200", name="COARSE.LS").returncode == 0
 
 

@@ -52,6 +52,7 @@ def test_known_motion_is_part_of_the_errors_and_nothing_is_commanded():
 def test_typed_numbers_are_flown_and_stay_unknown():
     summary, _, finding = run(MEANS)
     assert "not from a log" in finding.message
+    assert "..." not in finding.message  # nothing of it is cut away
     assert row(summary)
 
 

@@ -24,7 +24,16 @@ def test_a_curve_says_its_range_and_its_way(values, words):
 
 
 @pytest.mark.parametrize(
-    ("value", "words"), [(0.0, "0.00"), (0.123, "0.12"), (1.234, "1.23"), (123.4, "123"), (12345.6, "12,346")]
+    ("value", "words"),
+    [
+        (0.0, "0.00"),
+        (0.123, "0.12"),
+        (1.234, "1.23"),
+        (9.996, "10.0"),
+        (99.96, "100"),
+        (123.4, "123"),
+        (12345.6, "12,346"),
+    ],
 )
 def test_a_number_has_three_figures(value, words):
     assert rounded_number(value) == words

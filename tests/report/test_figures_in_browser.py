@@ -33,6 +33,15 @@ def test_no_button_of_a_figure_sends_its_numbers_to_another_host(browser, every_
     assert not [title for title in titles if re.search("[Ss]hare|[Cc]loud|[Ee]dit", title)]
 
 
+@pytest.mark.parametrize("width", [400, 1400])
+def test_the_number_of_a_bar_stands_upright_beside_it(browser, every_page, width):
+    browser.show(every_page["generate"], width=width)
+    texts = "return [...document.querySelectorAll('#budget .bartext')].map(text => text.getAttribute('transform'))"
+    turns = browser.run(texts)
+    assert len(turns) > 5
+    assert not [turn for turn in turns if "rotate" in turn]
+
+
 def test_a_figure_in_space_is_drawn_on_screen_and_still_on_paper(browser, every_page):
     browser.show(every_page["generate"])
     assert browser.run("return document.querySelectorAll('#space canvas').length") >= 1

@@ -5,7 +5,9 @@ import json
 import pytest
 from shipped import ROOT
 
+from compgen.pipelines.comparison.comparison import Pair
 from compgen.pipelines.study.scenarios import SHORT
+from compgen.report.compare_words import input_cells
 from compgen.report.key_words import UNITS, title_of, unit_of, words_of
 
 
@@ -50,3 +52,8 @@ def test_no_key_of_either_file_keeps_its_unit_in_its_words():
             assert unit_of(name), name
     for key in SHORT.values():
         assert "_" not in words_of(key)
+
+
+def test_a_hash_in_a_table_is_short():
+    pair = Pair("files.before.0.program.sha256", "d80c142991e9" + 52 * "0", None)
+    assert input_cells(pair) == ("d80c142991e9", "–")

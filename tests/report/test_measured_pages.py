@@ -76,3 +76,16 @@ def test_kinds_of_smoothing_stand_against_what_is_accepted(every_page):
     assert max(well["x"]) < limit < min(worse["x"])
     assert "Accepted." in words_of(page)
     assert words_of(page).count("✓") == 1
+
+
+def test_a_run_without_a_bound_is_not_called_inside(every_page):
+    words = words_of(every_page["executed"])
+    assert "Judged by no bound, for none is given." in words
+    assert "Inside" not in words
+
+
+def test_kinds_of_motion_are_in_two_lines_on_a_phone_alone(every_page):
+    figure = figures_of_page(every_page["identify-motion"].read_bytes())["kinds"]
+    assert not [name for curve in figure["data"] for name in curve["y"] if "<br>" in name]  # paper is lower
+    on_a_phone = figure["layout"]["meta"]["narrow"]["yaxis"]["ticktext"]
+    assert any("<br>" in name for name in on_a_phone)

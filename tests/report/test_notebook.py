@@ -139,7 +139,10 @@ def test_a_program_outside_its_bounds_is_given_where_the_command_line_writes_it(
     assert outside.verdict is compgen.Verdict.OUTSIDE
     assert not outside.inside
     assert outside.files() == files_in(tmp_path / "g")
-    assert outside.files(force=True) == outside.files() | outside.programs
+    forced = run("generate", LINE, "-o", tmp_path / "f", "-q", "--set", f"{key}={value}", "--force")
+    assert forced.returncode == 1
+    assert outside.files(force=True) == files_in(tmp_path / "f")
+    assert outside.files(force=True).keys() == outside.files().keys() | outside.programs.keys()
     assert outside.programs["LINE_Y.LS"] == outside.text
 
 

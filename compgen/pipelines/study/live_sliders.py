@@ -219,7 +219,7 @@ def _sliders_of_stage(n: int, name: str, stage: Stage) -> list[Slider]:
     low, high = (min(stops), max(stops)) if stops else (5.0, max(MOST_FEED, feed))
     label = f"{name}: feed"
     sliders.append(Slider("feed", f"{key}.feed_mm_s", label, "mm/s", min(low, feed), high, 1, feed, stops, n))
-    sliders.append(Slider("duty", f"{key}.duty", f"{name}: duty", "", 0, 1, 0.01, stage.share, stage=n))
+    sliders.append(Slider("duty", f"{key}.duty", f"{name}: duty", "of time", 0, 1, 0.01, stage.share, stage=n))
     return sliders
 
 

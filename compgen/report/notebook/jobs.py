@@ -269,8 +269,8 @@ class GeneratedProgram(_OfJob):
         Args:
             force: Give the program also outside its bounds.
         """
-        programs = self.programs if self.inside or force else {}
-        return {**programs, **_report_files(self.planned, self.corrected)}
+        written = self.corrected.is_usable or force
+        return {**(self.programs if written else {}), **_report_files(self.planned, self.corrected, written)}
 
     def __repr__(self) -> str:
         before, after = (_largest(self.report, side) for side in ("before", "after"))
@@ -341,9 +341,10 @@ def generate(
     return result
 
 
-def _report_files(planned: Planned, corrected: Corrected | None) -> dict[str, bytes]:
+def _report_files(planned: Planned, corrected: Corrected | None, with_program: bool = True) -> dict[str, bytes]:
     with machine(None):
-        return {name: _joined(content) for name, content in job_reports(planned, corrected).items()}
+        reports = job_reports(planned, corrected, with_program=with_program)
+        return {name: _joined(content) for name, content in reports.items()}
 
 
 def _joined(content: bytes | Iterable[bytes]) -> bytes:
