@@ -69,6 +69,20 @@ def test_the_band_of_some_samples_is_that_of_the_whole_path(name):
     assert band_at_samples(job, lay_out(job)).largest == pytest.approx(whole, abs=0.1 * UM)
 
 
+def test_the_band_ends_with_the_last_waypoint_that_touches_however_far_the_next_one_is(tmp_path):
+    rows = "".join(f"{x},0,0,0,0,1,{int(-210 < x < 210)}\n" for x in range(-300, 301, 20))
+    (tmp_path / "coarse.csv").write_text(f"x_mm,y_mm,z_mm,i,j,k,contact\n{rows}")
+    (tmp_path / "coarse.toml").write_text(
+        'robot = "m710ic50"\n[path]\npattern = "points"\nfile = "coarse.csv"\n'
+        "[frame]\nnumber = 1\nx_mm = 1200\ny_mm = -200\nz_mm = 150\n"
+        '[process]\nfeed_mm_s = 100\n[[before]]\nstate = "moving"\nfeed_mm_s = 200\nduration_h = 6\n'
+        "[bounds]\nmax_um = 5\n"
+    )
+    job = load_job(str(tmp_path / "coarse.toml"), overrides=["ambient.value_degC=10"])
+    whole = generate.predict(job, quiet).band_of_plan().largest
+    assert band_at_samples(job, lay_out(job)).largest == pytest.approx(whole, abs=0.1 * UM)
+
+
 def test_the_largest_error_of_the_corrected_text_is_among_the_places_wherever_it_comes_to_lie():
     assert np.abs(check(built("raster_1300")).after[:, 0]).max() < 0.01 * UM
 

@@ -55,6 +55,10 @@ def some_samples(geometry: Geometry) -> IntArray:
 
 
 def part_weight(geometry: Geometry, thin: Geometry) -> Array:
-    """One where the tool touches, zero elsewhere, at the samples of a thinned geometry."""
-    path = geometry.path
-    return np.asarray((path.contact[:-1] | path.contact[1:])[thin.segment].astype(float))
+    """One between waypoints that both touch, zero elsewhere, at the samples of a thinned geometry.
+
+    A job's band is of its touching waypoints: beyond the last of them it would be a little larger.
+    """
+    contact = geometry.path.contact
+    both = contact[:-1] & contact[1:]
+    return np.asarray((both if both.any() else contact[:-1] | contact[1:])[thin.segment].astype(float))
