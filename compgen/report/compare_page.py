@@ -45,6 +45,11 @@ A, B = "A", "B"
 _MARKERS = ("circle", "diamond")
 FEW = 60  # points of a curve, up to which each is marked
 MANY = 1000  # beyond which a curve may cover the other
+#: beside curves from ``waypoints.csv``, which have less than the table
+AT_POSITIONS = (
+    '<p class="lead">At the positions. What lies between them, and what a known controller&#39;s motion adds, is in '
+    "the table above.</p>"
+)
 
 
 def comparison_files(
@@ -70,7 +75,8 @@ def comparison_html(comparison: Comparison, max_um: float | None = None, options
     body += section("Error, verdict and band", _pairs(comparison.error) + same)
     drawn = courses_figure(comparison, max_um)
     if drawn is not None:
-        body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses")
+        words = AT_POSITIONS if comparison.kind in ("generate", "predict") else ""
+        body += figure_section(f"Both errors over the {_over(comparison)}", drawn, "courses", words)
     title = "Commanded positions" if comparison.scenarios is None else "Scenarios of both"
     body += section(title, f"<p>{in_words(positions_sentence(comparison))}.</p>")
     body += section("Time and size", _pairs((*comparison.time, *comparison.program)))

@@ -144,10 +144,5 @@ def error_table(
     return section(title, table(head, rows))
 
 
-def signed(text: str) -> str:
-    """A text as HTML, with the sign of the micrometre."""
-    return re.sub(r"(?<=[0-9]) um\b", " &micro;m", escape(text))
-
-
 def _mark(kind: str) -> str:
     return f'<span class="mark" aria-hidden="true">{MARKS.get(kind, MARKS["note"])}</span>'

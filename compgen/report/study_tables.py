@@ -94,7 +94,7 @@ def headline(study: Study, rows: list[Row]) -> str:
     """The largest and least error of a grid, in one sentence."""
     done = [r for r in rows if r["state"] == "done"]
     failed = len(rows) - len(done)
-    text = f"{len(rows)} scenarios" + (f", {failed} failed" if failed else "")
+    text = ("1 scenario" if len(rows) == 1 else f"{len(rows)} scenarios") + (f", {failed} failed" if failed else "")
     if not done:
         return text
     grid = grid_of(study.keys, rows)

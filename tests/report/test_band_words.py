@@ -91,8 +91,10 @@ def test_page_screen_and_junit_say_it(run):
     assert "<dt>not known of this robot</dt><dd>cold geometry (300 to 746 &micro;m)" in page
     assert "of arithmetic" in headline(summary)
     suite = ElementTree.fromstring(junit_xml([Outcome("line_y.toml", 0, 1.0, summary)]))
-    assert suite.findtext(".//testcase/system-out") == headline(summary)
-    assert "repeatability (25 to 100 um)" in headline(summary)
+    properties = {p.get("name"): p.get("value") for p in suite.iter("property")}
+    assert float(properties["band.p95_um"]) == pytest.approx(summary["band"]["p95_um"], rel=1e-5)
+    assert "repeatability (25 to 100 um)" in properties["band.not_known"]
+    assert suite.findtext("system-out") == headline(summary)
 
 
 def test_the_table_has_the_half_widths_of_both_frames(run):

@@ -84,8 +84,8 @@ function pieces(stage, part, now) {  // moving in the shifts, idle in their brea
   const inside = spans.flatMap(([a, b]) => [a, b]).filter(t => now < t && t < end);
   const at = [...new Set([now, ...inside, end])].sort((a, b) => a - b), out = [];
   for (let k = 0; k + 1 < at.length; k++) {
-    const middle = (at[k] + at[k + 1]) / 2, here = spans.filter(([a, b]) => a <= middle && middle < b);
-    const state = !here.length ? "off" : here.some(span => span[2]) ? "idle" : part.state;
+    const middle = (at[k] + at[k + 1]) / 2, over = spans.filter(([a, b]) => a <= middle && middle < b);
+    const state = !over.length ? "off" : over.some(span => span[2]) ? "idle" : part.state;
     out.push({...stage, state, duration: at[k + 1] - at[k], count: 1, dwell: 0});
   }
   return out;
@@ -428,9 +428,9 @@ function colourPath(shown) {
   const {local, largest} = shown[view.colour];
   const top = largest > 0 ? largest : 1;
   for (const [line, begin, end] of lines) {
-    let here = 0;
-    for (let p = begin; p < end; p++) if (local[p] > here) here = local[p];
-    line.setAttribute("stroke", palette[Math.round(100 * Math.min(1, here / top))]);
+    let most = 0;
+    for (let p = begin; p < end; p++) if (local[p] > most) most = local[p];
+    line.setAttribute("stroke", palette[Math.round(100 * Math.min(1, most / top))]);
   }
   text($("live-scale-top"), `${micro(largest)} µm`);
 }

@@ -23,7 +23,7 @@ from compgen.pipelines.study.live_sliders import Slider
 from compgen.report.band_words import band_record, rounded, unknown_words
 from compgen.report.figure import LIGHT_TO_DARK
 from compgen.report.live.record import live_record, sources_of
-from compgen.report.page import section, signed
+from compgen.report.page import section, with_units
 from compgen.report.table import table
 
 UNITS = {"degC": "&deg;C", "um/(m K)": "&micro;m/(m K)"}
@@ -229,7 +229,7 @@ def _band(live_job: LiveJob) -> str:
     unknown = unknown_words(record)
     words = "<p>What the files leave open beside the numbers above, in this state: on 95 of 100 robots and days that "
     words += "they may be talking of, the tool stays within it of where it is said to be.</p>"
-    not_in = f'<p class="lead">Not known, and on top: {signed(unknown)}.</p>' if unknown else ""
+    not_in = f'<p class="lead">Not known, and on top: {with_units(unknown)}.</p>' if unknown else ""
     return words + table(["source", "largest on the part [&micro;m]"], rows) + not_in
 
 
