@@ -82,6 +82,8 @@ class Browser:
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._do("Emulation.setEmulatedMedia", media="", features=[scheme])
         self.driver.get(page.as_uri())
+        if not scripts:  # the driver does not wait for such a page; only there noscript has elements in it
+            self.wait_for(lambda: self._has("noscript *") and self._has("footer"))
 
     def show(self, page: Path, **how) -> None:
         """Open a page and wait until its figures are drawn."""
@@ -123,6 +125,9 @@ class Browser:
         from selenium.webdriver.common.by import By
 
         return " ".join(e.get_attribute("textContent") for e in self.driver.find_elements(By.CSS_SELECTOR, selector))
+
+    def _has(self, selector: str) -> bool:
+        return bool(self.driver.find_elements("css selector", selector))
 
     def _do(self, command: str, **arguments):
         return self.driver.execute_cdp_cmd(command, arguments)
