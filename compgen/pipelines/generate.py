@@ -41,6 +41,7 @@ from compgen.pipelines.kept_waypoints import at_waypoints
 from compgen.pipelines.lead_findings import lead_findings
 from compgen.pipelines.motion_findings import motion_findings, touching_segments
 from compgen.pipelines.motion_plan import plan_motion
+from compgen.pipelines.own_file_findings import own_file_findings
 from compgen.pipelines.part_frame import frame_findings
 from compgen.pipelines.period_findings import over_periods, times_apart
 from compgen.pipelines.program_text import compose_program, planned_program, printed_in_world
@@ -73,10 +74,15 @@ def predict(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool 
     """
     planned = _plan(job, progress, date, pages, alone=True)
     progress("twin before", 0.0)
-    planned.deviation()
+    off_file = own_file_findings(job, planned.path, planned.deviation())
     effect = planned.written().effect
-    findings = (*motion_findings(effect, job.bounds), *lead_findings(effect, planned.path, job), *planned.findings)
-    return replace(planned, findings=findings, band=band_along(planned.driven(planned.theta, planned.motion)))
+    findings = (
+        *off_file,
+        *motion_findings(effect, job.bounds),
+        *lead_findings(effect, planned.path, job),
+        *planned.findings,
+    )
+    return replace(planned, findings=tuple(findings), band=band_along(planned.driven(planned.theta, planned.motion)))
 
 
 def _plan(job: Job, progress: Progress, date: str, pages: bool, alone: bool = False) -> Planned:
@@ -169,6 +175,7 @@ def generate(job: Job, progress: Progress, date: str = DEFAULT_DATE, pages: bool
     drawn = fly_draws(driven, prepared, deviation, late_start(job, window), lambda share: progress("draws", share))
     verdict = [
         *judge(deviation, job.bounds),
+        *own_file_findings(job, path, deviation),
         *(drawn.findings() if drawn is not None else []),
         *job_findings.of_knowledge(job),
         *limited,

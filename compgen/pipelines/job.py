@@ -30,6 +30,7 @@ from compgen.thermal.history import History
 from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.uncertainty import DisturbedHeat, HeatChange, ThermalUncertainty
+from compgen.verification.own_file.second_reading import OwnFile
 from compgen.verification.verdict import Bounds
 
 
@@ -79,6 +80,7 @@ class PathPlan:
     boundary: Boundary
     frame: PartFrame | None = None  # that the path is given in; None: World
     raised: float = 0.0  # [m] along z of that frame: a dry run
+    tolerance: float = 0.0  # [m] by which the pattern may leave the user's own points or lines
 
     @property
     def place(self) -> Pose | None:
@@ -135,6 +137,7 @@ class Job:
     heat_change: HeatChange | None = None  # of a draw: how the warmth differs from what the files say
     on_other_heat_model: "Callable[[], Job] | None" = None  # plans the day anew for it; None: the robot file has one
     log: TemperatureLog | None = None  # that its heat begins with, as it was read
+    own_file: OwnFile | None = None  # the user's own path, as the judge reads it; None: a pattern
     ensemble: Ensemble | None = None  # the starts that the file shall serve; None: the planned one alone
     inputs: Mapping[str, Any] = field(default_factory=dict)  # keys of ``path`` and ``robot``, ``files`` that they name
 

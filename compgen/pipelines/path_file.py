@@ -34,8 +34,7 @@ from compgen.pipelines.uncertainty import refuse_without_uncertainty
 from compgen.planning.boundaries import Boundary, unbounded
 from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.own_points.mesh_tables import mesh_of, pattern_on_mesh
-from compgen.planning.own_points.space_curve import SpaceCurve
-from compgen.planning.own_points.tables import OwnPoints, own_points_curve
+from compgen.planning.own_points.tables import OwnPoints, own_points_path, through
 from compgen.planning.tables import (
     MAX_LEAD,
     AnyPattern,
@@ -51,6 +50,7 @@ from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.ensemble import started
 from compgen.thermal.log_fit import fit_log
 from compgen.thermal.network import NetworkModel
+from compgen.verification.own_file.second_reading import OwnFile, read_own_file
 from compgen.verification.tables import bounds_of
 
 RUN_IN_STEP = 5.0  # mm by which a lead is shortened where the arm cannot reach its end
@@ -170,10 +170,20 @@ def _job_of(files: _JobFiles) -> Job:
         unlikely=(*unlikely_values(files.path_data, str(source)), *cell.unlikely, *longer, *notes),
         on_other_heat_model=None if other is None else replace(files, robot_text=other),
         log=read,
+        own_file=_own_file(path, source),
         ensemble=ensemble,
     )
     refuse_without_uncertainty(job)
     return job
+
+
+def _own_file(path: PathFile, source: Path) -> OwnFile | None:
+    """The user's own path as the judge reads it."""
+    table = path.path
+    if not isinstance(table, OwnPoints):
+        return None
+    shift = np.array([table.x_mm, table.y_mm, table.z_mm]) * MM
+    return read_own_file(source.parent / table.file, table.pattern, shift, through(table) == "lines")
 
 
 def _without_state_file(data: dict[str, Any]) -> dict[str, Any]:
@@ -230,15 +240,16 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
         on_mesh = pattern_on_mesh(path.surface, mesh, pattern, edge, shift, spin, source)
         return on_mesh.curve, unbounded(), on_mesh.notes
 
+    tolerance = 0.0
     if isinstance(path.path, OwnPoints):
-        given = own_points_curve(path.path, surface, spin, feed, source, mesh)
-        pattern, edge = given.curve, boundary or unbounded()
-        notes: tuple[Finding, ...] = (_of_points(given),)
+        pattern, surface, notes = own_points_path(path.path, surface, spin, feed, source, mesh)
+        edge = boundary or unbounded()
+        tolerance = path.path.tolerance_um * UM
     else:
         pattern, edge, notes = patterned(path.path)
     program = ProgramPlan(
         source=source,
-        path=PathPlan(pattern, surface, edge, frame),
+        path=PathPlan(pattern, surface, edge, frame, tolerance=tolerance),
         process=Process(
             feed=feed,
             chord=process.chord_um * UM,
@@ -261,13 +272,6 @@ def _program(path: PathFile, source: str, cell: Cell, rate: float) -> tuple[Prog
     )
     program, longer = _with_run_in(program, cell, rate, path.path, patterned)
     return program, (*notes, *longer)
-
-
-def _of_points(given: SpaceCurve) -> Finding:
-    """What the curve through a user's points does that the points do not say."""
-    stops = f"; it stops at {given.corners} corners (path.corner_deg)" if given.corners else ""
-    message = f"the curve leaves the lines between points by up to {given.bulge / UM:.3g} um{stops}"
-    return Finding(Level.NOTE, "path.points", message)
 
 
 def _with_run_in(

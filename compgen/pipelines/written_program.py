@@ -18,6 +18,7 @@ from compgen.pipelines.band import DrivenProgram
 from compgen.pipelines.draws import FlownDraws, fly_draws
 from compgen.pipelines.job import Job
 from compgen.pipelines.job_results import Planned
+from compgen.pipelines.own_file_findings import OWN_FILE, own_file_findings
 from compgen.pipelines.program_course import canonical_program
 from compgen.pipelines.twin_of_job import twin_of
 from compgen.planning.toolpath import ToolPath
@@ -81,7 +82,9 @@ def fly_written(
     if worst is None:
         raise InputError("compensation.average_over: it has no start to fly")
     draws = _draws(planned, path, rows, prepared, worst[1], progress)
-    findings = [*judge(worst[1], job.bounds), *(draws.findings() if draws is not None else ()), *planned.findings]
+    planned_findings = [f for f in planned.findings if f.code != OWN_FILE]  # of this text, not of the planned one
+    findings = [*judge(worst[1], job.bounds), *own_file_findings(job, path, worst[1])]
+    findings += [*(draws.findings() if draws is not None else ()), *planned_findings]
     findings += _robot_findings(job, program)
     if with_other_ramps:
         findings += ramp_findings(job, path, program)

@@ -124,7 +124,7 @@ def test_the_robot_stops_at_corners_and_the_sides_stay_straight():
     position = np.vstack([np.column_stack([x, y, zero]) for x, y in square])
     drawn = space_curve(place_points(given(position), PLANE, SPIN, FEED), NEAR)
     assert drawn.corners == 3
-    assert drawn.bulge < 1e-9
+    assert drawn.bulge.size < 1e-9
 
 
 def test_a_long_span_beside_short_ones_stays_straight():

@@ -118,7 +118,10 @@ M30
 
 
 def test_gcode(tmp_path):
-    points = read_gcode(written(tmp_path, GCODE))
+    read = read_gcode(written(tmp_path, GCODE))
+    assert_allclose(np.degrees(read.arcs.swept), [0, 0, 0, 90, -90, 0], atol=1e-9)
+    assert_allclose(read.arcs.centre[3:5] * 1e3, [[10, 10], [30, 10]])
+    points = read.as_points()
     p = points.position * 1e3
     assert_allclose(p[:3], [[0, 0, 5], [0, 0, 0], [10, 0, 0]])
     assert points.contact[:3].tolist() == [False, True, True]
@@ -135,7 +138,7 @@ def test_gcode(tmp_path):
 
 
 def test_a_full_turn_and_the_long_way_round(tmp_path):
-    points = read_gcode(written(tmp_path, "G0 X10 Y0 Z0\nG2 I-10 Z-4 F600\nG3 X0 Y10 R-10\n"))
+    points = read_gcode(written(tmp_path, "G0 X10 Y0 Z0\nG2 I-10 Z-4 F600\nG3 X0 Y10 R-10\n")).as_points()
     p = points.position * 1e3
     turn = points.line == 2
     assert_allclose(np.linalg.norm(p[turn][:, :2], axis=1), 10, atol=1e-9)

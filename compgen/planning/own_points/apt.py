@@ -1,9 +1,9 @@
 """A path's points from APT cutter locations (ISO 4343, as CAM systems write them).
 
 Read are ``GOTO/x,y,z[,i,j,k]`` and ``FROM/``, ``FEDRAT/f[,MMPM]``, ``RAPID`` (for the next move), ``UNITS/MM``,
-``GODLTA/dx,dy,dz`` and ``STOP``; ``$`` goes on in the next line, ``$$`` begins a remark. i, j, k point from the part
-into the tool, which is out of the surface. What would move the tool otherwise is refused; words without motion are
-passed over.
+``GODLTA/dx,dy,dz``, ``STOP`` and ``DELAY`` (the robot stops), ``END`` and ``FINI`` (the program ends); ``$`` goes on
+in the next line, ``$$`` begins a remark. i, j, k point from the part into the tool, which is out of the surface. Words
+that are known to move nothing are passed over, and every other word is refused.
 """
 
 import re
@@ -14,7 +14,7 @@ import numpy as np
 
 from compgen.core.exceptions import InputError
 from compgen.planning.own_points.given import GivenPoints
-from compgen.planning.own_points.words import PointRows, feed_in_m_s, read_lines
+from compgen.planning.own_points.words import PointRows, feed_in_m_s, not_driven, read_lines
 
 UNIT = 0.01  # that an axis' length may differ from one
 #: moves, or turns of the points, that are not read
@@ -33,7 +33,27 @@ REFUSED = {
     "ROTATE": "rotary tables are not read; the part stands still",
     "GOHOME": "a machine's home is not the robot's; remove it",
     "RETRCT": "a machine's retract plane is not known; write the move itself",
+    "REFSYS": "another reference system is not read; write the points where they are",
+    "TLAXIS": "the tool's axis is read from GOTO; give i, j, k there",
+    "MODE": "incremental places are not read; write GOTO in absolute coordinates, or GODLTA",
+    "CALL": "macros are not read; write the moves themselves",
+    "LOOPST": "loops are not read; write the moves themselves",
+    "INSERT": "a machine's own code is not read; write the moves themselves",
+    "OFSTNO": "a machine's offsets are not known; write the points where they are",
 }
+#: of these words, what only ends or says what is so already
+HARMLESS = {"CUTCOM": "OFF", "CYCLE": "OFF", "TRACUT": "NOMORE", "REFSYS": "NOMORE", "MODE": "ABSOL"}
+#: words that move no tool
+NO_MOTION = frozenset(
+    (
+        "AIR", "AUXFUN", "CLAMP", "CLDIST", "CLEARP", "COOLNT", "CUTTER", "DISPLY", "END-OF-PATH", "GECENT", "HEAD",
+        "INTOL", "LEADER", "LINTOL", "LOAD", "LOADTL", "MACHIN", "MULTAX", "OPSKIP", "OUTTOL", "PAINT", "PLABEL",
+        "PREFUN", "PROGNO", "RAIL", "REWIND", "SAFETY", "SELCTL", "SELECT", "SEQNO", "SPINDL", "SYN", "TLDATA", "TMARK",
+        "TOLER", "TOOL", "TOOLNO", "TPRINT", "UNITS",
+    )
+)  # fmt: skip
+TEXT = ("PPRINT", "PARTNO", "REMARK", "TOOL PATH", "CATPROCESS")  # what stands behind them is no statement
+ENDS = ("END", "FINI")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([EDed][+-]?\d+)?", re.ASCII)
 
 
@@ -42,43 +62,53 @@ def read_apt(source: str | Path) -> GivenPoints:
 
     Raises:
         InputError: Not readable, in inches, a move that is not read, a number that is none, an axis that is no unit
-            vector or is missing from some of the points.
+            vector or is missing from some of the points, a word that is not known to move nothing.
     """
     name = str(source)
     rows = PointRows(name)
     feed, rapid, place = np.nan, False, None
     axis: tuple[float, float, float] | None = None
+    end, behind = (0, ""), []
     for line, word, arguments in _statements(name, read_lines(source, "an APT file")):
         where = f"{name}: line {line}"
-        if word in REFUSED:
-            if word == "CUTCOM" and arguments[:1] == ["OFF"]:
-                continue
-            raise InputError(f"{where}: {word}: {REFUSED[word]}")
-        if word == "UNITS" and not arguments[0].startswith("MM"):
-            raise InputError(
-                f"{where}: UNITS/{arguments[0][:16]}: points are read in mm; write the file in millimetres"
-            )
-        if word == "RAPID":
+        if end[1]:
+            behind += [line] if word not in ENDS else []
+        elif word in ENDS:
+            end = (line, word)
+        elif word == "RAPID":
             rapid = True
-        elif word == "STOP" and rows.stop:
-            rows.stop[-1] = True
+        elif word in ("STOP", "OPSTOP", "DELAY"):
+            if rows.stop:
+                rows.stop[-1] = True
         elif word == "FEDRAT":
             feed = _feed(name, line, arguments, feed)
-        elif word in ("GOTO", "FROM", "GODLTA"):
+        elif word == "FROM":
+            pass  # where the machine stood, not where the tool goes
+        elif word in ("GOTO", "GODLTA"):
             numbers = [_number(where, a) for a in arguments]
-            if word == "FROM":
-                continue  # where the machine stood, not where the tool goes
             if len(numbers) not in ((3,) if word == "GODLTA" else (3, 6)):
                 raise InputError(f"{where}: {word} with {len(numbers)} numbers; give x, y, z, or x, y, z, i, j, k")
             if word == "GODLTA":
                 if place is None:
                     raise InputError(f"{where}: GODLTA before any GOTO; give the first point with GOTO")
-                numbers = [a + b for a, b in zip(place, numbers)]
+                numbers = [a + b for a, b in zip(place, numbers, strict=True)]
             place = (numbers[0], numbers[1], numbers[2])
             axis = _axis(where, numbers[3:], axis, bool(rows.position))
             rows.add(line, place, np.nan if rapid else feed, not rapid, axis)
             rapid = False
-    return rows.given(normal=axis is not None)
+        else:
+            _refuse(where, word, arguments)
+    return rows.given(normal=axis is not None, notes=not_driven(*end, behind))
+
+
+def _refuse(where: str, word: str, arguments: list[str]) -> None:
+    """Refuse a word unless it moves nothing."""
+    if word == "UNITS" and not arguments[0].startswith("MM"):
+        raise InputError(f"{where}: UNITS/{arguments[0][:16]}: points are read in mm; write the file in millimetres")
+    if word in NO_MOTION or HARMLESS.get(word) == arguments[0]:
+        return
+    shown = word if re.fullmatch(r"[\x21-\x7e]{1,20}", word) else "a statement"
+    raise InputError(f"{where}: {shown}: {REFUSED.get(word, 'not read; remove it if it moves nothing')}")
 
 
 def _axis(
@@ -125,8 +155,7 @@ def _statements(name: str, lines: list[str]) -> Iterator[tuple[int, str, list[st
         if not statement:
             continue
         word, _, rest = statement.partition("/")
-        if word.startswith(("PPRINT", "PARTNO", "REMARK", "INSERT", "TOOL PATH")):
-            continue
-        yield first, word.strip(), [a.strip() for a in rest.split(",")]
+        if not word.startswith(TEXT):
+            yield first, word.strip(), [a.strip() for a in rest.split(",")]
     if text:
         raise InputError(f"{name}: line {len(lines)}: ends with $, which goes on in a line that is not there")

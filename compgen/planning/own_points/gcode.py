@@ -1,21 +1,21 @@
 """A path's points from G-code of three axes (ISO 6983, RS-274): ``G0 G1 G2 G3`` with ``X Y Z I J R F``.
 
 Millimetres, arcs in the XY plane with centres relative to their start; the tool stands on the surface. ``G0`` is off
-the part. Read as well: ``G90`` and ``G91``, ``G4`` (the robot stops), and words without motion. What would move the
-tool otherwise is refused: inches, other planes, rotary axes, cutter compensation, cycles, macros.
+the part. Read as well: ``G90`` and ``G91``, ``G4``, ``M0`` and ``M1`` (the robot stops), ``M2``, ``M30`` and a second
+``%`` (the program ends), and words without motion. What would move the tool otherwise is refused: inches, other planes,
+another work offset in mid-file, rotary axes, cutter compensation, cycles, macros, several turns in one arc.
 """
 
 import re
-from math import atan2, ceil, cos, hypot, pi, sin, sqrt
+from math import atan2, hypot, pi, sqrt
 from pathlib import Path
 
 from compgen.core.exceptions import InputError
 from compgen.planning.own_points.given import GivenPoints
-from compgen.planning.own_points.words import PointRows, feed_in_m_s, read_lines
+from compgen.planning.own_points.words import LINE, Arc, PointRows, feed_in_m_s, not_driven, read_lines
 
 WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
-STEP_ERROR = 2e-3  # mm that an arc's chord leaves it, from point to point
-QUARTER = 16  # points at least
+SAME_ANGLE = 1e-9  # rad: an arc that ends where it begins is a whole circle
 RADII = (0.02, 0.001)  # mm, and share of them, by which an arc's two radii may differ
 MODES = {0, 1, 2, 3, 4, 17, 21, 40, 43, 49, 54, 55, 56, 57, 58, 59, 61, 64, 80, 90, 91, 94, 98, 99}
 REFUSED = {
@@ -35,6 +35,19 @@ REFUSED = {
 }
 
 
+MOTIONS, OFFSETS = (0, 1, 2, 3), (54, 55, 56, 57, 58, 59)
+#: words that mean something else with a line than with an arc, or nothing that is read
+STRANGE = {
+    "R": "a corner's radius is not read; write the arc itself",
+    "I": "it belongs to arcs; say G2 or G3, or remove it",
+    "J": "it belongs to arcs; say G2 or G3, or remove it",
+    "K": "it belongs to arcs in other planes, which are not read",
+    "L": "repeats are not read; write the moves themselves",
+    "Q": "cycles are not read; write the moves themselves",
+}
+DWELL = frozenset("PXUSF")  # words that say how long G4 waits
+
+
 def read_gcode(source: str | Path) -> GivenPoints:
     """Read a path's points.
 
@@ -43,10 +56,14 @@ def read_gcode(source: str | Path) -> GivenPoints:
             place of all axes is known.
     """
     name = str(source)
-    rows, reader = PointRows(name), _Reader(name)
+    rows, reader, behind = PointRows(name), _Reader(name), []
     for n, text in enumerate(read_lines(source, "a G-code file"), 1):
-        reader.block(n, _uncommented(text), rows)
-    return rows.given(normal=False)
+        block = _uncommented(text)
+        if reader.end is not None:
+            behind += [n] if block and block != "%" else []
+        elif block:
+            reader.block(n, block, rows)
+    return rows.given(normal=False, notes=() if reader.end is None else not_driven(*reader.end, behind))
 
 
 def _uncommented(text: str) -> str:
@@ -62,47 +79,79 @@ class _Reader:
         self.absolute = True
         self.feed = float("nan")
         self.place: dict[str, float] = {}  # mm, of the axes that were given
+        self.offset: float | None = None  # G54 to G59
+        self.begun = False  # any block that says something
+        self.program: float | None = None  # its number, O
+        self.end: tuple[int, str] | None = None  # line, and the word that ends the program
 
     def block(self, line: int, text: str, rows: PointRows) -> None:
         """One line."""
-        if not text or text == "%":
+        if text == "%":
+            self.end = (line, "%") if self.begun else None
             return
+        self.begun = True
         if text.startswith("/"):
             raise InputError(f"{self.name}: line {line}: a block that may be skipped; remove its / or the block")
         words = self._words(line, text)
         codes = [(letter, value) for letter, value in words if letter in "GM"]
-        values = {letter: value for letter, value in words if letter not in "GMNO"}
-        dwell = False
+        values = {letter: value for letter, value in words if letter not in "GMN"}
+        self._refuse_contradictions(line, [value for letter, value in codes if letter == "G"], values)
         for letter, value in codes:
-            dwell |= self._code(line, letter, value)
-        if dwell:
-            if rows.stop:
-                rows.stop[-1] = True
-            return
-        if "F" in values:
+            self._code(line, letter, value, rows)
+        waits = ("G", 4) in codes
+        if "F" in values and not waits:
             self.feed = feed_in_m_s(self.name, line, values["F"])
+        if not waits:
+            self._move(line, values, rows)
+        if rows.stop and (waits or {("M", 0), ("M", 1)} & set(codes)):
+            rows.stop[-1] = True
+        if ends := [value for letter, value in codes if letter == "M" and value in (2, 30)]:
+            self.end = (line, f"M{ends[0]:g}")
+
+    def _move(self, line: int, values: dict[str, float], rows: PointRows) -> None:
+        """The motion of a block, if it has one."""
         axes = {a: values[a] for a in "XYZ" if a in values}
         if not axes and not (self.motion in (2, 3) and values.keys() & set("IJ")):
             return
+        where = f"{self.name}: line {line}"
         if self.motion is None:
-            raise InputError(f"{self.name}: line {line}: a place without G0, G1, G2 or G3; say how to go there")
+            raise InputError(f"{where}: a place without G0, G1, G2 or G3; say how to go there")
+        if self.motion in (0, 1) and (strange := values.keys() & STRANGE.keys()):
+            letter = min(strange)
+            raise InputError(f"{where}: {letter} with G{self.motion}: {STRANGE[letter]}")
         start = dict(self.place)
         for a, value in axes.items():
             if not self.absolute and a not in start:
-                raise InputError(f"{self.name}: line {line}: G91 before {a} is known; give the first place with G90")
+                raise InputError(f"{where}: G91 before {a} is known; give the first place with G90")
             self.place[a] = value if self.absolute else start[a] + value
         if len(self.place) < 3:
             if self.motion != 0:
                 missing = next(a for a in "XYZ" if a not in self.place)
-                raise InputError(f"{self.name}: line {line}: {missing} is not known yet; give it before the first cut")
+                raise InputError(f"{where}: {missing} is not known yet; give it before the first cut")
             return
-        end = (self.place["X"], self.place["Y"], self.place["Z"])
+        end, arc = (self.place["X"], self.place["Y"], self.place["Z"]), LINE
         if self.motion in (2, 3):
             if len(start) < 3:
-                raise InputError(f"{self.name}: line {line}: an arc from an unknown place; give X, Y, Z before it")
-            for place in self._arc(line, (start["X"], start["Y"], start["Z"]), end, values):
-                rows.add(line, place, self.feed, True)
-        rows.add(line, end, self.feed if self.motion else float("nan"), self.motion != 0)
+                raise InputError(f"{where}: an arc from an unknown place; give X, Y, Z before it")
+            arc = self._arc(line, (start["X"], start["Y"]), end[:2], values)
+        rows.add(line, end, self.feed if self.motion else float("nan"), self.motion != 0, arc=arc)
+
+    def _refuse_contradictions(self, line: int, codes: list[float], values: dict[str, float]) -> None:
+        """Of the G-codes of a block and its other words."""
+        where = f"{self.name}: line {line}"
+        motions = [f"G{g:g}" for g in codes if g in MOTIONS]
+        if len(motions) > 1:
+            raise InputError(f"{where}: {' and '.join(motions)} in one block; keep one motion a block")
+        if {90, 91} <= set(codes):
+            raise InputError(f"{where}: G90 and G91 in one block; keep one of them")
+        if 4 in codes and (motions or values.keys() - DWELL):
+            raise InputError(f"{where}: G4 waits, and the block says more; write it in a block of its own")
+        if values.get("P", 1) != 1 and set(codes) & {*OFFSETS}:
+            raise InputError(f"{where}: a further work offset (P) is not read; write the points where they are")
+        if "O" in values:
+            if self.program not in (None, values["O"]):
+                raise InputError(f"{where}: O{values['O']:g}: a second program in the file; give one of them")
+            self.program = values["O"]
 
     def _words(self, line: int, text: str) -> list[tuple[str, float]]:
         if re.search(r"[#=\[\]]|\b(IF|WHILE|GOTO|DO\d|END\d)", text):
@@ -125,35 +174,42 @@ class _Reader:
                 )
         return words
 
-    def _code(self, line: int, letter: str, value: float) -> bool:
-        """Whether the block only waits."""
+    def _code(self, line: int, letter: str, value: float, rows: PointRows) -> None:
+        """What a code changes, or its refusal."""
         where = f"{self.name}: line {line}: {letter}{value:g}"
         if letter == "M":
-            if value in (97, 98):
+            if value in (97, 98, 99):
                 raise InputError(f"{where}: sub-programs are not read; write the moves themselves")
-            return value in (0, 1)
+            if value == 6 and any(rows.contact):
+                raise InputError(f"{where}: another tool in mid-file; write a file for each tool")
+            return
         if value in REFUSED:
             raise InputError(f"{where}: {REFUSED[int(value)]}")
         if value == 91.1:
-            return False
+            return
         if value not in MODES:
             known = "cycles are not read; write the moves themselves" if 73 <= value <= 89 else "not read; remove it"
             raise InputError(f"{where}: {known}")
-        if value in (0, 1, 2, 3):
+        if value in MOTIONS:
             self.motion = int(value)
         elif value in (90, 91):
             self.absolute = value == 90
-        return value == 4
+        elif value in OFFSETS:
+            if self.place and value != (self.offset or OFFSETS[0]):
+                raise InputError(f"{where}: another work offset in mid-file, of unknown place; write a file for each")
+            self.offset = value
 
-    def _arc(
-        self, line: int, start: tuple[float, float, float], end: tuple[float, float, float], values: dict[str, float]
-    ) -> list[tuple[float, float, float]]:
-        """Points on an arc between its ends [mm]."""
+    def _arc(self, line: int, start: tuple[float, float], end: tuple[float, float], values: dict[str, float]) -> Arc:
+        """The arc between two places [mm]."""
         where = f"{self.name}: line {line}"
         turn = -1.0 if self.motion == 2 else 1.0
         if "K" in values:
             raise InputError(f"{where}: K belongs to arcs in other planes, which are not read; give I and J (G17)")
+        if values.get("P", 1) != 1 or "L" in values:
+            raise InputError(f"{where}: an arc of several turns is not read; write a block for each turn")
         if "R" in values:
+            if values.keys() & set("IJ"):
+                raise InputError(f"{where}: R and a centre (I, J) both say the arc; keep one of them")
             centre = _centre(where, start, end, values["R"], turn)
         elif "I" in values or "J" in values:
             centre = (start[0] + values.get("I", 0.0), start[1] + values.get("J", 0.0))
@@ -166,20 +222,13 @@ class _Reader:
             )
         first, last = (atan2(p[1] - centre[1], p[0] - centre[0]) for p in (start, end))
         swept = turn * (last - first) % (2 * pi)
-        if swept < 1e-9:
+        if swept < SAME_ANGLE:
             swept = 2 * pi
-        count = max(ceil(swept / sqrt(8 * STEP_ERROR / radii[0])), ceil(QUARTER * swept / (pi / 2)))
-        points = []
-        for k in range(1, count):
-            u = k / count
-            angle, radius = first + turn * u * swept, radii[0] + u * (radii[1] - radii[0])
-            x, y = centre[0] + radius * cos(angle), centre[1] + radius * sin(angle)
-            points.append((x, y, start[2] + u * (end[2] - start[2])))
-        return points
+        return Arc(centre, turn * swept)
 
 
 def _centre(
-    where: str, start: tuple[float, float, float], end: tuple[float, float, float], radius: float, turn: float
+    where: str, start: tuple[float, float], end: tuple[float, float], radius: float, turn: float
 ) -> tuple[float, float]:
     """The centre of an arc by its radius; a negative one goes the long way round."""
     dx, dy = end[0] - start[0], end[1] - start[1]

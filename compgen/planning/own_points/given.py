@@ -1,10 +1,11 @@
 """Points that a user gives for a path: where the tool goes, how it stands, how fast, and what happens there."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import pi
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray, own, row_norms
+from compgen.core.arrays import Array, BoolArray, IntArray, numbered, own, row_norms
 from compgen.core.exceptions import InputError
 from compgen.core.units import DEG, MM, UM
 
@@ -12,6 +13,19 @@ SAME = 1 * UM  # points nearer than this are one
 UNUSUAL = 20.0  # times the usual step, from where a long one is a slip
 SMALL = 5 * MM  # a whole path below this was written in metres
 MAX_TILT = 150 * DEG  # of the tool from upright: at 180 deg its tilt has no one axis
+STEP_ERROR = 2 * UM  # that an arc's chord leaves it, where a curve is laid through points of it
+QUARTER = 16  # points of a quarter turn at least
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GivenArcs:
+    """Which of the M ways to points are arcs, or helices, about an axis along z."""
+
+    centre: Array  # (M, 2) [m]
+    swept: Array  # (M,) [rad] counterclockwise; 0: the way is a line
+
+    def __post_init__(self) -> None:
+        own(self, centre=("M", 2), swept=("M",))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,6 +40,8 @@ class GivenPoints:
     feed: Array  # (M,) [m/s] on the way to each point; NaN where the file does not say
     contact: BoolArray  # (M,) on the way to each point the tool may touch the part
     stop: BoolArray  # (M,) the robot stops there
+    arcs: GivenArcs | None = None  # None: every way is a line
+    notes: tuple[str, ...] = ()  # what of the file is not driven
 
     def __post_init__(self) -> None:
         own(self, line=("M",), position=("M", 3), feed=("M",), contact=("M",), stop=("M",))
@@ -33,6 +49,51 @@ class GivenPoints:
     def where(self, row: int) -> str:
         """File and line of a point, for messages."""
         return f"{self.source}: line {self.line[row]}"
+
+    def divided(self, step: float) -> "GivenPoints":
+        """With further points on lines and arcs, no further apart than a step [m]; of points without normals."""
+        size = row_norms(np.diff(self.position, axis=0))
+        if self.arcs is not None:
+            radius = row_norms(self.position[1:, :2] - self.arcs.centre[1:])
+            size = np.maximum(size, np.abs(self.arcs.swept[1:]) * radius)
+        return self._cut(np.maximum(np.ceil(size / step), 1).astype(np.int64))
+
+    def as_points(self) -> "GivenPoints":
+        """With points on the arcs in place of the arcs: what a curve is laid through."""
+        if self.arcs is None:
+            return self
+        swept = np.abs(self.arcs.swept[1:])
+        radius = np.maximum(row_norms(self.position[1:, :2] - self.arcs.centre[1:]), STEP_ERROR)
+        count = np.maximum(np.ceil(swept / np.sqrt(8 * STEP_ERROR / radius)), np.ceil(QUARTER * swept / (pi / 2)))
+        return replace(self._cut(np.maximum(count, 1).astype(np.int64)), arcs=None)
+
+    def _cut(self, count: IntArray) -> "GivenPoints":
+        """With the way to each point but the first in so many parts (M - 1,)."""
+        way, number = numbered(count)
+        share = (number + 1) / count[way]
+        start, end = self.position[way], self.position[way + 1]
+        position, arcs = start + share[:, None] * (end - start), self.arcs
+        if arcs is not None:
+            swept, centre = arcs.swept[way + 1], arcs.centre[way + 1]
+            out = [p[:, :2] - centre for p in (start, end)]
+            radius = row_norms(out[0]) + share * (row_norms(out[1]) - row_norms(out[0]))
+            angle = np.arctan2(out[0][:, 1], out[0][:, 0]) + share * swept
+            round_way = centre + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+            position[:, :2] = np.where((swept != 0)[:, None], round_way, position[:, :2])
+            parts = np.append(0.0, swept / count[way])
+            arcs = GivenArcs(np.vstack([arcs.centre[:1], centre]), parts)
+        last = share == 1
+        position[last] = end[last]
+        rows = np.append(0, way + 1)
+        return replace(
+            self,
+            line=self.line[rows],
+            position=np.vstack([self.position[:1], position]),
+            feed=self.feed[rows],
+            contact=self.contact[rows],
+            stop=self.stop[rows] & np.append(True, last),
+            arcs=arcs,
+        )
 
 
 def check_points(points: GivenPoints, jump: float) -> None:
@@ -49,13 +110,13 @@ def check_points(points: GivenPoints, jump: float) -> None:
     position = points.position
     if len(position) < 2:
         raise InputError(f"{points.source}: {len(position)} points are no path; give two at least")
-    size = float(np.linalg.norm(np.ptp(position, axis=0)))
+    size = float(np.linalg.norm(np.ptp(points.as_points().position, axis=0)))
     if size < SMALL and len(position) >= 10:
         raise InputError(
             f"{points.source}: the whole path is {size / MM:.3g} mm long and wide; if it is in metres, give millimetres"
         )
     step = row_norms(np.diff(position, axis=0))
-    near = np.flatnonzero(step < SAME)
+    near = np.flatnonzero((step < SAME) & (True if points.arcs is None else points.arcs.swept[1:] == 0))
     if len(near):
         row = int(near[0]) + 1
         before = points.line[row - 1]

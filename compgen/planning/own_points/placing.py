@@ -70,6 +70,12 @@ def stand_on_mesh(points: GivenPoints, mesh: Mesh, shift: Array) -> GivenPoints:
     return replace(points, normal=over.normal)
 
 
+def stand_on_surface(points: GivenPoints, surface: Quadric) -> GivenPoints:
+    """Points with the normals of a surface under them, which their file does not give."""
+    place = surface.local(points.position + surface.origin)
+    return replace(points, normal=surface.lift(place[:, :2], place[:, 2])[1])
+
+
 def standing_on(normal: Array, spin: float) -> Array:
     """The axes of tools that stand on normals (M, 3), (M, 3, 3)."""
     along = np.array([np.cos(spin), np.sin(spin), 0.0])

@@ -10,9 +10,17 @@ so that place and tilt, their slopes and their curvature run on. Rounding of poi
 the curve: after each fit u_m moves to the foot of the point, and what counts is across. The robot stops where the file
 says so and where the points turn more sharply than ``corner``. A span over four times as long as its neighbours is
 drawn as a straight line: points are put onto it.
+
+How far the curve leaves the lines between points is measured, and held against what the points' own curvature says.
+Where neighbouring points turn to the same side, the smaller of their turns k per length, their span L may bulge by
+
+    L / 2 tan(k L / 4),
+
+the rise of an arc over its chord. A turn that stands alone, or between turns to other sides, explains nothing.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline, CubicHermiteSpline, CubicSpline
@@ -26,6 +34,8 @@ ROUNDS = 40  # of knots that are put in
 MORE = 1.2  # times as many as the fourth root of what a stretch is beyond the tolerance
 STIFFNESS = 1e-9  # share of the second differences, so that stretches without points of their own are straight
 LONG = 4.0  # times its neighbours, from where a span is a straight line
+COARSELY, FINELY = np.arange(1, 4) / 4, np.arange(1, 32) / 32  # shares of a span where its bulge is measured
+NEARLY = 0.8  # of the largest bulge: such spans are measured finely
 WINDOW = 10.0  # tolerances over which the direction of points is taken: below it is noise
 
 
@@ -54,13 +64,25 @@ class LocalPoints:
         return LocalPoints(*(getattr(self, name)[rows] for name in LocalPoints.__slots__))
 
 
+class Bulge(NamedTuple):
+    """How far a curve leaves the lines between the points that it was laid through."""
+
+    size: float  # [m] largest distance from them
+    beyond: float  # [m] largest distance beyond what the points' own curvature explains
+    row: int  # the point before that span
+    lowest: float  # [m] height of the lowest place of the curve
+
+
+NO_BULGE = Bulge(0.0, 0.0, 0, np.inf)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceCurve:
     """A curve along points, and what it made of them."""
 
     curve: PiecewiseCurve
     corners: int  # where the points turn sharply and the robot stops, beside the stops that were asked for
-    bulge: float  # [m] by which it leaves the lines between points at most, in their middles
+    bulge: Bulge
 
 
 def space_curve(points: LocalPoints, tolerance: Tolerance) -> SpaceCurve:
@@ -69,10 +91,13 @@ def space_curve(points: LocalPoints, tolerance: Tolerance) -> SpaceCurve:
     stop = points.stop | sharp
     stop[[0, -1]] = True
     ends = np.flatnonzero(stop)
-    runs = [_run(points.at(slice(a, b + 1)), tolerance) for a, b in zip(ends.tolist(), ends[1:].tolist())]
-    return SpaceCurve(
-        join(*(piece for piece, _ in runs)), int((sharp & ~points.stop).sum()), max(bulge for _, bulge in runs)
-    )
+    runs = [
+        _run(points.at(slice(a, b + 1)), tolerance) for a, b in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)
+    ]
+    bulges = [bulge._replace(row=bulge.row + first) for (_, bulge), first in zip(runs, ends.tolist(), strict=False)]
+    worst = max(bulges, key=lambda bulge: bulge.beyond)
+    whole = worst._replace(size=max(b.size for b in bulges), lowest=min(b.lowest for b in bulges))
+    return SpaceCurve(join(*(piece for piece, _ in runs)), int((sharp & ~points.stop).sum()), whole)
 
 
 def corners(place: Array, tolerance: Tolerance) -> BoolArray:
@@ -88,9 +113,10 @@ def corners(place: Array, tolerance: Tolerance) -> BoolArray:
     sharp = np.zeros(M, dtype=bool)
     angle = np.zeros(M)
     angle[1:-1] = np.arccos(np.clip(cosine, -1, 1))
-    # of neighbours that see the same corner, the sharpest
-    peak = (angle[1:-1] >= angle[:-2]) & (angle[1:-1] >= angle[2:])
-    sharp[1:-1] = (angle[1:-1] > tolerance.corner) & (peak if reach > 0 else True)
+    # of neighbours within the reach, which see the same corner, the sharpest
+    same = np.diff(u) <= reach
+    hidden = (same[:-1] & (angle[1:-1] < angle[:-2])) | (same[1:] & (angle[1:-1] < angle[2:]))
+    sharp[1:-1] = (angle[1:-1] > tolerance.corner) & ~hidden
     return sharp
 
 
@@ -99,8 +125,9 @@ def _way(place: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(row_norms(np.diff(place, axis=0)))])
 
 
-def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, float]:
-    """The pieces between two stops, and their bulge [m]."""
+def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, Bulge]:
+    """The pieces between two stops, and their bulge."""
+    given = points.place
     points, straight = _with_straights(points)
     u = _way(points.place)
     values = np.column_stack([points.place, points.tilt])
@@ -111,9 +138,50 @@ def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, flo
     else:
         u, rows, v, slope = _fitted(u, values, np.concatenate([edge, straight, [0, len(u) - 1]]), tolerance)
     knots, owner = u[rows], rows[1:]
-    middle = CubicHermiteSpline(knots, v[:, :3], slope[:, :3])((u[:-1] + u[1:]) / 2)
-    bulge = float(row_norms(middle - (points.place[:-1] + points.place[1:]) / 2).max())
-    return _pieces(knots, v, slope, points.contact[owner], points.pace[owner]), bulge
+    curve = CubicHermiteSpline(knots, v[:, :3], slope[:, :3])
+    original = np.delete(np.arange(len(u)), straight)
+    return _pieces(knots, v, slope, points.contact[owner], points.pace[owner]), _bulge(curve, u[original], given)
+
+
+def _bulge(curve: CubicHermiteSpline, u: Array, place: Array) -> Bulge:
+    """Of a curve over spans between parameters u (M,) of points (M, 3)."""
+    spans = np.arange(len(u) - 1)
+    off, lowest = _off_lines(curve, u, place, spans, COARSELY)
+    near = np.flatnonzero(off > NEARLY * off.max())
+    off[near], low = _off_lines(curve, u, place, near, FINELY)
+    beyond = off - _explained(place)
+    worst = int(np.argmax(beyond))
+    return Bulge(float(off.max()), max(float(beyond[worst]), 0.0), worst, min(lowest, low))
+
+
+def _off_lines(
+    curve: CubicHermiteSpline, u: Array, place: Array, spans: IntArray, shares: Array
+) -> tuple[Array, float]:
+    """Largest distance of some spans (S,) from their lines (S,) [m], and the lowest height on them [m]."""
+    line = place[spans + 1] - place[spans]
+    size = np.maximum(np.einsum("si,si->s", line, line), 1e-300)
+    off, lowest = np.zeros(len(spans)), float(place[:, 2].min())
+    for share in shares.tolist():
+        at = curve(u[spans] + share * (u[spans + 1] - u[spans]))
+        gap = at - place[spans]
+        along = np.clip(np.einsum("si,si->s", gap, line) / size, 0, 1)
+        off = np.maximum(off, row_norms(gap - along[:, None] * line))
+        lowest = min(lowest, float(at[:, 2].min(initial=np.inf)))
+    return off, lowest
+
+
+def _explained(place: Array) -> Array:
+    """By how much each span may bulge by the curvature of the points themselves, (M - 1,) [m]."""
+    length, M = row_norms(np.diff(place, axis=0)), len(place)
+    if M < 4:
+        return np.zeros(M - 1)
+    along = np.diff(place, axis=0) / length[:, None]
+    change = np.diff(along, axis=0)
+    bend = 2 * np.arcsin(np.clip(row_norms(change) / 2, 0, 1)) / ((length[:-1] + length[1:]) / 2)
+    alike = np.einsum("mi,mi->m", change[:-1], change[1:]) > 0
+    inner = np.where(alike, np.minimum(bend[:-1], bend[1:]), 0.0)
+    bend = np.concatenate([inner[:1], inner, inner[-1:]])
+    return np.asarray(length / 2 * np.tan(np.minimum(bend * length / 4, 1.0)))
 
 
 def _with_straights(points: LocalPoints) -> tuple[LocalPoints, IntArray]:

@@ -1,23 +1,27 @@
 """Table of a path file for a path of the user's own points, and the curve made from it."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, FiniteFloat
 
 from compgen.core.exceptions import InputError
+from compgen.core.findings import Finding, Level
 from compgen.core.quantities import Coordinate, Length
 from compgen.core.toml import Table
 from compgen.core.units import DEG, MDEG, MM, UM
+from compgen.planning.curves import PiecewiseCurve
 from compgen.planning.mesh.mesh import Mesh
 from compgen.planning.own_points.apt import read_apt
 from compgen.planning.own_points.csv_points import read_points
 from compgen.planning.own_points.gcode import read_gcode
-from compgen.planning.own_points.given import check_points
-from compgen.planning.own_points.placing import place_points, stand_on_mesh
-from compgen.planning.own_points.space_curve import SpaceCurve, Tolerance, space_curve
-from compgen.planning.surfaces import Quadric
+from compgen.planning.own_points.given import GivenPoints, check_points
+from compgen.planning.own_points.line_path import line_path
+from compgen.planning.own_points.placing import place_points, stand_on_mesh, stand_on_surface
+from compgen.planning.own_points.space_curve import LocalPoints, SpaceCurve, Tolerance, space_curve
+from compgen.planning.surfaces import Quadric, plane
 
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 
@@ -25,14 +29,17 @@ FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 class OwnPointsTable(Table):
     """What every path of own points has."""
 
-    through: Literal["tolerance", "points"] = "tolerance"
-    """Smooth curve within the tolerance of every point, or exactly through every one."""
+    through: Literal["tolerance", "points", "lines"] | None = None
+    """Smooth curve within the tolerance of every point or exactly through every one, or the lines and arcs of the file
+    with their corners rounded within the tolerance; default: lines of APT and G-code, tolerance of CSV."""
     tolerance_um: Annotated[FiniteFloat, Field(ge=0.01, le=1000)] = 2.0
-    """Largest distance of a point from the curve."""
+    """Largest distance of a point, or of a rounded corner, from the path."""
     tolerance_mdeg: Annotated[FiniteFloat, Field(ge=0.01, le=5000)] = 10.0
-    """Largest angle between the tool at a point and on the curve."""
-    corner_deg: Annotated[FiniteFloat, Field(ge=1, le=180)] = 25.0
-    """Turn between points from which on it is a corner, where the robot stops."""
+    """Largest angle between the tool at a point and on the path."""
+    corner_deg: Annotated[FiniteFloat, Field(ge=1, le=180)] | None = None
+    """Turn between points from which on it is a corner, where the robot stops; default: 25 of a curve, lines none."""
+    bulge_um: Annotated[FiniteFloat, Field(ge=0, le=1e6)] = 50.0
+    """Largest distance of a curve from the lines between points, beyond what the points' own curvature explains."""
     x_mm: Coordinate = 0.0
     """Shift of all points, x."""
     y_mm: Coordinate = 0.0
@@ -72,12 +79,22 @@ class GcodeTable(OwnPointsTable):
 
 OwnPoints = PointsTable | AptTable | GcodeTable
 READERS = {"points": read_points, "apt": read_apt, "gcode": read_gcode}
+CORNER = 25 * DEG  # of a curve
+STANDING_STEP = 10 * MM  # of points with the surface's normal on a line over it
 
 
-def own_points_curve(
+class PlacedPath(NamedTuple):
+    """The path of a table's file."""
+
+    curve: PiecewiseCurve
+    surface: Quadric  # that the curve lies on
+    findings: tuple[Finding, ...]
+
+
+def own_points_path(
     table: OwnPoints, surface: Quadric, spin: float, feed: float, where: str, mesh: Mesh | None = None
-) -> SpaceCurve:
-    """The curve along the points of a table's file.
+) -> PlacedPath:
+    """The path along the points, lines or arcs of a table's file.
 
     Args:
         table: Names the file, beside the path file.
@@ -92,14 +109,62 @@ def own_points_curve(
     """
     points = READERS[table.pattern](Path(where).parent / table.file)
     check_points(points, table.jump_mm * MM if isinstance(table, PointsTable) else np.inf)
-    if surface.A.any() and not (points.normal is None and points.rotation is None):
+    free = points.normal is None and points.rotation is None  # what they lie on says how the tool stands
+    if surface.A.any() and not free:
         raise InputError(
             f"{where}: surface.kind: the points of {points.source} say themselves how the tool stands; remove [surface]"
         )
-    if mesh is not None and points.normal is None and points.rotation is None:
+    notes = tuple(Finding(Level.WARNING, "path.end", f"{table.file}: {text}") for text in points.notes)
+    lines = through(table) == "lines"
+    if not lines:
+        points = points.as_points()
+    elif free and (mesh is not None or surface.A.any()):
+        points = points.divided(STANDING_STEP)
+    if mesh is not None and free:
         points = stand_on_mesh(points, mesh, surface.origin)
+    elif lines and free and surface.A.any():  # a line is one in the part's frame, over whatever surface
+        points, surface = stand_on_surface(points, surface), plane(surface.origin)
     local = place_points(points, surface, spin, feed)
-    tolerance = Tolerance(
-        table.tolerance_um * UM, table.tolerance_mdeg * MDEG, table.corner_deg * DEG, table.through == "points"
+    corner = CORNER if table.corner_deg is None else table.corner_deg * DEG
+    tolerance = Tolerance(table.tolerance_um * UM, table.tolerance_mdeg * MDEG, corner, through(table) == "points")
+    if lines:
+        tolerance = replace(tolerance, corner=np.pi if table.corner_deg is None else corner)
+        path = line_path(local, points.arcs, tolerance)
+        return PlacedPath(path.curve, surface, (*notes, _of_lines(path, len(local.place) - 1)))
+    path = space_curve(local, tolerance)
+    return PlacedPath(path.curve, surface, (*notes, *_of_curve(path, points, local, table)))
+
+
+def through(table: OwnPoints) -> str:
+    """What becomes of a table's points: as it says, else as its file means them."""
+    return table.through or ("tolerance" if table.pattern == "points" else "lines")
+
+
+def _of_lines(path: SpaceCurve, ways: int) -> Finding:
+    stops = "no stop at a corner" if not path.corners else f"{path.corners} stops at corners that no rounding can hold"
+    return Finding(
+        Level.NOTE, "path.lines", f"{ways} lines and arcs, corners rounded within path.tolerance_um; {stops}"
     )
-    return space_curve(local, tolerance)
+
+
+def _of_curve(path: SpaceCurve, points: GivenPoints, local: LocalPoints, table: OwnPoints) -> list[Finding]:
+    """What the curve through a user's points does that the points do not say."""
+    bulge, allowed = path.bulge, table.bulge_um * UM
+    stops = f"; it stops at {path.corners} corners (path.corner_deg)" if path.corners else ""
+    message = f"the curve leaves the lines between points by up to {bulge.size / MM:.3g} mm{stops}"
+    findings = [Finding(Level.NOTE, "path.points", message)]
+    if bulge.beyond > allowed:
+        message = (
+            f"{points.where(bulge.row)}: behind it the curve leaves the line to the next point by "
+            f"{bulge.beyond / MM:.3g} mm more than the points' curvature explains, path.bulge_um allows "
+            f"{table.bulge_um:g} um; give more points, or path.through = 'lines'"
+        )
+        findings.append(Finding(Level.OUTSIDE, "path.bulge", message))
+    below = float(local.place[:, 2].min()) - bulge.lowest
+    if below > table.tolerance_um * UM:
+        message = (
+            f"the curve goes {below / MM:.3g} mm below the lowest point of {table.file}; give more points there, or "
+            "path.through = 'lines'"
+        )
+        findings.append(Finding(Level.WARNING, "path.below", message))
+    return findings

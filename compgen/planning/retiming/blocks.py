@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, numbered
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.units import MM
 from compgen.planning import joint_curve
@@ -21,6 +21,7 @@ from compgen.planning.retiming.edge_speeds import BlockLimits, edge_speeds
 from compgen.robot.robot import Robot
 
 BLOCK_LENGTH = 20e-3  # m
+CHANGE = 2.0  # times the speed that the controller can follow, from segment to segment
 MARGIN = 0.98  # of each limit, for what the samples between waypoints do not see
 CRUISE_ACCELERATION = 0.8  # share of a joint's acceleration that constant speed may use
 CRUISE_JERK = 0.6
@@ -56,17 +57,23 @@ class Blocks:
         return Blocks(*(getattr(self, name)[rows] for name in Blocks.__slots__))
 
 
-def cut_blocks(arc: Array, stop: BoolArray) -> Partition:
-    """Blocks of about ``BLOCK_LENGTH`` between the stops (N,) of waypoints at rising arc lengths (N,) [m]."""
-    ends = np.flatnonzero(stop)
+def cut_blocks(arc: Array, stop: BoolArray, followable: Array) -> Partition:
+    """Blocks of about ``BLOCK_LENGTH`` between the stops (N,) of waypoints at rising arc lengths (N,) [m].
+
+    A block ends, too, where the speed that the controller can follow (N - 1,) [m/s] changes by more than ``CHANGE``: a
+    rounded corner shall not slow what lies before and behind it.
+    """
+    edge = stop.copy()
+    edge[1:-1] |= np.maximum(followable[1:], followable[:-1]) > CHANGE * np.minimum(followable[1:], followable[:-1])
+    ends = np.flatnonzero(edge)
     begin, end = arc[ends[:-1]], arc[ends[1:]]
     count = np.maximum(1, ((end - begin) / BLOCK_LENGTH).astype(np.int64))
-    run = np.repeat(np.arange(len(count)), count)
-    first = np.concatenate([[0], np.cumsum(count)[:-1]])
-    k = np.arange(len(run)) - first[run]
-    step = ((end - begin) / count)[run]
-    right = np.where(k + 1 == count[run], end[run], begin[run] + (k + 1) * step)
-    return Partition(begin[run] + k * step, right, run, first)
+    stretch, k = numbered(count)
+    step = ((end - begin) / count)[stretch]
+    right = np.where(k + 1 == count[stretch], end[stretch], begin[stretch] + (k + 1) * step)
+    run = (np.cumsum(stop[ends]) - 1)[stretch]
+    first = np.flatnonzero(np.diff(run, prepend=-1))
+    return Partition(begin[stretch] + k * step, right, run, first)
 
 
 def limit_blocks(

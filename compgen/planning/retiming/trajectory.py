@@ -102,7 +102,7 @@ def retime(
     followable = length / robot.controller.period
     followable = np.where(followable >= (1 - SAME_FEED) * feeds, feeds, followable)
     joints = joint_curve.fit_joint_curve(arc, theta, stop)
-    partition = cut_blocks(arc, stop)
+    partition = cut_blocks(arc, stop, followable)
     progress(0.1)
     wanted = smallest_in_blocks(arc, feeds, partition)
     blocks = limit_blocks(robot, joints, partition, followable, wanted, arc)

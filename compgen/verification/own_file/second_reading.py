@@ -1,0 +1,187 @@
+"""A user's G-code, APT or CSV file as corners of straight lines, read for the judge alone.
+
+It shares nothing with the reader that the plan is made from: what both understand is in the file, and what one of them
+takes for something else shows as a distance. Arcs and helices are cut into chords that leave them by ``SAG`` at most.
+What this reader does not know is refused: a result that only one of them has read is none.
+"""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import acos, atan2, ceil, cos, hypot, pi, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+
+from compgen.core.arrays import Array, BoolArray, IntArray, own
+from compgen.core.exceptions import InputError
+from compgen.core.units import MM
+
+SAG = 1e-4  # mm
+QUIET_G = {17.0, 21.0, 40.0, 43.0, 49.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 61.0, 64.0, 80.0, 91.1, 94.0, 98.0, 99.0}
+ENDS = ("FINI", "END")
+
+Place = tuple[float, float, float]  # mm
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class OwnFile:
+    """V corners in the order they are driven, in the frame of the part."""
+
+    source: str
+    corner: Array  # (V, 3) [m]
+    line: IntArray  # (V,) of the file that each belongs to
+    given: BoolArray  # (V,) a place that the file names; the others stand on its arcs
+    joined: bool  # whether what lies between them is lines; a curve through them is free there
+
+    def __post_init__(self) -> None:
+        own(self, corner=("V", 3), line=("V",), given=("V",))
+
+
+class _Corners:
+    """Corners as they are read."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.corner: list[Place] = []
+        self.line: list[int] = []
+        self.given: list[bool] = []
+
+    def add(self, line: int, place: Place, given: bool = True) -> None:
+        if self.corner and self.corner[-1] == place:
+            return
+        self.corner.append(place)
+        self.line.append(line)
+        self.given.append(given)
+
+    def refuse(self, line: int, what: str) -> InputError:
+        message = f"{self.source}: line {line}: the second reading, which judges the result, does not know {what}"
+        return InputError(f"{message}; say it in plainer words")
+
+
+def read_own_file(source: Path, pattern: str, shift: Array, joined: bool) -> OwnFile:
+    """Read a path's file for the judge.
+
+    Args:
+        source: The file.
+        pattern: ``gcode``, ``apt`` or ``points`` (CSV).
+        shift: Of all places, (3,) [m].
+        joined: Whether the path is the lines between the places.
+
+    Raises:
+        InputError: It cannot be read, or holds what this reader does not know.
+    """
+    corners = _Corners(str(source))
+    try:
+        lines = source.read_bytes().decode("latin-1").splitlines()
+        {"gcode": _gcode, "apt": _apt, "points": _csv}[pattern](lines, corners)
+    except (OSError, ValueError, KeyError, IndexError) as fault:
+        raise InputError(f"{source}: the second reading, which judges the result, fails: {fault}; mend it") from None
+    given = np.array(corners.given, dtype=bool)
+    place = np.array(corners.corner, dtype=float).reshape(-1, 3) * MM + shift
+    return OwnFile(str(source), place, np.array(corners.line, dtype=np.int64), given, joined)
+
+
+def _csv(lines: list[str], corners: _Corners) -> None:
+    text = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    rows = csv.reader(line.removeprefix("\xef\xbb\xbf") for _, line in text)
+    heads = [cell.strip() for cell in next(rows)]
+    x, y, z = (heads.index(f"{axis}_mm") for axis in "xyz")
+    for (n, _), row in zip(text[1:], rows, strict=True):
+        corners.add(n, (float(row[x]), float(row[y]), float(row[z])))
+
+
+def _apt(lines: list[str], corners: _Corners) -> None:
+    whole, begun, at = "", 0, (0.0, 0.0, 0.0)
+    for n, line in enumerate(lines, 1):
+        begun = begun or n
+        part = line[: line.index("$$")] if "$$" in line else line
+        if part.rstrip().endswith("$"):
+            whole += part.rstrip()[:-1]
+            continue
+        statement, first = (whole + part).strip().upper(), begun
+        whole, begun = "", 0
+        if statement in ENDS:
+            return
+        word, _, rest = (piece.strip() for piece in statement.partition("/"))
+        if word == "UNITS" and rest[:2] != "MM":
+            raise corners.refuse(first, f"UNITS/{rest[:16]}")
+        if word in ("GOTO", "GODLTA"):
+            numbers = [float(cell.replace("D", "E")) for cell in rest.split(",")]
+            x, y, z = numbers[:3]
+            at = (at[0] + x, at[1] + y, at[2] + z) if word == "GODLTA" else (x, y, z)
+            corners.add(first, at)
+
+
+def _gcode(lines: list[str], corners: _Corners) -> None:
+    at: dict[str, float] = {}
+    motion, relative, begun = -1.0, False, False
+    for n, line in enumerate(lines, 1):
+        words = list(_words(line))
+        if not words:
+            if begun and line.strip() == "%":
+                return
+            continue
+        begun = True
+        codes = [value for letter, value in words if letter == "G"]
+        told = {letter: value for letter, value in words if letter in "XYZIJKRP"}
+        for code in codes:
+            if code in (0.0, 1.0, 2.0, 3.0):
+                motion = code
+            elif code in (90.0, 91.0):
+                relative = code == 91.0
+            elif code != 4.0 and code not in QUIET_G:
+                raise corners.refuse(n, f"G{code:g}")
+        moves = any(axis in told for axis in "XYZ") or (motion >= 2 and ("I" in told or "J" in told))
+        if moves and 4.0 not in codes:
+            start = dict(at)
+            at |= {a: told[a] + (start[a] if relative else 0.0) for a in "XYZ" if a in told}
+            if len(at) == 3:
+                if motion >= 2:
+                    _arc(corners, n, start, at, told, -1 if motion == 2 else 1)
+                corners.add(n, (at["X"], at["Y"], at["Z"]))
+        if any(letter == "M" and value in (2.0, 30.0) for letter, value in words):
+            return
+
+
+def _words(line: str) -> Iterator[tuple[str, float]]:
+    """Letters and numbers of a block, character by character, without remarks."""
+    letter, number, inside = "", "", False
+    for sign in line.upper() + "\n":
+        if inside or sign == "(":
+            inside = sign != ")"
+        elif sign == ";":
+            break
+        elif sign in "+-.0123456789":
+            number += sign
+        elif sign.isalpha():
+            if letter:
+                yield letter, float(number)
+            letter, number = sign, ""
+    if letter:
+        yield letter, float(number)
+
+
+def _arc(
+    corners: _Corners, line: int, start: dict[str, float], end: dict[str, float], told: dict[str, float], sense: int
+) -> None:
+    """Corners on an arc, without its ends; its sense is -1 clockwise, else 1."""
+    dx, dy = end["X"] - start["X"], end["Y"] - start["Y"]
+    if "R" in told:
+        # the centre lies beside the chord, where the arc's shorter or (R < 0) longer way turns in its sense
+        aside = sqrt(max(told["R"] ** 2 / (dx * dx + dy * dy) - 0.25, 0.0)) * sense * (1 if told["R"] > 0 else -1)
+        cx, cy = start["X"] + dx / 2 - aside * dy, start["Y"] + dy / 2 + aside * dx
+    else:
+        cx, cy = start["X"] + told.get("I", 0.0), start["Y"] + told.get("J", 0.0)
+    a0, r0 = atan2(start["Y"] - cy, start["X"] - cx), hypot(start["X"] - cx, start["Y"] - cy)
+    a1, r1 = atan2(end["Y"] - cy, end["X"] - cx), hypot(end["X"] - cx, end["Y"] - cy)
+    way = (a1 - a0) * sense
+    while way < 1e-9:
+        way += 2 * pi
+    while way > 2 * pi + 1e-9:
+        way -= 2 * pi
+    pieces = ceil(way / (2 * acos(max(1 - SAG / max(r0, SAG), -1.0))))
+    for k in range(1, pieces):
+        share = k / pieces
+        a, r = a0 + sense * way * share, r0 + (r1 - r0) * share
+        corners.add(line, (cx + r * cos(a), cy + r * sin(a), start["Z"] + share * (end["Z"] - start["Z"])), given=False)
