@@ -1,16 +1,21 @@
 """The user's own points through the whole chain: corrected, proven against the user's curve, timed at their feeds."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from compgen.core.exceptions import InputError
+from compgen.core.findings import Level
 from compgen.core.pose import Pose
 from compgen.core.rotations import from_wpr
 from compgen.pipelines.generate import generate
 from compgen.pipelines.path_file import load_job
+from compgen.pipelines.written_program import fly_written
+from compgen.planning.own_points import tables
+from compgen.planning.own_points.given import GivenArcs
 from tests.meshes import binary, grid_mesh
 from tests.shipped import quiet
 
@@ -179,3 +184,85 @@ def test_a_mesh_without_a_file_and_a_file_without_a_mesh_are_refused(tmp_path):
 def test_another_mesh_is_another_input(tmp_path):
     first = mesh_job(tmp_path, grid_mesh(bowl), RASTER, SKIN).inputs_hash
     assert mesh_job(tmp_path, grid_mesh(lambda x, y: 0.9 * bowl(x, y)), RASTER, SKIN).inputs_hash != first
+
+
+TRIANGLE = (
+    "G21 G90\nG0 X1000 Y0 Z110\nG1 Z100 F3000\nG1 X1100 Y0\nG1 X1000 Y60\nG1 X1000 Y0\nG0 Z110\nM30\nG1 X1400 Z60\n"
+)
+
+
+def code_of(findings, code):
+    return next((f for f in findings if f.code == code), None)
+
+
+def test_three_lines_are_driven_as_three_lines(tmp_path):
+    planned, corrected = generate(job_of(tmp_path, TRIANGLE, pattern="gcode", name="cam.nc"), quiet)
+    assert corrected.inside
+    place = planned.path.target.position * 1e3
+    corner = np.array([[1000, 0, 110], [1000, 0, 100], [1100, 0, 100], [1000, 60, 100], [1000, 0, 100], [1000, 0, 110]])
+    start, line = corner[:-1], np.diff(corner, axis=0)
+    share = np.clip(((place[:, None] - start) * line).sum(2) / (line**2).sum(1), 0, 1)
+    off = np.linalg.norm(place[:, None] - start - share[..., None] * line, axis=2).min(axis=1)
+    assert off[place[:, 2] < 110 - 1e-6].max() < 2e-3  # all but approach and retract
+    assert place[:, 2].min() > 100 - 1e-3
+    assert "4 stops at corners" in code_of(corrected.findings, "path.lines").message
+    assert "M30 in line 8 ends the program: line 9" in code_of(corrected.findings, "path.end").message
+    assert code_of(corrected.findings, "path.file").level is Level.NOTE
+
+
+@pytest.mark.parametrize("level", ["plan", "judge"])
+def test_a_reading_that_only_one_side_has_is_never_inside(tmp_path, monkeypatch, level):
+    """An arc turned the wrong way by one of the two readers."""
+    text = "G21 G90\nG0 X1000 Y0 Z100\nG1 X1050 F3000\nG3 X1050 Y60 I0 J30\nG1 X1000\n"
+    job = job_of(tmp_path, text, pattern="gcode", name="cam.nc")
+    assert code_of(generate(job, quiet)[1].findings, "path.file").level is Level.NOTE
+    if level == "plan":
+        read = tables.READERS["gcode"]
+
+        def wrong(source):
+            points = read(source)
+            return replace(points, arcs=GivenArcs(points.arcs.centre, -points.arcs.swept))
+
+        monkeypatch.setitem(tables.READERS, "gcode", wrong)
+        job = load_job(str(tmp_path / "own.toml"))
+    else:
+        job = replace(job, own_file=replace(job.own_file, corner=job.own_file.corner + np.array([0, 30e-6, 0])))
+    corrected = generate(job, quiet)[1]
+    assert not corrected.inside
+    assert code_of(corrected.findings, "path.file").level is Level.OUTSIDE
+
+
+def test_a_curve_far_from_the_lines_is_outside_until_it_is_asked_for(tmp_path):
+    rows = [(1000, 0, 100), (1100, 0, 100), (1200, 30, 100), (1300, 60, 100)]
+    assert code_of(generate(job_of(tmp_path, rows), quiet)[1].findings, "path.bulge").level is Level.OUTSIDE
+    assert generate(job_of(tmp_path, rows, extra="bulge_um = 1e5"), quiet)[1].inside
+    assert generate(job_of(tmp_path, rows, extra='through = "lines"'), quiet)[1].inside
+
+
+def test_a_curve_below_the_lowest_point_is_a_finding(tmp_path):
+    rows = [(1000, 0, 103), (1040, 0, 101), (1060, 0, 100), (1100, 0, 100), (1120, 0, 101), (1160, 0, 103)]
+    found = code_of(job_of(tmp_path, rows, extra="bulge_um = 1e5").unlikely, "path.below")
+    assert found.level is Level.WARNING
+    assert "mm below the lowest point" in found.message
+
+
+def test_lines_are_lines_over_a_curved_surface(tmp_path):
+    surface = "\n[surface]\nkind = 'conic'\nradius_of_curvature_m = 1.5\nconic_constant = -0.5\noff_axis_m = 0.2\n"
+    text = "G0 X0 Y0 Z0\nG1 X100 F3000\nG1 X120 Y40\n"
+    job = job_of(tmp_path, text, pattern="gcode", name="cam.nc", extra="x_mm = 1050\nz_mm = 200" + surface)
+    planned, corrected = generate(job, quiet)
+    assert corrected.inside
+    assert code_of(corrected.findings, "path.file").level is Level.NOTE
+    first, last = np.flatnonzero(planned.path.stop)[[1, -2]]
+    assert np.ptp(planned.path.target.position[first : last + 1, 2]) < 1e-6
+    tilt = planned.path.target.rotation[:, 0, 2]
+    assert np.ptp(tilt) > 0.05  # 0.1 m on a radius of 1.5 m
+
+
+def test_a_written_program_is_judged_by_the_file_too(tmp_path):
+    job = job_of(tmp_path, TRIANGLE, pattern="gcode", name="cam.nc")
+    text = generate(job, quiet)[1].text
+    assert not [f for f in fly_written(job, text, lambda name: None, quiet).findings if f.level is Level.OUTSIDE]
+    (tmp_path / "cam.nc").write_text(TRIANGLE.replace("Y60", "Y60.1"))
+    moved = fly_written(load_job(str(tmp_path / "own.toml")), text, lambda name: None, quiet)
+    assert code_of(moved.findings, "bounds.max_um").level is Level.OUTSIDE

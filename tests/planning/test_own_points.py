@@ -127,6 +127,66 @@ def test_the_robot_stops_at_corners_and_the_sides_stay_straight():
     assert drawn.bulge.size < 1e-9
 
 
+@pytest.mark.parametrize("tolerance", [NEAR, EXACT])
+def test_corners_far_apart_do_not_hide_one_another(tolerance):
+    triangle = np.array([[0, 0, 0.01], [0, 0, 0], [0.1, 0, 0], [0, 0.06, 0], [0, 0, 0], [0, 0, 0.01]])
+    drawn = space_curve(place_points(given(triangle), PLANE, SPIN, FEED), tolerance)
+    assert drawn.corners == 4
+    assert drawn.bulge.size < 1e-9
+
+
+def test_neighbours_within_the_noise_are_one_corner():
+    x = np.linspace(0, 0.1, 21)
+    out = np.column_stack([x, 0 * x, 0 * x])
+    tip = np.array([[0.1 + 3e-6, 3e-6, 0]])  # a corner of two points, 4 um apart
+    back = np.column_stack([0 * x[1:] + 0.1 + 3e-6, x[1:], 0 * x[1:]])
+    assert space_curve(place_points(given(np.vstack([out, tip, back])), PLANE, SPIN, FEED), NEAR).corners == 1
+
+
+def ring(M, radius=0.2):
+    t = np.linspace(0, 2 * np.pi, M + 1)
+    return radius * np.column_stack([np.cos(t), np.sin(t), 0 * t])
+
+
+def asphere(M, turns=6):
+    t = np.linspace(0.1, 1, M) * turns * 2 * np.pi
+    r = 0.25 * t / t[-1]
+    return np.column_stack([r * np.cos(t), r * np.sin(t), r**2 / 3 + 0.5 * r**4])
+
+
+@pytest.mark.parametrize("tolerance", [NEAR, EXACT])
+@pytest.mark.parametrize("place", [ring(15), ring(18), ring(36), ring(500), asphere(150), asphere(1500)], ids=len)
+def test_coarsely_sampled_circles_and_aspheres_explain_their_bulge(place, tolerance):
+    bulge = space_curve(place_points(given(place), PLANE, SPIN, FEED), tolerance).bulge
+    assert bulge.beyond < 50e-6
+    if len(place) == 19:  # by hand: the rise of an arc of 20 deg over its chord
+        assert bulge.size == pytest.approx(0.2 * (1 - np.cos(np.radians(10))), rel=0.05)
+
+
+@pytest.mark.parametrize("tolerance", [NEAR, EXACT])
+def test_a_turn_that_stands_alone_explains_nothing(tolerance):
+    bent = np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0.03, 0], [0.3, 0.06, 0]])
+    bulge = space_curve(place_points(given(bent), PLANE, SPIN, FEED), tolerance).bulge
+    assert bulge.beyond == pytest.approx(bulge.size)
+    assert bulge.size > 1e-3
+    assert bulge.row in (0, 1)
+
+
+def test_the_largest_distance_is_measured_and_not_that_of_the_middles():
+    # a plunge into a level line: in the middle of the second span the curve is half as far off as at its worst
+    position = np.array([[0, 0, 0], [0.05, 0, 0], [0.06, 0, 0.003], [0.11, 0, 0.003]])
+    points = place_points(given(position), PLANE, SPIN, FEED)
+    drawn = space_curve(points, EXACT)
+    K = len(drawn.curve.poly)
+    piece, t = np.repeat(np.arange(K), 400), np.tile(np.linspace(0, 1, 400), K)
+    place = np.column_stack([drawn.curve.derivatives(piece, t)[0], drawn.curve.height(piece, t)[0]])
+    line = position[:-1, None] + np.linspace(0, 1, 4000)[None, :, None] * np.diff(position, axis=0)[:, None]
+    worst = max(np.linalg.norm(line.reshape(-1, 3) - p, axis=1).min() for p in place[::7])
+    assert drawn.bulge.size == pytest.approx(worst, rel=0.02)
+    assert drawn.bulge.lowest == pytest.approx(place[:, 2].min(), abs=2e-6)
+    assert drawn.bulge.lowest < -1e-4
+
+
 def test_a_long_span_beside_short_ones_stays_straight():
     arc = np.linspace(0, np.pi / 2, 40)
     end = np.column_stack([0.05 * np.sin(arc), 0.05 * (1 - np.cos(arc)), np.zeros(40)])

@@ -188,3 +188,108 @@ def test_files_that_are_none(tmp_path, reader):
     for name in ("missing", ".", "zero"):
         with pytest.raises(InputError):
             reader(tmp_path / name)
+
+
+START = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX10\n"
+
+
+@pytest.mark.parametrize(
+    ("block", "words"),
+    [
+        ("G55\nX20", "line 5: G55: another work offset in mid-file"),
+        ("G2 X10 Y0 I5 J0 P3", "an arc of several turns"),
+        ("G2 X20 Y0 R5 I5", "R and a centre"),
+        ("G1 X20 R2", "R with G1: a corner's radius"),
+        ("G1 X20 I2", "I with G1"),
+        ("G1 X20 L3", "L with G1: repeats"),
+        ("G0 G1 X20", "G0 and G1 in one block"),
+        ("G90 G91 X20", "G90 and G91 in one block"),
+        ("G4 Y20", "G4 waits, and the block says more"),
+        ("O2", "O2: a second program"),
+        ("M6 T2\nX20", "M6: another tool in mid-file"),
+        ("M99", "sub-programs"),
+        ("G54 P2\nX20", "a further work offset"),
+        ("G90.1", "not read"),
+    ],
+)
+def test_what_would_move_the_tool_otherwise_is_refused(tmp_path, block, words):
+    file = written(tmp_path, f"O1\n{START}{block}\n")
+    with pytest.raises(InputError, match=words.replace("line 5", "line 6")) as refusal:
+        read_gcode(file)
+    assert "given.txt: line " in str(refusal.value)
+
+
+@pytest.mark.parametrize("end", ["M2", "M30", "M02", "%"])
+def test_words_behind_the_end_are_not_driven_and_said(tmp_path, end):
+    points = read_gcode(written(tmp_path, f"%\n{START}{end}\n(a remark)\nG1 X400 Z-40\nG55\n"))
+    assert points.position.max() == pytest.approx(0.01)
+    assert points.notes == (
+        f"{end.replace('M02', 'M2')} in line 6 ends the program: lines 8 to 9 behind it are not driven",
+    )
+    assert read_gcode(written(tmp_path, f"%\n{START}M30\n%\n")).notes == ()
+
+
+def test_a_stop_in_a_block_with_a_move_comes_behind_it(tmp_path):
+    points = read_gcode(written(tmp_path, START + "X20 M0\nX30 M30\n"))
+    assert_allclose(points.position[-2:, 0], [0.02, 0.03])
+    assert points.stop.tolist() == [False, False, False, True, False]
+
+
+@pytest.mark.parametrize(
+    "g", [*range(100), *(n + d / 10 for n in (5, 43, 54, 59, 61, 90, 91, 92) for d in range(1, 6))]
+)
+def test_every_g_code_is_read_refused_or_moves_nothing(tmp_path, g):
+    """Codes that change where words lead are refused; whatever is taken leaves the next place where its words say."""
+    text = f"{START}G{g:g} X12 Y0\nG1 X20 Y3\n"
+    moves = {0, 1, 17, 21, 40, 43, 49, 54, 61, 64, 80, 90, 91, 91.1, 94, 98, 99}
+    if g not in moves:
+        with pytest.raises(InputError, match="line 5"):
+            read_gcode(written(tmp_path, text))
+        return
+    points = read_gcode(written(tmp_path, text))
+    assert_allclose(points.position[-1, :2] * 1e3, [20, 3] if g != 91 else [42, 3])
+
+
+APT_START = "UNITS/MM\nGOTO/0,0,0,0,0,1\nGOTO/100,0,0,0,0,1\n"
+#: major words of ISO 4343 and of what CAM systems write, beside those of motions that are read
+APT_WORDS = """
+AIR ARC ARCSLP ARM ASLOPE AUTOPS AUXFUN BCD BREAK CALL CAMERA CHUCK CIRCLE CLAMP CLDIST CLEARP CLRSRF CONE COOLNT
+COPY COUPLE CUT CUTCOM CUTTER CYCLE CYLNDR DASH DELETE DISPLY DNTCUT DRAFT DRESS ELLIPS FEEDRATE GCONIC GO GOBACK
+GODOWN GOFWD GOHOME GOLFT GORGT GOUP HEAD HYPERB INCLUD INDEX INDIRP INDIRV INSERT INTCOD INTOL LCONIC LEADER LETTER
+LINE LINTOL LOADTL LOFT LOOPND LOOPST MACHIN MACRO MATRIX MCHFIN MCHTOL MIRROR MODE MOVARC MSYS NEUTRL NOPOST NURBS
+OFFSET OFSTNO OPSKIP ORIGIN OUTTOL OVPLOT PARAB PATERN PENDWN PENUP PITCH PIVOTZ PLANE PLABEL PLUNGE POCKET POD
+POINT POLYGN POSTN PREFUN PSIS QADRIC RATTLE REFSYS RESERV RESET RETRCT REVERS REWIND ROTABL ROTATE ROTHED SADDLE
+SAFPOS SCALE SELCTL SELECT SEQNO SPHERE SPINDL SPLINE SPMIL SRFVCT SYN TABCYL TABPRT TERMAC THICK THREAD TLAXIS
+TLLFT TLON TLRGT TMARK TOLER TOOLNO TRACUT TRANS TRANTO TURRET VECTOR VTLAXS WEIGHT ZSURF
+"""
+QUIET = """
+AIR AUXFUN CLAMP CLDIST CLEARP COOLNT CUTTER DISPLY HEAD INTOL LEADER LINTOL LOADTL MACHIN OPSKIP OUTTOL PLABEL
+PREFUN REWIND SELCTL SELECT SEQNO SPINDL SYN TMARK TOLER TOOLNO
+"""
+
+
+@pytest.mark.parametrize("word", APT_WORDS.split())
+def test_every_apt_word_is_read_refused_or_known_to_move_nothing(tmp_path, word):
+    file = written(tmp_path, f"{APT_START}{word}/10,20,30\nGOTO/50,60,0\n")
+    if word in QUIET.split():
+        assert_allclose(read_apt(file).position[-1] * 1e3, [50, 60, 0])
+    else:
+        with pytest.raises(InputError, match=f"line 4: {word}"):
+            read_apt(file)
+
+
+@pytest.mark.parametrize("word", ["CUTCOM/OFF", "CYCLE/OFF", "TRACUT/NOMORE", "REFSYS/NOMORE", "MODE/ABSOL"])
+def test_apt_words_that_only_end_something_are_taken(tmp_path, word):
+    assert len(read_apt(written(tmp_path, f"{APT_START}{word}\nGOTO/50,60,0\n")).position) == 3
+
+
+@pytest.mark.parametrize("end", ["FINI", "END"])
+def test_goto_behind_the_end_is_not_driven_and_said(tmp_path, end):
+    points = read_apt(written(tmp_path, f"{APT_START}{end}\nGOTO/400,300,0\nFINI\n"))
+    assert len(points.position) == 2
+    assert points.notes == (f"{end} in line 4 ends the program: line 5 behind it is not driven",)
+
+
+def test_a_tool_that_turns_where_it_stands_is_refused(tmp_path):
+    with pytest.raises(InputError, match="line 4: the tool turns where it stands"):
+        read_apt(written(tmp_path, f"{APT_START}GOTO/100,0,0,0,0.6,0.8\n"))

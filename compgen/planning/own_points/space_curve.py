@@ -12,11 +12,13 @@ says so and where the points turn more sharply than ``corner``. A span over four
 drawn as a straight line: points are put onto it.
 
 How far the curve leaves the lines between points is measured, and held against what the points' own curvature says.
-Where neighbouring points turn to the same side, the smaller of their turns k per length, their span L may bulge by
+Where neighbouring points turn to the same side, k the larger of their turns per length but no more than twice the
+smaller, their span L may bulge by
 
-    L / 2 tan(k L / 4),
+    1.05 L / 2 tan(k L / 4),
 
-the rise of an arc over its chord. A turn that stands alone, or between turns to other sides, explains nothing.
+the rise of an arc over its chord, which a cubic through points 25 deg apart exceeds by 4 % at its ends. A turn that
+stands alone, or between turns to other sides, explains nothing.
 """
 
 from dataclasses import dataclass
@@ -35,6 +37,7 @@ MORE = 1.2  # times as many as the fourth root of what a stretch is beyond the t
 STIFFNESS = 1e-9  # share of the second differences, so that stretches without points of their own are straight
 LONG = 4.0  # times its neighbours, from where a span is a straight line
 COARSELY, FINELY = np.arange(1, 4) / 4, np.arange(1, 32) / 32  # shares of a span where its bulge is measured
+UNEVEN, NO_ARC = 2.0, 1.05  # times the smaller turn of two neighbours; times an arc's rise
 NEARLY = 0.8  # of the largest bulge: such spans are measured finely
 WINDOW = 10.0  # tolerances over which the direction of points is taken: below it is noise
 
@@ -179,9 +182,10 @@ def _explained(place: Array) -> Array:
     change = np.diff(along, axis=0)
     bend = 2 * np.arcsin(np.clip(row_norms(change) / 2, 0, 1)) / ((length[:-1] + length[1:]) / 2)
     alike = np.einsum("mi,mi->m", change[:-1], change[1:]) > 0
-    inner = np.where(alike, np.minimum(bend[:-1], bend[1:]), 0.0)
+    less, more = np.minimum(bend[:-1], bend[1:]), np.maximum(bend[:-1], bend[1:])
+    inner = np.where(alike, np.minimum(more, UNEVEN * less), 0.0)
     bend = np.concatenate([inner[:1], inner, inner[-1:]])
-    return np.asarray(length / 2 * np.tan(np.minimum(bend * length / 4, 1.0)))
+    return np.asarray(NO_ARC * length / 2 * np.tan(np.minimum(bend * length / 4, 1.0)))
 
 
 def _with_straights(points: LocalPoints) -> tuple[LocalPoints, IntArray]:
@@ -235,7 +239,9 @@ def _fitted(u: Array, values: Array, fixed: IntArray, tolerance: Tolerance) -> t
         tolerance: Of place and tilt.
     """
     is_knot = _first_knots(u, values[:, :3], tolerance)
+    at_ends = np.setdiff1d([1, len(u) - 2], fixed)  # no knot there: as many coefficients as points at most
     is_knot[fixed] = True
+    is_knot[at_ends] = False
     for _ in range(ROUNDS):
         rows = np.flatnonzero(is_knot)
         v, slope, error, feet = _least_squares(u, values, rows)
@@ -250,7 +256,11 @@ def _fitted(u: Array, values: Array, fixed: IntArray, tolerance: Tolerance) -> t
         parts = np.clip(parts, 1, np.diff(rows)).astype(np.int64)
         if not (parts > 1).any():
             break
+        before = is_knot.copy()
         is_knot[_parted(rows, parts)] = True
+        is_knot[at_ends] = False
+        if (is_knot == before).all():
+            break
     return u, np.arange(len(u)), values, _interpolated_slopes(u, values)
 
 

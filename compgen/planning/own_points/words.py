@@ -116,8 +116,8 @@ def not_driven(last: int, word: str, lines: list[int]) -> tuple[str, ...]:
     """In words, which lines behind the end of a program are not driven; none where there are none."""
     if not lines:
         return ()
-    where = f"line {lines[0]}" if len(lines) == 1 else f"lines {lines[0]} to {lines[-1]}"
-    return (f"{word} in line {last} ends the program: {where} behind it are not driven",)
+    where = f"line {lines[0]} behind it is" if len(lines) == 1 else f"lines {lines[0]} to {lines[-1]} behind it are"
+    return (f"{word} in line {last} ends the program: {where} not driven",)
 
 
 def feed_in_m_s(source: str, line: int, mm_min: float) -> float:
