@@ -144,7 +144,7 @@ def follow(
         interrupts.raise_if_interrupted()
         time.sleep(pause)
     if once:
-        _end(looked, resumed, within_um, force)
+        _end(looked, resumed, within_um, force, log)
 
 
 def _silent(stage: str, share: float) -> None:
@@ -174,10 +174,12 @@ def _say(looked: "Look | None", resumed: "Resumed | None", within: float, as_jso
     sys.stdout.flush()
 
 
-def _end(looked: "Look | None", resumed: "Resumed | None", within: float, force: bool) -> None:
+def _end(looked: "Look | None", resumed: "Resumed | None", within: float, force: bool, log: str) -> None:
     """The exit of a single look: 1 where a page to come leaves the bound and was not mended."""
     if looked is None:
         return
+    if looked.doubt:
+        raise typer.Exit(print_error(f"{log}: {looked.doubt}; the pages stay as they are", 1))
     mended = looked.due if resumed is not None and (resumed.inside or force) else 0
     bad = [f for f in looked.forecasts if f.max > within * UM and not 0 < mended <= f.page]
     if bad:

@@ -111,7 +111,7 @@ def _job_of(files: _JobFiles) -> Job:
     read = None
     is_air_given = bool(path.ambient.model_fields_set - {"reference_degC", "clock_h"})
     if path.log is not None and path.state is None:
-        read = tables.log_of(path.log, cell.heat.names, cell.sensors, path.ambient.reference_degC, str(source))
+        read = tables.log_of(path.log, cell.heat, cell.warmth, cell.sensors, path.ambient.reference_degC, str(source))
         if not is_air_given:
             air = Ambient(np.zeros(1), read.air[-1:])  # the file does not say how warm the air is: as the log left it
     settings = _settings(path, cell)

@@ -42,6 +42,7 @@ def look_record(look: Look | None, resumed: Resumed | None, within: float, force
         "after_um": None if resumed is None else max(round(p.after.max / UM, 3) for p in resumed.pages),
         "verdict": None if resumed is None else resumed.verdict.value,
         "notes": list(look.notes),
+        "doubt": look.doubt,
     }
 
 
@@ -49,6 +50,8 @@ def look_words(look: Look | None, resumed: Resumed | None, within: float, force:
     """A look in one line; see ``look_record``."""
     if look is None:
         return "no reading yet"
+    if look.doubt:
+        return "; ".join([f"{look.time:.0f} s: {look.doubt}; the pages stay as they are", *look.notes])
     where = f"page {look.running} runs ({100 * look.share:.0f} %)" if look.running else "the robot stands"
     if look.over:
         where = "the last page has ended"

@@ -73,11 +73,11 @@ def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[flo
     if time[-1] <= 0 or not log.readings:
         raise InputError("log: it needs two readings of one sensor at least")
     grid = np.linspace(0.0, time[-1], min(SAMPLES, len(time)))
-    goals, pattern = _heat_sources(heat, loss)
+    goals, pattern = heat_sources(heat, loss)
     count = max(1, min(BLOCKS, len(grid) // 8))
     edges = np.concatenate([[-np.inf, -EARLIER], np.linspace(0.0, time[-1], count + 1)])
     count += 2
-    states = _responses(heat.rate, goals, edges, grid)  # (T, S, B, m)
+    states = block_responses(heat.rate, goals, edges, grid)  # (T, S, B, m)
     air = Ambient(time, log.air)
     initial = heat.ambient * log.air[0] * np.exp(-grid[:, None] * heat.rate)
     from_air = initial + heat.ambient * air.response(heat.rate, 0.0, grid)  # (T, S)
@@ -105,7 +105,7 @@ def fit_log(log: TemperatureLog, heat: NodeModel | NetworkModel, loss: tuple[flo
     return LogFit(replace(heat, start=trajectory[-1]), log.time[0] + grid, trajectory @ heat.outputs.T, rms)
 
 
-def _heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tuple[Array, Array]:
+def heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tuple[Array, Array]:
     """Goals of one unit of each source (m, S), and a working robot's proportions (m,)."""
     if isinstance(heat, NetworkModel):
         kinds = np.unique(heat.volumes.power, axis=0)
@@ -116,7 +116,7 @@ def _heat_sources(heat: NodeModel | NetworkModel, loss: tuple[float, ...]) -> tu
     return np.eye(len(heat.tau)), heat.reference_rise / np.linalg.norm(heat.reference_rise)
 
 
-def _responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:
+def block_responses(rate: Array, goals: Array, edges: Array, grid: Array) -> Array:
     """What one unit of each source in each block does to the modes, (T, S, B, m)."""
     out = np.empty((len(grid), len(rate), len(edges) - 1, len(goals)))
     for b, (begin, end) in enumerate(zip(edges[:-1], edges[1:])):

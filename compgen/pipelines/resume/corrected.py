@@ -224,7 +224,7 @@ def begin_with_log_anew(file: str) -> Begin:
 
     def begin(cell: Cell, state: Array, motion: JointMotion) -> tuple[Cell, Array, str, dict[str, Any]]:
         reference = AmbientTable().reference_degC
-        log = tables.log_of(LogTable(file=file), cell.heat.names, cell.sensors, reference, "log")
+        log = tables.log_of(LogTable(file=file), cell.heat, cell.warmth, cell.sensors, reference, "log")
         loss: tuple[float, ...] = ()
         if isinstance(cell.heat, NetworkModel):
             loss, _ = mean_losses(cell.robot, cell.heat.drives, motion)

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, own
-from compgen.core.units import MINUTE
+from compgen.core.units import DAY, MINUTE
 from compgen.error_model.anchored_state import AnchoredState
 from compgen.fanuc import Program
-from compgen.pipelines.resume.beginning import Beginning
+from compgen.pipelines.resume.beginning import MOST_LATE, Beginning
 from compgen.pipelines.resume.driven_course import model_course
 from compgen.pipelines.resume.from_log import path_tables
 from compgen.pipelines.resume.page_forecast import Forecast, Forecaster
@@ -23,6 +23,8 @@ from compgen.pipelines.resume.whole import Whole
 from compgen.pipelines.resume.written_job import WrittenJob
 from compgen.thermal import Ambient
 from compgen.thermal.growing_log import GrowingLog, readings_in_steps
+from compgen.thermal.log_doubt import Expected, doubt_of
+from compgen.thermal.log_fit import TemperatureLog
 from compgen.thermal.rise_filter import FLOOR, NOISE, STEP, Anchor, Readings, filter_of, misses, steadied
 from compgen.thermal.temperature_log import Reference
 
@@ -46,6 +48,7 @@ class Look:
     over: bool  # the last page has ended
     loaded: int  # the last page that the controller has
     notes: tuple[str, ...]
+    doubt: str = ""  # what contradicts the log, so that no page is written
 
     def __post_init__(self) -> None:
         own(self, rise=("K",), sigma=("K",), missed=("K",))
@@ -90,6 +93,9 @@ def look_at(
     now = float(rises.time[-1])
     if now < times.planned:
         return None
+    if clock := _clock_doubt(times, now):
+        none = np.zeros(len(job.heat.names))
+        return Look(now, 0, 0.0, none, none, none, (), 0, None, False, loaded, _notes(log), clock)
     air = Ambient(rises.time, rises.air) if log.readings.ambient is not None else job.history.air
     if anchored is not None and not times.planned <= anchored.time <= now:
         anchored = None
@@ -99,6 +105,16 @@ def look_at(
     names = job.heat.names
     readings = steps_of_readings(names, rises.readings, rises.time, course.first)
     forecast = course.states @ job.heat.outputs.T
+    expected = None
+    if anchored is None:
+        moments = (course.first + np.arange(len(forecast))) * STEP
+        apart = float(air.at(times.planned + np.zeros(1))[0] - job.history.air.at(np.array([job.history.clock]))[0])
+        expected = Expected(moments, forecast, apart)
+    zero = reference if isinstance(reference, float) else tables.ambient.reference_degC
+    judged = _since(rises, times.planned)
+    doubt = doubt_of(
+        judged, job.heat, job.cell.warmth, log.readings.column, zero, log.readings.ambient is not None, expected
+    )
     anchors = [] if anchored is None else [_anchor(names, anchored)]
     miss = misses(rise_filter, steadied(readings), forecast, course.first, anchors)[-1]
     forecaster = Forecaster(written, whole, times, course, miss, now, programs, anchored)
@@ -106,13 +122,13 @@ def look_at(
     begun = times.last(now)
     count = len(written.pages)
     over = begun == count and page == 0
-    forecasts = [forecaster.of_running(page, elapsed)] if page else []
+    forecasts = [forecaster.of_running(page, elapsed)] if page and not doubt else []
     have = max(loaded, times.loaded(now), written.loaded, written.done)
     soon = page and times.duration[page - 1] - elapsed <= lead
     if soon and page < count:
         have = max(have, page + 1)
     due, beginning = 0, None
-    upcoming = [n for n in (begun + 1, have + 1) if n <= count]
+    upcoming = [n for n in (begun + 1, have + 1) if n <= count and not doubt]
     for n in dict.fromkeys(upcoming):
         one = forecaster.of_page(n)
         forecasts.append(one)
@@ -121,8 +137,27 @@ def look_at(
     return Look(
         now, page, elapsed / times.duration[page - 1] if page else 0.0,
         forecast[-1] + miss.rise, miss.sigma, miss.rise, tuple(forecasts), due, beginning, over, have,
-        _notes(log),
+        _notes(log), doubt,
     )  # fmt: skip
+
+
+def _clock_doubt(times: PageTimes, now: float) -> str:
+    """What contradicts the clocks of the log and the pages; empty where nothing does."""
+    longest = sum(times.duration) + MOST_LATE
+    if now - times.planned > longest:
+        late = f"the log's last time_s is {now:.0f} s, {(now - times.planned) / DAY:.1f} days after --planned"
+        return f"{late}; {longest / DAY:.1f} at most: give --planned on the log's clock, in seconds"
+    for start in times.starts[:1]:
+        if not -DAY <= start.time - times.planned <= longest:
+            away = f"the first page starts at {start.time:.0f} s, --planned is {times.planned:.0f} s"
+            return f"{away}, more than {MOST_LATE / DAY:g} days away: give pages, log and --planned one clock"
+    return ""
+
+
+def _since(log: TemperatureLog, time: float) -> TemperatureLog:
+    """A log from a time on."""
+    some = log.time >= time
+    return TemperatureLog(log.time[some], log.air[some], {n: v[some] for n, v in log.readings.items()})
 
 
 def _anchor(names: Sequence[str], anchored: AnchoredState) -> Anchor:

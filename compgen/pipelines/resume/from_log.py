@@ -17,6 +17,7 @@ from compgen.pipelines.schema import PathFile
 from compgen.thermal import tables
 from compgen.thermal.drive_losses import mean_losses
 from compgen.thermal.growing_log import read_growing_log
+from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_fit import TemperatureLog, fit_log
 from compgen.thermal.network import NetworkModel
 from compgen.thermal.tables.schema import LogTable
@@ -33,7 +34,8 @@ def read_log(job: Job, file: str) -> tuple[TemperatureLog, bool]:
     path = path_tables(job)
     table = LogTable(file=file) if path.log is None else path.log.model_copy(update={"file": file})
     zero = path.ambient.reference_degC
-    log = _whole_rows(job, table, zero) or tables.log_of(table, job.cell.heat.names, job.cell.sensors, zero, "log")
+    cell = job.cell
+    log = _whole_rows(job, table, zero) or tables.log_of(table, cell.heat, cell.warmth, cell.sensors, zero, "log")
     return log, not path.ambient.model_fields_set - {"reference_degC", "clock_h"}
 
 
@@ -42,6 +44,7 @@ def _whole_rows(job: Job, table: LogTable, zero: float) -> TemperatureLog | None
     log = read_growing_log(table.file, job.cell.heat.names, job.cell.sensors)
     if log.readings is None or log.left_out or log.gaps or log.set_back or len(log.readings.time) < 2:
         return None
+    refuse_doubtful(log.readings, job.cell.heat, job.cell.warmth, zero)
     return log.readings.rises(zero if table.reference is None else table.reference, table.window_min * MINUTE)
 
 

@@ -16,6 +16,7 @@ from compgen.core.exceptions import InputError
 from compgen.core.files import MOST_TABLE_BYTES, read_regular
 
 KNOWN = ("time_s", "page", "loaded")
+MOST_STARTS = 5000
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,13 +125,21 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
     time, page = table.numbers("time_s"), table.numbers("page")
     loaded = table.numbers("loaded", gaps=True) if table.has("loaded") else np.zeros(len(time))
     starts: list[PageStart] = []
+    latest = 0
     for row, (t, p, have) in enumerate(zip(time.tolist(), page.tolist(), np.nan_to_num(loaded).tolist())):
         for column, value in (("page", p), ("loaded", have)):
             if value != int(value) or not 0 <= value <= len(duration):
                 raise InputError(f"{table.location(row, column)}: {value:g}: the job has pages 1 to {len(duration)}")
         if starts and t < starts[-1].time:
             raise InputError(f"{table.location(row, 'time_s')}: {t:g} after {starts[-1].time:g}: time must rise")
-        if p and p < max((s.page for s in starts), default=0):
+        if p and p < latest:
             raise InputError(f"{table.location(row, 'page')}: {p:g}: a later page has begun already; mend the row")
+        latest = max(latest, int(p))
+        if starts and p == 0 and starts[-1].page == 0 and have <= starts[-1].loaded:
+            continue  # it still stands
+        if len(starts) == MOST_STARTS:
+            raise InputError(
+                f"{table.location(row)}: more than {MOST_STARTS} starts; give one row when a page begins or the robot stops"
+            )
         starts.append(PageStart(t, int(p), int(have)))
     return PageTimes(tuple(starts), tuple(duration), planned)

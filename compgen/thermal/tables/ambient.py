@@ -1,6 +1,6 @@
 """From the tables of air and log in a path file to rises."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +8,13 @@ import numpy as np
 from compgen.core.exceptions import InputError
 from compgen.core.units import HOUR, MINUTE
 from compgen.thermal import Ambient, still_air
+from compgen.thermal.log_doubt import refuse_doubtful
 from compgen.thermal.log_fit import TemperatureLog
+from compgen.thermal.network import NetworkModel
+from compgen.thermal.node_model import NodeModel
 from compgen.thermal.tables import schema as sh
 from compgen.thermal.temperature_log import check_sensors, read_temperature_log
+from compgen.thermal.uncertainty import ThermalUncertainty
 
 
 def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
@@ -52,21 +56,28 @@ def ambient_of(table: sh.AmbientTable, where: str) -> Ambient:
 
 
 def log_of(
-    table: sh.LogTable, nodes: Sequence[str], sensors: Mapping[str, str], zero: float, where: str
+    table: sh.LogTable,
+    heat: NodeModel | NetworkModel,
+    warmth: ThermalUncertainty,
+    sensors: Mapping[str, str],
+    zero: float,
+    where: str,
 ) -> TemperatureLog:
     """A thermocouple log as rises.
 
     Args:
         table: Its file, beside the path file, and what its rises count from.
-        nodes: Names of the model's rises.
+        heat: The model, with the names of its rises.
+        warmth: How well it is known.
         sensors: part_<n> to the name of a rise.
         zero: Reference temperature [degC] unless the table says otherwise.
         where: The path file.
 
     Raises:
-        InputError: A bad file, an unknown sensor, readings that no robot has.
+        InputError: A bad file, an unknown sensor, readings that no robot has or that the rest contradicts.
     """
-    log = read_temperature_log(Path(where).parent / table.file, nodes, sensors)
-    check_sensors(log, [f"{name}_degC" for name in (*sensors, *nodes)])
+    log = read_temperature_log(Path(where).parent / table.file, heat.names, sensors)
+    check_sensors(log, [f"{name}_degC" for name in (*sensors, *heat.names)])
+    refuse_doubtful(log, heat, warmth, zero)
     reference = zero if table.reference is None else table.reference
     return log.rises(reference, table.window_min * MINUTE)
