@@ -143,6 +143,9 @@ def follow(
             break
         interrupts.raise_if_interrupted()
         time.sleep(pause)
+    if once and looked is None and readings is not None and readings.readings is None and readings.gaps:
+        message = f"{log}: none of its {readings.gaps} readings is a temperature of a cell; are they kelvin? give degC"
+        raise typer.Exit(print_error(f"{message}; the pages stay as they are", 1))
     if once:
         _end(looked, resumed, within_um, force, log)
 

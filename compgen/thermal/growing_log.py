@@ -1,8 +1,9 @@
 """A temperature log that somebody else is still writing: what of it can be read, and what was left out.
 
-A last line without an end is not whole yet. A row of another length, or without a time, is left out; a cell that is no
-temperature is a gap; a header that stands in the middle belongs to a file that was begun anew. Where time falls, the
-logger's clock was set back: what follows is moved on, one usual step behind the row before. A jump forward is a gap.
+A last line without an end is not whole yet. A row of another length, or without a time, is left out, and so is one
+that was written before, with its time; a cell that is no temperature is a gap; a header that stands in the middle
+belongs to a file that was begun anew. Where time falls, the logger's clock was set back: what follows is moved on, one
+usual step behind the row before. A jump forward is a gap.
 """
 
 import math
@@ -65,6 +66,7 @@ def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping
         raise InputError(f"{source}: line {rows[0][0]}: no column time_s; the header names time_s and the sensors")
     at, usual, shift, last = header.index("time_s"), 0.0, 0.0, -math.inf
     kept: list[tuple[int, list[str]]] = []
+    seen: set[tuple[str, ...]] = set()
     left_out = gaps = 0
     for n, cells in rows[1:]:
         if cells == header:
@@ -73,6 +75,10 @@ def growing_log(data: bytes, source: str, nodes: Sequence[str], sensors: Mapping
         if not math.isfinite(time) or time < 0:
             left_out += 1
             continue
+        if time + shift <= last and tuple(cells) in seen:
+            left_out += 1
+            continue
+        seen.add(tuple(cells))
         if time + shift <= last:
             shift = last + max(usual, LEAST_STEP) - time
         usual, last = (time + shift - last if math.isfinite(last) else 0.0), time + shift

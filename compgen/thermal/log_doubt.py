@@ -6,10 +6,10 @@ The readings y (medians over stretches of the log) are what the law expects, plu
 
 with a column of Phi for each of
 
-- the robot's work: by its history, a part of the rise that it has caused (``SCALE``); without one, heat of two feeds in
-  the proportions of the law, of any size, before the log and in each block of it;
-- the air: a robot that was in balance with other air (``NIGHT``, and half of the way from the air of the plan to that of
-  the log), air at the arm other than at its sensor (``DRAUGHT``);
+- the work: by its history, a part of the rise that it has caused (``SCALE``); without one, heat of any size, nearly in
+  the proportions that the law has from slow to fast, before the log and in each block of it;
+- the air: a robot that was in balance with other air (``NIGHT``, and half of the way from the air of the plan to that
+  of the log), air at the arm other than at its sensor (``DRAUGHT``);
 - the law: each node by itself, ``thermal.uncertainty.law_K`` and ``LAW`` of its rise, in proportion to the warmth;
 - the sensors: the offset ``sensors_K`` that all share, and half of it each;
 
@@ -127,7 +127,7 @@ def doubt_of(
     other = next(
         (
             words
-            for changed, words in _other_readings(log, columns, zero)
+            for changed, words in _other_readings(log, columns, zero, expected)
             if abs(_likeliest(changed, heat, warmth, has_air, expected).z) < SIGMAS
         ),
         "",
@@ -171,6 +171,10 @@ def _likeliest(
     all_columns = np.hstack(columns)
     S = all_columns @ all_columns.T + np.diag(medians.sigma**2)
     y = medians.value - mean[place, rows]
+    if len(names) == 1 and expected is None:  # nothing contradicts how it changes: only how warm it may be is judged
+        z = y / np.sqrt(np.diag(S))
+        k = int(np.argmax(np.abs(z)))
+        return _Lie(float(z[k]), float(y[k]), 0, float(medians.time[k]))
     inverse = np.linalg.inv(S)
     best = _Lie(0.0, 0.0, -1, 0.0)
     for sensor, h in _courses(medians, len(names)):
@@ -287,15 +291,20 @@ def _value_at(log: TemperatureLog, name: str, time: float) -> float:
 
 
 def _other_readings(
-    log: TemperatureLog, columns: Mapping[str, str], zero: float
+    log: TemperatureLog, columns: Mapping[str, str], zero: float, expected: Expected | None
 ) -> Iterator[tuple[TemperatureLog, str]]:
     """The log as it may have been meant, and in words."""
     celsius = {n: (v + zero - 32) / 1.8 - zero for n, v in log.readings.items()}
     air = (log.air + zero - 32) / 1.8 - zero
-    yield replace(log, readings=celsius, air=air), "are its numbers degrees Fahrenheit? give degC"
+    for same in (air, log.air):
+        yield replace(log, readings=celsius, air=same), "are its numbers degrees Fahrenheit? give degC"
     for a, b in combinations(log.readings, 2):
         swapped = {**log.readings, a: log.readings[b], b: log.readings[a]}
         yield replace(log, readings=swapped), f"are {columns[a]} and {columns[b]} swapped?"
+    if expected is not None:
+        moved = log.time - log.time[0] + expected.time[0]
+        yield replace(log, time=moved), "does its clock begin elsewhere? give --planned on it"
+        return
     for factor, unit in ((HOUR, "hours"), (MINUTE, "minutes"), (1e-3, "milliseconds")):
         yield replace(log, time=log.time * factor), f"are its times {unit}? give seconds"
 

@@ -221,3 +221,27 @@ def test_a_log_that_is_none_is_refused(job, tmp_path):
     other.write_text("a,b\n1,2\n")
     refused(run("follow", job, "--log", other, *ONCE), 2, "time_s")
     refused(run("follow", tmp_path / "no", "--log", other, *ONCE), 2, "no such folder")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda v: (v[0], 1.8 * v[1] + 32, *(1.8 * x + 32 for x in v[2:])), ("all sensors", "Fahrenheit")),
+        (lambda v: (*v[:2], v[2] + 30, *v[3:]), ("part_3_degC", "sigma", "mend the sensor")),
+        (lambda v: (*v[:2], v[2] + v[0] / 100, *v[3:]), ("part_3_degC", "sigma")),
+        (lambda v: (*v[:2], v[5], *v[3:5], v[2]), ("part_3_degC and part_11_degC swapped",)),
+        (lambda v: (v[0] + 1e6, *v[1:]), ("days after --planned",)),
+        (lambda v: (v[0] + 1.7e9, *v[1:]), ("days after --planned",)),
+        (lambda v: (v[0], *(x + 273.15 for x in v[1:])), ("kelvin",)),
+    ],
+)
+def test_a_log_that_the_rest_contradicts_moves_nothing(job, tmp_path, change, words):
+    before = contents(job)
+    file = log(tmp_path, 2400)
+    head, *rows = file.read_text().splitlines()
+    told = [",".join(f"{x:.3f}" for x in change(tuple(map(float, row.split(","))))) for row in rows]
+    file.write_text("\n".join([head, *told]) + "\n")
+    result, _ = look(job, "--log", file, "--pages", pages_file(tmp_path, (0, 0, 0)))
+    assert result.returncode == 1
+    assert all(w in result.stderr for w in (*words, "the pages stay as they are")), result.stderr
+    assert contents(job) == before

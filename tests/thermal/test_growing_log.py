@@ -78,3 +78,11 @@ def test_readings_by_steps_are_medians_of_what_lies_within():
     assert steps.tolist() == [1, 7]
     assert values.tolist() == [2.0, 5.0]
     assert count.tolist() == [3, 1]
+
+
+def test_rows_that_were_written_before_are_left_out():
+    rows = [f"{10 * n},2{n % 3}.{n}" for n in range(9)]
+    text = "\n".join(["time_s,j3_degC", *rows[:6], *rows[2:6], rows[5], *rows[6:]]) + "\n"
+    log = growing_log(text.encode(), "log.csv", ("j3",), {})
+    assert (log.left_out, log.set_back) == (5, 0.0)
+    assert log.readings.time.tolist() == [10.0 * n for n in range(9)]

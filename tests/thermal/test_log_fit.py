@@ -180,6 +180,11 @@ def test_what_is_wrong_in_a_log_is_said(tmp_path, header, rows, words):
     assert all(w in str(refusal.value) for w in ("log.csv", *words)), refusal.value
 
 
+def test_a_sensor_that_the_others_contradict_moves_no_program(tmp_path):
+    with pytest.raises(InputError, match=r"log\.csv: column part_3_degC: reads 60\.0 degC .*mend the sensor"):
+        load_job(write(tmp_path, HEAD, rows_of((40.0, 3.5, 11.6, 2.7))))
+
+
 def test_a_log_needs_readings(heat):
     with pytest.raises(InputError, match="two readings"):
         fit_log(TemperatureLog(np.array([0.0, 1.0]), np.zeros(2), {}), heat)

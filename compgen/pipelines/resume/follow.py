@@ -107,13 +107,13 @@ def look_at(
     forecast = course.states @ job.heat.outputs.T
     expected = None
     if anchored is None:
-        moments = (course.first + np.arange(len(forecast))) * STEP
+        moments = np.array((course.first + np.arange(len(forecast))) * STEP, dtype=float)
         apart = float(air.at(times.planned + np.zeros(1))[0] - job.history.air.at(np.array([job.history.clock]))[0])
-        expected = Expected(moments, forecast, apart)
+        expected = Expected(moments, np.array(forecast, dtype=float), apart)
     zero = reference if isinstance(reference, float) else tables.ambient.reference_degC
     judged = _since(rises, times.planned)
     doubt = doubt_of(
-        judged, job.heat, job.cell.warmth, log.readings.column, zero, log.readings.ambient is not None, expected
+        judged, job.cell.heat, job.cell.warmth, log.readings.column, zero, log.readings.ambient is not None, expected
     )
     anchors = [] if anchored is None else [_anchor(names, anchored)]
     miss = misses(rise_filter, steadied(readings), forecast, course.first, anchors)[-1]

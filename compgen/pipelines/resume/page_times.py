@@ -138,8 +138,6 @@ def read_page_times(source: str | Path, duration: Sequence[float], planned: floa
         if starts and p == 0 and starts[-1].page == 0 and have <= starts[-1].loaded:
             continue  # it still stands
         if len(starts) == MOST_STARTS:
-            raise InputError(
-                f"{table.location(row)}: more than {MOST_STARTS} starts; give one row when a page begins or the robot stops"
-            )
+            raise InputError(f"{table.location(row)}: over {MOST_STARTS} starts; give a row when a page begins")
         starts.append(PageStart(t, int(p), int(have)))
     return PageTimes(tuple(starts), tuple(duration), planned)

@@ -1,0 +1,109 @@
+"""Which temperature logs are believed: lies of sensors and clocks are named, honest days are taken."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shipped import path_file
+
+from compgen.core.units import HOUR
+from compgen.pipelines.path_file import load_job
+from compgen.thermal import Ambient, Duty, rise_history
+from compgen.thermal.log_doubt import Expected, doubt_of
+from compgen.thermal.log_fit import TemperatureLog
+
+SENSED = ("j2", "link1", "j3", "wrist")
+COLUMNS = {n: f"{n}_degC" for n in SENSED}
+DAY = [Duty("moving", 0.2, 3 * HOUR), Duty("idle", 0.0, HOUR / 2), Duty("moving", 0.2, 3 * HOUR)]
+STILL = Ambient(np.zeros(1), np.zeros(1))
+
+
+@pytest.fixture(scope="module")
+def cell():
+    return load_job(path_file("circle_1300")).cell
+
+
+def day(cell, seed=0, off=1.0, air=STILL, noise=0.1):
+    """Five hours of a day, from its second hour on, by a law whose rises are off by a factor."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, 5 * HOUR, 60.0)
+    real = replace(cell.heat, reference_rise=cell.heat.reference_rise * off)
+    rise = rise_history(real, DAY, HOUR + time, air=air)
+    rise = rise + 0.5 * rng.standard_normal() + noise * rng.standard_normal(rise.shape)
+    readings = {n: rise[:, cell.heat.names.index(n)] for n in SENSED}
+    return TemperatureLog(time, air.at(HOUR + time) + 0.1 * rng.standard_normal(len(time)), readings)
+
+
+def doubt(cell, log, expected=None):
+    return doubt_of(log, cell.heat, cell.warmth, COLUMNS, 20.0, True, expected)
+
+
+def history(cell):
+    time = np.arange(0.0, 5 * HOUR, 30.0)
+    return Expected(time, rise_history(cell.heat, DAY, HOUR + time), 0.0)
+
+
+@pytest.mark.parametrize("off", [0.8, 1.0, 1.2])
+@pytest.mark.parametrize("noise", [0.05, 0.5])
+def test_a_day_of_another_law_is_taken(cell, off, noise):
+    for seed in range(3):
+        log = day(cell, seed, off, noise=noise)
+        assert doubt(cell, log) == ""
+        assert doubt(cell, log, history(cell)) == ""
+
+
+def test_a_cold_morning_a_door_and_gaps_are_taken(cell):
+    knots = np.linspace(0, 7 * HOUR, 200)
+    door = np.where(knots > 4 * HOUR, -3 * np.exp(-np.maximum(knots - 4 * HOUR - 600, 0) / HOUR), 0)
+    log = day(cell, air=Ambient(knots, -8 * np.exp(-knots / 2 / HOUR) + door))
+    log.readings["j2"][100:200] = np.nan
+    del log.readings["wrist"]
+    assert doubt(cell, log) == ""
+    cold = Expected(history(cell).time, history(cell).rise, -6.0)
+    assert doubt(cell, log, cold) == ""
+
+
+@pytest.mark.parametrize("name", SENSED)
+@pytest.mark.parametrize(
+    ("size", "known"), [(-30.0, False), (30.0, False), (-30.0, True), (-8.0, True), (8.0, True), (30.0, True)]
+)
+def test_a_sensor_that_is_off_is_named(cell, name, size, known):
+    log = day(cell)
+    log.readings[name][:] += size
+    words = doubt(cell, log, history(cell) if known else None)
+    assert words.startswith(f"column {name}_degC: reads "), words
+    assert "mend the sensor" in words
+
+
+@pytest.mark.parametrize("name", ["link1", "wrist"])
+@pytest.mark.parametrize("size", [-5.0, 5.0])
+def test_the_sensors_that_move_the_tool_most_are_known_best(cell, name, size):
+    log = day(cell)
+    log.readings[name][:] += size
+    assert doubt(cell, log).startswith(f"column {name}_degC: reads ")
+
+
+def test_a_sensor_that_runs_away_is_named(cell):
+    log = day(cell)
+    log.readings["j2"][:] += 4 * log.time / HOUR
+    assert doubt(cell, log).startswith("column j2_degC: reads ")
+
+
+def test_columns_that_are_exchanged_are_told(cell):
+    log = day(cell)
+    swapped = {**log.readings, "j3": log.readings["wrist"], "wrist": log.readings["j3"]}
+    assert doubt(cell, replace(log, readings=swapped)).endswith("are j3_degC and wrist_degC swapped?")
+
+
+def test_another_unit_is_told(cell):
+    log = day(cell)
+    hot = {n: (20 + v) * 1.8 + 32 - 20 for n, v in log.readings.items()}
+    assert "degrees Fahrenheit" in doubt(cell, replace(log, readings=hot))
+    assert "Fahrenheit" in doubt(cell, replace(log, readings=hot, air=(20 + log.air) * 1.8 + 32 - 20))
+    assert "milliseconds" in doubt(cell, replace(log, time=1000 * log.time))
+
+
+def test_a_robot_as_warm_as_work_makes_it_did_not_stand_for_a_day(cell):
+    still = history(cell)
+    still = replace(still, rise=still.rise[:1] * np.exp(-24 * HOUR / cell.warmth.lag) + 0 * still.rise)
+    assert doubt(cell, day(cell), still)
