@@ -54,7 +54,7 @@ HALL = 20.0  # [K] from the reference that the air of a hall is within
 MISFIT = 0.15  # [K]
 FLOOR = 0.4  # [K] of any lie: below what the band covers, a law is never known so well
 EACH = 0.5  # of the sensors' offset that each has by itself
-LONGEST = 60 * DAY  # that a log may take
+LONGEST = 30 * DAY  # that a log may take
 PROPORTION = 0.5  # of a housing's heat, by the joints that move
 FULL = 20.0  # [K] largest rise of a robot at work, where its model has no feed
 
