@@ -47,6 +47,7 @@ BLOCKS = 6  # within the log, each with work of its own
 WORK = 0.5  # of full duty: how far it may be from nothing known
 SCALE = 0.15  # of the rises that the history has caused: breaks that nobody told of, and a law that is off
 LAW = 0.1  # of a node's rise
+LEFT_OUT = 2.0  # [K] rms by which the network misses a part that was left out of its fit (docs/heat.md)
 NIGHT = 3.0  # [K] that a robot may be off the balance with the log's first air
 UNMEASURED = 6.0  # [K] the same where the log has no air
 DRAUGHT = 1.0  # [K]
@@ -162,7 +163,8 @@ def _likeliest(
     level = _level(medians, heat, rows, log)
     mean, Phi = _law(log, heat, warmth, grid, level, has_air, expected)
     each = EACH * warmth.sensors * np.eye(len(heat.names))
-    own_law = np.hypot(warmth.law, LAW * np.abs(heat.reference_rise)) * level
+    known_to = warmth.law if isinstance(heat, NodeModel) else max(warmth.law, LEFT_OUT)
+    own_law = np.hypot(known_to, LAW * np.abs(heat.reference_rise)) * level
     lag = warmth.lag
     n = len(medians.value)
     columns = [Phi[place, rows, :], np.full((n, 1), warmth.sensors), each[rows]]
