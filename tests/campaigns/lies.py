@@ -153,7 +153,9 @@ def block_repeated(day: LoggedDay, rng: np.random.Generator) -> Log:
 def blocks_shuffled(day: LoggedDay, rng: np.random.Generator) -> Log:
     """Blocks of rows stand in another order: with their times, or under times that go on."""
     blocks = np.array_split(np.arange(len(day.log.time)), rng.integers(3, 9))
-    mixed = of_rows(day.log, np.concatenate([blocks[n] for n in rng.permutation(len(blocks))]))
+    order = rng.permutation(len(blocks))
+    order = order[::-1] if (np.diff(order) > 0).all() else order
+    mixed = of_rows(day.log, np.concatenate([blocks[n] for n in order]))
     return mixed if rng.random() < 0.5 else replace(mixed, time=day.log.time)
 
 

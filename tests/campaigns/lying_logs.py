@@ -16,6 +16,7 @@ from where it was expected.
 import csv
 import json
 import os
+import shlex
 import shutil
 import sys
 import tempfile
@@ -384,7 +385,7 @@ def well_told(command: str, outcome: Outcome) -> bool:
         return False
     if command == "follow" and outcome.code == 1:
         return any(word in outcome.words for word in ("log.csv", "_degC", "time_s"))
-    lines = outcome.words.splitlines()
+    lines = [line for line in outcome.words.splitlines() if not line.startswith("{")]  # --json says it once more
     named = len(lines) == 1 and len(lines[0]) <= 300 and ".csv" in lines[0]
     return named and outcome.code == (1 if command == "whatif" else 2)  # a study ends, and each scenario has its reason
 
@@ -407,7 +408,7 @@ def tried(bench: Bench, keep: Path | None, seed: int) -> dict:
     if row["wrong"] and keep:
         kept = keep / str(seed)
         kept.mkdir(parents=True, exist_ok=True)
-        line = " ".join(line_of(case.command, question, Path()))
+        line = shlex.join(line_of(case.command, question, Path()))
         for name, text in {
             "honest.csv": question.day.log.text(), "log.csv": lie.text(), "cell.csv": question.pages,
             "touches.csv": question.touches, "artefact.toml": ARTEFACT, "job.toml": JOB, "pages.toml": PAGES,
