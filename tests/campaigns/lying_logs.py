@@ -16,6 +16,7 @@ from where it was expected.
 import csv
 import json
 import os
+import resource
 import shlex
 import shutil
 import sys
@@ -43,6 +44,7 @@ COMMANDS = ("generate", "resume", "check", "follow", "predict", "anchor", "heat"
 IN_PAGES = ("resume", "follow")
 GIVEN_A_LOG_ALONE = ("generate", "check", "predict", "heat", "whatif")
 IN_A_PROCESS = 20  # every so many seeds
+HANGS_S, MEMORY_B = 300, 4_000_000_000  # a run that takes more is ended, and was no refusal
 CTE = 11.25  # um/m K of the robot file
 TOOL = frame(0, 0, 120, 0, 0, 0)
 PLANNED_H = 3.0  # of work before the pages
@@ -385,7 +387,7 @@ def well_told(command: str, outcome: Outcome) -> bool:
         return False
     if command == "follow" and outcome.code == 1:
         return any(word in outcome.words for word in ("log.csv", "_degC", "time_s"))
-    lines = [line for line in outcome.words.splitlines() if not line.startswith("{")]  # --json says it once more
+    lines = [line for line in outcome.words.splitlines() if not line.startswith(("{", "cgen: note:"))]
     named = len(lines) == 1 and len(lines[0]) <= 300 and ".csv" in lines[0]
     return named and outcome.code == (1 if command == "whatif" else 2)  # a study ends, and each scenario has its reason
 
@@ -431,6 +433,8 @@ def table(rows: list[dict]) -> str:
     beyond = [r for r in rows if r["honest"].get("off_um", 0) > r["band_um"]]
     lines.append(f"honest logs: {len(honest)}, {len(used)} used ({100 * len(used) / max(len(honest), 1):.1f} %); "
                  f"beyond the band on the true arm {len(beyond)}")  # fmt: skip
+    lines += [f"  {r['seed']} {r['command']}: {r['honest']['off_um']:g} um, the band is {r['band_um']:g} um"
+              for r in beyond]  # fmt: skip
     withheld = [r["withheld_um"] for r in rows if r.get("withheld_um")]
     lines.append(f"pages kept by a lie where the honest log writes them anew: {len(withheld)}, "
                  f"by up to {max(withheld, default=0):.1f} um")  # fmt: skip
@@ -460,6 +464,8 @@ def main() -> int:
     if not given.table:
         os.environ["CC"] = ""
         kills.load_everything()
+        kills.HANGS_S = HANGS_S
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY_B, MEMORY_B))
         with tempfile.TemporaryDirectory() as folder:
             bench = Bench(Path(folder))
             given.journal.keep_trials(given.seeds, given.budget, partial(tried, bench, given.keep))

@@ -93,6 +93,8 @@ def test_pages_that_a_lie_leaves_alone_are_not_moved_by_it():
         ("generate", 2, "cgen: log.csv: " + 300 * "x", False),
         ("generate", 1, "Traceback: log.csv", False),
         ("check", 2, '{"error": "log.csv: 30 K off"}\ncgen: log.csv: 30 K off', True),
+        ("resume", 2, "cgen: note: no C compiler\ncgen: log.csv: 30 K off", True),
+        ("resume", 2, "cgen: not enough memory", False),
         ("follow", 1, '{"notes": ["j2_degC is off"]}', True),
         ("follow", 1, '{"notes": []}', False),
     ],
@@ -110,6 +112,9 @@ def test_the_table_says_how_many_were_wrong():
     (line,) = [line for line in text.splitlines() if line.startswith("sensor off ")]
     assert line.split()[2:] == ["2", "2", "0", "0", "0", "0", "1", "5.0"]
     assert "WRONG 1 generate, sensor off: moved by 21 um" in text
+    far = lying_logs.judged(generate, replace(TAKEN, off_um=45.0), TAKEN)
+    assert "1 generate: 45 um, the band is 20 um" in lying_logs.table([far])
+    assert "beyond the band on the true arm 0" in text
 
 
 def test_an_honest_log_is_right_on_the_true_arm_and_no_sensor_is_off_unseen(bench):
