@@ -3,6 +3,7 @@
 import csv
 from dataclasses import replace
 
+import kills
 import lies
 import logged_days
 import lying_logs
@@ -27,6 +28,7 @@ def moved(um, **changes):
 def bench(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CC", "")
+        kills.load_everything()
         yield lying_logs.Bench(tmp_path_factory.mktemp("bench"))
 
 
