@@ -12,6 +12,7 @@ from compgen.core.arrays import row_norms
 from compgen.core.exceptions import ImpossibleError
 from compgen.core.findings import Finding, Level
 from compgen.core.units import MM, MS, UM
+from compgen.core.unlikely import UNLIKELY_UNITS
 from compgen.error_model.source import RiseDependent
 from compgen.error_model.unknown import OF_WARMTH
 from compgen.fanuc import Program
@@ -32,8 +33,9 @@ def asking_units(job: Job) -> Iterator[None]:
     try:
         yield
     except ImpossibleError as failure:
-        if job.unlikely:
-            failure.args = (f"{failure}; {job.unlikely[0].message}",)
+        questions = [finding.message for finding in job.unlikely if finding.code == UNLIKELY_UNITS]
+        if questions:
+            failure.args = (f"{failure}; {questions[0]}",)
         raise
 
 

@@ -2,7 +2,8 @@ r"""Joint motion over arc length between stops: a polynomial through the six nea
 
 Waypoints closer than the motion bends are more than it needs: of them, those are kept as knots between which no joint
 leaves the straight line by more than ``MAX_CHORD``. Derivatives are those of Newton's polynomial through the knots
-around, never across a stop; a run of fewer knots has a lower, odd degree, because even ones ring.
+around, never across a stop; a run of fewer knots has a lower, odd degree, because even ones ring. So has an interval
+around which the knots' spacing changes by more than ``UNEVEN`` times: through microns and centimetres polynomials ring.
 """
 
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ MAX_KNOT_SPACING = 10e-3  # m, where waypoints allow it
 CHUNK = 16384  # points at a time
 DEGREES = (5, 3, 1)
 AVERAGED = 2  # waypoints to either side over which the bend is averaged
+UNEVEN = 20.0  # times the smallest spacing of a polynomial's knots that the largest is at most
 KEPT_AT_STOPS = 5  # waypoints to either side of a stop that stay
 
 
@@ -34,12 +36,20 @@ class JointCurve:
     rows: IntArray  # (P,) which waypoint each is
     first: IntArray  # (R,) knot at which a run begins
     last: IntArray  # (R,)
+    begin: IntArray  # (P - 1,) first knot of the polynomial of each interval
+    degree: IntArray  # (P - 1,)
 
     def interval(self, s: Array, run: IntArray) -> IntArray:
         """The knot before each of rising arc lengths s (M,) [m], each in its run (M,)."""
         return np.asarray(np.clip(last_before(self.arc, s), self.first[run], self.last[run] - 1))
 
-    def limit_ratios(self, robot: Robot, s: Array, interval: IntArray, run: IntArray) -> Array:
+    def interval_before(self, s: Array, run: IntArray) -> IntArray:
+        """The same, of two intervals with other degrees that meet there the first."""
+        after = self.interval(s, run)
+        other = self.degree[np.maximum(after - 1, self.first[run])] != self.degree[after]
+        return np.asarray(after - (other & (self.arc[after] >= s)))
+
+    def limit_ratios(self, robot: Robot, s: Array, interval: IntArray) -> Array:
         """Largest over the joints of |q'|, |q''|, |q'''| over speed, acceleration, jerk, and three more, (M, 6).
 
         The others are |q'| over acceleration, |q'| over jerk and |q''| over jerk.
@@ -48,30 +58,26 @@ class JointCurve:
             robot: For the limits.
             s: Arc lengths, (M,) [m].
             interval: The knot before each, (M,).
-            run: The run of each, (M,).
         """
         ratios = np.empty((len(s), 6))
         for rows in chunks(len(s)):
-            ratios[rows] = self._evaluate("limit_ratios", robot, s[rows], interval[rows], run[rows])
+            ratios[rows] = self._evaluate("limit_ratios", robot, s[rows], interval[rows])
         return ratios
 
-    def utilisation(self, robot: Robot, s: Array, interval: IntArray, run: IntArray, rates: Array) -> Array:
+    def utilisation(self, robot: Robot, s: Array, interval: IntArray, rates: Array) -> Array:
         """Shares of the joints' speed, acceleration and jerk limits that a motion uses, (M, 18).
 
         Args:
             robot: For the limits.
             s: Arc lengths, (M,) [m].
             interval: The knot before each, (M,).
-            run: The run of each, (M,).
             rates: Speed, acceleration and jerk along the arc there, (M, 3) [m/s, m/s2, m/s3].
         """
-        return self._evaluate("utilisation", robot, s, interval, run, rates)
+        return self._evaluate("utilisation", robot, s, interval, rates)
 
-    def _evaluate(self, name: str, robot: Robot, s: Array, interval: IntArray, run: IntArray, *rows: Array) -> Array:
+    def _evaluate(self, name: str, robot: Robot, s: Array, interval: IntArray, *rows: Array) -> Array:
         per_limit = 1 / np.concatenate([robot.speed, robot.acceleration, robot.jerk])[None]
-        knots = self.last - self.first
-        degree = np.select([knots >= d for d in DEGREES[:-1]], DEGREES[:-1], DEGREES[-1])[run]
-        begin = np.clip(interval - degree // 2, self.first[run], self.last[run] - degree)
+        begin, degree = self.begin[interval], self.degree[interval]
 
         def of_degree(d: int, points: IntArray | slice) -> Array:
             windows = np.lib.stride_tricks.sliding_window_view(self.knots.ravel(), 7 * (d + 1))[::7]
@@ -107,7 +113,21 @@ def fit_joint_curve(arc: Array, theta: Array, stop: BoolArray) -> JointCurve:
     rows = _select_knots(arc, theta, stop)
     knots = np.column_stack([arc[rows], theta[rows]])
     ends = np.flatnonzero(stop[rows])
-    return JointCurve(np.ascontiguousarray(knots[:, 0]), knots, rows, ends[:-1], ends[1:])
+    begin, degree = _windows(np.diff(knots[:, 0]), ends)
+    return JointCurve(np.ascontiguousarray(knots[:, 0]), knots, rows, ends[:-1], ends[1:], begin, degree)
+
+
+def _windows(spacing: Array, ends: IntArray) -> tuple[IntArray, IntArray]:
+    """First knot and degree of the polynomial of each interval, (P - 1,), of knots with stops at some of them."""
+    run = np.repeat(np.arange(len(ends) - 1), np.diff(ends))
+    first, last, interval = ends[:-1][run], ends[1:][run], np.arange(len(spacing))
+    begin, degree = interval.copy(), np.ones_like(interval)
+    for d in sorted(DEGREES[:-1]):
+        start = np.clip(interval - d // 2, first, np.maximum(last - d, first))
+        size = np.lib.stride_tricks.sliding_window_view(np.append(spacing, np.full(d - 1, spacing[-1])), d)[start]
+        fits = (last - first >= d) & (size.max(axis=1) <= UNEVEN * size.min(axis=1))
+        begin, degree = np.where(fits, start, begin), np.where(fits, d, degree)
+    return begin, degree
 
 
 def _select_knots(arc: Array, theta: Array, stop: BoolArray) -> IntArray:

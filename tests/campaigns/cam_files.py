@@ -71,6 +71,8 @@ def judged(case: cam_draws.Case, written=lambda texts: None) -> tuple[str, str]:
         share, why = cam_judge.contradiction(want, drive)
     if not why and read.points:
         why = below(want, drive, [f.message for f in result.findings])
+    if why and not result.inside:  # it says so itself, and writes no program
+        return "outside", why
     if why:
         return "wrong", f"{why} ({case.trap or 'plain'})"
     return (

@@ -23,6 +23,7 @@ BULGE_UM = (
 CORNER_DEG = 25.0  # path.corner_deg: what turns more is a corner, not a curve
 TILT_MDEG = 20.0  # the tool's axis at a place: path.tolerance_mdeg, rounding, and the judge's interpolation
 FASTER = 1.01
+SPEED_STEP = 25.4 / 600  # mm/s: 0.1 inch/min, the finest step of a speed that a program can say
 TABLES = {"gcode": "GcodeTable", "apt": "AptTable", "points": "PointsTable"}
 
 
@@ -54,7 +55,7 @@ def allowance_mm(keys: dict, left_um: float) -> float:
 def wanted(read: naive_cam.Reading, keys: dict, left_um: float) -> Wanted:
     """The way of a file, with an approach and a retract along the tool's axis."""
     may, lift, feed = allowance_mm(keys, left_um), keys["process"]["lift_mm"], keys["process"]["feed_mm_s"]
-    through = keys["path"].get("through", SCHEMA["PointsTable"]["properties"]["through"]["default"])
+    through = keys["path"].get("through", "tolerance")
     curve = read.points and through != "lines"
     first, last = read.moves[0], read.moves[-1]
     up = [lift * v for v in read.normal or (0, 0, 1)], [lift * v for v in last.normal or (0, 0, 1)]
@@ -261,6 +262,6 @@ def too_fast(want: Wanted, drive: Flown) -> str:
     square = np.maximum((way**2).sum(axis=1), 1e-18)
     for p, motion in zip(half, drive.motion):
         here = from_pieces(p, want.start, way, square) <= 2 * want.may
-        if drive.speed[motion] > FASTER * want.feed[here].max(initial=0.0):
+        if drive.speed[motion] > FASTER * want.feed[here].max(initial=0.0) + SPEED_STEP:
             return f"faster than the feed: {drive.speed[motion]:g} mm/s at {np.round(p, 3).tolist()}"
     return ""

@@ -26,7 +26,7 @@ def test_derivatives_of_a_quintic_are_exact():
     curve = fit_joint_curve(arc, theta, stop)
     s, run = np.linspace(0.01, 0.99, 50), np.zeros(50, dtype=int)
     robot = SimpleNamespace(speed=np.ones(6), acceleration=np.ones(6), jerk=np.ones(6))
-    ratios = curve.limit_ratios(robot, s, curve.interval(s, run), run)
+    ratios = curve.limit_ratios(robot, s, curve.interval(s, run))
     for order in (1, 2, 3):
         derivative = np.polynomial.polynomial.polyval(s, np.polynomial.polynomial.polyder(coefficients, order))
         assert_allclose(ratios[:, order - 1], np.abs(derivative).max(axis=0), rtol=1e-6, atol=1e-6)

@@ -197,7 +197,7 @@ START = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX10\n"
     ("block", "words"),
     [
         ("G55\nX20", "line 5: G55: another work offset in mid-file"),
-        ("G2 X10 Y0 I5 J0 P3", "an arc of several turns"),
+        ("G2 X10 Y0 I5 J0 P3", "P3 is read with G4 alone"),
         ("G2 X20 Y0 R5 I5", "R and a centre"),
         ("G1 X20 R2", "R with G1: a corner's radius"),
         ("G1 X20 I2", "I with G1"),
@@ -208,7 +208,7 @@ START = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX10\n"
         ("O2", "O2: a second program"),
         ("M6 T2\nX20", "M6: another tool in mid-file"),
         ("M99", "sub-programs"),
-        ("G54 P2\nX20", "a further work offset"),
+        ("G54 P2\nX20", "P2 is read with G4 alone"),
         ("G90.1", "not read"),
     ],
 )
@@ -263,7 +263,7 @@ SAFPOS SCALE SELCTL SELECT SEQNO SPHERE SPINDL SPLINE SPMIL SRFVCT SYN TABCYL TA
 TLLFT TLON TLRGT TMARK TOLER TOOLNO TRACUT TRANS TRANTO TURRET VECTOR VTLAXS WEIGHT ZSURF
 """
 QUIET = """
-AIR AUXFUN CLAMP CLDIST CLEARP COOLNT CUTTER DISPLY HEAD INTOL LEADER LINTOL LOADTL MACHIN OPSKIP OUTTOL PLABEL
+AIR AUXFUN CLAMP CLDIST CLEARP COOLNT CUTTER DISPLY HEAD INTOL LEADER LINTOL MACHIN OPSKIP OUTTOL PLABEL
 PREFUN REWIND SELCTL SELECT SEQNO SPINDL SYN TMARK TOLER TOOLNO
 """
 

@@ -110,6 +110,11 @@ def test_a_detour_is_seen_with_its_size_and_line(tmp_path, size):
     assert distance.missed < 1e-6
 
 
+def test_a_plunge_and_retract_are_walked_in_their_order(tmp_path):
+    file = read(tmp_path, "G0 X0 Y0 Z5\nG1 X60\nZ-3\nZ5\nX0\nZ-3\nZ5\n")
+    assert distance_from_file(file, flown(file.corner)).missed < 1e-15
+
+
 def test_a_cut_corner_misses_its_place(tmp_path):
     file = read(tmp_path, SQUARE)
     corner = file.corner.copy()

@@ -47,7 +47,7 @@ HARMLESS = {"CUTCOM": "OFF", "CYCLE": "OFF", "TRACUT": "NOMORE", "REFSYS": "NOMO
 NO_MOTION = frozenset(
     (
         "AIR", "AUXFUN", "CLAMP", "CLDIST", "CLEARP", "COOLNT", "CUTTER", "DISPLY", "END-OF-PATH", "GECENT", "HEAD",
-        "INTOL", "LEADER", "LINTOL", "LOAD", "LOADTL", "MACHIN", "MULTAX", "OPSKIP", "OUTTOL", "PAINT", "PLABEL",
+        "INTOL", "LEADER", "LINTOL", "LOAD", "MACHIN", "MULTAX", "OPSKIP", "OUTTOL", "PAINT", "PLABEL",
         "PREFUN", "PROGNO", "RAIL", "REWIND", "SAFETY", "SELCTL", "SELECT", "SEQNO", "SPINDL", "SYN", "TLDATA", "TMARK",
         "TOLER", "TOOL", "TOOLNO", "TPRINT", "UNITS",
     )
@@ -75,6 +75,8 @@ def read_apt(source: str | Path) -> GivenPoints:
             behind += [line] if word not in ENDS else []
         elif word in ENDS:
             end = (line, word)
+        elif word in ("LOADTL", "TURRET"):
+            rows.refuse_another_tool(line, word)
         elif word == "RAPID":
             rapid = True
         elif word in ("STOP", "OPSTOP", "DELAY"):

@@ -99,6 +99,9 @@ class _Reader:
         for letter, value in codes:
             self._code(line, letter, value, rows)
         waits = ("G", 4) in codes
+        if "P" in values and not waits and not (values.keys() & set("IJR") and values["P"] == 1):
+            where = f"{self.name}: line {line}: P{values['P']:g}"
+            raise InputError(f"{where} is read with G4 alone; remove it, or say it in plainer words")
         if "F" in values and not waits:
             self.feed = feed_in_m_s(self.name, line, values["F"])
         if not waits:
@@ -146,8 +149,6 @@ class _Reader:
             raise InputError(f"{where}: G90 and G91 in one block; keep one of them")
         if 4 in codes and (motions or values.keys() - DWELL):
             raise InputError(f"{where}: G4 waits, and the block says more; write it in a block of its own")
-        if values.get("P", 1) != 1 and set(codes) & {*OFFSETS}:
-            raise InputError(f"{where}: a further work offset (P) is not read; write the points where they are")
         if "O" in values:
             if self.program not in (None, values["O"]):
                 raise InputError(f"{where}: O{values['O']:g}: a second program in the file; give one of them")
@@ -180,8 +181,8 @@ class _Reader:
         if letter == "M":
             if value in (97, 98, 99):
                 raise InputError(f"{where}: sub-programs are not read; write the moves themselves")
-            if value == 6 and any(rows.contact):
-                raise InputError(f"{where}: another tool in mid-file; write a file for each tool")
+            if value == 6:
+                rows.refuse_another_tool(line, f"M{value:g}")
             return
         if value in REFUSED:
             raise InputError(f"{where}: {REFUSED[int(value)]}")
@@ -205,8 +206,8 @@ class _Reader:
         turn = -1.0 if self.motion == 2 else 1.0
         if "K" in values:
             raise InputError(f"{where}: K belongs to arcs in other planes, which are not read; give I and J (G17)")
-        if values.get("P", 1) != 1 or "L" in values:
-            raise InputError(f"{where}: an arc of several turns is not read; write a block for each turn")
+        if "L" in values:
+            raise InputError(f"{where}: {STRANGE['L']}")
         if "R" in values:
             if values.keys() & set("IJ"):
                 raise InputError(f"{where}: R and a centre (I, J) both say the arc; keep one of them")

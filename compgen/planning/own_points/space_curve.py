@@ -142,19 +142,19 @@ def _run(points: LocalPoints, tolerance: Tolerance) -> tuple[PiecewiseCurve, Bul
         u, rows, v, slope = _fitted(u, values, np.concatenate([edge, straight, [0, len(u) - 1]]), tolerance)
     knots, owner = u[rows], rows[1:]
     curve = CubicHermiteSpline(knots, v[:, :3], slope[:, :3])
-    original = np.delete(np.arange(len(u)), straight)
-    return _pieces(knots, v, slope, points.contact[owner], points.pace[owner]), _bulge(curve, u[original], given)
+    given_row = np.cumsum(np.isin(np.arange(len(u)), straight, invert=True)) - 1  # the given point at or before each
+    bulge = _bulge(curve, u, points.place, _explained(given), given_row[:-1])
+    return _pieces(knots, v, slope, points.contact[owner], points.pace[owner]), bulge
 
 
-def _bulge(curve: CubicHermiteSpline, u: Array, place: Array) -> Bulge:
-    """Of a curve over spans between parameters u (M,) of points (M, 3)."""
-    spans = np.arange(len(u) - 1)
-    off, lowest = _off_lines(curve, u, place, spans, COARSELY)
+def _bulge(curve: CubicHermiteSpline, u: Array, place: Array, explained: Array, given_row: IntArray) -> Bulge:
+    """Of a curve over spans between parameters u (M,) of points (M, 3), which are parts of given spans (M - 1,)."""
+    off, lowest = _off_lines(curve, u, place, np.arange(len(u) - 1), COARSELY)
     near = np.flatnonzero(off > NEARLY * off.max())
     off[near], low = _off_lines(curve, u, place, near, FINELY)
-    beyond = off - _explained(place)
+    beyond = off - explained[given_row]
     worst = int(np.argmax(beyond))
-    return Bulge(float(off.max()), max(float(beyond[worst]), 0.0), worst, min(lowest, low))
+    return Bulge(float(off.max()), max(float(beyond[worst]), 0.0), int(given_row[worst]), min(lowest, low))
 
 
 def _off_lines(
@@ -194,7 +194,7 @@ def _with_straights(points: LocalPoints) -> tuple[LocalPoints, IntArray]:
     none = np.zeros(0, dtype=np.int64)
     if len(step) < 2:
         return points, none
-    before, after = np.append(np.inf, step[:-1]), np.append(step[1:], np.inf)
+    before, after = np.append(step[1], step[:-1]), np.append(step[1:], step[-2])  # of an end, its one neighbour
     longer = np.flatnonzero(step > LONG * np.minimum(before, after))
     if not len(longer):
         return points, none
@@ -219,8 +219,6 @@ def _with_straights(points: LocalPoints) -> tuple[LocalPoints, IntArray]:
 
 def _doubling(first: float) -> Array:
     """Shares of a span: first, then twice as far each, below a half."""
-    if not np.isfinite(first):
-        return np.zeros(0)
     return np.asarray(first * 2.0 ** np.arange(max(0, int(np.ceil(np.log2(0.5 / first))))))
 
 

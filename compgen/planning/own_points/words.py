@@ -89,6 +89,13 @@ class PointRows:
         if normal is not None:
             self.normal.append(normal)
 
+    def refuse_another_tool(self, line: int, word: str) -> None:
+        """Refuse a change of tool behind a place on the part: the robot has one tool."""
+        if any(self.contact):
+            raise InputError(
+                f"{self.source}: line {line}: {word}: another tool in mid-file; write a file for each tool"
+            )
+
     def given(self, normal: bool, notes: tuple[str, ...] = ()) -> GivenPoints:
         """The points.
 

@@ -119,18 +119,15 @@ def _limit_ratios(robot: Robot, joints: JointCurve, partition: Partition) -> Arr
     within = np.repeat(joints.arc[:-1], 2)  # knots, and the middles between them
     within[1::2] = (joints.arc[:-1] + joints.arc[1:]) / 2
     run = np.repeat(np.arange(R), 2 * knots)
-    # every edge is where a block begins or a run ends
+    before = joints.interval_before(partition.end, partition.run)
     ratios = joints.limit_ratios(
         robot,
-        np.concatenate([within, partition.begin, joints.arc[joints.last]]),
-        np.concatenate([np.arange(len(within)) // 2, joints.interval(partition.begin, partition.run), joints.last - 1]),
-        np.concatenate([run, partition.run, np.arange(R)]),
+        np.concatenate([within, partition.begin, partition.end]),
+        np.concatenate([np.arange(len(within)) // 2, joints.interval(partition.begin, partition.run), before]),
     )
     inner, begin, end = np.split(ratios, [len(within), len(within) + B])
+    most = np.maximum(begin, end)
     last = np.append(partition.first[1:], B) - 1
-    following = np.roll(begin, -1, axis=0)
-    following[last] = end
-    most = np.maximum(begin, following)
     owner = np.clip(joint_curve.last_before(partition.begin, within), partition.first[run], last[run])
     starts = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
     most[owner[starts]] = np.maximum(most[owner[starts]], np.maximum.reduceat(inner, starts, axis=0))
@@ -144,7 +141,7 @@ def _raise_too_slow(robot: Robot, joints: JointCurve, partition: Partition, bloc
     run = np.full(len(s), partition.run[block])
     interval = joints.interval(s, run)
     # at unit speed a joint's shares of its three limits: the slowest is where its own root is largest
-    worst = joints.utilisation(robot, s, interval, run, np.tile([1.0, 0.0, 0.0], (len(s), 1))).reshape(-1, 3, 6)
+    worst = joints.utilisation(robot, s, interval, np.tile([1.0, 0.0, 0.0], (len(s), 1))).reshape(-1, 3, 6)
     roots = np.maximum.reduce([worst[:, 0], np.sqrt(worst[:, 1]), np.cbrt(worst[:, 2])])
     row, joint = np.unravel_index(int(np.argmax(roots)), roots.shape)
     n = int(np.searchsorted(arc, s[row])) + 1

@@ -109,7 +109,7 @@ def retime(
     progress(0.5)
     phases = drive_blocks(blocks, lambda share: progress(0.5 + 0.2 * share))
     passed = phases.locate(arc)
-    utilisation = largest_shares(robot, joints, phases, partition.run[phases.block], passed.at(joints.rows))
+    utilisation = largest_shares(robot, joints, phases, partition, passed.at(joints.rows))
     time = phases.time(passed)
     time[0], time[-1] = 0.0, phases.end
     speed = _programmed_speeds(arc, time, blocks, partition)

@@ -1,8 +1,8 @@
 r"""How far the flown tool leaves a user's own lines, and how far it misses the places that the file names, in order.
 
 Both ways are walked together: the file's corners are taken in groups some way apart; the flown place nearest to a
-group's end, not far behind the last one's, ends the flown places that belong to it. Of these the distance to the lines
-of their group and its neighbours counts,
+group's end, about as far behind the last one's as in the file, ends the flown places that belong to it. Of these the
+distance to the lines of their group and its neighbours counts,
 
     off = max_m min_e |p_m - e|,        missed = max_v min_m |c_v - (p_m p_{m+1})|
 
@@ -21,7 +21,7 @@ from compgen.verification.own_file.second_reading import OwnFile
 GROUPS = 5000  # of a file at most
 GROUP = 10 * MM  # of its way at least
 SLACK = 3 * MM  # of the flown way beyond its group
-AHEAD = 1.5  # groups of the file's way, within which its end is looked for
+LEAST, MOST = 0.5, 1.5  # times the length of a group in the file that the flown way to its end is
 CELLS = 4_000_000  # distances at a time
 
 
@@ -72,9 +72,10 @@ def _groups(corner: Array, place: Array) -> Iterator[_Group]:
     first = begin = 0
     while first < len(corner) - 1:
         last = min(max(int(np.searchsorted(way, way[first] + size)), first + 1), len(corner) - 1)
-        reach = flown[begin] + AHEAD * (way[last] - way[first]) + SLACK
-        upto = min(int(np.searchsorted(flown, reach)) + 1, len(place))
-        end = len(place) - 1 if last == len(corner) - 1 else begin + _nearest(place[begin:upto], corner[last])
+        length = way[last] - way[first]
+        since, upto = np.searchsorted(flown, flown[begin] + [LEAST * length, MOST * length + SLACK]).tolist()
+        since = min(since, len(place) - 1)
+        end = len(place) - 1 if last == len(corner) - 1 else since + _nearest(place[since : upto + 1], corner[last])
         yield _Group(
             slice(first, last + 1),
             _with_neighbours(way, first, last),
