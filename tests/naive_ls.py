@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 BLANKS = " \t"
 UNITS = ("%", "mm/sec", "cm/min", "inch/min", "deg/sec", "msec", "sec")
+FIRST_JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")
 AXES = ("X", "Y", "Z", "W", "P", "R", *(f"J{i}" for i in range(1, 10)), "E1", "E2", "E3")
 
 
@@ -39,6 +40,8 @@ class Move:
 def read(data: bytes) -> tuple[dict[int, Position], list[Move]]:
     """Positions by number, and motions in order."""
     parts = sections(lines_of(data.decode("latin-1")))
+    if parts.pop("END", []):
+        raise ValueError("text behind /END")
     return positions(parts.get("POS", [])), motions(parts.get("MN", []))
 
 
@@ -54,7 +57,7 @@ def sections(lines: list[str]) -> dict[str, list[str]]:
     parts: dict[str, list[str]] = {}
     current: list[str] = []
     expected = HEAD
-    for line in lines:
+    for number, line in enumerate(lines):
         for tag in expected:
             after = line[len(tag) + 1 : len(tag) + 2]
             if line[: len(tag) + 1].upper() == "/" + tag and not (
@@ -62,12 +65,19 @@ def sections(lines: list[str]) -> dict[str, list[str]]:
             ):
                 current = parts.setdefault(tag, [])
                 if tag == "END":
+                    parts[tag] = behind_end(line[4:], lines[number + 1 :])
                     return parts
                 expected = BODY if "MN" in parts else HEAD
                 break
         else:
             current.append(line)
     return parts
+
+
+def behind_end(rest: str, lines: list[str]) -> list[str]:
+    """What says something behind /END, or /END. of generated files."""
+    texts = [rest[1:] if rest[:1] == "." else rest, *lines]
+    return [text for text in texts if any(c not in " \t\f\v\x1a" for c in text)]
 
 
 # Motions ---------------------------------------------------------------------------------------------------------
@@ -216,9 +226,17 @@ def positions(lines: list[str]) -> dict[int, Position]:
                 group.axes[axis] = None if "*" in value else float(value)
                 for unit in ("mm", "deg"):
                     if text[: len(unit)].lower() == unit:
+                        turning = axis in "WPR" or (axis in FIRST_JOINTS and group in first_groups(position))
+                        if unit == ("mm" if turning else "deg" if axis in "XYZ" else ""):
+                            raise ValueError(f"{axis} in {unit}")
                         text = text[len(unit) :]
                         break
     return by_number
+
+
+def first_groups(position: Position) -> list[Group]:
+    """Group 1, and values that no group was named for."""
+    return [group for number, group in position.groups.items() if number <= 1]
 
 
 def opening(text: str) -> tuple[int, str, str]:

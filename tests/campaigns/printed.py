@@ -55,6 +55,15 @@ def printed_number(draw):
     return text.rjust(draw(st.sampled_from([1, 9, 12])))
 
 
+def units_of(axis, group):
+    """Units that an axis may have."""
+    if axis.lstrip("R") in ("X", "Y", "Z"):
+        return ["mm"]
+    if axis in ("W", "P", "R", "RW", "RP", "RR") or (group == 1 and axis in ("J1", "J2", "J3", "J4", "J5", "J6")):
+        return ["deg"]
+    return ["mm", "deg"]
+
+
 @st.composite
 def printed_group(draw, number):
     blank = draw(st.sampled_from(["", " ", "\t", "  "]))
@@ -69,7 +78,7 @@ def printed_group(draw, number):
         names = [f"J{i}" for i in range(1, draw(st.integers(1, 9)) + 1)]
     names += ["E1", "E2", "E3"][: draw(st.integers(0, 3))]
     for i, axis in enumerate(names):
-        unit = draw(st.sampled_from(["mm", "deg", ""]))
+        unit = draw(st.sampled_from([*units_of(axis, number), ""]))
         gap = draw(st.sampled_from(["", " ", "\t"]))
         comma = "" if i == len(names) - 1 else draw(st.sampled_from([",", ", ", ",\t"]))
         text += (
@@ -121,7 +130,7 @@ def programs(draw):
         for group in draw(st.permutations([1, 2]))[: draw(st.integers(1, 2))]:
             text += draw(printed_group(group))
         text += draw(st.sampled_from(["};\n", "}\n", "} ;\n"]))
-    text += draw(st.sampled_from(["/END", "/END\n", "/END.\n", "/END\n\nP[1]{ after the end\n"]))
+    text += draw(st.sampled_from(["/END", "/END\n", "/END.\n", "/END\n\n \t\n\x1a"]))
     end = draw(st.sampled_from(["\n", "\r\n", "mixed"]))
     if end == "mixed":
         lines = text.split("\n")

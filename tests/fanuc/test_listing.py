@@ -229,10 +229,11 @@ def test_options_on_a_continuation_line_belong_to_the_move():
     assert "INC" in read.text(read.motions.span[-1])
 
 
-def test_text_after_the_end_is_kept_and_not_read():
-    read = golden("TRAPS")
-    assert dumps(read).endswith(b"/END.\n")
-    assert set(read.positions.number.tolist()) == {1, 2, 3}
+@pytest.mark.parametrize("after", [b"", b".", b"\r\n \t\r\n", b"\r\n\x1a"])
+def test_blanks_after_the_end_are_kept(after):
+    read = loads(WHOLE.rstrip() + after)
+    assert dumps(read).endswith(b"/END" + after)
+    assert set(read.positions.number.tolist()) == {1}
 
 
 def test_every_speed_unit_and_every_target():
@@ -385,6 +386,12 @@ BROKEN = {
     "exponent": (WHOLE.replace(b"1.000", b"1e3"), "line 9"),
     "unknown unit": (WHOLE.replace(b"  mm", b"  inch"), "line 9"),
     "unknown axis": (WHOLE.replace(b"X =", b"E9 ="), "E9"),
+    "length in degrees": (WHOLE.replace(b"  mm", b"  deg"), "line 9: P[1]: X is in deg; give it in mm"),
+    "angle in mm": (WHOLE.replace(b"\n};", b",\n\tW = 180.000 mm\n};"), "line 10: P[1]: W is in mm; give it in deg"),
+    "joint in mm": (WHOLE.replace(b"X =", b"J3 ="), "line 9: P[1]: J3 is in mm; give it in deg"),
+    "remote angle in mm": (WHOLE.replace(b"\n};", b",\n\tRP = 1.000 MM\n};"), "line 10: P[1]: P is in mm"),
+    "text behind the end": (WHOLE + b"\nP[4]{ a note, not a position\n", "line 13: text stands behind /END"),
+    "text on the line of the end": (WHOLE.rstrip() + b" of it\n", "line 11: text stands behind /END"),
     "position not closed": (WHOLE.replace(b"};", b""), "line 11"),
     "position number of 20 digits": (WHOLE.replace(b"P[1]{", b"P[" + b"9" * 20 + b"]{"), "line 6"),
     "position number of 5000 digits": (WHOLE.replace(b"P[1]{", b"P[" + b"9" * 5000 + b"]{"), "line 6"),
@@ -456,5 +463,5 @@ def test_a_statement_that_no_controller_prints_is_refused(statement):
 
 
 def test_a_tag_that_is_repeated_is_the_first():
-    program = loads(b"/PROG  T\n/MN\n" + b"/MN\n" * 1000 + b"   1:  !here ;\n/POS\n/END\n/MN\n/END\n")
+    program = loads(b"/PROG  T\n/MN\n" + b"/MN\n" * 1000 + b"   1:  !here ;\n/POS\n/END\n")
     assert program.remarks == ("here",)

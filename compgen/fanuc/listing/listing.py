@@ -16,6 +16,7 @@ from compgen.core.arrays import IntArray
 from compgen.core.exceptions import InputError
 from compgen.fanuc.listing.lines import end_of_line, line_of
 from compgen.fanuc.listing.motions import Motions, read_motions
+from compgen.fanuc.listing.position_parser import skip_blanks
 from compgen.fanuc.listing.positions import Positions, read_positions
 from compgen.fanuc.listing.templates import FEW_TEXTS
 from compgen.fanuc.vocabulary import CONTINUATION, REMARKS
@@ -26,6 +27,7 @@ _TRANSLATED = re.compile(
 )
 _SECTION = re.compile(rb"/(PROG|ATTR|APPL|MN|POS|END)\b[^\r\n]*", re.IGNORECASE)
 _SECOND = re.compile(rb"(?<=[\r\n])/PROG\b", re.IGNORECASE)
+_BEHIND_END = b" \t\r\n\f\v\x1a"  # what may follow: blank lines, and the mark at which old editors end a file
 _NAME = re.compile(rb"/PROG[ \t]+([^\s]+)[ \t]*([^\r\n]*)", re.IGNORECASE)
 _ATTRIBUTE = re.compile(_BEGIN + rb"([A-Z_]+)[ \t]*=([^\r\n]*)", re.IGNORECASE)
 
@@ -157,6 +159,10 @@ def _sections(data: bytes) -> dict[str, tuple[int, int]]:
     if second := _SECOND.search(data, end[2]):
         line = line_of(data, second.start())
         raise InputError(f"program: line {line}: a second program begins after /END; give it its own file")
+    behind = end[1] + len("/END")
+    behind += data[behind : behind + 1] == b"."  # generated files close with /END.
+    if (behind := skip_blanks(data, behind, len(data), _BEHIND_END)) < len(data):
+        raise InputError(f"program: line {line_of(data, behind)}: text stands behind /END; remove it")
     pos = next((t for t in after if t[0] == "POS" and t[1] < end[1]), None)
     stop = pos[1] if pos else end[1]
     return {"MN": (tags_found[mn][2], stop), "POS": (pos[2], end[1]) if pos else (end[1], end[1])}

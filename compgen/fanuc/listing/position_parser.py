@@ -24,6 +24,9 @@ _BLOCK_FIELD = re.compile(
     re.IGNORECASE,
 )
 
+_LENGTHS, _ANGLES = ("X", "Y", "Z"), ("W", "P", "R")
+_JOINTS = ("J1", "J2", "J3", "J4", "J5", "J6")  # of group 1; those of other groups may be of length
+
 Span = tuple[int, int]
 
 
@@ -98,12 +101,22 @@ def parse_block(data: bytes, at: int, end: int) -> Block | None:
                 raise refusal(opened.start(1), f"P[{number}] has an axis {axis}; there are {', '.join(AXES)}")
             if _COLUMN[axis] in group.axes:
                 raise refusal(opened.start(1), f"P[{number}] has {axis} twice; remove one")
+            unit, right = (token["unit"] or b"").decode().lower(), _unit_of(axis, group.group)
+            if unit and right and unit != right:
+                raise refusal(token.start("unit"), f"P[{number}]: {axis} is in {unit}; give it in {right}")
             group.axes[_COLUMN[axis]] = np.nan if text[:1] == b"*" else float(text), token.span("number")
             begun = True
     if not groups:
         raise refusal(opened.start(1), f"P[{number}] is empty; teach or remove it")
     name = unquoted_name((opened[3] or b"").decode("latin-1"))
     return Block(number, opened.span(2), name, opened.span(3), tuple(groups), (opened.start(1), at))
+
+
+def _unit_of(axis: str, group: int) -> str:
+    """The only unit that an axis may have; empty where it may have either."""
+    if axis in _LENGTHS:
+        return "mm"
+    return "deg" if axis in _ANGLES or (axis in _JOINTS and group <= 1) else ""
 
 
 def unquoted_name(text: str) -> str:
