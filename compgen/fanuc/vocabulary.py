@@ -255,11 +255,13 @@ OFFSET_CONDITIONS = tuple(
     )
     for option, word in (("OFFSET", "Offset"), ("TOOL_OFFSET", "Tool_Offset"), ("VOFFSET", "VOFFSET"))
 )
-#: Text of /APPL
-UNSAFE_HEADERS = {
-    "ENABLE_SINGULARITY_AVOIDANCE   : TRUE": "singularity avoidance may change the executed path",
-    "LINE_TRACK_SCHEDULE": "line tracking changes the executed path",
-}
+#: Text of /APPL, in any print of blanks and letters.
+UNSAFE_HEADERS = (
+    UnsafeStatement(
+        _words(r"\bENABLE_SINGULARITY_AVOIDANCE\s*:\s*TRUE\b"), "singularity avoidance may change the executed path"
+    ),
+    UnsafeStatement(_words(r"\bLINE_TRACK_SCHEDULE"), "line tracking changes the executed path"),
+)
 
 
 def unsafe_words(text: str, *, frames: bool = True) -> list[str]:

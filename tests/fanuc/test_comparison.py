@@ -78,9 +78,9 @@ def line_ends(text):
 
 
 def order_of_positions(text):
-    head, pos, rest = text.partition("/POS\r\n")
-    blocks = re.findall(r"P\[.*?\};\r\n", rest, re.DOTALL)
-    return head + pos + "".join(reversed(blocks)) + "/END\r\n"
+    head, pos, rest = text.partition("/POS")
+    blocks = re.findall(r"P\[\d.*?\};", rest, re.DOTALL)
+    return head + pos + "\n" + "\n".join(reversed(blocks)) + "\n/END\r\n"
 
 
 def singles(text):
@@ -204,20 +204,33 @@ def test_six_decimals_of_a_single_pass_and_a_micrometre_does_not():
         assert (differences(text, back) == ()) is same
 
 
-def test_a_backup_with_fewer_decimals_is_compared_to_these():
+def test_fewer_decimals_than_were_written_are_a_difference():
+    """1250.452 that comes back as 1250, or as 1250.45, is no number that was written."""
+    text = re.sub(rb"(P\[2\]\{[^}]*?X = +)-?[\d.]+", rb"\g<1>1250.452", written())
+    for back in (b"1250", b"1250.", b"1250.4", b"1250.45"):
+        other = text.replace(b"1250.452", back)
+        (found,) = differences(text, other)
+        assert str(found) == f"P[2]: X: written 1250.452, backup {back.decode()}"
+    assert differences(text, text.replace(b"1250.452", b"1250.452000")) == ()
     fine = written(decimals=6)
-    coarse = re.sub(rb"(= +)(-?\d+\.\d{6})", lambda m: m[1] + b"%.3f" % float(m[2]), fine)
-    compared = compare_programs(ls.loads(fine), ls.loads(coarse))
-    assert (compared.differences, compared.step) == ((), 0.001)
-    wrong = re.sub(rb"(X = +-?\d+\.\d\d)(\d)", lambda m: m[1] + b"%d" % ((int(m[2]) + 1) % 10), coarse, count=1)
-    assert [d.what for d in differences(fine, wrong)] == ["X"]
+    coarse = re.sub(rb"(P\[2\]\{[^}]*?X = +)(-?\d+\.\d{6})", lambda m: m[1] + b"%.3f" % float(m[2]), fine)
+    assert [(d.where, d.what) for d in differences(fine, coarse)] == [("P[2]", "X")]
 
 
-def test_what_a_controller_adds_to_the_path_is_told_and_is_no_difference():
-    text = written().replace(
-        b"/MN\r\n",
-        b"/APPL\r\nAUTO_SINGULARITY_HEADER;\r\n  ENABLE_SINGULARITY_AVOIDANCE   : TRUE;\r\n/MN\r\n",
-    )
+@pytest.mark.parametrize(("unit", "back", "same"), [("mm", "deg", False), ("deg", "mm", False), ("mm", " MM", True)])
+def test_another_unit_is_a_difference(unit, back, same):
+    text = re.sub(rb"(P\[2\]\{[^}]*? deg)\r\n\}", rb"\g<1>,\r\n\tE1=    10.000  " + unit.encode() + rb"\r\n}", written())
+    other = text.replace(b"10.000  " + unit.encode(), b"10.000  " + back.encode())
+    assert text != other
+    found = [str(d) for d in differences(text, other)]
+    assert found == ([] if same else [f"P[2]: E1: written 10.000 {unit}, backup 10.000 {back}"])
+
+
+@pytest.mark.parametrize("print_", ["AVOIDANCE   : TRUE", "AVOIDANCE : TRUE", "avoidance:true"])
+@pytest.mark.parametrize("tag", [b"/MN", b"/mn"])
+def test_what_a_controller_adds_to_the_path_is_told_and_is_no_difference(print_, tag):
+    head = b"/APPL\r\nAUTO_SINGULARITY_HEADER;\r\n  ENABLE_SINGULARITY_" + print_.encode() + b";\r\n"
+    text = written().replace(b"/MN\r\n", head + tag + b"\r\n")
     compared = compare_programs(ls.loads(written()), ls.loads(text))
     assert compared.differences == ()
     assert "singularity avoidance" in compared.notes[0]

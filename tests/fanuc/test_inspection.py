@@ -189,6 +189,18 @@ def test_untaught_open_and_empty_positions_are_told():
     assert any("active at run time" in r for r in reasons)
 
 
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [("AVOIDANCE   : TRUE", True), ("AVOIDANCE : TRUE", True), ("avoidance:true", True), ("AVOIDANCE : FALSE", False)],
+)
+@pytest.mark.parametrize("tag", [b"/MN", b"/mn"])
+def test_singularity_avoidance_in_the_head_is_told_in_any_print(header, said, tag):
+    data = program(["J P[1] 10% FINE    ;"], {}).data
+    data = data.replace(b"/MN", b"/APPL\n  ENABLE_SINGULARITY_" + header.encode() + b";\n" + tag)
+    found = [u for u in unsafe_statements(fanuc.loads(data)) if "singularity avoidance" in u.reason]
+    assert [u.line for u in found] == ([6] if said else [])
+
+
 def test_a_mask_without_a_group_is_told():
     text = program(["J P[1] 10% FINE    ;"], {}).data.replace(b"= 1,*,*", b"= *,*,*")
     assert [u.reason for u in unsafe_statements(fanuc.loads(text))] == ["no motion group"]

@@ -11,7 +11,7 @@ import numpy as np
 from compgen.fanuc.analysis.placements import Placements
 from compgen.fanuc.configuration import CONFIG
 from compgen.fanuc.listing.lines import line_of
-from compgen.fanuc.listing.listing import LsProgram, other_statements
+from compgen.fanuc.listing.listing import LsProgram, head_text, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.motion_options import offsets_of, unsafe_options, without_offsets
 from compgen.fanuc.vocabulary import OFFSET_CONDITIONS, UNSAFE_HEADERS, unsafe_words
@@ -115,10 +115,10 @@ def _others(program: LsProgram, placements: Placements) -> list[Unsafe]:
 
 def _headers(program: LsProgram) -> list[Unsafe]:
     findings = []
-    head = program.data[: program.data.find(b"/MN")].decode("latin-1")
-    for word, why in UNSAFE_HEADERS.items():
-        if (at := head.find(word)) >= 0:
-            findings.append(Unsafe(line_of(program.data, at), " ".join(word.split()), why))
+    head = head_text(program)
+    for header in UNSAFE_HEADERS:
+        if match := header.pattern.search(head):
+            findings.append(Unsafe(line_of(program.data, match.start()), " ".join(match[0].split()), header.reason))
     mask = dict(program.attributes).get("DEFAULT_GROUP", "1")
     if len(program.motions.line) and "1" not in mask:
         findings.append(

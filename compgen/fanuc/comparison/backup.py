@@ -4,14 +4,13 @@ Sizes, dates, owner, task data and write protection of the head are the controll
 motion groups are compared, and what a controller adds under /APPL that may change the path is told.
 """
 
-import re
 from dataclasses import dataclass
 from typing import Any
 
 from compgen.fanuc.comparison.difference import NOTHING, Difference
 from compgen.fanuc.comparison.positions import compare_positions
 from compgen.fanuc.comparison.statements import compare_statements
-from compgen.fanuc.listing.listing import LsProgram
+from compgen.fanuc.listing.listing import LsProgram, head_text
 from compgen.fanuc.vocabulary import UNSAFE_HEADERS
 
 
@@ -47,8 +46,8 @@ def compare_programs(written: LsProgram, backup: LsProgram) -> ComparedProgram:
         notes.append(
             "byte for byte what was written: a controller prints dates and sizes of its own; is it its backup?"
         )
-    heads = [_head(program) for program in (written, backup)]
-    notes += [reason for word, reason in UNSAFE_HEADERS.items() if word in heads[1] and word not in heads[0]]
+    heads = [head_text(program) for program in (written, backup)]
+    notes += [h.reason for h in UNSAFE_HEADERS if h.pattern.search(heads[1]) and not h.pattern.search(heads[0])]
     return ComparedProgram(
         name=written.name,
         statements=len(written.statements),
@@ -62,11 +61,6 @@ def compare_programs(written: LsProgram, backup: LsProgram) -> ComparedProgram:
 def not_there(name: str) -> ComparedProgram:
     """A program that was written and that the backup has not."""
     return ComparedProgram(name, 0, 0, 0.0, (Difference(name, "program", "there", NOTHING),), ())
-
-
-def _head(program: LsProgram) -> str:
-    """The text before /MN."""
-    return program.data[: re.search(rb"/MN\b", program.data).start()].decode("latin-1")  # type: ignore[union-attr]
 
 
 def _head_differences(written: LsProgram, backup: LsProgram) -> list[Difference]:

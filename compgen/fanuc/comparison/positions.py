@@ -1,11 +1,12 @@
-r"""Positions, written and given back: the same to the last digit that both print.
+r"""Positions, written and given back: the same to the last digit that was written.
 
 A controller keeps numbers as IEEE singles and prints them with decimals of its own (three, newer ones six). So a number
 a that was written may come back as any b with
 
     |b - a| <= u / 2 + ulp(a) / 2,     u = 10^-decimals of b,     ulp(a) of a single at a
 
-which for three decimals on both sides and up to 8 m is b = a. W, P and R that differ by whole turns turn alike. An
+which for three decimals on both sides and up to 8 m is b = a. One with fewer decimals than were written is another
+number: it says less. So is one in another unit. W, P and R that differ by whole turns turn alike. An
 extended axis that was not written may come back as zero.
 """
 
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.decimals import Bytes
 from compgen.fanuc.comparison.difference import NOTHING, Difference
 from compgen.fanuc.listing.listing import LsProgram
 from compgen.fanuc.listing.position_parser import AXES, NO_NUMBER
@@ -23,6 +25,7 @@ from compgen.fanuc.listing.positions import Positions
 _GROUPS = 64  # more than a controller has: (position, group) as one number
 _ANGLES, _EXTENDED = slice(3, 6), slice(15, 18)
 _WHOLE_TURN = 360.0
+_UNITS = {0: "", ord("m"): " mm", ord("d"): " deg"}
 _SLACK = 1e-9  # of decimals as doubles have them
 
 
@@ -42,10 +45,11 @@ def compare_positions(written: LsProgram, backup: LsProgram) -> ComparedPosition
     _, i, j = np.intersect1d(*keys, return_indices=True)
     differences = _frames(a, b, i, j)
     wanted, given = _Numbers.of(written, i), _Numbers.of(backup, j)
-    same = _same(wanted, given)
+    other_unit = (wanted.unit != given.unit) & (wanted.unit > 0) & (given.unit > 0)
+    same = _same(wanted, given) & ~other_unit
     for k, column in zip(*(~same).nonzero()):
         name = f"{'R' if a.remote[i[k]] and column < 6 else ''}{AXES[column]}"
-        texts = [n.text(p, k, column) for n, p in ((wanted, written), (given, backup))]
+        texts = [n.text(p, k, column, other_unit) for n, p in ((wanted, written), (given, backup))]
         differences.append((int(i[k]), 4 + int(column), Difference(_name(a, int(i[k])), name, *texts)))
     ordered = [difference for _, _, difference in sorted(differences, key=lambda d: d[:2])]
     for p, rows, pair in (
@@ -90,6 +94,7 @@ class _Numbers:
     span: IntArray  # (n, 18, 2)
     given: BoolArray  # (n, 18)
     step: Array  # (n, 18) one unit of the last digit
+    unit: Bytes  # (n, 18) the letter with which its unit begins, 0 where it has none
 
     @classmethod
     def of(cls, program: LsProgram, rows: IntArray) -> "_Numbers":
@@ -97,11 +102,14 @@ class _Numbers:
         span = program.positions.span[rows]
         given = span[..., 1] > 0
         step = np.asarray(10.0 ** -_decimals(program.data, span), dtype=float)
-        return cls(program.positions.value[rows], span, given, step)
+        return cls(program.positions.value[rows], span, given, step, _units(program.data, span))
 
-    def text(self, program: LsProgram, row: int, column: int) -> str:
+    def text(self, program: LsProgram, row: int, column: int, with_unit: BoolArray) -> str:
         """A number as it stands in the file."""
-        return program.text(self.span[row, column]) if self.given[row, column] else NOTHING
+        if not self.given[row, column]:
+            return NOTHING
+        unit = _UNITS[int(self.unit[row, column])] if with_unit[row, column] else ""
+        return program.text(self.span[row, column]) + unit
 
 
 def _same(a: _Numbers, b: _Numbers) -> BoolArray:
@@ -111,11 +119,21 @@ def _same(a: _Numbers, b: _Numbers) -> BoolArray:
     apart[:, _ANGLES] = np.minimum(turn, _WHOLE_TURN - turn)
     ulp = np.spacing(np.abs(np.nan_to_num(a.value)).astype(np.float32)).astype(float)
     # both on one grid: a step off is a step off, however coarse a single is
-    same = apart <= b.step / 2 + ulp / 2 + _SLACK
+    same = (apart <= b.step / 2 + ulp / 2 + _SLACK) & (b.step <= a.step * (1 + _SLACK))
     same |= np.isnan(a.value) & np.isnan(b.value) & (a.given == b.given)
     only_zero = ~a.given & b.given & (b.value == 0)
     same[:, _EXTENDED] |= only_zero[:, _EXTENDED]
     return np.asarray(same)
+
+
+def _units(data: bytes, span: IntArray) -> Bytes:
+    """The letter with which the unit behind each number begins, (n, 18); 0 where there is none."""
+    view = np.frombuffer(data, dtype=np.uint8)
+    at = span[..., 1].copy()
+    while (blank := np.isin(view[at], (ord(" "), ord("\t"))) & (at > 0)).any():
+        at += blank
+    letter = view[at] | 0x20  # small
+    return np.where((at > 0) & np.isin(letter, list(_UNITS)), letter, 0).astype(np.uint8)
 
 
 def _decimals(data: bytes, span: IntArray) -> IntArray:

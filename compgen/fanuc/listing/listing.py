@@ -92,6 +92,11 @@ def dumps(program: LsProgram) -> bytes:
     return program.data
 
 
+def head_text(program: LsProgram) -> str:
+    """The text before /MN; a byte of it is a character."""
+    return program.text((0, _sections(program.data)["MN"][0]))
+
+
 def edited(program: LsProgram, edits: dict[tuple[int, int], bytes]) -> LsProgram:
     """The program with the bytes at some places replaced, read anew.
 
