@@ -18,6 +18,9 @@ import numpy as np
 from compgen.core.arrays import Array, BoolArray, dot, frozen, norm, step_lengths
 
 
+IN_LINE = 1e-9  # height of three points over their longest side, and of it: below only rounding tells their plane
+
+
 class Arcs(NamedTuple):
     """M arcs from a through b to c."""
 
@@ -25,7 +28,7 @@ class Arcs(NamedTuple):
     tangent: Array  # (M, 3) unit vectors
     normal: Array  # (M, 3) unit vectors to the centre
     radius: Array  # (M,) [m]
-    angle: Array  # (M, 2) [rad] swept at b and at c; 0 to 2 pi, NaN where the three points are in line
+    angle: Array  # (M, 2) [rad] swept at b and at c; 0 to 2 pi, NaN where the three points are in line (``IN_LINE``)
 
     def at(self, angle: Array) -> Array:
         """The points that angles (M, K) [rad] sweep to, (M, K, 3) [m]."""
@@ -49,6 +52,7 @@ def arcs_through(a: Array, b: Array, c: Array) -> Arcs:
     u, v = b - a, c - a
     w = np.cross(u, v)
     size = dot(w, w)
+    size = np.where(size > (IN_LINE * np.stack([dot(u, u), dot(v, v), dot(v - u, v - u)]).max(axis=0)) ** 2, size, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         to_centre = dot(v, v)[:, None] * np.cross(w, u) + dot(u, u)[:, None] * np.cross(v, w)
         to_centre /= 2 * size[:, None]
@@ -57,6 +61,13 @@ def arcs_through(a: Array, b: Array, c: Array) -> Arcs:
         tangent = np.cross(normal, w) / np.sqrt(size)[:, None]
         halves = np.stack([np.arctan2(dot(chord, normal), dot(chord, tangent)) for chord in (u, v)], axis=1)
     return Arcs(a, tangent, normal, radius, 2 * halves)
+
+
+def arc_heights(a: Array, b: Array, c: Array) -> Array:
+    """How far three points (M, 3) [m] are from one line: the height over the longest side, (M,) [m]."""
+    sides = np.stack([norm(b - a), norm(c - a), norm(c - b)])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.nan_to_num(norm(np.cross(b - a, c - a)) / sides.max(axis=0)))
 
 
 def segment_lengths(position: Array, via: BoolArray) -> Array:

@@ -219,7 +219,9 @@ def test_fewer_decimals_than_were_written_are_a_difference():
 
 @pytest.mark.parametrize(("unit", "back", "same"), [("mm", "deg", False), ("deg", "mm", False), ("mm", " MM", True)])
 def test_another_unit_is_a_difference(unit, back, same):
-    text = re.sub(rb"(P\[2\]\{[^}]*? deg)\r\n\}", rb"\g<1>,\r\n\tE1=    10.000  " + unit.encode() + rb"\r\n}", written())
+    text = re.sub(
+        rb"(P\[2\]\{[^}]*? deg)\r\n\}", rb"\g<1>,\r\n\tE1=    10.000  " + unit.encode() + rb"\r\n}", written()
+    )
     other = text.replace(b"10.000  " + unit.encode(), b"10.000  " + back.encode())
     assert text != other
     found = [str(d) for d in differences(text, other)]

@@ -98,6 +98,24 @@ def test_an_arc_of_three_places_in_line_is_judged_at_its_positions_only(hot):
     assert result.plan.drive.origin[1] != NONE
 
 
+def in_line(aside_um):
+    """An arc whose via lies on the line of its ends, or beside it."""
+    moves = ["L P[1] 100mm/sec FINE", "C P[2]    \n    :  P[3] 100mm/sec FINE"]
+    places = ((1360.0, 100.0, 420.0), (1400.0, 200.0, 425.0 + 1e-3 * aside_um), (1440.0, 300.0, 430.0))
+    return program(moves, [cartesian(n, (*p, 180.0, 0.0, 0.0)) for n, p in enumerate(places, 1)])
+
+
+@pytest.mark.parametrize(("aside_um", "flat"), [(0, True), (1, True), (20, False)])
+def test_a_circle_motion_through_three_places_in_line_is_told_and_its_places_are_right(aside_um, flat, hot):
+    """Rounding alone told the plane of such a circle: 13,637 um of it were taken for an error."""
+    result = corrected(in_line(aside_um), hot)
+    assert result.changed == 3
+    assert result.residual.distance.max() < 2e-6
+    assert [f.code for f in result.findings if f.code == "correction.flat_arc"] == ["correction.flat_arc"] * flat
+    assert bool((result.execution.fraction < 1).any()) is not flat
+    assert result.plan.drive.length[1:].sum() == pytest.approx(np.hypot(np.hypot(0.08, 0.2), 0.01), abs=1e-6)
+
+
 def test_half_a_circle_that_a_correction_widens_is_told():
     """Where it moves the via farther out than the ends: along x or along y, as the arm errs."""
     longer = load_cell(str(ROOT / "robots" / "m710ic50.toml"), ["sources.link_offsets.a_um=[0, 1500, 0, 0, 0, 0]"])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compgen.core.arcs import arcs_through
+from compgen.core.arcs import arc_heights, arcs_through
 from compgen.core.arrays import Array, BoolArray, IntArray, frozen, norm
 from compgen.core.pose import Pose
 from compgen.core.rotations import interpolate_rotation, rotation_vector
@@ -16,6 +16,7 @@ from compgen.robot.robot import Robot
 
 REACH_SUBDIVISIONS = 64  # of a way that may leave the reach; a multiple of what others cut a way into
 REACH_BLOCK = 1000  # ways sampled at a time
+IN_LINE = 2e-6  # [m] height of an arc that the last of three decimals may make, or take away
 
 
 def path_samples(poses: Poses, traversal: Traversal, inside: Array) -> tuple[IntArray, Array]:
@@ -50,6 +51,12 @@ def swept_angles(poses: Poses, traversal: Traversal, via: IntArray) -> Array:
     return arcs_through(*(poses.tcp.position[traversal.pose[s]] for s in stations)).angle[:, 1]
 
 
+def arcs_in_line(poses: Poses, traversal: Traversal, via: IntArray) -> BoolArray:
+    """Whether the three places of arcs by the vias at some stations lie in one line, as far as digits tell, (n,)."""
+    stations = traversal.origin[via], via, via + 1
+    return np.asarray(~(arc_heights(*(poses.tcp.position[traversal.pose[s]] for s in stations)) > IN_LINE))
+
+
 def _known_arcs(poses: Poses, traversal: Traversal) -> BoolArray:
     """Stations on arcs of known places, with one tool and one posture, (S,)."""
     known, origin, ways = _known(poses, traversal), traversal.origin, np.zeros(len(traversal.pose), dtype=bool)
@@ -61,7 +68,7 @@ def _known_arcs(poses: Poses, traversal: Traversal) -> BoolArray:
     for column in (poses.tool, poses.posture):
         same = (column[start] == column[middle]) & (column[start] == column[end])
         via, start, middle, end = via[same], start[same], middle[same], end[same]
-    via = via[np.isfinite(swept_angles(poses, traversal, via))]
+    via = via[~arcs_in_line(poses, traversal, via)]
     ways[via] = ways[via + 1] = True
     return ways
 

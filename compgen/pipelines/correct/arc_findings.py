@@ -1,11 +1,11 @@
-"""Arcs of an existing program that a correction widens beyond what a controller drives."""
+"""Arcs of an existing program that a controller may not drive: in one line, or too wide once corrected."""
 
 import numpy as np
 
 from compgen.core.findings import Finding, Level
 from compgen.core.units import DEG, MDEG
-from compgen.fanuc.analysis.poses import Poses
-from compgen.fanuc.analysis.stations import swept_angles
+from compgen.fanuc.analysis.poses import NONE, Poses
+from compgen.fanuc.analysis.stations import arcs_in_line, swept_angles
 from compgen.fanuc.analysis.traversal import Traversal
 
 SLACK = 1 * MDEG  # the last digits of a half circle
@@ -31,3 +31,24 @@ def wide_arcs(drive: Traversal, before: Poses, after: Poses) -> list[Finding]:
         "a controller may refuse them (circle angle too large); part them in two"
     )
     return [Finding(Level.WARNING, "correction.arc", message)]
+
+
+def flat_arcs(drive: Traversal, before: Poses, after: Poses) -> list[Finding]:
+    """That the three places of arcs lie in one line, in the planned or in the corrected text.
+
+    Args:
+        drive: Of either.
+        before: Its planned positions.
+        after: Its corrected ones.
+    """
+    via = np.flatnonzero(drive.via & ~drive.line & ~drive.joint & (drive.origin != NONE))
+    via = via[(drive.pose[via] != NONE) & (drive.pose[np.minimum(via + 1, len(drive.pose) - 1)] != NONE)]
+    flat = via[arcs_in_line(before, drive, via) | arcs_in_line(after, drive, via)]
+    if not len(flat):
+        return []
+    names = ", ".join(f"P[{n}]" for n in after.number[drive.pose[flat[:8]]].tolist())
+    message = (
+        f"{len(flat)} arcs have their three places in one line (by {names}): a controller may refuse them; their "
+        "places are judged, not the way between them"
+    )
+    return [Finding(Level.WARNING, "correction.flat_arc", message)]

@@ -27,7 +27,7 @@ from compgen.fanuc.editing.remark import insert_remark, marking_remark, says_ove
 from compgen.fanuc.editing.shared_positions import assign_new_positions, average_shared, midway_deviation
 from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
-from compgen.pipelines.correct.arc_findings import wide_arcs
+from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
 from compgen.pipelines.correct.proof import execute_program, pose_errors
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
@@ -276,8 +276,9 @@ def _write_and_verify(
         findings=(),
         band=station_band(cell, plan, before),
     )
-    findings = [*correction_findings(result, _midway_deviations(plan, cell)), *wide_arcs(drives[1], poses, new_poses)]
-    return replace(result, findings=(*findings, *raised_findings(options.raised)))
+    findings = correction_findings(result, _midway_deviations(plan, cell))
+    arcs = [*wide_arcs(drives[1], poses, new_poses), *flat_arcs(drive, poses, new_poses)]
+    return replace(result, findings=(*findings, *arcs, *raised_findings(options.raised)))
 
 
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:
