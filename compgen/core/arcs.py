@@ -17,7 +17,6 @@ import numpy as np
 
 from compgen.core.arrays import Array, BoolArray, dot, frozen, norm, step_lengths
 
-
 IN_LINE = 1e-9  # height of three points over their longest side, and of it: below only rounding tells their plane
 
 

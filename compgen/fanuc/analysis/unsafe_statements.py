@@ -114,11 +114,12 @@ def _others(program: LsProgram, placements: Placements) -> list[Unsafe]:
 
 
 def _headers(program: LsProgram) -> list[Unsafe]:
-    findings = []
     head = head_text(program)
-    for header in UNSAFE_HEADERS:
-        if match := header.pattern.search(head):
-            findings.append(Unsafe(line_of(program.data, match.start()), " ".join(match[0].split()), header.reason))
+    findings = [
+        Unsafe(line_of(program.data, match.start()), " ".join(match[0].split()), header.reason)
+        for header in UNSAFE_HEADERS
+        if (match := header.pattern.search(head))
+    ]
     mask = dict(program.attributes).get("DEFAULT_GROUP", "1")
     if len(program.motions.line) and "1" not in mask:
         findings.append(
