@@ -69,6 +69,21 @@ def _unwrap(theta: Array, start: Array) -> Array:
     return unwrapped
 
 
+def wrist_centre(robot: Robot, theta: Array) -> Array:
+    """Wrist centres in the plane of the arm, (N, 2) [m]: in front of the J1 axis, negative behind it, and above J2."""
+    upper, forearm = -theta[:, 1], theta[:, 2] - theta[:, 1] - np.pi / 2  # elevations
+    out = robot.a[0] + robot.a[1] * np.cos(upper) - robot.d[3] * np.cos(forearm) - robot.a[2] * np.sin(forearm)
+    above = robot.a[1] * np.sin(upper) - robot.d[3] * np.sin(forearm) + robot.a[2] * np.cos(forearm)
+    return np.column_stack([out, above])
+
+
+def elbow_margins(robot: Robot, theta: Array) -> Array:
+    """How far the wrist centre is from where the arm is stretched or folded, (N,) [m]."""
+    forearm = float(np.hypot(robot.a[2], robot.d[3]))
+    reach = np.linalg.norm(wrist_centre(robot, theta) - [robot.a[0], 0.0], axis=1)
+    return np.asarray(np.minimum(robot.a[1] + forearm - reach, reach - abs(robot.a[1] - forearm)))
+
+
 def nearest_turns(theta: Array, reference: Array) -> Array:
     """Joint angles with the whole turns that bring each nearest to a reference, (N, 6) [rad]."""
     return map_rows(lambda q, near: q + 2 * np.pi * np.round((near - q) / (2 * np.pi)), theta, reference)

@@ -8,11 +8,13 @@ import numpy as np
 from compgen.core.arrays import BoolArray, IntArray
 from compgen.core.units import DEG, MM
 from compgen.fanuc.analysis.poses import J1, NONE, Poses
+from compgen.fanuc.analysis.singular_ways import singular_ways
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.fanuc.analysis.unsafe_statements import Unsafe, unsafe_statements
 from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.vocabulary import DIVERSIONS, FRAME_WRITTEN, INDIRECT_POSITION, POSITION
+from compgen.robot.joint_path import elbow_margins, wrist_centre
 from compgen.robot.robot import Robot
 
 _CARRIED = "an extended axis moves on the way there, or may: the arm or the part is moved with it"
@@ -78,6 +80,12 @@ def read_scope(program: LsProgram, poses: Poses, traversal: Traversal, robot: Ro
             for k in np.flatnonzero(named_here & ~held).tolist()
         ]
         held |= named_here
+    for s, passed in singular_ways(robot, poses, traversal) if robot is not None else []:
+        for k, way in ((s, "there"), (int(traversal.origin[s]), "from there")):
+            reason = f"the way {way} passes {passed}: joints may turn round for a small correction"
+            if not held[k]:
+                unsafe.append(Unsafe(int(line[k]), _text(program, int(traversal.motion[k])), reason))
+            held[k] = True
     for start, end, why in _stretches(program):
         inside = (line > start) & (line < end)
         unsafe += [
@@ -101,11 +109,15 @@ def _unfit(program: LsProgram, poses: Poses, robot: Robot | None) -> list[tuple[
 def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
     """Positions that the arm cannot take, or takes badly."""
     margin_mm = poses.margin / MM
-    known = np.isfinite(poses.theta).all(axis=1)
+    known = np.asarray(np.isfinite(poses.theta).all(axis=1))
+    shoulder, elbow = np.full(len(poses.theta), np.inf), poses.margin.copy()
+    shoulder[known] = np.abs(wrist_centre(robot, poses.theta[known])[:, 0])
+    in_joints = known & poses.joint_form
+    elbow[in_joints] = elbow_margins(robot, poses.theta[in_joints])
     with np.errstate(invalid="ignore"):
         over = np.maximum(robot.lower - poses.theta, poses.theta - robot.upper)
         wrist = np.abs(poses.theta[:, 4] - robot.pendant_zero[4])
-        far, flat = poses.margin < 0, poses.margin < robot.elbow_margin
+        far, flat = poses.margin < 0, elbow < robot.elbow_margin
     clear = np.full(len(poses.theta), np.inf)
     if robot.interference is not None:
         clear[known] = robot.interference.clearance(poses.theta[known])
@@ -127,7 +139,14 @@ def _arm_tests(poses: Poses, robot: Robot) -> list[Test]:
             turned,
             lambda k: f"J5 is {wrist[k] / DEG:.3f} deg from zero: J4 and J6 may swing round for a small correction",
         ),
-        (stretched, lambda k: f"the arm is {margin_mm[k]:.2f} mm from full stretch or fold"),
+        (stretched, lambda k: f"the arm is {elbow[k] / MM:.2f} mm from full stretch or fold"),
+        (
+            shoulder < robot.shoulder_margin,
+            lambda k: (
+                f"the wrist centre is {shoulder[k] / MM:.3f} mm from the J1 axis: J1 may swing round for a small "
+                "correction; is it taught?"
+            ),
+        ),
     ]
 
 

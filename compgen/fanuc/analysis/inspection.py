@@ -25,6 +25,7 @@ from compgen.fanuc.listing.listing import LsProgram, other_statements
 from compgen.fanuc.listing.position_parser import NO_NUMBER
 from compgen.fanuc.registers import Register
 from compgen.fanuc.vocabulary import POSITION, RATES, TIMES
+from compgen.robot.joint_path import wrist_centre
 from compgen.robot.robot import Robot
 
 _HALF = 32  # bits: two numbers in one
@@ -181,6 +182,8 @@ def _limits(poses: Poses, number: IntArray, robot: Robot) -> dict[str, Any]:
         for j, (name, i) in enumerate(zip(robot.joint_names, closest.tolist()))
     }
     closest_to["wrist_singularity"] = {"room_deg": float(wrist.min()), "position": int(names[wrist.argmin()])}
+    shoulder = np.abs(wrist_centre(robot, theta)[:, 0]) / MM
+    closest_to["shoulder_singularity"] = {"room_mm": float(shoulder.min()), "position": int(names[shoulder.argmin()])}
     if robot.interference is not None:
         clearance = robot.interference.clearance(theta) / DEG
         i = int(clearance.argmin())

@@ -33,7 +33,7 @@ def straight_lines(poses: Poses, traversal: Traversal) -> BoolArray:
 
     The robot surely comes from its origin, with one tool and one posture at both ends.
     """
-    return _between_known_ends(poses, traversal) & (traversal.beyond <= 0)
+    return between_known_ends(poses, traversal) & (traversal.beyond <= 0)
 
 
 def circular_ways(traversal: Traversal) -> BoolArray:
@@ -57,7 +57,7 @@ def arcs_in_line(poses: Poses, traversal: Traversal, via: IntArray) -> BoolArray
     return np.asarray(~(arc_heights(*(poses.tcp.position[traversal.pose[s]] for s in stations)) > IN_LINE))
 
 
-def _known_arcs(poses: Poses, traversal: Traversal) -> BoolArray:
+def known_arcs(poses: Poses, traversal: Traversal) -> BoolArray:
     """Stations on arcs of known places, with one tool and one posture, (S,)."""
     known, origin, ways = _known(poses, traversal), traversal.origin, np.zeros(len(traversal.pose), dtype=bool)
     via = np.flatnonzero(traversal.via & ~traversal.line & ~traversal.joint)
@@ -73,7 +73,8 @@ def _known_arcs(poses: Poses, traversal: Traversal) -> BoolArray:
     return ways
 
 
-def _between_known_ends(poses: Poses, traversal: Traversal) -> BoolArray:
+def between_known_ends(poses: Poses, traversal: Traversal) -> BoolArray:
+    """Stations reached by a straight line whose both ends are known, with one tool and one posture, (S,)."""
     known, origin = _known(poses, traversal), traversal.origin
     if not known.any():
         return known
@@ -90,8 +91,8 @@ def measure_reach(robot: Robot, poses: Poses, traversal: Traversal) -> Traversal
     at most half the way, and half the turn times its lever, from the nearer of them: only ways that this leaves open
     are sampled.
     """
-    traversal = replace(traversal, circular=_known_arcs(poses, traversal))
-    ways = np.flatnonzero(_between_known_ends(poses, traversal) | traversal.circular)
+    traversal = replace(traversal, circular=known_arcs(poses, traversal))
+    ways = np.flatnonzero(between_known_ends(poses, traversal) | traversal.circular)
     beyond = np.zeros(len(traversal.pose))
     if not len(ways):
         return replace(traversal, beyond=beyond)

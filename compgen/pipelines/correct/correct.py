@@ -29,7 +29,7 @@ from compgen.fanuc.frames import Frames
 from compgen.fanuc.registers import Register
 from compgen.pipelines.correct.arc_findings import flat_arcs, wide_arcs
 from compgen.pipelines.correct.correction_findings import correction_findings
-from compgen.pipelines.correct.proof import execute_program, pose_errors
+from compgen.pipelines.correct.proof import execute_program, pose_errors, unexplained_turns
 from compgen.pipelines.correct.result import Correction, CorrectionPlan, Options
 from compgen.pipelines.correct.sample_lengths import sample_lengths
 from compgen.pipelines.correct.served_starts import ServedProof
@@ -268,6 +268,7 @@ def _write_and_verify(
         execution=execution,
         error=pose_errors(planned_execution, target),
         residual=pose_errors(execution, target),
+        turn=unexplained_turns(planned_execution, execution),
         new_beyond=np.flatnonzero((new_drive.beyond > 0) & (drive.beyond <= 0)),
         judged=judged,
         length=length,
@@ -277,8 +278,8 @@ def _write_and_verify(
         band=station_band(cell, plan, before),
     )
     findings = correction_findings(result, _midway_deviations(plan, cell))
-    arcs = [*wide_arcs(drives[1], poses, new_poses), *flat_arcs(drive, poses, new_poses)]
-    return replace(result, findings=(*findings, *arcs, *raised_findings(options.raised)))
+    of_arcs = [*wide_arcs(drives[1], poses, new_poses), *flat_arcs(drive, poses, new_poses)]
+    return replace(result, findings=(*findings, *of_arcs, *raised_findings(options.raised)))
 
 
 def _mark_nudges(written: LsProgram, plan: CorrectionPlan, rows: IntArray) -> tuple[IntArray, IntArray]:

@@ -7,7 +7,7 @@ import numpy as np
 from compgen.core.arrays import Array, IntArray
 from compgen.core.findings import Finding, Level
 from compgen.core.number_text import beyond_text
-from compgen.core.units import KB, MM, UM
+from compgen.core.units import DEG, KB, MM, UM
 from compgen.error_model.direction_memory import reversal_widths
 from compgen.error_model.validity import joint_box_findings, map_findings, unknown_start_findings
 from compgen.fanuc.analysis.poses import NONE
@@ -108,6 +108,15 @@ def _bound_findings(result: Correction) -> list[Finding]:
         line = _line_of(result, int(result.execution.station[judged][k]))
         message = f"line {line}: {before[k] / UM:.1f} um before, {after[k] / UM:.1f} um after: it would become worse"
         findings.append(Finding(Level.OUTSIDE, "correction.worse", message))
+    if (result.turn > 0).any():
+        k, i = (int(index) for index in np.unravel_index(np.argmax(result.turn), result.turn.shape))
+        line, way = _line_of(result, int(result.execution.station[k])), result.execution.fraction[k] < 1
+        message = (
+            f"line {line}: {'on the way there, ' if way else ''}joint {result.cell.robot.joint_names[i]} turns by "
+            f"{result.turn[k, i] / DEG:.2f} deg more from the planned to the corrected text than the correction "
+            "explains: a singularity is near; teach it elsewhere"
+        )
+        findings.append(Finding(Level.OUTSIDE, "correction.turn", message))
     bound = result.options.bound
     if bound is not None and after.max() > bound:
         line = _line_of(result, int(result.execution.station[judged][int(np.argmax(after))]))

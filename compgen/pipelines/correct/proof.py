@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compgen.core.arrays import Array, IntArray, dot
+from compgen.core.arrays import Array, IntArray, dot, norm
 from compgen.core.pose import IDENTITY, Pose
 from compgen.core.rotations import rotation_vector
 from compgen.error_model.direction_memory import reversal_widths
@@ -14,7 +14,7 @@ from compgen.fanuc.analysis.poses import Poses
 from compgen.fanuc.analysis.stations import chains, commanded_joints, interpolate_poses, path_samples
 from compgen.fanuc.analysis.traversal import Traversal
 from compgen.pipelines.correct.starts import PLANNED, Weighted, duties_until, slowed
-from compgen.pipelines.correct.station_corrections import heat_motion
+from compgen.pipelines.correct.station_corrections import LARGEST_TURN, explained_turns, heat_motion
 from compgen.pipelines.job import Cell
 from compgen.thermal import Duty, initial_state
 from compgen.thermal.network import with_losses
@@ -34,6 +34,8 @@ class ProgramExecution:
     time: Array  # (M,) [s]
     rise: Array  # (M, K) [K]
     actual: Pose  # M of the TCP
+    commanded: Pose  # M of the TCP
+    theta: Array  # (M, 6) [rad] that the controller commands
 
 
 def execute_program(
@@ -75,7 +77,10 @@ def execute_program(
         parts.append(twin.actual_pose(theta[some], rise[some], lambda share: None, its_tools))
         progress(0.5 + some.stop / max(len(theta), 1) / 2)
     actual = Pose.concatenate(parts)
-    return ProgramExecution(station, fraction, time, rise, actual @ tools if faults is None else actual)
+    actual = actual @ tools if faults is None else actual
+    return ProgramExecution(
+        station=station, fraction=fraction, time=time, rise=rise, actual=actual, commanded=tcp, theta=theta
+    )
 
 
 class PoseErrors(NamedTuple):
@@ -90,6 +95,18 @@ def pose_errors(execution: ProgramExecution, target: Pose) -> PoseErrors:
     error = execution.actual.position - target.position
     turn = rotation_vector((target.inverse() @ execution.actual).rotation)
     return PoseErrors(np.sqrt(dot(error, error)), np.sqrt(dot(turn, turn)))
+
+
+def unexplained_turns(planned: ProgramExecution, corrected: ProgramExecution) -> Array:
+    """How far joints turn from the planned to the corrected text beyond what a correction explains, (M, 6) [rad].
+
+    At stations that is what the tool's own move explains; on the way to one that lies near a singularity joints follow
+    the correction of the other end, so there it is what any correction does.
+    """
+    moved = norm(corrected.commanded.position - planned.commanded.position)
+    turned = norm(rotation_vector((planned.commanded.inverse() @ corrected.commanded).rotation))
+    explained = np.where(corrected.fraction < 1, LARGEST_TURN, explained_turns(moved, turned))
+    return np.asarray(np.abs(corrected.theta - planned.theta) - explained[:, None])
 
 
 def _rise_at_samples(

@@ -104,6 +104,7 @@ class Correction:
     execution: ProgramExecution  # of the written text
     error: PoseErrors  # of the planned and unchanged program, at the same samples
     residual: PoseErrors  # of the written text
+    turn: Array  # (M, 6) [rad] of joints from the planned to the written text, beyond what the correction explains
     new_beyond: IntArray  # stations to which the straight way leaves the reach in the written text only
     judged: BoolArray  # (M,) samples at or between corrected stations
     length: Array  # (M,) [m] of path that each of them stands for, 0 for the others

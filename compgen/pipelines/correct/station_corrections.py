@@ -13,7 +13,8 @@ import numpy as np
 
 from compgen.compensation import optimise
 from compgen.compensation.problem import Problem, Settings
-from compgen.core.arrays import Array, BoolArray, IntArray
+from compgen.core.arrays import Array, BoolArray, IntArray, norm
+from compgen.core.units import DEG
 from compgen.error_model.direction_memory import NO_DIRECTION, DirectionState
 from compgen.error_model.model import ErrorModel, build_error_model
 from compgen.fanuc.analysis.poses import NONE, Poses
@@ -31,6 +32,9 @@ from compgen.thermal.network import with_losses
 
 ITERATIONS = 6  # of c <- c - e(c)
 SAME_PLACE = 1e-6  # [m]
+SAME_ANGLE = 1e-6  # [rad] of joints
+TURN_OF_MOVE = 100.0  # [rad/m], [rad/rad] of a joint: 1 / 20 mm of a shoulder, 1 / sin(1 deg) of a wrist, and more
+LARGEST_TURN = 0.1  # [rad] of a joint, that a correction of any size explains
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -203,7 +207,8 @@ def _illegal_corrections(
         clamped |= ~(np.abs(c[:, 3:]).max(axis=1) <= settings.clamp_rotation)
         over = np.maximum(robot.lower - q, q - robot.upper)
         hits_itself = ~robot.is_clear(q)
-        swing = np.abs(nearest_turns(q, planned) - planned).max(axis=1) > 0.1
+        turn = np.abs(nearest_turns(q, planned) - planned)
+        swing = turn.max(axis=1) > explained_turns(norm(c[:, :3]), norm(c[:, 3:]))
     letters = postures_of(robot, np.nan_to_num(q))
     several = np.bincount(poses.first, minlength=len(poses.row))[poses.first[pose[rows]]] > 1
     turned = several & (turn_digits(robot, np.nan_to_num(q)) != turn_digits(robot, planned)).any(axis=1)
@@ -220,13 +225,22 @@ def _illegal_corrections(
             illegal.append((station, f"its correction would drive joint {robot.joint_names[i]} beyond its limit"))
         elif hits_itself[k]:
             illegal.append((station, "its correction would drive J2 and J3 where the arm hits itself (interference)"))
-        elif swing[k] or letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
+        elif swing[k]:
+            i = int(np.argmax(turn[k]))
+            words = f"joint {robot.joint_names[i]} by {turn[k, i] / DEG:.2f} deg, more than it explains"
+            illegal.append((station, f"its correction would turn {words}: a singularity is near"))
+        elif letters[k] != ALL_POSTURES[int(poses.posture[pose[station]])]:
             illegal.append((station, "its correction would change the posture letters of CONFIG"))
         elif turned[k]:
             illegal.append(
                 (station, "its correction would pass +-180 deg, and motions place its position in several ways")
             )
     return illegal
+
+
+def explained_turns(moved: Array, turned: Array) -> Array:
+    """How far a joint may turn for the tool to move [m] and to turn [rad] so far, outside singularities, (N,) [rad]."""
+    return np.asarray(np.minimum(TURN_OF_MOVE * (moved + turned), LARGEST_TURN) + SAME_ANGLE)
 
 
 def _margins_after(cell: Cell, poses: Poses, pose: IntArray, correction: Array) -> Array:
