@@ -23,7 +23,11 @@ from compgen.core.evaluation import evaluate, kept_with
 from compgen.core.exceptions import InputError
 from compgen.core.pose import Pose
 from compgen.core.units import DEG
+from compgen.robot.kinematics import flange_pose
 from compgen.robot.robot import Robot
+
+
+STRAIGHT = 1e-6  # [rad] of joint 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +104,12 @@ def solve_flange(robot: Robot, flange: Pose, posture: Posture) -> BranchSolution
         posture: The branch.
     """
     theta, margin = evaluate(_build_solve_flange(robot, posture), flange.position, flange.rotation_rows)
+    straight = np.flatnonzero((np.abs(theta[:, 4]) < STRAIGHT) & (margin[:, 0] >= 0))
+    if len(straight):  # only rounding tells joint 4 from joint 6: joint 4 stays, joint 6 takes what is left
+        theta = np.array(theta)
+        left = np.swapaxes(flange_pose(robot, theta[straight]).rotation, 1, 2) @ flange[straight].rotation
+        joint6 = theta[straight, 5] + np.round(np.cos(robot.alpha[5])) * np.arctan2(left[:, 1, 0], left[:, 0, 0])
+        theta[straight, 5] = np.pi - np.mod(np.pi - joint6, 2 * np.pi)
     return BranchSolution(theta, margin[:, 0])
 
 

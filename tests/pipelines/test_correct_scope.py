@@ -132,6 +132,12 @@ UNFIT = [
     (lambda: at(1, HOME).replace("N U T, 0, 0, 0", "R, 0, 0, 0"), "CONFIG"),
     (lambda: at(1, HOME, more=",\n\tE1= 10.000  mm"), "extended axis"),
     (lambda: at(1, (10, 20, -15, 30, -0.5, 45)), "J5 is 0.500 deg from zero"),
+    (lambda: cartesian(1, (-0.02, 0.01, 1200, 0, 0, 0)), "0.022 mm from the J1 axis"),
+    (lambda: cartesian(1, (0, 0, 1150, 0, 0, 0)), "0.000 mm from the J1 axis"),
+    (lambda: cartesian(1, (-15, 0, 1150, 0, 0, 0), letters="N U B, 0, 0, 0"), "15.000 mm from the J1 axis"),
+    (lambda: joint_form(1, (10, -35.97, 60, 30, -60, 45)), "mm from the J1 axis"),
+    (lambda: joint_form(1, (10, 20, 60.5, 30, -60, 45)), "from full stretch or fold"),
+    (lambda: at(1, (10, 20, -15, 30, 0, 45)), "J5 is 0.000 deg from zero"),
     (lambda: at(1, (10, 134.0, -60, 30, -60, 45)).replace("0, 0, 0", "1, 0, 0"), "J1 is"),
     (lambda: joint_form(1, (10, 20, -15, 30, -130, 45)), "J5 is 5.000 deg beyond"),
     (lambda: joint_form(1, (10, 136, -15, 30, -60, 45)), "J2 is 1.000 deg beyond"),
@@ -150,6 +156,24 @@ def test_a_position_that_cannot_be_told_or_driven_is_passed_through_with_its_lin
     assert listed.line == line_of(data, "P[1]{")
     with pytest.raises(InputError, match=f"line {listed.line}"):
         corrected(data, hot, strict=True)
+
+
+@pytest.mark.parametrize(
+    ("ends", "passed"),
+    [
+        ([(-300, 0.01, 1200), (300, 0.01, 1200)], "the J1 axis by"),
+        ([(100, -200, 1200), (100, 200, 1200)], ""),
+        ([(1341, -1, 1040, 180, -89.0, 0), (1341, 1, 1040, 180, -91.0, 0)], "J5 = 0 by"),
+    ],
+)
+def test_a_line_past_a_singularity_keeps_its_ends(ends, passed, hot):
+    """Corrected, its joints may turn round the other way."""
+    points = [cartesian(n, (*end, 0, 0, 0)[:6]) for n, end in enumerate(ends, 1)]
+    data = three("J P[1] 10% FINE", "L P[2] 50mm/sec FINE", points=points)
+    result = corrected(data, hot)
+    assert changed(data, result) == ({3} if passed else {1, 2, 3})
+    reasons = {u.line: u.reason for u in result.plan.scope.unsafe}
+    assert [line for line, reason in reasons.items() if passed and passed in reason] == ([5, 6] if passed else [])
 
 
 def test_a_second_group_stays_and_the_first_is_corrected(hot):

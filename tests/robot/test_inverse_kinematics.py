@@ -43,6 +43,19 @@ def test_one_branch_is_the_joints_the_pose_came_from(robot):
     assert np.nanmax(np.nanmin(difference.max(axis=2), axis=1)) < 1e-9
 
 
+@pytest.mark.parametrize("j5_deg", [0.0, 1e-10, -1e-7, 3e-6, -5e-5])
+def test_a_straight_wrist_reaches_the_pose(j5_deg, robot):
+    """Where joints 4 and 6 turn about one line, each is told by rounding alone; together they are not."""
+    theta = np.random.default_rng(5).uniform(robot.lower, robot.upper, (300, 6))
+    theta[:, 4] = robot.pendant_zero[4] + j5_deg * DEG
+    position, rotation = forward_kinematics(robot, theta)
+    branches = solve_all(robot, position, rotation)
+    for k in range(8):
+        legal = ~np.isnan(branches[:, k, 0])
+        assert_allclose(forward_kinematics(robot, branches[legal, k])[1], rotation[legal], atol=3e-10)
+        assert (np.abs(branches[legal, k]) <= np.pi + 1e-12).all()
+
+
 def test_the_eight_branches_differ(robot):
     theta = robot.to_theta(np.array([[10, 20, -15, 30, -60, 45]]) * DEG)
     branches = solve_all(robot, *forward_kinematics(robot, theta))[0]
